@@ -29,7 +29,7 @@ module condensed_contact_mod
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
     count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, few_rows, &
-    are_left_out, little
+    are_left_out
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -41,6 +41,7 @@ module condensed_contact_mod
     type(floating_t) :: floating       !! what the motions do to it
     real(wp), allocatable :: null(:, :)
     !! (n_rows,k) orthonormal reactions that constraints take and no body feels [-]
+    real(wp) :: flexibility = 0.0_wp   !! then: the largest of W_ii [length/force]
     real(wp) :: softness = 0.0_wp      !! of these in the problem's W [length/force]
     class(body_map_t), allocatable :: body
     !! where it is solved together with the displacements, by iteration
@@ -57,9 +58,10 @@ module condensed_contact_mod
   integer, parameter :: few_rows = 300
   !! of a part of the points, up to which W is formed where products with it are solutions
 
-  real(wp), parameter :: little = 1.0e-6_wp
-  !! of what the bodies give way: how soft reactions are made that no body feels. Two or three
-  !! solutions take it out again, and W keeps ten digits
+  ! How soft reactions are made that no body feels, beside what gives way the most: so much more than
+  ! the tolerance that a solver sees it, and so little that W keeps its digits.
+  real(wp), parameter :: least_softness = 1.0e-6_wp, most_softness = 0.1_wp !! [-]
+  real(wp), parameter :: softness_by_tolerance = 1.0e3_wp                   !! [-]
 
   !> The rows of all points of a placement.
   type :: placed_rows_t
@@ -228,17 +230,17 @@ contains
       end if
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
-      call soften(group, compliance, row, nearby, block)
+      call soften(scene%contact%tolerance, row, group, compliance, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby, block(:, :, group%active))
     else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
-      call soften(group, compliance, row)
+      call soften(scene%contact%tolerance, row, group, compliance)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
-      call soften(group, compliance, row, nearby)
+      call soften(scene%contact%tolerance, row, group, compliance, nearby)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby)
       call find_twins(group%problem, points%node(group%active))
@@ -275,26 +277,29 @@ contains
   !> Make reactions a little soft that no body feels: W + softness N N^T. That takes the least of
   !> them, which the softness has no part in; what it leaves of gaps is taken out by solving again
   !> about the reactions found (solve_reactions_mod). docs/theory.md (11.20).
-  subroutine soften(group, compliance, row, nearby, block)
+  subroutine soften(tolerance, row, group, compliance, nearby, block)
+    real(wp), intent(in) :: tolerance                  !! of contact [-]
+    integer, intent(in) :: row(:, :)                   !! (3,n_points) 0 where there is none
     type(contact_group_t), intent(inout) :: group      !! gets the softness
     type(compliance_t), intent(inout) :: compliance    !! over the rows [length/force]
-    integer, intent(in) :: row(:, :)                   !! (3,n_points) 0 where there is none
     type(near_stiffness_t), intent(inout), optional :: nearby
     !! of the active points: what is soft is all that holds these combinations
     real(wp), intent(inout), optional :: block(:, :, :)
     !! (3,3,n_points) what stands for W_ii, of a map [length/force]
-    real(wp) :: along(3, size(group%null, 2)), largest
+    real(wp) :: along(3, size(group%null, 2))
     integer :: k, a
 
     group%softness = 0.0_wp
     if (size(group%null, 2) == 0) return
     if (present(block)) then
-      largest = maxval([(block(a, a, group%active), a=1, 3)])
+      group%flexibility = maxval([(block(a, a, group%active), a=1, 3)])
     else
-      largest = maxval(diagonal_of(compliance))
+      group%flexibility = maxval(diagonal_of(compliance))
     end if
-    group%softness = little
-    if (largest > 0.0_wp) group%softness = little*largest
+    ! Of bodies that do not give way any.
+    if (.not. group%flexibility > 0.0_wp) group%flexibility = 1.0_wp
+    group%softness = group%flexibility*min(most_softness, max(least_softness, &
+      softness_by_tolerance*tolerance))
     call add_square(compliance, group%softness, group%null)
     if (.not. present(nearby)) return
     do k = 1, size(group%active)

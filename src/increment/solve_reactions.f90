@@ -6,7 +6,8 @@ module solve_reactions_mod
   use controls_mod, only: contact_controls_t, solver_none, linear_auto, linear_direct
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced
+  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_stalled, &
+    ended_at_limit
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction, force_scale, measure
   use rigid_modes_mod, only: generalised_loads
@@ -19,10 +20,11 @@ module solve_reactions_mod
   use placement_mod, only: placement_t
   use pull_off_mod, only: pulls_off
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
-  use condensed_contact_mod, only: contact_group_t, count_points, count_rows, little
+  use condensed_contact_mod, only: contact_group_t, count_points, count_rows
   use formed_compliance_mod, only: form_compliance, form_floating
   use compliance_mod, only: is_map
   use shared_nodes_mod, only: has_shared_nodes, share_nodes
+  use dependent_rows_mod, only: points_of_rows
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
   use solve_on_bodies_mod, only: group_answer_t, solve_on_bodies
@@ -31,7 +33,7 @@ module solve_reactions_mod
 
   public :: solve_reactions
 
-  real(wp), parameter :: no_part = 0.1_wp !! of the tolerance: softness that counts for nothing [-]
+  real(wp), parameter :: no_part = 1.0e-3_wp !! of the tolerance: softness that counts for nothing [-]
 
 contains
 
@@ -187,9 +189,9 @@ contains
 
   !> The reactions and motions of a group, of those that no body feels the least.
   !>
-  !> W is a little soft along these, N N^T r, about no reaction at first: that decides which press.
-  !> Then about the reactions found, again and again, until softness has no part in any gap.
-  !> docs/theory.md (11.20).
+  !> W is a little soft along these, N N^T r, about no reaction at first. That decides which of the
+  !> points that touch do not press: they are kept so from then on. Solutions about the reactions
+  !> found follow until softness has no part in any gap. docs/theory.md (11.20).
   subroutine solve_for_least(scene, group, controls, x_free, drift, r, gaps, report)
     type(scene_t), intent(in) :: scene
     type(contact_group_t), intent(in) :: group
@@ -200,33 +202,69 @@ contains
     real(wp), allocatable, intent(inout) :: gaps(:)
     !! (n_rows) where W alone does not give them: gaps and slips [length]
     type(contact_report_t), intent(out) :: report
-    integer, parameter :: max_rounds = 10
+    integer, parameter :: max_rounds = 20
+    real(wp), parameter :: beyond = 10.0_wp    !! gaps there are: what keeps a point open [-]
+    real(wp), parameter :: nothing = 10.0_wp   !! times the tolerance, beside what gives way [-]
     real(wp), dimension(size(group%null, 2)) :: centre, found
-    real(wp) :: last
-    real(wp), allocatable :: x_start(:)
+    real(wp), dimension(size(x_free)) :: x_start, away
     type(contact_report_t) :: of_round
+    real(wp) :: last, slack
     integer :: i
 
-    allocate (x_start, source=x_free)
+    if (size(group%null, 2) == 0) then
+      call solve_with_or_without(scene, group, controls, x_free, drift, r, report)
+      if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
+        relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
+      return
+    end if
+    x_start = x_free
+    away = 0.0_wp
     centre = 0.0_wp
-    found = 0.0_wp
-    last = huge(1.0_wp)
+    last = huge(last)
     rounds: do i = 1, max_rounds
-      x_free = x_start - group%softness*matmul(group%null, centre)
+      x_free = x_start + away - group%softness*matmul(group%null, centre)
       call solve_with_or_without(scene, group, controls, x_free, drift, r, of_round)
       call add_round(of_round, report)
-      if (size(group%null, 2) == 0 .or. .not. report%converged) exit rounds
       found = matmul(pack_rows(group%problem, r), group%null)
-      if (norm2(found - centre) <= no_part*controls%tolerance*norm2(r)/little) exit rounds
+      gaps = relative_gaps(group%problem, x_free, pack_rows(group%problem, r)) - away - &
+        group%softness*matmul(group%null, found - centre)
+      if (.not. report%converged) exit rounds
+      slack = nothing*controls%tolerance*group%flexibility*norm2(r)
+      if (group%softness*norm2(found - centre) <= no_part*controls%tolerance*norm2(r)* &
+        group%flexibility) exit rounds
+      if (i == 1) call keep_open(group, gaps, r, group%softness*norm2(found), beyond* &
+        (maxval(abs(gaps)) + group%flexibility*norm2(r)), away)
       report%converged = norm2(found - centre) < last .and. i < max_rounds
       if (.not. report%converged) exit rounds
       last = norm2(found - centre)
       centre = found
     end do rounds
-    if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp) .or. &
-      size(group%null, 2) > 0) gaps = relative_gaps(group%problem, x_free, pack_rows( &
-      group%problem, r)) - group%softness*matmul(group%null, found - centre)
+    x_free = x_free - away
+    if (report%converged .and. any(away > 0.0_wp .and. gaps < -slack)) then
+      report%converged = .false.
+      report%ending = ended_at_limit
+    end if
+    ! What others come to is no least reaction: the certificate would not see that.
+    if (report%ending == ended_stalled) report%ending = ended_at_limit
   end subroutine solve_for_least
+
+  !> Keep the points open that could take over what others carry, touch, and do not press.
+  pure subroutine keep_open(group, gaps, r, touching, far, away)
+    type(contact_group_t), intent(in) :: group
+    real(wp), intent(in) :: gaps(:)        !! (n_rows) [length]
+    real(wp), intent(in) :: r(:, :)        !! (3,n_active) [force]
+    real(wp), intent(in) :: touching, far  !! gaps up to which they touch, and that are none [length]
+    real(wp), intent(inout) :: away(:)     !! (n_rows) what is added to their gaps [length]
+    logical :: has_part(size(r, 2))
+    integer :: k
+
+    has_part = points_of_rows(group%problem%row, group%null)
+    do k = 1, size(r, 2)
+      associate (row => group%problem%row(1, k))
+        if (has_part(k) .and. r(1, k) <= 0.0_wp .and. gaps(row) <= touching) away(row) = far
+      end associate
+    end do
+  end subroutine keep_open
 
   !> What one more solution took, and how it came out.
   pure subroutine add_round(of_round, report)
