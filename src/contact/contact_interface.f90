@@ -19,7 +19,7 @@ module contact_interface_mod
   use step_loads_mod, only: prescribed_dofs
   use constraints_mod, only: active_constraints
   use placement_mod, only: placement_t, place_undeformed
-  use dependent_rows_mod, only: find_dependent_rows, points_of_rows
+  use dependent_rows_mod, only: find_dependent_rows, points_of_rows, uncarried_overlaps
   use transfer_mod, only: movable, rows_of_points
   implicit none
   private
@@ -65,19 +65,25 @@ contains
   end subroutine find_reach
 
   !> The points before surfaces that constraints join to what they face in the undeformed mesh, with
-  !> the supports of any step: where rows depend on each other.
+  !> the supports of any step: where rows depend on each other. An overlap that no motion can part
+  !> there is no part of their gaps.
   subroutine find_joined_points(scene, points)
     type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(inout) :: points !! gets is_joined
+    type(contact_points_t), intent(inout) :: points !! gets is_joined, uncarried; extra gaps grow
+    type(contact_points_t) :: all_points
     type(placement_t) :: undeformed
     logical :: prescribed(3, scene%mesh%n_nodes), before(3, scene%mesh%n_nodes)
     logical :: can_move(3, scene%mesh%n_nodes), is_joined(points%n)
     integer :: row(3, points%n), step
     real(wp), allocatable :: null(:, :)
+    real(wp) :: overlap(points%n), uncarried(points%n)
 
-    if (scene%constraints%n == 0 .or. .not. any(points%on_surface)) return
+    if (scene%constraints%n == 0) return
     call place_undeformed(scene, points, undeformed)
+    all_points = points
+    all_points%in_reach = .true.
     is_joined = .false.
+    uncarried = 0.0_wp
     do step = 1, size(scene%steps)
       prescribed = prescribed_dofs(scene, step)
       if (step > 1) then
@@ -85,11 +91,17 @@ contains
       end if
       before = prescribed
       can_move = movable(scene, prescribed)
-      call rows_of_points(can_move, points, undeformed%weights, undeformed%frame, row)
+      call rows_of_points(can_move, all_points, undeformed%weights, undeformed%frame, row)
       call find_dependent_rows(points, undeformed%weights, undeformed%frame, row, can_move, &
         active_constraints(scene%constraints, prescribed), null)
       is_joined = is_joined .or. points_of_rows(row, null)
+      overlap = uncarried_overlaps(row, null, undeformed%gap + uncarried)
+      where (points%on_surface .or. .not. points%is_curved) uncarried = uncarried + overlap
     end do
+    if (any(uncarried > 0.0_wp)) then
+      points%uncarried = uncarried
+      points%extra_gap = points%extra_gap + uncarried
+    end if
     is_joined = is_joined .and. points%on_surface
     if (any(is_joined)) points%is_joined = is_joined
   end subroutine find_joined_points

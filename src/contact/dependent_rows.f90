@@ -14,7 +14,7 @@ module dependent_rows_mod
   implicit none
   private
 
-  public :: find_dependent_rows, points_of_rows, undetermined_points
+  public :: find_dependent_rows, points_of_rows, undetermined_points, uncarried_overlaps
 
   real(wp), parameter :: rounding = 1.0e-12_wp  !! of the largest that coefficients of a point are summed from [-]
   real(wp), parameter :: dependent = 1.0e-9_wp
@@ -102,6 +102,50 @@ contains
     where (abs(left) <= dependent) left = 0.0_wp
     undetermined = points_of_rows(row, left)
   end function undetermined_points
+
+  !> By how much points overlap that no motion can part, for what adds up in N^T x stays as it is:
+  !> the least that has to be added to gaps for some to be there that are nowhere negative.
+  pure function uncarried_overlaps(row, null, gap) result(depth)
+    integer, intent(in) :: row(:, :)      !! (3,n_points) 0 where there is none
+    real(wp), intent(in) :: null(:, :)    !! (n_rows,k) N [-]
+    real(wp), intent(in) :: gap(:)        !! (n_points) [length]
+    real(wp) :: depth(size(gap))          !! at least 0 [length]
+    integer,  parameter :: most_rounds = 1000
+    real(wp), parameter :: settled = 1.0e-12_wp !! of the gaps [-]
+    real(wp) :: x(size(null, 1)), left(size(null, 2)), step, longest
+    logical :: is_normal(size(null, 1))
+    integer :: i, round
+
+    depth = 0.0_wp
+    if (size(null, 2) == 0) return
+    x = 0.0_wp
+    is_normal = .false.
+    do i = 1, size(gap)
+      if (row(1, i) == 0) cycle
+      x(row(1, i)) = gap(i)
+      is_normal(row(1, i)) = .true.
+    end do
+    if (all(x >= 0.0_wp .or. all(abs(null) <= 0.0_wp, dim=2))) return
+    left = matmul(x, null)
+    where (is_normal) x = max(0.0_wp, x)
+    left = left - matmul(x, null)
+    ! |N^T x - N^T gap| by one row after the other.
+    do round = 1, most_rounds
+      longest = 0.0_wp
+      do i = 1, size(x)
+        if (.not. any(abs(null(i, :)) > 0.0_wp)) cycle
+        step = dot_product(left, null(i, :))/dot_product(null(i, :), null(i, :))
+        if (is_normal(i)) step = max(step, -x(i))
+        x(i) = x(i) + step
+        left = left - step*null(i, :)
+        longest = max(longest, abs(step))
+      end do
+      if (longest <= settled*maxval(abs(gap), mask=row(1, :) > 0)) exit
+    end do
+    do i = 1, size(gap)
+      if (row(1, i) > 0) depth(i) = max(0.0_wp, -dot_product(left, null(row(1, i), :)))
+    end do
+  end function uncarried_overlaps
 
   !> B of the points that have rows, constraints put in.
   subroutine rows_in_unknowns(points, weights, frame, row, is_unknown, active, rows)

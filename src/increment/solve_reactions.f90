@@ -7,7 +7,7 @@ module solve_reactions_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_stalled, &
-    ended_at_limit
+    ended_at_limit, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction, force_scale, measure
   use rigid_modes_mod, only: generalised_loads
@@ -235,6 +235,7 @@ contains
       if (i == 1) call keep_open(group, gaps, r, group%softness*norm2(found), beyond* &
         (maxval(abs(gaps)) + group%flexibility*norm2(r)), away)
       report%converged = norm2(found - centre) < last .and. i < max_rounds
+      if (.not. report%converged) report%ending = ended_diverging
       if (.not. report%converged) exit rounds
       last = norm2(found - centre)
       centre = found

@@ -23,7 +23,10 @@ module contact_points_mod
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
-    real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
+    real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP, and `uncarried` [length]
+    real(wp), allocatable :: uncarried(:)
+    !! (n) overlap of the undeformed mesh that constraints keep as it is, in the extra gap; allocated
+    !! where there is any [length]
     logical,  allocatable :: is_joined(:)
     !! (n) before a surface: constraints join it to what it faces. It keeps the place of the
     !! undeformed mesh for as long as it faces nearly the same there; allocated where any does
