@@ -5,7 +5,8 @@ module contact_points_mod
   implicit none
   private
 
-  public :: contact_points_t, weights_t, master_nodes, contact_nodes, is_covered, is_across
+  public :: contact_points_t, weights_t, master_nodes, contact_nodes, is_covered, is_across, &
+    face_one
 
   !> All points of all pairs, one pair after the other, the nodes of a pair ascending: what holds
   !> before anything is placed.
@@ -29,7 +30,8 @@ module contact_points_mod
     !! where there is any [length]
     logical,  allocatable :: is_joined(:)
     !! (n) before a surface: constraints join it to what it faces. It keeps the place of the
-    !! undeformed mesh for as long as it faces nearly the same there; allocated where any does
+    !! undeformed mesh for as long as it faces nearly the same there, one node where that is nearly
+    !! all; allocated where any does
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
@@ -82,6 +84,20 @@ contains
     if (.not. allocated(points%on_surface)) return
     if (points%on_surface(i)) is_covered = weights%covers(i)
   end function is_covered
+
+  !> Have a point face one node alone where that has nearly all of its weights: nodes opposite to each
+  !> other but for the digits of a mesh.
+  pure subroutine face_one(weight)
+    real(wp), intent(inout) :: weight(:) !! of the point [-]
+    real(wp), parameter :: nearly_all = 0.95_wp !! of the sum of magnitudes [-]
+    integer :: k
+
+    if (size(weight) == 0) return
+    k = maxloc(weight, dim=1)
+    if (weight(k) < nearly_all*sum(abs(weight))) return
+    weight = 0.0_wp
+    weight(k) = 1.0_wp
+  end subroutine face_one
 
   !> The axes across which planes of symmetry hold a point before a surface.
   pure function is_across(points, i) result(across)

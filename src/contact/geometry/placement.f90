@@ -7,7 +7,7 @@ module placement_mod
   use scene_mod, only: scene_t
   use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: nodes_of
-  use contact_points_mod, only: contact_points_t, weights_t, is_across
+  use contact_points_mod, only: contact_points_t, weights_t, is_across, face_one
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
   use facet_mortar_mod, only: facet_pair_t, join_facets, face_facets, reach_of_facets, &
@@ -194,7 +194,7 @@ contains
     associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       n = last - first + 1
       call face_surface(scene, points, pair, u, mortar)
-      if (allocated(points%is_joined) .and. .not. scene%pairs(pair)%small_sliding) then
+      if (allocated(points%is_joined)) then
         if (any(points%is_joined(first:last))) call keep_joined(scene, points, pair, u, mortar)
       end if
       call place_covered(points, pair, stay, mortar, placement)
@@ -386,12 +386,20 @@ contains
     type(mortar_t), intent(inout) :: mortar  !! of the points of the pair, as u has them
     type(mortar_t) :: undeformed
     integer, allocatable :: old(:), new(:)
-    real(wp) :: nothing(3, size(u, 2)), weight(size(u, 2)), changed
+    real(wp), dimension(3, size(u, 2)) :: nothing, moved
+    real(wp), allocatable :: weights(:)
+    real(wp) :: weight(size(u, 2)), changed
     integer :: i, k
 
     nothing = 0.0_wp
     weight = 0.0_wp
-    call face_surface(scene, points, pair, nothing, undeformed)
+    if (scene%pairs(pair)%small_sliding) then
+      undeformed = mortar
+      moved = nothing
+    else
+      call face_surface(scene, points, pair, nothing, undeformed)
+      moved = u
+    end if
     do i = points%first(pair), points%first(pair + 1) - 1
       if (.not. points%is_joined(i)) cycle
       associate (here => i - points%first(pair) + 1, before => undeformed%weights, &
@@ -405,10 +413,14 @@ contains
         if (changed > joined*sum(abs(before%weight(old)))) cycle
         mortar%normal(:, here) = undeformed%normal(:, here)
         mortar%area(here) = undeformed%area(here)
-        mortar%apart(:, here) = undeformed%apart(:, here) + u(:, points%node(i)) - &
-          matmul(u(:, before%node(old)), before%weight(old))
-        call replace_rows(now, here, [1, size(old) + 1], &
-          before%node(old), before%weight(old))
+        weights = before%weight(old)
+        call face_one(weights)
+        ! Apart from each other places that are far from the origin, and motions, keep their digits.
+        associate (x => scene%mesh%coordinates, node => points%node(i), masters => before%node(old))
+          mortar%apart(:, here) = (x(:, node) - matmul(x(:, masters), weights)) + (moved(:, node) - &
+            matmul(moved(:, masters), weights))
+        end associate
+        call replace_rows(now, here, [1, size(old) + 1], before%node(old), weights)
       end associate
     end do
   end subroutine keep_joined
