@@ -7,6 +7,7 @@
 module condensed_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
+  use controls_mod, only: contact_controls_t, solver_sweeps
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes, is_covered
   use body_solver_mod, only: body_solver_t
@@ -57,11 +58,6 @@ module condensed_contact_mod
 
   integer, parameter :: few_rows = 300
   !! of a part of the points, up to which W is formed where products with it are solutions
-
-  ! How soft reactions are made that no body feels, beside what gives way the most: so much more than
-  ! the tolerance that a solver sees it, and so little that W keeps its digits.
-  real(wp), parameter :: least_softness = 1.0e-6_wp, most_softness = 0.1_wp !! [-]
-  real(wp), parameter :: softness_by_tolerance = 1.0e3_wp                   !! [-]
 
   !> The rows of all points of a placement.
   type :: placed_rows_t
@@ -230,17 +226,17 @@ contains
       end if
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
-      call soften(scene%contact%tolerance, row, group, compliance, nearby, block)
+      call soften(softness_for(scene%contact), row, group, compliance, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby, block(:, :, group%active))
     else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
-      call soften(scene%contact%tolerance, row, group, compliance)
+      call soften(softness_for(scene%contact), row, group, compliance)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
-      call soften(scene%contact%tolerance, row, group, compliance, nearby)
+      call soften(softness_for(scene%contact), row, group, compliance, nearby)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby)
       call find_twins(group%problem, points%node(group%active))
@@ -274,11 +270,22 @@ contains
 
   end subroutine condense_group
 
+  !> How soft that is: so much more than the tolerance that a solver sees it, and so little that W
+  !> keeps its digits. Sweeps take the longer the less it is.
+  pure real(wp) function softness_for(controls) result(softness)
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), parameter :: least = 1.0e-6_wp, most = 0.1_wp, of_sweeps = 1.0e-2_wp !! [-]
+    real(wp), parameter :: by_tolerance = 1.0e3_wp                                 !! [-]
+
+    softness = min(most, max(least, by_tolerance*controls%tolerance))
+    if (controls%solver == solver_sweeps) softness = max(softness, of_sweeps)
+  end function softness_for
+
   !> Make reactions a little soft that no body feels: W + softness N N^T. That takes the least of
   !> them, which the softness has no part in; what it leaves of gaps is taken out by solving again
   !> about the reactions found (solve_reactions_mod). docs/theory.md (11.20).
-  subroutine soften(tolerance, row, group, compliance, nearby, block)
-    real(wp), intent(in) :: tolerance                  !! of contact [-]
+  subroutine soften(softness, row, group, compliance, nearby, block)
+    real(wp), intent(in) :: softness                   !! beside what gives way the most [-]
     integer, intent(in) :: row(:, :)                   !! (3,n_points) 0 where there is none
     type(contact_group_t), intent(inout) :: group      !! gets the softness
     type(compliance_t), intent(inout) :: compliance    !! over the rows [length/force]
@@ -298,8 +305,7 @@ contains
     end if
     ! Of bodies that do not give way any.
     if (.not. group%flexibility > 0.0_wp) group%flexibility = 1.0_wp
-    group%softness = group%flexibility*min(most_softness, max(least_softness, &
-      softness_by_tolerance*tolerance))
+    group%softness = group%flexibility*softness
     call add_square(compliance, group%softness, group%null)
     if (.not. present(nearby)) return
     do k = 1, size(group%active)
