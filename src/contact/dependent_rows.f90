@@ -16,7 +16,8 @@ module dependent_rows_mod
 
   public :: find_dependent_rows, points_of_rows, undetermined_points, uncarried_overlaps
 
-  real(wp), parameter :: rounding = 1.0e-12_wp  !! of the largest that coefficients of a point are summed from [-]
+  real(wp), parameter :: rounding = 1.0e-12_wp
+  !! of the largest that coefficients of a point are summed from [-]
   real(wp), parameter :: dependent = 1.0e-9_wp
   !! of the largest singular value: nothing. Weights are rounded by 1e-15 to 1e-12 of 1; an obstacle
   !! that leans by 1e-4 against a guide is determined [-]
@@ -24,13 +25,13 @@ module dependent_rows_mod
   !! that hang together: a singular value decomposition takes a second. More of them stay as they
   !! are, singular, with proximal steps
 
-  !> The rows of the points in the unknowns, a sparse column of three components a point and unknown.
+  !> The rows of the points in the unknowns: three components a point and unknown.
   type :: unknown_rows_t
     integer,  allocatable :: point(:)     !! (m) points that have rows
     logical,  allocatable :: is_joined(:) !! (m) a constraint has a part in it
     integer,  allocatable :: first(:)     !! (m+1) where the entries of each begin
     integer,  allocatable :: unknown(:)   !! (n_entries) 3 (node - 1) + dof
-    real(wp), allocatable :: value(:, :)  !! (3,n_entries) along n, t1, t2; 0 where there is no row [-]
+    real(wp), allocatable :: value(:, :)  !! (3,n_entries) n, t1, t2; 0 where there is no row [-]
   end type unknown_rows_t
 
 contains

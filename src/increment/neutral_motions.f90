@@ -38,10 +38,10 @@ contains
   !> derivative by a difference, and by what the last step has done. Nothing where normals do not
   !> turn.
   !>
-  !> The difference takes reactions as they are. Where bodies are thin these change more than normals
-  !> do, as surfaces that are not flat any more slide over each other. Where a step has left too much
-  !> the derivative takes Broyden's correction. docs/theory.md section 9.
-  subroutine neutral_step(scene, points, motions, neutral, placement, state, residual, led, a)
+  !> The difference takes reactions as they are. Where bodies are thin these change more than
+  !> normals do, as surfaces that are not flat any more slide over each other. Where a step has left
+  !> too much the derivative takes Broyden's correction. docs/theory.md section 9.
+  subroutine neutral_step(scene, points, motions, neutral, placement, state, residual, led)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
@@ -49,8 +49,7 @@ contains
     type(placement_t), intent(in) :: placement !! in which the reactions were found
     type(state_t), intent(in) :: state      !! its reactions, displacement and rotations
     real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
-    type(led_t), intent(inout) :: led       !! the last step, this one out
-    real(wp), intent(out) :: a(:)           !! (n) [length]
+    type(led_t), intent(inout) :: led       !! the last step in, this one out
     real(wp) :: along(size(residual))
     real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
     type(placement_t) :: turned
@@ -85,8 +84,7 @@ contains
         residual - matmul(stiffness, along), 2, size(along))*spread(along, 1, size(along))/ &
         dot_product(along, along)
     end if
-    a = matmul(neutral, solve_least_squares(stiffness, residual))
-    led%step = a
+    led%step = matmul(neutral, solve_least_squares(stiffness, residual))
     led%from = matmul(neutral, residual)
   end subroutine neutral_step
 

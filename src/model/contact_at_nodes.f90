@@ -37,8 +37,8 @@ contains
     end do
   end subroutine add_contact_forces
 
-  !> Add the normal reactions over the areas of their points to the pressures of the nodes, as far as
-  !> they are determined.
+  !> Add the normal reactions over the areas of their points to the pressures of the nodes, as far
+  !> as they are determined.
   pure subroutine add_contact_pressures(points, contact, pressures)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact

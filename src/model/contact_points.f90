@@ -26,8 +26,8 @@ module contact_points_mod
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
     real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP, and `uncarried` [length]
     real(wp), allocatable :: uncarried(:)
-    !! (n) overlap of the undeformed mesh that constraints keep as it is, in the extra gap; allocated
-    !! where there is any [length]
+    !! (n) overlap of the undeformed mesh that constraints keep as it is, in the extra gap;
+    !! allocated where there is any [length]
     logical,  allocatable :: is_joined(:)
     !! (n) before a surface: constraints join it to what it faces. It keeps the place of the
     !! undeformed mesh for as long as it faces nearly the same there, one node where that is nearly
@@ -85,8 +85,8 @@ contains
     if (points%on_surface(i)) is_covered = weights%covers(i)
   end function is_covered
 
-  !> Have a point face one node alone where that has nearly all of its weights: nodes opposite to each
-  !> other but for the digits of a mesh.
+  !> Have a point face one node alone where that has nearly all of its weights: nodes opposite to
+  !> each other but for the digits of a mesh.
   pure subroutine face_one(weight)
     real(wp), intent(inout) :: weight(:) !! of the point [-]
     real(wp), parameter :: nearly_all = 0.95_wp !! of the sum of magnitudes [-]

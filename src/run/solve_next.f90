@@ -31,8 +31,8 @@ module solve_next_mod
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, is_solved
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
-    note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
-    note_undetermined
+    note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, &
+    note_double, note_undetermined
   implicit none
   private
 

@@ -417,8 +417,8 @@ contains
         call face_one(weights)
         ! Apart from each other places that are far from the origin, and motions, keep their digits.
         associate (x => scene%mesh%coordinates, node => points%node(i), masters => before%node(old))
-          mortar%apart(:, here) = (x(:, node) - matmul(x(:, masters), weights)) + (moved(:, node) - &
-            matmul(moved(:, masters), weights))
+          mortar%apart(:, here) = (x(:, node) - matmul(x(:, masters), weights)) + &
+            (moved(:, node) - matmul(moved(:, masters), weights))
         end associate
         call replace_rows(now, here, [1, size(old) + 1], before%node(old), weights)
       end associate
