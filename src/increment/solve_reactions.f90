@@ -254,7 +254,7 @@ contains
     type(contact_group_t), intent(in) :: group
     real(wp), intent(in) :: gaps(:)        !! (n_rows) [length]
     real(wp), intent(in) :: r(:, :)        !! (3,n_active) [force]
-    real(wp), intent(in) :: touching, far  !! gaps: up to the one they touch, the other opens [length]
+    real(wp), intent(in) :: touching, far !! gaps: they touch up to one, the other opens [length]
     real(wp), intent(inout) :: away(:)     !! (n_rows) what is added to their gaps [length]
     logical :: has_part(size(r, 2))
     integer :: k

@@ -202,10 +202,9 @@ class Means(Sheets):
     def test_friction_limit_is_that_of_the_least(self):
         """Of 0.3 x 3.02: two means take more than one, and 1 is more than friction holds."""
         joint = mean(self.PAIR) + mean(((3, 1), (5, 1)))
-        for small in ("NO", "YES"):
-            _, file = self.run_sheets(joint, small=small, pull=0.6)
-            self.check(file, 4, pull=0.6)
-            self.assertEqual(Run(sheets(joint, small=small), name="sheets").status, 2)
+        _, file = self.run_sheets(joint, pull=0.6)
+        self.check(file, 4, pull=0.6)
+        self.assertEqual(Run(sheets(joint), name="sheets").status, 2)
 
     def test_an_overlap_that_stays_is_told(self):
         run, file = self.run_sheets(mean(self.PAIR), lift=0.2497, small="YES", pull=0.9)
