@@ -214,7 +214,6 @@ contains
     type(trial_t), intent(inout) :: trial  !! gets the way along them
     type(state_t), intent(inout) :: new    !! likewise
     type(newton_raphson_t), intent(inout) :: loop
-    real(wp) :: step(solver%body%motions%n) !! [length]
     logical :: is_led
 
     loop%last_moved = loop%moved
@@ -222,11 +221,13 @@ contains
     ! What a placement that still moves leaves on them says nothing.
     if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)
     if (.not. is_led) return
-    step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-      solver%body%motions%n), trial%placement, new, trial%neutral_residual)
-    loop%led = loop%led + step
-    trial%motion = trial%motion + step
-    call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+    call neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+      solver%body%motions%n), trial%placement, new, trial%neutral_residual, loop%last_led)
+    associate (step => loop%last_led%step)
+      loop%led = loop%led + step
+      trial%motion = trial%motion + step
+      call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+    end associate
   end subroutine lead
 
   !> Take in the force that is out of balance, as a load or in u_free.

@@ -14,6 +14,7 @@ module place_and_solve_mod
   use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions, &
     are_left_out
   use near_points_mod, only: near_points
+  use neutral_motions_mod, only: led_t
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, displacement_of
   use solve_reactions_mod, only: solve_reactions
@@ -37,6 +38,7 @@ module place_and_solve_mod
     real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
     !! how far points are from where they were placed, now and before [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
+    type(led_t) :: last_led               !! the last of them
     real(wp), allocatable :: begun(:)
     !! a correction by the factor, its interior to come [length]
   end type newton_raphson_t

@@ -5,7 +5,7 @@ module increment_notes_mod
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, count_undetermined
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
   use faces_between_nodes_mod, only: face_entry_t
@@ -15,7 +15,8 @@ module increment_notes_mod
   private
 
   public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, &
-    note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
+    note_undetermined
 
   !> A line for the console.
   type :: note_t
@@ -118,6 +119,34 @@ contains
     call add_note(notes, increment, .true., &
       ': rigid motions that nothing holds and nothing drives are left as they are: '//now)
   end subroutine note_unheld
+
+  !> Where reactions are not determined at the end of a *STEP.
+  pure subroutine note_undetermined(scene, points, increment, report, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    integer, parameter :: most = 4 !! nodes that are named
+    character(:), allocatable :: words
+    integer :: n, i
+
+    n = count_undetermined(report%contact)
+    if (n == 0) return
+    associate (nodes => scene%mesh%node_id(pack(points%node, report%contact%is_undetermined)))
+      words = 'node '
+      if (n > 1) words = 'nodes '
+      do i = 1, min(n, most)
+        if (i > 1) words = words//', '
+        words = words//to_text(nodes(i))
+      end do
+    end associate
+    if (n > most) words = words//', ...'
+    call add_note(notes, increment, .false., ': contact reactions are not determined at '// &
+      to_text(n)//trim(merge(' point ', ' points', n == 1))//' ('//words// &
+      '), for constraints can carry the same forces: the least reactions are given, and left '// &
+      'out of pressures')
+  end subroutine note_undetermined
 
   !> How deep obstacles were in faces between their nodes in a *STEP.
   pure subroutine note_entries(scene, increment, deepest, notes)

@@ -36,7 +36,7 @@ module solve_next_mod
     refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, is_solved
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
     note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double
+    note_turn, note_double, note_undetermined
   implicit none
   private
 
@@ -270,6 +270,7 @@ contains
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
+        call note_undetermined(scene, plan%points, increment, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)
