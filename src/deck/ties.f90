@@ -13,6 +13,7 @@ module ties_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
+  use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
   use scene_mod, only: contact_pair_t
@@ -172,9 +173,11 @@ contains
     type(constraints_t), intent(inout) :: constraints !! gets them, behind what there is
     type(mortar_t) :: mortar
     logical, allocatable :: tied(:)
-    real(wp) :: off
+    real(wp) :: off, given
     integer :: tie_of(model%mesh%n_nodes), t, i, n, node, c
 
+    given = 16.0_wp*deck_rounding(model%mesh%coordinates(:, :model%mesh%n_nodes), &
+      model%mesh%origin)
     tie_of = 0
     do t = 1, size(ties)
       associate (slaves => surfaces(ties(t)%slave)%nodes, at => ties(t)%position, &
@@ -185,7 +188,7 @@ contains
             ' lies on '//quoted(surfaces(ties(t)%master)%name))
           cycle
         end if
-        off = on*edge_of(model, surfaces(ties(t)%master))
+        off = max(on*edge_of(model, surfaces(ties(t)%master)), given)
         do i = 1, size(slaves)
           node = slaves(i)
           if (.not. tied(i)) cycle
