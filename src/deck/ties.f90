@@ -16,6 +16,7 @@ module ties_mod
   use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
+  use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surfaces_mod, only: surface_t, nodes_of
@@ -74,8 +75,8 @@ contains
 
   !> Move the slave nodes of all ties onto their masters, and say how many and how far.
   !>
-  !> What they face changes as they move, and may itself be tied: round after round until nothing
-  !> moves any more.
+  !> What they face changes as they move, and may itself be tied; nodes that hang go with those that
+  !> they lie between: round after round until nothing moves any more.
   subroutine move_tied_nodes(reader, model, surfaces, ties)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model      !! its nodes are moved
@@ -118,6 +119,7 @@ contains
             end do
           end associate
         end do
+        call place_hanging(model%mesh)
         if (farthest <= rounding) exit
         if (round > 5 .and. farthest > 0.9_wp*last .and. farthest < 1.0e-12_wp* &
           maxval(abs(before))) exit
