@@ -1,4 +1,4 @@
-!> Where coordinates are counted from. docs/theory.md (2.6).
+!> Where coordinates are counted from. docs/theory.md (12.3).
 !>
 !> Far from the deck's origin coordinates are rounded by more than what is computed from their
 !> differences can bear. There they are counted from a place in the middle of the mesh.
