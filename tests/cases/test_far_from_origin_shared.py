@@ -1,9 +1,10 @@
-"""Decks from elsewhere that lie far from the origin, or tie bent surfaces, ../shared/reference/finds3.
+"""Decks from elsewhere, ../shared/reference/finds3: far from the origin, bent ties, and others.
 
 Where that folder is absent the whole file is skipped (status 77). Its name says `shared`, so that
 the skip is allowed; nothing else is skipped here.
 """
 
+import re
 import sys
 import unittest
 
@@ -55,6 +56,19 @@ class Finds(unittest.TestCase):
         coarse = text[: text.index("*ELSET, ELSET=RF0")] + text[text.index("*SURFACE INTERACTION"):]
         fine, plain = self.displacement(text, "fine"), self.displacement(coarse, "plain")
         self.assertLess(abs(abs(fine).max() / abs(plain).max() - 1), 0.1)
+
+    def test_estimate_of_a_bent_layer(self):
+        """Bodies of one layer, whose middles the tie moves by rounding: an error below 100 %."""
+        run = Run(FINDS / "mesh_estimate.inp")
+        self.assertEqual(run.status, 0, run.errors)
+        errors = [float(m) for m in re.findall(r"estimated error: mesh ([\d.e+]+) %", run.output)]
+        self.assertEqual(len(errors), 2)
+        self.assertLess(max(errors), 100.0)
+
+    def test_no_node_is_prescribed(self):
+        """A node that slides onto its master is not called prescribed."""
+        run = Run(FINDS / "free_node_called_prescribed.inp", mu=3, drag=2.2, inc=0.1)
+        self.assertNotIn("is prescribed to move", run.errors)
 
 
 if __name__ == "__main__":
