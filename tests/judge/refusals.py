@@ -335,6 +335,11 @@ def confirm(scene, stored, message):
     if not findings and spoilt > 10 * scene.tolerance and re.search(NUMERICAL, message):
         # A solution found in extended precision does not say that double precision finds it.
         return CONFIRMED, f"rounding times the condition of the stiffness is {spoilt:.1e}"
+    if re.search(r"the face of nodes .* is folded", message):
+        folded = [f for f in findings if f.kind == "folded faces in contact"]
+        if folded:
+            return CONFIRMED, f"its own solution has {folded[0].found:g} folded faces in contact"
+        return OPEN, f"its own solution (residual {found.residual:.1e}) has no folded face"
     if not findings and "contact is missed" in message:
         depth = missed_depth(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():
