@@ -74,7 +74,7 @@ def unbalanced_share(scene, u, held, loads, increment=None):
             rows = motions.reshape(-1, 3, motions.shape[1])
             rows = rows[row] - (0 if obstacle.reference is None else rows[obstacle.reference])
             points.append((frame @ rows, pair.friction))
-    if not points:
+    if not points or drives_unseen(motions, points, loads):
         return 1.0
     angles = [np.linspace(0, 2 * np.pi, 16, endpoint=False) for _ in points]
     width = [np.full(16, np.pi / 16) for _ in points]
@@ -110,6 +110,20 @@ def unbalanced_share(scene, u, held, loads, increment=None):
             angles[p] = np.concatenate([angles[p][keep], angle + finer * np.array([-2, 0, 2])])
             width[p] = np.concatenate([width[p][keep], np.full(3, finer)])
     return least
+
+
+def drives_unseen(motions, points, loads):
+    """Whether loads drive a motion (3N, m) that no reaction at the points acts along.
+
+    However small they are beside others: these do nothing there but round.
+    """
+    rows = np.vstack([seen if mu > 0 else seen[:1] for seen, mu in points])
+    _, size, ways = np.linalg.svd(rows)
+    unseen = motions @ ways[int(np.sum(size > 1e-12 * size.max(initial=0.0))) :].T
+    work = unseen.T @ loads.ravel()
+    # Of the motions, which loads that they should not see multiply.
+    rounding = 16 * np.finfo(float).eps * np.abs(unseen).max(axis=0) * np.abs(loads).sum()
+    return bool(np.any(np.abs(work) > rounding))
 
 
 def left_by_pressure(scene, increment):
