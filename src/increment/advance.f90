@@ -223,9 +223,9 @@ contains
   end function energy_of_heat
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate
-  !> judges): where its motion is prescribed that is an error; where it was taken to be out of reach,
-  !> or beside its master where the points were placed last, the report says so. So it does where a
-  !> point got to faces that were taken to be out of reach.
+  !> judges): where its motion is prescribed that is an error; where it was taken to be out of
+  !> reach, or beside its master where the points were placed last, the report says so. So it does
+  !> where a point got to faces that were taken to be out of reach.
   subroutine watch_inactive(scene, points, prescribed, condensed, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

@@ -204,7 +204,8 @@ class FarFromOrigin(unittest.TestCase):
     def test_moments_are_about_the_origin_of_the_deck(self):
         """A force at a place away has the moment of the way more."""
         for name in DECKS:
-            force, here = self.values(name, "zero", "resultant"), self.values(name, "zero", "moment")
+            force = self.values(name, "zero", "resultant")
+            here = self.values(name, "zero", "moment")
             far = self.values(name, "exact", "moment")
             for k in here:
                 more = here[k] + np.cross(EXACT, force[k])

@@ -71,6 +71,11 @@ class Finds(unittest.TestCase):
         self.assertNotIn("is prescribed to move", run.errors)
 
 
+    def test_dome_in_a_cup(self):
+        """A dome that stands on its pole is solved."""
+        self.displacement(FINDS / "dome_in_cup_refused.inp")
+
+
 if __name__ == "__main__":
     if not FINDS.is_dir():
         print(f"skipped: {FINDS} is not there")
