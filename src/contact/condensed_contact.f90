@@ -334,6 +334,7 @@ contains
     if (size(pressing) == 0) return
     neutral = null_space(all_g(pressing, :), unseen)
     if (any(abs(matmul(load, neutral)) > unseen*norm2(load))) return
+    if (size(neutral, 2) == size(null_space(all_g, unseen), 2)) return
     g = all_g(pressing, :)
   end function seen_by_pressing
 
