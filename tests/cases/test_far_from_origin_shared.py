@@ -70,10 +70,6 @@ class Finds(unittest.TestCase):
         run = Run(FINDS / "free_node_called_prescribed.inp", mu=3, drag=2.2, inc=0.1)
         self.assertNotIn("is prescribed to move", run.errors)
 
-    def test_dome_in_a_cup(self):
-        """A dome that stands on its pole is solved."""
-        self.displacement(FINDS / "dome_in_cup_refused.inp")
-
 
 if __name__ == "__main__":
     if not FINDS.is_dir():
