@@ -24,6 +24,7 @@ module condensed_contact_mod
     add_square, diagonal_of, is_map
   use problem_mod, only: contact_problem_t, make_problem
   use shared_nodes_mod, only: find_twins
+  use dense_mod, only: null_space
   use floating_mod, only: floating_t, see_motions, free_the_motions, sees_less
   implicit none
   private
@@ -54,6 +55,9 @@ module condensed_contact_mod
   !> made anew for every placement, in the same memory.
   type :: condensed_contact_t
     type(contact_group_t), allocatable :: group(:)
+    logical, allocatable :: presses(:)
+    !! (n_points) where that is known: in the iteration before
+    real(wp), allocatable :: load(:) !! (n_motions) then: work of the loads on each motion [force]
   end type condensed_contact_t
 
   integer, parameter :: few_rows = 300
@@ -65,6 +69,8 @@ module condensed_contact_mod
     logical, allocatable :: can_move(:, :) !! (3,n_nodes) of `movable`
     type(transfer_t) :: transfer
     real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
+    logical, allocatable :: presses(:)  !! (n_points) as of condensed_contact_t
+    real(wp), allocatable :: load(:)    !! (n_motions) likewise [force]
   end type placed_rows_t
 
 contains
@@ -149,6 +155,8 @@ contains
   !>
   !> Only points that are `near` have rows; the others in reach are taken to be open. Where the near
   !> ones do not see all motions that the points in reach do, a group has the rows of all of these.
+  !> Before round obstacles alone motions are neutral that points which press do not see, too, where
+  !> no load drives these.
   subroutine condense_contact(scene, points, body, undeformed, placement, curved, near, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -162,6 +170,10 @@ contains
 
     allocate (rows%row(3, points%n))
     rows%can_move = movable(scene, body%prescribed)
+    if (allocated(contact%presses)) then
+      rows%presses = contact%presses
+      rows%load = contact%load
+    end if
     call rows_of_points(rows%can_move, points, placement%weights, placement%frame, rows%row)
     call make_transfer(body%inverse%map, points, placement%weights, rows%transfer)
     if (body%inverse%is_condensed) then
@@ -198,6 +210,9 @@ contains
       undeformed_g = motions_at_rows(scene%mesh, points, before_it_turned(points, group%point, &
         undeformed, placement), body%motions, all_rows)
       undeformed_g = undeformed_g(:, group%motion)
+      if (allocated(rows%presses) .and. .not. any(points%on_surface(group%point))) undeformed_g = &
+        seen_by_pressing(undeformed_g, pack(all_rows, all_rows > 0 .and. spread(rows%presses, 1, &
+        3)), rows%load(group%motion))
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
       if (sees_less(g(:, group%motion), undeformed_g)) then
         row = all_rows
@@ -369,6 +384,27 @@ contains
       end do
     end do
   end function rows_of_group
+
+  !> What points that press see of the motions, where loads drive none that they do not see; else
+  !> what all see.
+  !>
+  !> A dome that stands on its pole in a wider cup, without friction: open points would see it move,
+  !> but only once it has gone as far as to touch there. Turned normals bring it to rest before.
+  function seen_by_pressing(all_g, pressing, load) result(g)
+    real(wp), intent(in) :: all_g(:, :)   !! (m,n) what each motion does at all rows [-]
+    integer, intent(in) :: pressing(:)    !! rows of these points
+    real(wp), intent(in) :: load(:)       !! (n) [force]
+    real(wp), allocatable :: g(:, :)
+    real(wp), allocatable :: neutral(:, :)
+    real(wp), parameter :: unseen = 1.0e-10_wp !! as of see_motions [-]
+
+    g = all_g
+    if (size(pressing) == 0) return
+    neutral = null_space(all_g(pressing, :), unseen)
+    if (any(abs(matmul(load, neutral)) > unseen*norm2(load))) return
+    if (size(neutral, 2) == size(null_space(all_g, unseen), 2)) return
+    g = all_g(pressing, :)
+  end function seen_by_pressing
 
   !> The placement as far as the undeformed mesh says how points lie: normals before deformation
   !> turned them.

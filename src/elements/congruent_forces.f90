@@ -7,7 +7,7 @@
 !> have moved far as a whole lose no digits, nor do long thin bricks that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants, along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
@@ -46,7 +46,7 @@ contains
     integer :: e, i, n, next, nodes(8)
 
     allocate (shapes(n_remembered))
-    rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(mesh%coordinates))
+    rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     n = 0
     next = 1
     do e = 1, mesh%n_elements

@@ -29,7 +29,7 @@ module advance_mod
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
-  use transfer_mod, only: nodal_forces
+  use transfer_mod, only: nodal_forces, movable, rows_of_points
   use condensed_contact_mod, only: condensed_contact_t
   use describe_contact_mod, only: describe_contact, find_undetermined
   use step_solver_mod, only: step_solver_t
@@ -142,7 +142,7 @@ contains
         report%contact)
       call find_undetermined(solver%contact, 10.0_wp*scene%contact%tolerance* &
         maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
-      call watch_inactive(scene, points, solver%contact, new, report, error)
+      call watch_inactive(scene, points, solver%body%prescribed, solver%contact, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       trial%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
@@ -227,17 +227,19 @@ contains
   end function energy_of_heat
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate
-  !> judges): where its motion is prescribed that is an error; where it was taken to be out of reach
-  !> the report says so. So it does where a point got to faces that were taken to be.
-  subroutine watch_inactive(scene, points, condensed, new, report, error)
+  !> judges): where its motion is prescribed that is an error; where it was taken to be out of
+  !> reach, or beside its master where the points were placed last, the report says so. So it does
+  !> where a point got to faces that were taken to be out of reach.
+  subroutine watch_inactive(scene, points, prescribed, condensed, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
     type(condensed_contact_t), intent(in) :: condensed
     type(state_t), intent(in) :: new
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
     logical :: is_inside(points%n), is_stray(points%n)
-    integer :: i
+    integer :: row(3, points%n), i
 
     if (points%n == 0) return
     is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp* &
@@ -255,13 +257,23 @@ contains
       return
     end if
     if (.not. any(is_inside)) return
-    i = findloc(is_inside, .true., dim=1)
     if (any(is_inside .and. .not. points%in_reach)) then
       report%converged = .false.
       report%ending = ended_out_of_reach
       report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
       return
     end if
+    call rows_of_points(movable(scene, prescribed), points, report%contact%weights, &
+      report%contact%frame, row)
+    if (any(is_inside .and. row(1, :) > 0)) then
+      report%converged = .false.
+      report%ending = ended_moving
+      i = maxloc(-report%contact%gap, dim=1, mask=is_inside .and. row(1, :) > 0)
+      report%moved_point = i
+      report%residual = -report%contact%gap(i)/maxval(abs(new%displacement))
+      return
+    end if
+    i = findloc(is_inside, .true., dim=1)
     call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
       to_text(new%increment)// &
       ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &

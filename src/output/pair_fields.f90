@@ -134,7 +134,9 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, its points)
 
-    values = source%scene%mesh%coordinates(:, source%points%node(source%first:source%last))
+    associate (mesh => source%scene%mesh, nodes => source%points%node(source%first:source%last))
+      values = mesh%coordinates(:, nodes) + spread(mesh%origin, 2, size(nodes))
+    end associate
   end subroutine coordinates
 
   subroutine area(source, values)
@@ -220,6 +222,8 @@ contains
       values(1, :) = values(1, :) + cross(source%scene%mesh%coordinates(:, &
         source%points%node(i)), source%state%reaction(:, i))
     end do
+    values(1, :) = values(1, :) + cross(source%scene%mesh%origin, sum(source%state%reaction(:, &
+      source%first:source%last), dim=2))
   end subroutine moment
 
   subroutine covered_area(source, values)
@@ -293,7 +297,7 @@ contains
     if (source%last < source%first) return
     ref_node = source%scene%obstacles(source%scene%pairs(source%points%pair(source%first))% &
       master)%ref_node
-    centre = 0.0_wp
+    centre = -source%scene%mesh%origin
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
       do i = source%first, source%last

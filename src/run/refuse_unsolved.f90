@@ -21,7 +21,8 @@ module refuse_unsolved_mod
   private
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
-    refuse_inverted, refuse_deep_overlap, nodes_in_words, is_solved, tolerance_in_reach
+    refuse_inverted, refuse_deep_overlap, refuse_folded, nodes_in_words, is_solved, &
+    tolerance_in_reach
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -315,6 +316,21 @@ contains
       to_text(scene%mesh%element_id(element))//' behind it is thick; move the bodies apart, '// &
       'or close the overlap with ADJUST= of *CONTACT PAIR')
   end subroutine refuse_deep_overlap
+
+  !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or
+  !> pressure is computed over it.
+  subroutine refuse_folded(scene, increment, surface, nodes, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: surface, nodes(4) !! of the face
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': the face of '//nodes_in_words(scene, nodes)//' of '// &
+      scene%surfaces(surface)%name//' is folded: a corner points inwards, and contact cannot be '// &
+      'computed there; the body is deformed beyond what linear theory covers: less motion, or '// &
+      'less load')
+  end subroutine refuse_folded
 
   !> "body 2 (of node 132)".
   pure function body_name(scene, body) result(words)

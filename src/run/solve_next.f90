@@ -22,6 +22,7 @@ module solve_next_mod
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
+  use folded_faces_mod, only: find_folded
   use unfelt_overlaps_mod, only: find_unfelt_overlap, find_entered_faces, &
     hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
@@ -33,7 +34,8 @@ module solve_next_mod
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
-    refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, is_solved
+    refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
+    is_solved
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
     note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_undetermined
@@ -253,6 +255,7 @@ contains
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
+      if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
       call judge_shape(scene, plan, solver%undeformed%gap, watch%reach, solved, error)
@@ -279,6 +282,19 @@ contains
       call count_events(scene, plan, solver, increment, progress, notes)
     end associate
   end subroutine judge_increment
+
+  !> A contact face that has folded ends the run.
+  subroutine judge_faces(scene, plan, solved, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(solved_t), intent(in) :: solved
+    type(error_t), allocatable, intent(out) :: error
+    integer :: surface, nodes(4)
+
+    call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, surface, &
+      nodes)
+    if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
+  end subroutine judge_faces
 
   !> Bricks that are inside out end the run, and so do bodies that begin deeper in one another than
   !> a brick.
