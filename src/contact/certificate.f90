@@ -109,8 +109,8 @@ contains
       scales%of_body, 10.0_wp*tolerance)
     certificate%energy = worst_energy(mesh, new%displacement, forces, acting_t(forces%external, &
       pressed(:, :, 2) + joining, support), at_rest)
-    certificate%undetermined = largest_undetermined(mesh, points, contact, new%reaction, forces, &
-      scales%force, 10.0_wp*tolerance)
+    certificate%undetermined = largest_undetermined(mesh, points, contact, forces, scales%force, &
+      10.0_wp*tolerance)
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
