@@ -13,7 +13,7 @@ module certificate_mod
   use bodies_at_rest_mod, only: are_at_rest, spread_of_row
   use constrained_forces_mod, only: hand_over, torn
   use error_measures_mod, only: are_finite, excusable, ratio, rounded
-  use certificate_scales_mod, only: scales_t, find_scales, deformation
+  use certificate_scales_mod, only: scales_t, find_scales
   use undetermined_forces_mod, only: largest_undetermined
   use turned_slips_mod, only: turned_slips_t
   implicit none
@@ -107,7 +107,7 @@ contains
     end if
     certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, &
       scales%of_body, 10.0_wp*tolerance)
-    certificate%energy = worst_energy(mesh, new%displacement, forces, acting_t(forces%external, &
+    certificate%energy = worst_energy(mesh, scales%strained, forces, acting_t(forces%external, &
       pressed(:, :, 2) + joining, support), at_rest)
     certificate%undetermined = largest_undetermined(mesh, points, contact, forces, scales%force, &
       10.0_wp*tolerance)
@@ -139,17 +139,15 @@ contains
   !> state, less what rounding excuses. docs/theory.md (6.5).
   !>
   !> Along rigid motions forces have no work: that is their balance.
-  pure real(wp) function worst_energy(mesh, u, forces, acting, at_rest) result(worst)
+  pure real(wp) function worst_energy(mesh, strained, forces, acting, at_rest) result(worst)
     type(mesh_t), intent(in) :: mesh
-    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    real(wp), intent(in) :: strained(:, :) !! (3,n_nodes) displacement without rigid motion [length]
     type(increment_forces_t), intent(in) :: forces
     type(acting_t), intent(in) :: acting   !! contact with the forces of constraints
     logical, intent(in) :: at_rest(0:)     !! (0:n_bodies)
-    real(wp) :: strained(3, mesh%n_nodes)
     real(wp), dimension(0:mesh%n_bodies) :: work, rounding
     integer :: node, body
 
-    strained = deformation(mesh, u)
     work = 0.0_wp
     rounding = 0.0_wp
     do node = 1, mesh%n_nodes

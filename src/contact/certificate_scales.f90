@@ -14,7 +14,7 @@ module certificate_scales_mod
   implicit none
   private
 
-  public :: scales_t, find_scales, deformation
+  public :: scales_t, find_scales
 
   real(wp), parameter :: let_go = 1.0e-3_wp
   !! of the forces before an increment: forces at its end are measured by no less [-]
@@ -27,6 +27,7 @@ module certificate_scales_mod
     real(wp), allocatable :: of_body(:)  !! (0:n_bodies) of forces, without contact [force]
     real(wp), allocatable :: force(:)    !! (n_points) of the bodies in contact there [force]
     real(wp), allocatable :: length(:)   !! (n_points) likewise [length]
+    real(wp), allocatable :: strained(:, :) !! (3,n_nodes) deformation [length]
   end type scales_t
 
 contains
@@ -69,8 +70,8 @@ contains
     end do
     where (force <= 0.0_wp) force = of_obstacles
     length = 0.0_wp
-    u = deformation(mesh, new%displacement)
-    call add_spread(mesh, u, group, length)
+    scales%strained = deformation(mesh, new%displacement)
+    call add_spread(mesh, scales%strained, group, length)
     u = deformation(mesh, new%displacement - old%displacement)
     call add_spread(mesh, u, group, length)
     do node = 1, mesh%n_nodes
