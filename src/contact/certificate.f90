@@ -348,22 +348,23 @@ contains
 
   !> Work, strain energy and dissipation up to the end of the increment, and what is left over.
   !>
-  !> External work by the trapezoidal rule on loads and supports, and on the torques that turn
-  !> obstacles; the reaction of the end dissipates over the slip. What the forces of thermal
+  !> External work by the trapezoidal rule on loads and supports, and what else works: the torques
+  !> that turn obstacles, overlaps that contact removes. The reaction of the end dissipates over the
+  !> slip. What the forces of thermal
   !> expansion do is in the work of the loads, and so far also in the strain energy, that of the
   !> total strain: both lose what the two differ by from work and energy of the stresses.
-  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_torques, of_heat)
+  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_others, of_heat)
     type(contact_fields_t), intent(in) :: contact
     type(state_t), intent(in) :: old
     type(state_t), intent(inout) :: new            !! gets external_work and dissipation
     real(wp), intent(in) :: internal_force(:, :)   !! (3,n_nodes) [force]
     type(energy_t), intent(out) :: energy
-    real(wp), intent(in), optional :: of_torques   !! in the increment, 0 where left out [energy]
+    real(wp), intent(in), optional :: of_others    !! in the increment, 0 where left out [energy]
     real(wp), intent(in), optional :: of_heat      !! what both lose, 0 where left out [energy]
 
     new%external_work = old%external_work + 0.5_wp*sum((new%displacement - old%displacement)* &
       (old%external_force + old%support_force + new%external_force + new%support_force))
-    if (present(of_torques)) new%external_work = new%external_work + of_torques
+    if (present(of_others)) new%external_work = new%external_work + of_others
     new%dissipation = old%dissipation - sum(contact%reaction(2:, :)*contact%slip_increment)
     energy%external_work = new%external_work
     energy%strain = 0.5_wp*sum(internal_force*new%displacement)

@@ -14,7 +14,7 @@ module load_step_error_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
   use placement_mod, only: placement_t, place_curved
@@ -24,17 +24,21 @@ module load_step_error_mod
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
+  use path_balance_mod, only: work_left_over
   implicit none
   private
 
   public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change
 
+  real(wp), parameter :: doubtful = 0.1_wp
+  !! of the strain energy: a balance of energy to look into [-]
   real(wp), parameter :: sharp_enough = 1.0e-6_wp !! residual of what only an estimate needs [-]
 
   !> The run in coarser increments.
   type :: coarse_run_t
     type(state_t) :: state
     integer :: n_behind = 0 !! increments that the run is ahead of it
+    type(energy_t) :: energy !! of the run there
   end type coarse_run_t
 
 contains
@@ -59,7 +63,8 @@ contains
     !! of the increment; gets errors%load_steps, negative where there is none
     type(state_t) :: middle, other
     integer :: n_run !! increments of the run that the coarse one has to catch up
-    logical :: ok
+    real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
+    logical :: ok, is_doubtful
 
     report%errors%load_steps = -1.0_wp
     coarse%n_behind = coarse%n_behind + 1
@@ -67,23 +72,41 @@ contains
     n_run = coarse%n_behind
     coarse%n_behind = 0
     if (new%increment == 1) coarse%state = old
+    left_beside = 0.0_wp
+    left = report%energy%balance - coarse%energy%balance
+    is_doubtful = abs(left) > doubtful*max(report%energy%strain, &
+      coarse%energy%strain) .and. .not. any(scene%obstacles%turns)
+    coarse%energy = report%energy
     if (event_before(scene, points, solver, coarse%state, new%position) < new%position) then
       call follow_events(n_run)
     else if (new%increment == 1) then
       call try_increment(scene, points, solver, old, new%position/2, middle, ok)
+      call add_left_over(old, middle)
       if (ok) call try_increment(scene, points, solver, middle, new%position/2, other, ok, new)
+      call add_left_over(middle, other)
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
+      if (ok .and. is_doubtful) report%left_over = abs([left, left_beside])
       coarse%state = new
     else
       call try_increment(scene, points, solver, coarse%state, &
         new%position - beginning(coarse%state, new%step), other, ok, new)
+      call add_left_over(coarse%state, other)
       if (ok) report%errors%load_steps = change()
+      if (ok .and. is_doubtful) report%left_over = abs([left_beside, left])
       if (.not. ok) other = new
       coarse%state = other
     end if
 
   contains
+
+    !> Add what an increment beside the run leaves over, where that is asked for.
+    subroutine add_left_over(from, to)
+      type(state_t), intent(in) :: from, to
+
+      if (ok .and. is_doubtful) left_beside = left_beside + work_left_over(scene, points, &
+        solver%undeformed, from, to)
+    end subroutine add_left_over
 
     !> From event to event, in halves.
     subroutine follow_events(n_run)
@@ -99,9 +122,12 @@ contains
         finish = event_before(scene, points, solver, other, new%position)
         call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
         if (.not. ok) exit pieces
+        call add_left_over(other, middle)
         call try_increment(scene, points, solver, middle, finish - middle%position, other, ok)
+        call add_left_over(middle, other)
         if (.not. ok .or. finish == new%position) exit pieces
       end do pieces
+      if (ok .and. is_doubtful) report%left_over = abs([left, left_beside])
       ! Where the run has ended at the events too, half the size leaves half of the error.
       if (ok) report%errors%load_steps = merge(2.0_wp, 1.0_wp, n_pieces <= n_run)*change()
       if (.not. ok) other = new

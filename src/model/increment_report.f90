@@ -111,6 +111,9 @@ module increment_report_mod
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     real(wp), allocatable :: mesh_error(:)
     !! (n_elements) of the stresses, squared, where it was estimated [energy]
+    real(wp) :: left_over(2) = 0.0_wp
+    !! energy along the path since increments of another size began beside it, where it is more than
+    !! a tenth of the strain energy: in the larger increments, and in those of half their size
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(error_parts_t)    :: errors

@@ -127,6 +127,8 @@ contains
     call archive_state(list, progress%state)
     call archive_state(list, progress%coarse%state)
     call archive(list, progress%coarse%n_behind)
+    call archive(list, progress%coarse%energy%strain)
+    call archive(list, progress%coarse%energy%balance)
     call carry_size(list, progress%size)
     call carry_ahead(list, progress%ahead)
     call archive(list, progress%tolerance)

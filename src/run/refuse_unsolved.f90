@@ -19,9 +19,11 @@ module refuse_unsolved_mod
   implicit none
   private
 
-  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
+  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, refuse_lost_energy, &
     nodes_in_words, is_solved, tolerance_in_reach, next_tolerance
 
+  real(wp), parameter :: half_left = 0.75_wp
+  !! of the energy left over: as much with half the increment is no error of its size [-]
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
 contains
@@ -281,6 +283,24 @@ contains
       'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
       ' as the slave, or smaller bricks, to see whether it does')
   end subroutine refuse_leaning
+
+  !> Energy that contact gives or takes along the path, and that increments of half the size do not
+  !> halve, ends the run. docs/theory.md (6.7).
+  subroutine refuse_lost_energy(increment, report, error)
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (left => report%left_over, strain => report%energy%strain)
+      if (.not. (left(1) > 0.0_wp .and. left(2) > half_left*left(1))) return
+      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+        to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
+        ' of energy that is neither work nor friction, beside a strain energy of '// &
+        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of half the size: '// &
+        'points pass edges or their master turns too far; use much smaller increments, or '// &
+        'another mesh')
+    end associate
+  end subroutine refuse_lost_energy
 
   !> "body 2 (of node 132)".
   pure function body_name(scene, body) result(words)

@@ -30,7 +30,7 @@ module solve_next_mod
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
   use measure_increment_mod, only: estimate_mesh, measure_deformation
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
-    refuse_unfelt_overlap, refuse_leaning, is_solved, next_tolerance
+    refuse_unfelt_overlap, refuse_leaning, refuse_lost_energy, is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
     note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
   implicit none
@@ -288,6 +288,8 @@ contains
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
+      call refuse_lost_energy(increment, report, error)
+      if (allocated(error)) return
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
