@@ -21,6 +21,7 @@ module load_step_error_mod
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event
+  use load_response_mod, only: sum_patterns
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
@@ -32,6 +33,10 @@ module load_step_error_mod
 
   real(wp), parameter :: doubtful = 0.1_wp
   !! of the strain energy: a balance of energy to look into [-]
+  real(wp), parameter :: noise = 1.0e-6_wp
+  !! of work and dissipation: what residuals of contact leave of them is less [-]
+  real(wp), parameter :: halved = 0.75_wp
+  !! of the energy left over: not as much with half the increment, as an error of its size is [-]
   real(wp), parameter :: sharp_enough = 1.0e-6_wp !! residual of what only an estimate needs [-]
 
   !> The run in coarser increments.
@@ -39,6 +44,7 @@ module load_step_error_mod
     type(state_t) :: state
     integer :: n_behind = 0 !! increments that the run is ahead of it
     type(energy_t) :: energy !! of the run there
+    real(wp) :: most_strained = 0.0_wp !! largest strain energy of the run from there on [energy]
   end type coarse_run_t
 
 contains
@@ -61,22 +67,26 @@ contains
     type(coarse_run_t), intent(inout) :: coarse
     type(increment_report_t), intent(inout) :: report
     !! of the increment; gets errors%load_steps, negative where there is none
-    type(state_t) :: middle, other
+    type(state_t) :: middle, other, from_here
     integer :: n_run !! increments of the run that the coarse one has to catch up
     real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
     logical :: ok, is_doubtful
 
     report%errors%load_steps = -1.0_wp
     coarse%n_behind = coarse%n_behind + 1
+    coarse%most_strained = max(coarse%most_strained, report%energy%strain)
     if (coarse%n_behind < 2 .and. .not. ends_step(scene%steps, new)) return
     n_run = coarse%n_behind
     coarse%n_behind = 0
     if (new%increment == 1) coarse%state = old
     left_beside = 0.0_wp
     left = report%energy%balance - coarse%energy%balance
-    is_doubtful = abs(left) > doubtful*max(report%energy%strain, &
-      coarse%energy%strain) .and. .not. any(scene%obstacles%turns)
+    is_doubtful = abs(left) > max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
+      noise*coarse%most_strained, noise*abs(report%energy%external_work), &
+      noise*report%energy%dissipation) .and. .not. any(scene%obstacles%turns)
+    coarse%most_strained = report%energy%strain
     coarse%energy = report%energy
+    from_here = coarse%state
     if (event_before(scene, points, solver, coarse%state, new%position) < new%position) then
       call follow_events(n_run)
     else if (new%increment == 1) then
@@ -86,19 +96,45 @@ contains
       call add_left_over(middle, other)
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
-      if (ok .and. is_doubtful) report%left_over = abs([left, left_beside])
+      if (is_doubtful .and. ok) is_doubtful = abs(left_beside) > halved*abs(left)
       coarse%state = new
     else
       call try_increment(scene, points, solver, coarse%state, &
         new%position - beginning(coarse%state, new%step), other, ok, new)
       call add_left_over(coarse%state, other)
       if (ok) report%errors%load_steps = change()
-      if (ok .and. is_doubtful) report%left_over = abs([left_beside, left])
+      if (is_doubtful .and. ok .and. n_run > 1) is_doubtful = abs(left) > halved*abs(left_beside)
       if (.not. ok) other = new
       coarse%state = other
     end if
+    if (is_doubtful .and. from_here%step /= new%step) is_doubtful = .not. begins_with_jump(scene, &
+      solver, from_here)
+    if (is_doubtful) call look_closer()
 
   contains
+
+    !> Look whether half the increments leave less over.
+    subroutine look_closer()
+      integer(i8) :: ends(5)
+      integer :: i, n
+
+      left_beside = 0.0_wp
+      ends(1) = beginning(from_here, new%step)
+      n = 2*n_run + 1
+      if (n_run == 2) ends(3) = beginning(old, new%step)
+      ends(n) = new%position
+      do i = 2, n, 2
+        ends(i) = (ends(i - 1) + ends(i + 1))/2
+      end do
+      other = from_here
+      do i = 2, n
+        call try_increment(scene, points, solver, other, ends(i) - ends(i - 1), middle, ok)
+        if (.not. ok) return
+        call add_left_over(other, middle)
+        other = middle
+      end do
+      if (abs(left_beside) > halved*abs(left)) report%left_over = abs([left, left_beside])
+    end subroutine look_closer
 
     !> Add what an increment beside the run leaves over, where that is asked for.
     subroutine add_left_over(from, to)
@@ -127,7 +163,7 @@ contains
         call add_left_over(middle, other)
         if (.not. ok .or. finish == new%position) exit pieces
       end do pieces
-      if (ok .and. is_doubtful) report%left_over = abs([left, left_beside])
+      if (is_doubtful .and. ok) is_doubtful = abs(left_beside) > halved*abs(left)
       ! Where the run has ended at the events too, half the size leaves half of the error.
       if (ok) report%errors%load_steps = merge(2.0_wp, 1.0_wp, n_pieces <= n_run)*change()
       if (.not. ok) other = new
@@ -147,6 +183,23 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> Whether loads or supports jump as a *STEP begins: no increment is small enough for their work.
+  logical function begins_with_jump(scene, solver, state) result(jumps)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state  !! at the end of the *STEP before
+    real(wp), allocatable :: u(:, :), force(:, :)
+    real(wp), parameter :: continuous = 1.0e-9_wp !! of the largest: a difference that is none [-]
+
+    call sum_patterns(scene, solver%response, 0.0_wp, 0.0_wp, u, force)
+    associate (prescribed => solver%body%prescribed, support => state%support_force)
+      jumps = maxval(abs(force - state%external_force)) > continuous*max(maxval(abs(force)), &
+        maxval(abs(state%external_force))) .or. maxval(abs(u - state%displacement), &
+        mask=prescribed) > continuous*max(maxval(abs(u)), maxval(abs(state%displacement))) .or. &
+        maxval(abs(support), mask=.not. prescribed) > continuous*maxval(abs(support))
+    end associate
+  end function begins_with_jump
 
   !> The next event behind a state, or `finish` where there is none before it.
   integer(i8) function event_before(scene, points, solver, state, finish) result(event)

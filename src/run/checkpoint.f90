@@ -129,6 +129,7 @@ contains
     call archive(list, progress%coarse%n_behind)
     call archive(list, progress%coarse%energy%strain)
     call archive(list, progress%coarse%energy%balance)
+    call archive(list, progress%coarse%most_strained)
     call carry_size(list, progress%size)
     call carry_ahead(list, progress%ahead)
     call archive(list, progress%tolerance)

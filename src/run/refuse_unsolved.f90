@@ -22,8 +22,6 @@ module refuse_unsolved_mod
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, refuse_lost_energy, &
     nodes_in_words, is_solved, tolerance_in_reach, next_tolerance
 
-  real(wp), parameter :: half_left = 0.75_wp
-  !! of the energy left over: as much with half the increment is no error of its size [-]
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
 contains
@@ -292,7 +290,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     associate (left => report%left_over, strain => report%energy%strain)
-      if (.not. (left(1) > 0.0_wp .and. left(2) > half_left*left(1))) return
+      if (.not. left(1) > 0.0_wp) return
       call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
         to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
         ' of energy that is neither work nor friction, beside a strain energy of '// &
