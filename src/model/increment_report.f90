@@ -112,8 +112,8 @@ module increment_report_mod
     real(wp), allocatable :: mesh_error(:)
     !! (n_elements) of the stresses, squared, where it was estimated [energy]
     real(wp) :: left_over(2) = 0.0_wp
-    !! energy along the path since an increment or two, where it is more than a tenth of the strain
-    !! energy and half the increments do not halve it: of these increments, of half of them [energy]
+    !! along the path since an increment or two, where it is more than a tenth of the strain energy
+    !! and smaller increments do not make it smaller: in these, in quarters of them [energy]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(error_parts_t)    :: errors

@@ -282,8 +282,8 @@ contains
       ' as the slave, or smaller bricks, to see whether it does')
   end subroutine refuse_leaning
 
-  !> Energy that contact gives or takes along the path, and that increments of half the size do not
-  !> halve, ends the run. docs/theory.md (6.7).
+  !> Energy that contact gives or takes along the path, and that smaller increments do not make
+  !> smaller, ends the run. docs/theory.md (6.7).
   subroutine refuse_lost_energy(increment, report, error)
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
@@ -294,7 +294,7 @@ contains
       call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
         to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
         ' of energy that is neither work nor friction, beside a strain energy of '// &
-        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of half the size: '// &
+        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the size: '// &
         'points pass edges or their master turns too far; use much smaller increments, or '// &
         'another mesh')
     end associate
