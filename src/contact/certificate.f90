@@ -136,7 +136,7 @@ contains
   end function forces_on_nodes
 
   !> The strain energy of each body beside half the work of all forces on its nodes at the same
-  !> state, less what rounding excuses. docs/theory.md (6.5).
+  !> state, less what rounding excuses. docs/theory.md (6.4).
   !>
   !> Along rigid motions forces have no work: that is their balance.
   pure real(wp) function worst_energy(mesh, strained, forces, acting, at_rest) result(worst)

@@ -1,4 +1,4 @@
-!> What is left over of the energy along the load path, by contact alone. docs/theory.md (6.7).
+!> What is left over of the energy along the load path, by contact alone. docs/theory.md (6.5).
 module path_balance_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t

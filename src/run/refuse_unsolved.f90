@@ -283,7 +283,7 @@ contains
   end subroutine refuse_leaning
 
   !> Energy that contact gives or takes along the path, and that smaller increments do not make
-  !> smaller, ends the run. docs/theory.md (6.7).
+  !> smaller, ends the run. docs/theory.md (6.5).
   subroutine refuse_lost_energy(increment, report, error)
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
