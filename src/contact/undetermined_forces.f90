@@ -2,7 +2,7 @@
 !> so large that their last bits are. docs/theory.md section 6.
 module undetermined_forces_mod
   use kinds_mod, only: wp
-  use constraints_mod, only: constraints_t, constraint_of
+  use constraints_mod, only: constraint_of
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t
