@@ -136,7 +136,9 @@ contains
           other = middle
         end do
       end do
-      if (abs(left_beside) > as_much*abs(left)) report%left_over = abs([left, left_beside])
+      ! More of it would be a path that the increments do not follow.
+      if (abs(left_beside) > as_much*abs(left) .and. abs(left_beside) < abs(left)/as_much) &
+        report%left_over = abs([left, left_beside])
     end subroutine look_closer
 
     !> Add what an increment beside the run leaves over, where that is asked for.
