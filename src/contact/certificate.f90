@@ -233,8 +233,8 @@ contains
   !>
   !> Rounding excuses at most a thousandth of the largest force, but all of it on a body at rest:
   !> there that of displacements alone, as rounding of places moves no node against another. Support
-  !> forces are internal forces, known as well as others of the body are seen to balance: where these
-  !> need their rounding, and where displacements are prescribed that differ, the last bits of
+  !> forces are internal forces, known as well as others of the body are seen to balance: where
+  !> these need their rounding, and where displacements are prescribed that differ, the last bits of
   !> displacements count at supports, if they are worth more than is allowed. docs/theory.md (6.2).
   pure real(wp) function worst_imbalance(mesh, residual, forces, rounding_of_nodes, at_rest, f, &
     allowed) result(worst)

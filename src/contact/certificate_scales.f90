@@ -133,8 +133,8 @@ contains
     end do
   end subroutine add_spread
 
-  !> Displacements of bodies without the rigid motion that is closest to them; 0 of nodes that are no
-  !> places.
+  !> Displacements of bodies without the rigid motion that is closest to them; 0 of nodes that
+  !> are no places.
   pure function deformation(mesh, u) result(rest)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]

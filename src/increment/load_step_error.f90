@@ -189,8 +189,8 @@ contains
 
   end subroutine follow_coarsely
 
-  !> Whether loads or supports jump as a *STEP begins, or overlaps are removed there: no increment is
-  !> small enough for their work.
+  !> Whether loads or supports jump as a *STEP begins, or overlaps are removed there: no increment
+  !> is small enough for their work.
   logical function begins_with_jump(scene, solver, state) result(jumps)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver

@@ -19,8 +19,8 @@ module refuse_unsolved_mod
   implicit none
   private
 
-  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, refuse_lost_energy, &
-    nodes_in_words, is_solved, tolerance_in_reach, next_tolerance
+  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
+    refuse_lost_energy, nodes_in_words, is_solved, tolerance_in_reach, next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -294,8 +294,8 @@ contains
       call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
         to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
         ' of energy that is neither work nor friction, beside a strain energy of '// &
-        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the size: '// &
-        'points pass edges or their master turns too far; use much smaller increments, or '// &
+        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the '// &
+        'size: points pass edges or their master turns too far; use much smaller increments, or '// &
         'another mesh')
     end associate
   end subroutine refuse_lost_energy

@@ -50,8 +50,8 @@ module floating_search_mod
   integer,  parameter :: most_joint = 3000
   !! rows up to which motions join the reactions at all: a step takes a second
   integer,  parameter :: many = 20
-  !! centres after which that is tried with more rows: on slopes whose friction holds by 1e-6, of 1000
-  !! rows and more, the search ends nowhere
+  !! centres after which that is tried with more rows: on slopes whose friction holds by 1e-6, of
+  !! 1000 rows and more, the search ends nowhere
   real(wp), parameter :: scalings(5) = [0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp/3.0_wp, 1.0_wp/9.0_wp]
   !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
   real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
