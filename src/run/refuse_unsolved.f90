@@ -295,8 +295,8 @@ contains
         to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
         ' of energy that is neither work nor friction, beside a strain energy of '// &
         to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the '// &
-        'size: points pass edges or their master turns too far; use much smaller increments, or '// &
-        'another mesh')
+        'size: points pass edges or their master turns too far; use much smaller increments, '// &
+        'or another mesh')
     end associate
   end subroutine refuse_lost_energy
 
