@@ -35,6 +35,7 @@ module advance_mod
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use equilibrate_mod, only: equilibrate
+  use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
   private
@@ -206,7 +207,8 @@ contains
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy, &
-      work_of_torques(scene, points, old, new), energy_of_heat(scene, new))
+      work_of_torques(scene, points, old, new) + work_on_overlaps(points, solver%undeformed, &
+      trial%placement, old, new), energy_of_heat(scene, new))
   end subroutine finish
 
   !> By how much the energy of the total strain is more than that of the stresses where bodies have

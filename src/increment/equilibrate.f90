@@ -98,7 +98,8 @@ contains
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
+      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal, &
+        trial%forces%of_elements)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
@@ -117,7 +118,11 @@ contains
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
     if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
       report%passed_point = find_passed(scene, points, trial%placement, old, new)
-      if (report%passed_point == 0) return
+      if (report%passed_point == 0) then
+        if (loop%imbalance > trial%controls%tolerance) call leave_to_reactions(scene%mesh, points, &
+          trial%placement, residual, new%reaction)
+        return
+      end if
       report%converged = .false.
       report%ending = ended_passed
       report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new)
@@ -366,6 +371,34 @@ contains
     call drag_points(scene, points, old, new%displacement, new%rotation, now)
     call measure_points(scene, points, placement, now, old, new, moved)
   end function moved_from
+
+  !> Leave what displacements cannot balance any closer to the reactions at the same nodes, where
+  !> these press a fixed obstacle and do not slide: internal forces of displacements that are what
+  !> they should be are known better than reactions from a compliance.
+  pure subroutine leave_to_reactions(mesh, points, placement, residual, reaction)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: residual(:, :)       !! (3,n_nodes) [force]
+    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
+    real(wp) :: r(3), part(3)
+    integer :: i, n_pressed(mesh%n_nodes)
+
+    n_pressed = 0
+    do i = 1, points%n
+      if (any(abs(reaction(:, i)) > 0.0_wp)) n_pressed(points%node(i)) = n_pressed(points%node(i)) &
+        + 1
+    end do
+    do i = 1, points%n
+      if (points%on_surface(i) .or. n_pressed(points%node(i)) /= 1) cycle
+      r = matmul(reaction(:, i), placement%frame(:, :, i))
+      part = matmul(residual(:, points%node(i)), placement%frame(:, :, i))
+      if (points%mu(i) <= 0.0_wp) part(2:) = 0.0_wp
+      r = r - part
+      if (.not. r(1) > 0.0_wp .or. norm2(r(2:)) > points%mu(i)*r(1)) cycle
+      reaction(:, i) = matmul(placement%frame(:, :, i), r)
+    end do
+  end subroutine leave_to_reactions
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
   !> largest force of its body, less what rounding makes of it.

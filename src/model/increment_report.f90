@@ -37,6 +37,8 @@ module increment_report_mod
     !! all at most 10 times the contact tolerance, but `support`, which is a matter of rounding
     real(wp) :: balance = 0.0_wp !! forces on a whole body or obstacle
     real(wp) :: support = 0.0_wp !! displacements beside what is prescribed
+    real(wp) :: energy = 0.0_wp  !! of the strains beside the work of all nodal forces
+    real(wp) :: undetermined = 0.0_wp !! reactions that equilibrium says nothing of
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it
@@ -123,6 +125,9 @@ module increment_report_mod
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     real(wp), allocatable :: mesh_error(:)
     !! (n_elements) of the stresses, squared, where it was estimated [energy]
+    real(wp) :: left_over(2) = 0.0_wp
+    !! along the path since an increment or two, where it is more than a tenth of the strain energy
+    !! and smaller increments do not make it smaller: in these, in quarters of them [energy]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(error_parts_t)    :: errors
@@ -147,10 +152,11 @@ contains
   pure function worst_entry(certificate) result(worst)
     type(certificate_t), intent(in) :: certificate
     real(wp) :: worst
-    real(wp) :: entries(7)
+    real(wp) :: entries(9)
 
     entries = [certificate%penetration, certificate%adhesion, certificate%complementarity, &
-      certificate%cone, certificate%law, certificate%equilibrium, certificate%balance]
+      certificate%cone, certificate%law, certificate%equilibrium, certificate%balance, &
+      certificate%energy, certificate%undetermined]
     worst = huge(worst)
     if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry

@@ -88,6 +88,10 @@ contains
         'obstacle', c%balance)
       call ratio('certificate/support', 'largest departure from a prescribed displacement', &
         c%support)
+      call ratio('certificate/energy', 'strain energy less half the work of all nodal forces '// &
+        'at the same state, of the larger', c%energy)
+      call ratio('certificate/undetermined', 'largest reaction that equilibrium does not '// &
+        'determine, of the largest load or force of an element', c%undetermined)
     end associate
 
     associate (e => report%energy)

@@ -21,25 +21,49 @@ module refuse_unsolved_mod
   private
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
-    refuse_inverted, refuse_deep_overlap, refuse_folded, nodes_in_words, is_solved, &
-    tolerance_in_reach
+    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, nodes_in_words, &
+    is_solved, tolerance_in_reach, next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
 contains
 
-  !> Which tolerance a result that is not far from its own would meet, in words; '' where it is far.
+  !> The tolerance that a residual just meets, in words; '' where it is far from the one asked for.
   pure function tolerance_in_reach(needed, tolerance) result(words)
     real(wp), intent(in) :: needed, tolerance !! residual reached, and asked for [-]
     character(:), allocatable :: words
-    real(wp) :: power
+    real(wp) :: met
 
     words = ''
-    if (.not. (needed > 0.0_wp .and. needed <= reach*tolerance)) return
-    ! Rounded up to one digit, with room for another order of summation.
-    power = 10.0_wp**floor(log10(1.01_wp*needed))
-    words = '; a tolerance of '//to_text(ceiling(1.01_wp*needed/power)*power, 2)//' would be met'
+    met = rounded_up(needed, tolerance)
+    if (met > 0.0_wp) words = '; a tolerance of '//to_text(met, 2)//' would be met'
   end function tolerance_in_reach
+
+  !> The tolerance that an increment which was not solved may meet; 0 where it is far from its own.
+  pure real(wp) function next_tolerance(report, tolerance) result(next)
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(in) :: tolerance  !! that it has not met [-]
+    real(wp) :: needed
+
+    next = 0.0_wp
+    if (report%ending == ended_unbalanced .or. report%ending == ended_moving) return
+    needed = 0.1_wp*worst_entry(report%certificate)
+    if (.not. report%converged) needed = max(needed, report%residual)
+    next = rounded_up(needed, tolerance)
+    if (next <= tolerance) next = 0.0_wp
+  end function next_tolerance
+
+  !> A residual rounded up to one digit, with room for another order of summation; 0 where it is far
+  !> above the tolerance.
+  pure real(wp) function rounded_up(needed, tolerance) result(met)
+    real(wp), intent(in) :: needed, tolerance !! residual reached, and asked for [-]
+    real(wp) :: power
+
+    met = 0.0_wp
+    if (.not. (needed > 0.0_wp .and. needed <= reach*tolerance)) return
+    power = 10.0_wp**floor(log10(1.01_wp*needed))
+    met = ceiling(1.01_wp*needed/power)*power
+  end function rounded_up
 
   !> Whether an increment may stand.
   pure logical function is_solved(scene, report)
@@ -52,12 +76,13 @@ contains
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, increment, report, condition, error)
+  subroutine refuse_unsolved(scene, plan, increment, report, condition, met, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
+    real(wp), intent(in) :: met       !! tolerance with which it was solved, 0: with none [-]
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
 
@@ -80,9 +105,7 @@ contains
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
       where_and_what = where_and_what//'; condition of the stiffness at least '// &
-        to_text(condition, 2)//')'// &
-        tolerance_in_reach(max(report%residual, 0.1_wp*worst_entry(report%certificate)), &
-          scene%contact%tolerance)
+        to_text(condition, 2)//')'//met_in_words(met)
       if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
         where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
         'natural scale is outside the range in which Uzawa converges here: below 2, often less'
@@ -101,8 +124,7 @@ contains
         where_and_what = where_and_what// &
           ': displacements in double precision cannot balance these forces any closer'
       end if
-      where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
-        scene%contact%tolerance)
+      where_and_what = where_and_what//met_in_words(met)
     end if
     if (scene%precision%iterative .and. report%ending /= ended_unbalanced) then
       where_and_what = where_and_what//'; bodies were solved for by iteration: TYPE=FACTOR of '// &
@@ -142,6 +164,16 @@ contains
       end if
     end associate
   end function passed_in_words
+
+  !> The tolerance with which an increment was solved, where it was not with its own.
+  pure function met_in_words(met) result(words)
+    real(wp), intent(in) :: met !! 0: with none [-]
+    character(:), allocatable :: words
+
+    words = ''
+    if (met > 0.0_wp) words = '; with a tolerance of '//to_text(met, 2)//' this increment is '// &
+      'solved, and those after it were not tried'
+  end function met_in_words
 
   !> What to look at where loads are not balanced.
   pure function what_would_balance(scene, pulls_off) result(words)
@@ -332,6 +364,24 @@ contains
       'less load')
   end subroutine refuse_folded
 
+  !> Energy that contact gives or takes along the path, and that smaller increments do not make
+  !> smaller, ends the run. docs/theory.md (6.5).
+  subroutine refuse_lost_energy(increment, report, error)
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (left => report%left_over, strain => report%energy%strain)
+      if (.not. left(1) > 0.0_wp) return
+      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+        to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
+        ' of energy that is neither work nor friction, beside a strain energy of '// &
+        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the '// &
+        'size: points pass edges or their master turns too far; use much smaller increments, '// &
+        'or another mesh')
+    end associate
+  end subroutine refuse_lost_energy
+
   !> "body 2 (of node 132)".
   pure function body_name(scene, body) result(words)
     type(scene_t), intent(in) :: scene
@@ -379,6 +429,9 @@ contains
         ', law '// &
         to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)//', balance '// &
         to_text(c%balance, 2)
+      if (c%energy > 0.0_wp) words = words//', energy '//to_text(c%energy, 2)
+      if (c%undetermined > 0.0_wp) words = words//', reactions that nothing determines '// &
+        to_text(c%undetermined, 2)
       if (c%support > 0.0_wp) words = words//', supports kept to '//to_text(c%support, 2)
     end associate
   end function certificate_in_words

@@ -9,13 +9,15 @@ module solve_next_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment, is_extra
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed
+  use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
+    ended_unbalanced
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
+  use load_response_mod, only: sum_patterns
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
   use advance_mod, only: advance, advance_along
   use kinks_mod, only: count_between
-  use contact_points_mod, only: master_nodes
+  use contact_points_mod, only: contact_points_t, master_nodes
   use load_events_mod, only: first_touch, no_event
   use look_ahead_mod, only: forget => cut
   use load_step_error_mod, only: follow_coarsely
@@ -35,7 +37,7 @@ module solve_next_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
-    is_solved
+    refuse_lost_energy, is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
     note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_undetermined
@@ -51,6 +53,8 @@ module solve_next_mod
     type(increment_report_t) :: report
     type(entries_t) :: entries !! of obstacles into faces, where it is solved
     logical :: found = .false. !! there is such an increment: the run is not complete
+    real(wp) :: met_tolerance = 0.0_wp
+    !! with which it was solved, where it was not with its own; 0: with none that was tried [-]
   end type solved_t
 
   !> What is watched from increment to increment, for notes alone.
@@ -127,8 +131,12 @@ contains
         is_passed = .false.
         if (.not. passes) call pass_touch(increment, progress%size, is_passed)
         if (.not. is_passed) then
-          call cut_increment(scene, increment, progress%size, is_cut)
-          if (.not. is_cut) return
+          is_cut = .not. fails_at_any_size(scene, plan%points, solver, progress%state, solved)
+          if (is_cut) call cut_increment(scene, increment, progress%size, is_cut)
+          if (.not. is_cut) then
+            if (.not. passes) call try_tolerance(scene, plan, solver, progress%state, solved)
+            return
+          end if
           progress%tally%cuts = progress%tally%cuts + 1
         end if
         if (passes) then
@@ -161,6 +169,64 @@ contains
     solved%report%face_penetration = solved%entries%at_end%depth
     solved%report%face_penetration_on_way = solved%entries%on_way%depth
   end subroutine look_between_ends
+
+  !> Whether parts of an increment would be as unbalanced as it is.
+  !>
+  !> They are where loads and prescribed motions grow in proportion from an undeformed body, contact
+  !> does not curve, and nothing overlaps: then a part of the loads has a part of the reactions.
+  logical function fails_at_any_size(scene, points, solver, old, solved) result(fails)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(solved_t), intent(in) :: solved  !! not solved
+    real(wp), allocatable, dimension(:, :) :: u, of_half, force, force_of_half
+    real(wp) :: middle
+
+    fails = .false.
+    if (solved%report%ending /= ended_unbalanced .or. any(points%is_curved)) return
+    if (maxval(abs(old%displacement)) > 0.0_wp) return
+    if (any(solver%undeformed%gap < 0.0_wp .and. points%in_reach)) return
+    associate (response => solver%response, increment => solved%increment)
+      middle = 0.5_wp*(increment%begin + increment%fraction)
+      call sum_patterns(scene, response, increment%fraction, increment%step_time, u, force)
+      call sum_patterns(scene, response, middle, middle*scene%steps(increment%step)%period, &
+        of_half, force_of_half)
+    end associate
+    fails = is_half(of_half, u) .and. is_half(force_of_half, force)
+
+  contains
+
+    pure logical function is_half(half, all)
+      real(wp), intent(in) :: half(:, :), all(:, :)
+
+      is_half = maxval(abs(2.0_wp*half - all)) <= 64.0_wp*epsilon(1.0_wp)*maxval(abs(all))
+    end function is_half
+
+  end function fails_at_any_size
+
+  !> Whether the increment is solved with the tolerance that it seems to meet.
+  subroutine try_tolerance(scene, plan, solver, old, solved)
+    type(scene_t), intent(inout) :: scene      !! as it was
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(solved_t), intent(inout) :: solved    !! gets the tolerance, if it is
+    type(state_t) :: state
+    type(increment_report_t) :: report
+    type(error_t), allocatable :: failure
+    real(wp) :: asked, next
+
+    asked = scene%contact%tolerance
+    next = next_tolerance(solved%report, asked)
+    if (.not. next > 0.0_wp) return
+    scene%contact%tolerance = next
+    call advance(scene, plan%points, solver, old, solved%increment, state, report, failure)
+    if (.not. allocated(failure)) then
+      if (is_solved(scene, report)) solved%met_tolerance = next
+    end if
+    scene%contact%tolerance = asked
+  end subroutine try_tolerance
 
   !> Whether something is not solved that a factor in double precision may solve.
   pure logical function needs_double(scene, error, report)
@@ -254,7 +320,8 @@ contains
     real(wp) :: clock
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
-      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
+      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, &
+        solved%met_tolerance, error)
       if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
@@ -271,6 +338,8 @@ contains
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
+      call refuse_lost_energy(increment, report, error)
+      if (allocated(error)) return
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_undetermined(scene, plan%points, increment, report, notes)
