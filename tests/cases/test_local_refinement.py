@@ -220,7 +220,7 @@ class Meaning(unittest.TestCase):
         """Edges that meet at a node are twice as long at most."""
         cards, _ = body(3)
         result = solved(self, deck(cards, at("Q", 1, times=4),
-                                   step("BODY-SOLE, 1, 3\nBODY-TOP, 3, 3, -1.")))  # fmt: skip
+                                   step("BODY-SOLE, 1, 3\nBODY-TOP, 3, 3, -0.1")))  # fmt: skip
         edge = np.ptp(result.points[result.bricks][:, :, 0], axis=1)
         self.assertEqual(len(np.unique(np.round(edge, 9))), 5)
         for node in range(len(result.points)):

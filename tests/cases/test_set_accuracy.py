@@ -118,7 +118,7 @@ class NotReached(unittest.TestCase):
         """Its displacement grows for ever: said so, with the node's name, and status 2."""
         text = asking("*ACCURACY, OF=DISPLACEMENT, NSET=ONE\n0.01", "*NSET, NSET=ONE\n75\n")
         text = text.replace("*BOUNDARY\nBODY-ZMAX, 1, 2, 0.\nBODY-ZMAX, 3, 3, -0.1\n",
-                            "*BOUNDARY\nBODY-ZMAX, 1, 3, 0.\n*CLOAD\n75, 1, 1e4\n")  # fmt: skip
+                            "*BOUNDARY\nBODY-ZMAX, 1, 3, 0.\n*CLOAD\n75, 1, 10.\n")  # fmt: skip
         text = text[: text.index("** Sideways")]
         run = Run(text, name="block", steps=5, n=4, **AUTO)
         self.assertEqual(run.status, 2, run.output)
