@@ -65,7 +65,7 @@ class Falling(unittest.TestCase):
         # thousandth of the push at most, where 10 tolerances of the weight would be 0.1.
         plane = wall("Z", "MIN").replace("NAME=I\n", "NAME=I\n*FRICTION\n0.3\n")
         load = "*DLOAD\nB, GRAV, 1e6, 0, 0, -1\n*CLOAD\n14, 1, 1e-4"
-        cube = CUBE.replace("1000., 0.3", "1000., 0.")
+        cube = CUBE.replace("1000., 0.3", "1e9, 0.")
         run = Run(cube + plane + STEP.format(load), name="push")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
