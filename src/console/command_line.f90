@@ -429,9 +429,8 @@ contains
       '                      --accuracy, --time and --memory then keep'//nl// &
       '  --nlgeom no         run a deck that says NLGEOM by the theory of small strain'//nl// &
       '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
-      '  --check             only check the deck: each error in a line, for editors; of a folder'// &
-      nl// &
-      '                      all decks: which are accepted, and why others are refused'//nl// &
+      '  --check             only check the deck: each error in a line, for editors;'//nl// &
+      '                      of a folder all decks: which are accepted, or why not'//nl// &
       '  --flat              print the deck as one text, without includes, parameters and'//nl// &
       '                      blocks, for other programs, and stop'//nl// &
       '  --force             run even what does not fit in memory or on the disk'//nl// &

@@ -41,20 +41,20 @@ contains
   !> A point one of whose unknowns is that of no other point has its share in it for itself: where
   !> these alone make its rows independent it is in no such combination, and others that share
   !> unknowns with it alone are not either. What is left over is decomposed.
-  subroutine find_dependent_rows(points, weights, frame, row, is_unknown, active, null)
+  subroutine find_dependent_rows(points, weights, frame, row, is_unknown, active, basis)
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
     real(wp), intent(in) :: frame(:, :, :)     !! (3,3,n_points) columns n, t1, t2
     integer, intent(in) :: row(:, :)           !! (3,n_points) 0 where there is none
     logical, intent(in) :: is_unknown(:, :)    !! (3,n_nodes) that may move, pins of motions too
     type(constraints_t), intent(in) :: active  !! chains substituted
-    real(wp), allocatable, intent(out) :: null(:, :) !! (n_rows,k) N [-]
+    real(wp), allocatable, intent(out) :: basis(:, :) !! (n_rows,k) N [-]
     type(unknown_rows_t) :: rows
     integer, allocatable :: part(:), those(:)
     integer :: i, k
 
-    allocate (null(count(row > 0), 0))
-    if (active%n == 0 .or. size(null, 1) == 0) return
+    allocate (basis(count(row > 0), 0))
+    if (active%n == 0 .or. size(basis, 1) == 0) return
     call rows_in_unknowns(points, weights, frame, row, is_unknown, active, rows)
     if (.not. any(rows%is_joined)) return
     call split(rows, 3*size(is_unknown, 2), row, part)
@@ -62,30 +62,30 @@ contains
       those = pack([(k, k=1, size(part))], part == i)
       if (.not. any(rows%is_joined(those))) cycle
       if (count(row(:, rows%point(those)) > 0) > most_rows) cycle
-      call add_null_space(rows, those, row, null)
+      call add_null_space(rows, those, row, basis)
     end do
   end subroutine find_dependent_rows
 
   !> The points in whose rows some reactions have a part.
-  pure function points_of_rows(row, null) result(has_part)
+  pure function points_of_rows(row, basis) result(has_part)
     integer, intent(in) :: row(:, :)      !! (3,n_points) 0 where there is none
-    real(wp), intent(in) :: null(:, :)    !! (n_rows,k)
+    real(wp), intent(in) :: basis(:, :)    !! (n_rows,k)
     logical :: has_part(size(row, 2))
     integer :: i, a
 
     has_part = .false.
     do i = 1, size(row, 2)
       do a = 1, 3
-        if (row(a, i) > 0) has_part(i) = has_part(i) .or. any(abs(null(row(a, i), :)) > 0.0_wp)
+        if (row(a, i) > 0) has_part(i) = has_part(i) .or. any(abs(basis(row(a, i), :)) > 0.0_wp)
       end do
     end do
   end function points_of_rows
 
   !> The points whose reactions are not determined: those in which combinations of points that
   !> touch have a part. What is apart has none.
-  function undetermined_points(row, null, touches) result(undetermined)
+  function undetermined_points(row, basis, touches) result(undetermined)
     integer, intent(in) :: row(:, :)      !! (3,n_points) 0 where there is none
-    real(wp), intent(in) :: null(:, :)    !! (n_rows,k) N [-]
+    real(wp), intent(in) :: basis(:, :)    !! (n_rows,k) N [-]
     logical, intent(in) :: touches(:)     !! (n_points)
     logical :: undetermined(size(row, 2))
     real(wp), allocatable :: apart(:, :), left(:, :)
@@ -93,32 +93,32 @@ contains
     integer :: i
 
     undetermined = .false.
-    if (size(null, 2) == 0) return
-    undetermined = points_of_rows(row, null)
+    if (size(basis, 2) == 0) return
+    undetermined = points_of_rows(row, basis)
     those = pack([(i, i=1, size(touches))], undetermined .and. .not. touches)
     if (size(those) == 0) return
     own = pack(row(:, those), row(:, those) > 0)
-    allocate (apart, source=null(own, :))
-    left = matmul(null, null_space(apart, dependent))
+    allocate (apart, source=basis(own, :))
+    left = matmul(basis, null_space(apart, dependent))
     where (abs(left) <= dependent) left = 0.0_wp
     undetermined = points_of_rows(row, left)
   end function undetermined_points
 
   !> By how much points overlap that no motion can part, for what adds up in N^T x stays as it is:
   !> the least that has to be added to gaps for some to be there that are nowhere negative.
-  pure function uncarried_overlaps(row, null, gap) result(depth)
+  pure function uncarried_overlaps(row, basis, gap) result(depth)
     integer, intent(in) :: row(:, :)      !! (3,n_points) 0 where there is none
-    real(wp), intent(in) :: null(:, :)    !! (n_rows,k) N [-]
+    real(wp), intent(in) :: basis(:, :)    !! (n_rows,k) N [-]
     real(wp), intent(in) :: gap(:)        !! (n_points) [length]
     real(wp) :: depth(size(gap))          !! at least 0 [length]
     integer,  parameter :: most_rounds = 1000
     real(wp), parameter :: settled = 1.0e-12_wp !! of the gaps [-]
-    real(wp) :: x(size(null, 1)), left(size(null, 2)), step, longest
-    logical :: is_normal(size(null, 1))
+    real(wp) :: x(size(basis, 1)), left(size(basis, 2)), step, longest
+    logical :: is_normal(size(basis, 1))
     integer :: i, round
 
     depth = 0.0_wp
-    if (size(null, 2) == 0) return
+    if (size(basis, 2) == 0) return
     x = 0.0_wp
     is_normal = .false.
     do i = 1, size(gap)
@@ -126,25 +126,25 @@ contains
       x(row(1, i)) = gap(i)
       is_normal(row(1, i)) = .true.
     end do
-    if (all(x >= 0.0_wp .or. all(abs(null) <= 0.0_wp, dim=2))) return
-    left = matmul(x, null)
+    if (all(x >= 0.0_wp .or. all(abs(basis) <= 0.0_wp, dim=2))) return
+    left = matmul(x, basis)
     where (is_normal) x = max(0.0_wp, x)
-    left = left - matmul(x, null)
+    left = left - matmul(x, basis)
     ! |N^T x - N^T gap| by one row after the other.
     do round = 1, most_rounds
       longest = 0.0_wp
       do i = 1, size(x)
-        if (.not. any(abs(null(i, :)) > 0.0_wp)) cycle
-        step = dot_product(left, null(i, :))/dot_product(null(i, :), null(i, :))
+        if (.not. any(abs(basis(i, :)) > 0.0_wp)) cycle
+        step = dot_product(left, basis(i, :))/dot_product(basis(i, :), basis(i, :))
         if (is_normal(i)) step = max(step, -x(i))
         x(i) = x(i) + step
-        left = left - step*null(i, :)
+        left = left - step*basis(i, :)
         longest = max(longest, abs(step))
       end do
       if (longest <= settled*maxval(abs(gap), mask=row(1, :) > 0)) exit
     end do
     do i = 1, size(gap)
-      if (row(1, i) > 0) depth(i) = max(0.0_wp, -dot_product(left, null(row(1, i), :)))
+      if (row(1, i) > 0) depth(i) = max(0.0_wp, -dot_product(left, basis(row(1, i), :)))
     end do
   end function uncarried_overlaps
 
@@ -346,11 +346,11 @@ contains
   end function rank_of
 
   !> The combinations of some points' rows that are 0, beside those found before.
-  subroutine add_null_space(rows, those, row, null)
+  subroutine add_null_space(rows, those, row, basis)
     type(unknown_rows_t), intent(in) :: rows
     integer, intent(in) :: those(:)           !! of the rows' points
     integer, intent(in) :: row(:, :)          !! (3,n_points)
-    real(wp), allocatable, intent(inout) :: null(:, :)
+    real(wp), allocatable, intent(inout) :: basis(:, :)
     real(wp), allocatable :: across(:, :), found(:, :), all(:, :)
     integer, allocatable :: own(:)
     integer :: at(maxval([1, rows%unknown(:rows%first(size(rows%point) + 1) - 1)])), i, k, a, m
@@ -382,10 +382,10 @@ contains
     end do
     found = null_space(across, dependent)
     where (abs(found) <= dependent) found = 0.0_wp
-    allocate (all(size(null, 1), size(null, 2) + size(found, 2)), source=0.0_wp)
-    all(:, :size(null, 2)) = null
-    all(own, size(null, 2) + 1:) = found
-    call move_alloc(all, null)
+    allocate (all(size(basis, 1), size(basis, 2) + size(found, 2)), source=0.0_wp)
+    all(:, :size(basis, 2)) = basis
+    all(own, size(basis, 2) + 1:) = found
+    call move_alloc(all, basis)
   end subroutine add_null_space
 
 end module dependent_rows_mod

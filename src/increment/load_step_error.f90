@@ -168,8 +168,9 @@ contains
         end do
       end do
       ! More of it would be a path that the increments do not follow.
-      if (abs(left_beside) > as_much*abs(left) .and. abs(left_beside) < abs(left)/as_much) &
+      if (abs(left_beside) > as_much*abs(left) .and. abs(left_beside) < abs(left)/as_much) then
         report%left_over = abs([left, left_beside])
+      end if
     end subroutine look_closer
 
     !> Add what an increment beside the run leaves over, where that is asked for.

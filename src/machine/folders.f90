@@ -1,6 +1,7 @@
 !> Folders and the files in them, as a Linux system lists them.
 module folders_mod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, &
+    c_null_char, c_ptr
   use libc_mod, only: c_closedir, c_opendir, c_readdir
   use text_mod, only: string_t
   implicit none
@@ -8,7 +9,7 @@ module folders_mod
 
   public :: is_folder, list_files
 
-  ! An entry of a 64-bit Linux: number and offset, 8 bytes each, length, 2 bytes, kind, 1 byte, name.
+  ! An entry of a 64-bit Linux: number and offset of 8 bytes each, length of 2, kind of 1, name.
   integer, parameter :: place_of_kind = 19, place_of_name = 20
   integer, parameter :: longest_name = 255 !! [byte]
   integer, parameter :: is_link = 10       !! kind of a symbolic link, which may lead back

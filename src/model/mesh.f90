@@ -5,8 +5,8 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, deck_rounding, joined_nodes, elements_at_nodes, shown_nodes, brick_rows, &
-    kind_c3d8, kind_c3d8i, kind_c3d8b
+  public :: mesh_t, find_bodies, deck_rounding, joined_nodes, elements_at_nodes, shown_nodes, &
+    brick_rows, kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes

@@ -38,8 +38,8 @@ module obstacles_mod
 contains
 
   !> An obstacle of facets. Corners at one place are one. Of facets that have the same corners in
-  !> the same order, whichever comes first, one is kept; turned round, a facet is the other side of a
-  !> sheet.
+  !> the same order, whichever comes first, one is kept; turned round, a facet is the other side of
+  !> a sheet.
   pure function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
     character(*), intent(in) :: name
     real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]

@@ -359,9 +359,9 @@ contains
 
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
       to_text(increment%number)//': the face of '//nodes_in_words(scene, nodes)//' of '// &
-      scene%surfaces(surface)%name//' is folded: a corner points inwards, and contact cannot be '// &
-      'computed there; the body is deformed beyond what linear theory covers: less motion, or '// &
-      'less load')
+      scene%surfaces(surface)%name//' is folded: a corner points inwards, and contact '// &
+      'cannot be computed there; the body is deformed beyond what linear theory covers: less '// &
+      'motion, or less load')
   end subroutine refuse_folded
 
   !> Energy that contact gives or takes along the path, and that smaller increments do not make

@@ -360,8 +360,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: surface, nodes(4)
 
-    call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, surface, &
-      nodes)
+    call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, &
+      surface, nodes)
     if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
   end subroutine judge_faces
 

@@ -197,8 +197,8 @@ class Certificate(unittest.TestCase):
                     + (reaction[:, 1:] * slip).sum(axis=1)
                 ).sum()
                 certificate = result.certificate
-                # The measure of forces is that of elements, which are not in the file: a few parts in
-                # ten of the largest reaction.
+                # The measure of forces is that of elements, which are not in the file: it is less
+                # than the largest reaction.
                 own = law / (length * np.linalg.norm(reaction, axis=1).sum())
                 self.assertTrue(0.8 < certificate["law"][row] / own < 1.25)
                 self.assertAlmostEqual(

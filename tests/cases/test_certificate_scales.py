@@ -1,4 +1,4 @@
-"""What the certificate measures by, what it says of energy, and refusals that say what was tried."""
+"""What the certificate measures by, what it says of energy, refusals that say what was tried."""
 
 import re
 import unittest

@@ -253,7 +253,8 @@ class LoadPaths(unittest.TestCase):
         )
         self.assertNotIn("straight lines", self.run_of_result.output)
         # Its second term has 4 increments a period.
-        self.solve(steps.replace("*STATIC", "*STATIC, DIRECT"), amplitude=series, h=0.125, body=body)
+        direct = steps.replace("*STATIC", "*STATIC, DIRECT")
+        self.solve(direct, amplitude=series, h=0.125, body=body)
         self.assertIn(
             "amplitude 'A' has a period of 0.5 and the increments of the step are 0.125: they take "
             "loads in straight lines, and fewer than 8 a period miss much of it",

@@ -58,7 +58,7 @@ class UncoveredNodes(unittest.TestCase):
     """A node beside its master where points were placed last may end inside it."""
 
     def test_it_is_not_called_prescribed(self):
-        """No support moves the sole: smaller increments are tried, and what does not settle told."""
+        """No support moves the sole: smaller increments are tried; what does not settle is told."""
         run = Run(DRAGGED, name="dragged")
         self.assertNotIn("is prescribed to move", run.errors)
         self.assertIn("half of it is tried", run.output + run.errors)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cases"))
-from program import PROGRAM, Run  # noqa: E402  (found through the line above)
+from program import PROGRAM, Run
 
 DECK = """\
 *BLOCK, NAME=LEFT, NX=2, NY=2, NZ=2
@@ -112,7 +112,7 @@ class Folders(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertEqual(errors, "bipot: error: 1 of 3 decks are refused\n")
         lines = printed.splitlines()
-        self.assertRegex(lines[0], r"^refused   /a.inp:7:1: error: Young's modulus must be positive")
+        self.assertRegex(lines[0], "^refused   /a.inp:7:1: error: Young's modulus must be")
         self.assertEqual(
             lines[1:],
             [

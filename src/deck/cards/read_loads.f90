@@ -414,7 +414,8 @@ contains
     else
       what = 'the nodes of set '//quoted(reference%name)//' belong to no element and are'
     end if
-    call report_missing_element(reader, reference%position, what//' not the reference node of an obstacle: '// &
+    call report_missing_element(reader, reference%position, what// &
+      ' not the reference node of an obstacle: '// &
       'this moves nothing', 'an obstacle is moved through the node named by its REF NODE=')
   end subroutine check_moves
 

@@ -130,8 +130,8 @@ contains
         fields, i - 1))//' and '//quoted(field_text(reader, fields, i))//': a number with a '// &
         'decimal comma, or a number and a temperature?', 'use a decimal point: 0.3, or 1. for 1')
     else
-      call note(reader, 'temperatures behind constants of materials are ignored: one line holds '// &
-        'at all temperatures')
+      call note(reader, 'temperatures behind constants of materials are ignored: one line '// &
+        'holds at all temperatures')
     end if
   end subroutine skip_temperature
 

@@ -284,7 +284,8 @@ contains
           ! Rigid elements without a rigid body were reported, and facets of cards with mistakes.
           if (draft%skipped_kind(facets(i)) /= rigid_facet .and. .not. &
               any(bodies%list%ref_node == 0)) call report_missing_element(reader, &
-            draft%skipped_position(facets(i)), 'element '//to_text(draft%skipped_id(facets(i)))//' of surface '// &
+            draft%skipped_position(facets(i)), 'element '// &
+            to_text(draft%skipped_id(facets(i)))//' of surface '// &
             quoted(surfaces%list(k)%name)//' belongs to no *RIGID BODY')
         else
           call report(reader, bodies%list(bodies%of_facet(facets(i)))%position, 'surface '// &

@@ -234,8 +234,8 @@ contains
     nonlinear = .false.
     call flag_option(reader, card, 'NLGEOM', nonlinear)
     if (nonlinear .and. reader%small_strain) then
-      call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are taken as '// &
-        'small')
+      call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &
+        'taken as small')
     else if (nonlinear) then
       call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM (finite strain) is not '// &
         'available: the theory is that of small strain', '--nlgeom no runs the deck by it')

@@ -172,10 +172,8 @@ contains
       card%keyword = keyword%name
       card%step = step
       card%is_refused = .true.
-      select case (keyword%name)
-      case ('SHELL SECTION', 'BEAM SECTION', 'MEMBRANE SECTION', 'FLUID SECTION')
-        reader%lacks_elements = .true.
-      end select
+      reader%lacks_elements = reader%lacks_elements .or. any(keyword%name == [character( &
+        max_keyword) :: 'SHELL SECTION', 'BEAM SECTION', 'MEMBRANE SECTION', 'FLUID SECTION'])
     end subroutine refuse
 
     !> Check that the keyword may stand here, and keep track of the steps.
