@@ -141,6 +141,7 @@ contains
     real(wp) :: rest(3, size(u, 2))       !! [length]
     real(wp), dimension(3, 0:mesh%n_bodies) :: centre, mean, moment, turn
     real(wp) :: inertia(3, 3, 0:mesh%n_bodies), arm(3), trace
+    real(wp) :: extent !! of all nodes: arms are measured by it, for their powers overflow [length]
     integer :: n(0:mesh%n_bodies), node, body, i
 
     centre = 0.0_wp
@@ -150,6 +151,10 @@ contains
     inertia = 0.0_wp
     rest = 0.0_wp
     n = 0
+    associate (x => mesh%coordinates(:, :shown_nodes(mesh)))
+      extent = maxval(maxval(x, dim=2) - minval(x, dim=2))
+    end associate
+    if (.not. extent > 0.0_wp) extent = 1.0_wp
     do node = 1, shown_nodes(mesh)
       body = mesh%body(node)
       n(body) = n(body) + 1
@@ -163,7 +168,7 @@ contains
     mean(:, 0) = 0.0_wp
     do node = 1, shown_nodes(mesh)
       body = mesh%body(node)
-      arm = mesh%coordinates(:, node) - centre(:, body)
+      arm = (mesh%coordinates(:, node) - centre(:, body))/extent
       moment(:, body) = moment(:, body) + cross(arm, u(:, node) - mean(:, body))
       do i = 1, 3
         inertia(i, i, body) = inertia(i, i, body) + dot_product(arm, arm)
@@ -177,8 +182,8 @@ contains
     end do
     do node = 1, shown_nodes(mesh)
       body = mesh%body(node)
-      rest(:, node) = u(:, node) - mean(:, body) - cross(turn(:, body), mesh%coordinates(:, node) &
-        - centre(:, body))
+      arm = (mesh%coordinates(:, node) - centre(:, body))/extent
+      rest(:, node) = u(:, node) - mean(:, body) - cross(turn(:, body), arm)
     end do
   end function deformation
 

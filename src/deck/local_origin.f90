@@ -26,6 +26,7 @@ contains
     real(wp) :: low(3), high(3), extent, grid
     integer :: node, i
 
+    if (.not. any(used(:mesh%n_nodes))) return
     low = huge(low)
     high = -huge(high)
     do node = 1, mesh%n_nodes

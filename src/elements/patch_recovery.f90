@@ -191,19 +191,22 @@ contains
     ! 0.01. [-]
     real(wp), parameter :: least = 0.01_wp
     real(wp) :: of_corners(3, 3), of_middles(3, 3), arm(3), width(3), scaled(3, 3), ratio(3)
+    real(wp) :: extent !! of the middles: powers of lengths overflow [length]
     integer :: e, a, i
     logical :: ok
 
+    extent = maxval(abs(apart))
+    if (extent <= 0.0_wp) return
     of_corners = 0.0_wp
     do e = 1, size(bricks)
       do a = 1, 8
-        arm = mesh%coordinates(:, mesh%connectivity(a, bricks(e))) - middle
+        arm = (mesh%coordinates(:, mesh%connectivity(a, bricks(e))) - middle)/extent
         do i = 1, 3
           of_corners(:, i) = of_corners(:, i) + 0.125_wp*arm*arm(i)
         end do
       end do
     end do
-    of_middles = matmul(transpose(apart), apart)
+    of_middles = matmul(transpose(apart/extent), apart/extent)
     ! The product of the three ratios, each below 1.
     if (determinant(of_middles) >= least*determinant(of_corners)) return
     ! Coordinates in which the corners are apart alike in all directions.

@@ -191,7 +191,7 @@ class FarFromOrigin(unittest.TestCase):
                 np.testing.assert_allclose(there, here + place, rtol=4e-16)
         with self.file("tied", "exact") as file:
             node = file["reference_nodes/coordinates"][()].ravel()
-        np.testing.assert_array_equal(node, [*EXACT, 0.5, 0.5, 4.0])
+        np.testing.assert_array_equal(node, EXACT + np.array([0.5, 0.5, 4.0]))
 
     def test_obstacles_are_where_the_deck_has_them(self):
         """A plane goes through the point that is written, a centre is there."""
@@ -199,7 +199,7 @@ class FarFromOrigin(unittest.TestCase):
         ground = next(v for k, v in points.items() if "GROUND" in k).ravel()
         ball = next(v for k, v in points.items() if "BALL" in k).ravel()
         self.assertEqual(ground[2], EXACT[2])
-        np.testing.assert_array_equal(ball, [*EXACT, 0.5, 0.5, 3.5])
+        np.testing.assert_array_equal(ball, EXACT + np.array([0.5, 0.5, 3.5]))
 
     def test_moments_are_about_the_origin_of_the_deck(self):
         """A force at a place away has the moment of the way more."""
