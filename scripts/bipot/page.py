@@ -258,7 +258,7 @@ def estimated_errors(result: Result) -> str:
     if not names:
         return ""
     values = np.stack([result.history(name) for name in names], axis=1)
-    known = np.flatnonzero(result.history("error/mesh") >= 0)
+    known = np.flatnonzero(values[:, names.index("error/mesh")] >= 0)
     chosen = chosen_rows(result, known, values.max(axis=1))
     rows = [
         [str(row + 1), result.label(row),
@@ -268,8 +268,7 @@ def estimated_errors(result: Result) -> str:
     if not rows:
         return "<p>None was estimated.</p>"
     head = ("row", "at", *(name.removeprefix("error/").replace("_", " ") for name in names))
-    of_energy = result.file["history/error"].attrs.get("of_energy", 0)
-    subject = "energy" if of_energy or not len(result.pairs) else "contact force"
+    subject = "energy" if result.error_of_energy else "contact force"
     return table(f"Of the {subject}, relative", head, rows, texts=2, key="estimates")
 
 

@@ -422,6 +422,13 @@ class Result:
         return write_page(self, Path(path), scale)
 
     @property
+    def error_of_energy(self) -> bool:
+        """Whether the histories of estimated errors are of the energy, not of the contact force."""
+        group = self.file.get("history/error")
+        of_energy = group is not None and bool(group.attrs.get("of_energy", 0))
+        return of_energy or not len(self.pairs)
+
+    @property
     def certified(self) -> bool:
         """Whether there is an increment, and every one passed the certificate."""
         found = self.history("certified")

@@ -41,8 +41,9 @@ def summarize(result: Result) -> Summary:
     """Return a row for each pair at the end of each step."""
     pairs = list(result.pairs)
     rows = Summary()
-    of_energy = result.file["history/error"].attrs.get("of_energy", 0)
-    total = result.history("error/total")
+    total = np.full(result.finished, -1.0)
+    if "error/total" in result.history_names and not result.error_of_energy:
+        total = result.history("error/total")
     by_runs = [errors_by_runs(result, pair) for pair in pairs]
     for row in map(int, result.step_ends):
         step, increment, time = (
@@ -50,7 +51,7 @@ def summarize(result: Result) -> Summary:
         )
         forces = [force_sums(pair, row) for pair in pairs]
         of_forces = math.nan
-        if total[row] >= 0 and not of_energy and pairs:
+        if total[row] >= 0 and pairs:
             of_forces = float(total[row]) * max(np.linalg.norm(n + f) for n, f in forces)
         for pair, (normal, friction), errors in zip(pairs, forces, by_runs, strict=True):
             rows.append({
@@ -122,11 +123,11 @@ def row_in_words(row: dict[str, Any]) -> list[str]:
 
 def error_in_words(error: float) -> str:
     """Return an error with two digits."""
-    return UNKNOWN if math.isnan(error) else known_digits(error, 10.0 ** (power_of_ten(error) - 1))
+    return UNKNOWN if math.isnan(error) else known_digits(error, 0.1 * error)
 
 
 def power_of_ten(value: float) -> int:
-    """Return the place of the first digit: 2 for 123."""
+    """Return the place of the first digit of a number of seven: 2 for 123."""
     return int(f"{value:e}".partition("e")[2]) if value else 0
 
 

@@ -214,12 +214,12 @@ contains
     end if
   end function in_known_digits
 
-  !> The place of the first digit: 2 for 123.
+  !> The place of the first digit of a number of seven: 2 for 123.
   pure integer function power_of_ten(number) result(power)
     real(wp), intent(in) :: number !! finite, not 0
     character(40) :: buffer
 
-    write (buffer, '(es40.16e3)') number
+    write (buffer, '(es40.6e3)') number
     read (buffer(scan(buffer, 'E') + 1:), *) power
   end function power_of_ten
 

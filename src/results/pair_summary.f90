@@ -184,7 +184,7 @@ contains
     character(:), allocatable :: words
 
     words = '-'
-    if (error >= 0.0_wp) words = to_text(error, 2)
+    if (error >= 0.0_wp) words = in_known_digits(error, 0.1_wp*error) ! two digits
   end function error_in_words
 
   !> Columns below their heads, two blanks apart: numbers at their right end, the pairs at their
