@@ -286,9 +286,8 @@ def errors_of_runs(runs: MeshSequence) -> str:
             ("contact and arithmetic", runs.others),
         )
     ]
-    asked = ""
-    if runs.wanted:
-        asked = f"; {short(runs.wanted)} was asked for and is {'' if runs.reached else 'not '}reached"
+    reached = "reached" if runs.reached else "not reached"
+    asked = f"; {short(runs.wanted)} was asked for and is {reached}" if runs.wanted else ""
     what = "extrapolated values" if runs.of_extrapolated else "result"
     said = f"Of the {what}, relative, by {len(runs)} runs: {', '.join(parts)}{asked}."
     return f"<p>{said}</p>\n" + table(

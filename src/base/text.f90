@@ -4,7 +4,8 @@ module text_mod
   implicit none
   private
 
-  public :: printable, upper, to_text, in_known_digits, percent, nearest_word, string_t, as_list, one_of
+  public :: printable, upper, to_text, in_known_digits, percent, nearest_word, string_t, as_list, &
+    one_of
 
   !> A text of its own length, for lists of texts.
   type :: string_t

@@ -66,6 +66,8 @@ contains
           errors(of_pressure, quantity%pair) = total*scales(k)
         case ('largest_slip')
           errors(of_slip, quantity%pair) = total*scales(k)
+        case default
+          continue
         end select
       end associate
     end do
