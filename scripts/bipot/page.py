@@ -15,8 +15,10 @@ import numpy as np
 from bipot.drawing.style import save
 from bipot.page_style import STYLE
 from bipot.pictures import pictures_of
+from bipot.summary import HEAD, UNKNOWN, row_in_words, summarize
 
 if TYPE_CHECKING:
+    from bipot.mesh_sequence import MeshSequence
     from bipot.result import Result
 
 MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
@@ -228,41 +230,69 @@ def pictures(result: Result, scale: float | None) -> str:
 
 
 def forces(result: Result) -> str:
-    """Return the resultants of the pairs at the end of each step."""
-    rows = []
-    for pair in result.pairs:
-        for row in result.step_ends:
-            status = np.bincount(pair.status[row].astype(int), minlength=3)
-            rows.append([
-                pair.name, result.label(row), *map(number, pair.resultant[row]),
-                number(pair.largest_pressure[row]), *map(str, status[:3]),
-            ])
+    """Return what came of the pairs at the end of each step, with its errors."""
+    rows = summarize(result)
     if not rows:
         return ""
-    head = ("pair", "at", "x", "y", "z", "largest pressure", "open", "stick", "slide")
+    status = {pair.name: pair.status for pair in result.pairs}
+    ends = {int(result.history("step")[row]): row for row in result.step_ends}
+    lines = []
+    for row in rows:
+        at = ends[row["step"]]
+        counts = np.bincount(status[row["pair"]][at].astype(int), minlength=3)
+        words = row_in_words(row)
+        lines.append([words[1], result.label(at), *words[2:], *map(str, counts[:3])])
+    head = ("pair", "at", *HEAD[2:], "open", "stick", "slide")
     return table(
-        "Resultants on the slave bodies, and states of their points, at the ends of the steps "
-        "(deck units)", head, rows, texts=2, key="resultants",
+        "Forces on the slave bodies, largest pressures and slips, and states of the points, at the "
+        f"ends of the steps (deck units; {UNKNOWN}: error not estimated)", head, lines, texts=2,
+        key="resultants",
     )
 
 
 def estimated_errors(result: Result) -> str:
-    """Return the estimated errors where all of them are known; the theory's at ends of steps."""
+    """Return the errors by source: of several runs what they say together, else each step's."""
+    if result.accuracy is not None and result.accuracy.mesh >= 0:
+        return errors_of_runs(result.accuracy)
     names = [name for name in result.history_names if name.startswith("error/")]
     if not names:
         return ""
     values = np.stack([result.history(name) for name in names], axis=1)
-    summed = [name != "error/theory" for name in names]
-    known = np.flatnonzero((values[:, summed] >= 0).all(axis=1))
+    known = np.flatnonzero(values[:, names.index("error/mesh")] >= 0)
     chosen = chosen_rows(result, known, values.max(axis=1))
     rows = [
-        [str(row + 1), result.label(row), *(short(v) if v >= 0 else "" for v in values[row])]
+        [str(row + 1), result.label(row),
+         *(short(v) if v >= 0 else "not estimated" for v in values[row])]
         for row in chosen
     ]
     if not rows:
-        return "<p>Nowhere were all of them estimated.</p>"
+        return "<p>None was estimated.</p>"
     head = ("row", "at", *(name.removeprefix("error/").replace("_", " ") for name in names))
-    return table("Relative errors, where all are estimated", head, rows, texts=2, key="estimates")
+    subject = "energy" if result.error_of_energy else "contact force"
+    return table(f"Of the {subject}, relative", head, rows, texts=2, key="estimates")
+
+
+def errors_of_runs(runs: MeshSequence) -> str:
+    """Return what the runs by which an accuracy was looked for say of the last one."""
+    head = ("run", "bricks", "edges over the deck's", "parts of increments", "processor [s]")
+    rows = [
+        [str(k + 1), str(runs.bricks[k]), short(runs.brick_size[k]), str(runs.divisions[k]),
+         short(runs.processor_time[k])]
+        for k in range(len(runs))
+    ]
+    parts = [
+        f"{words} {short(value) if value >= 0 else 'not estimated'}" for words, value in (
+            ("mesh", runs.mesh), ("load steps", runs.load_steps),
+            ("contact and arithmetic", runs.others),
+        )
+    ]
+    reached = "reached" if runs.reached else "not reached"
+    asked = f"; {short(runs.wanted)} was asked for and is {reached}" if runs.wanted else ""
+    what = "extrapolated values" if runs.of_extrapolated else "result"
+    said = f"Of the {what}, relative, by {len(runs)} runs: {', '.join(parts)}{asked}."
+    return f"<p>{said}</p>\n" + table(
+        "Runs, the last of which is the result", head, rows, key="estimates"
+    )
 
 
 def chosen_rows(result: Result, rows: Any, badness: Any) -> list[int]:

@@ -146,8 +146,14 @@ class Pair:
 
     @cached_property
     def largest_pressure(self) -> Array:
-        """Largest pressure of the points, but those that are partly covered: (T,)."""
-        return np.where(self.partly_covered, 0, self.pressure).max(axis=1, initial=0.0)
+        """Largest pressure of the points: (T,).
+
+        Points that are partly covered, and reactions that are not determined, are left out.
+        """
+        left_out = self.partly_covered
+        if "undetermined" in self.result.file[f"/contact/{self.name}"]:
+            left_out = left_out | (self._over_time("undetermined") == 1)
+        return np.where(left_out, 0, self.pressure).max(axis=1, initial=0.0)
 
     @cached_property
     def side(self) -> Array:

@@ -32,6 +32,7 @@ from bipot.mesh_sequence import GROUP as ACCURACY
 from bipot.mesh_sequence import MeshSequence
 from bipot.pairs import Pair, Pairs
 from bipot.reference_nodes import ReferenceNode, ReferenceNodes
+from bipot.summary import Summary, summarize
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -179,6 +180,25 @@ class Result:
                     columns[f"{node.node_id}/{name}_{letter}"] = getattr(node, name)[:, axis]
         rows = pandas.RangeIndex(1, self.finished + 1, name="row")
         return pandas.DataFrame(columns, index=rows)
+
+    def summary(self) -> pandas.DataFrame | Summary:
+        """Return what came of the contact pairs: a row for each at the end of each step.
+
+        Columns: step, increment, time, pair; normal_force_x, _y, _z and friction_force_x, _y, _z,
+        the sums on the slave body; largest_pressure; largest_slip; and normal_force_error,
+        friction_force_error, largest_pressure_error, largest_slip_error, estimated, in the same
+        units as what they are of (of a vector, of each component), not a number where nothing is
+        known.
+
+        It is a pandas.DataFrame where pandas is there, else a list of dictionaries. Printed, that
+        list is the table that the program prints, in digits that are known.
+        """
+        rows = summarize(self)
+        try:
+            import pandas
+        except ImportError:
+            return rows
+        return pandas.DataFrame(rows)
 
     def describe(self, name: str) -> Description:
         """Return what the file says of a field, a history, or a dataset by its full name.
@@ -400,6 +420,13 @@ class Result:
         if self.finished == 0:
             raise ResultError(f"{self.path}: no increment is finished")
         return write_page(self, Path(path), scale)
+
+    @property
+    def error_of_energy(self) -> bool:
+        """Whether the histories of estimated errors are of the energy, not of the contact force."""
+        group = self.file.get("history/error")
+        of_energy = group is not None and bool(group.attrs.get("of_energy", 0))
+        return of_energy or not len(self.pairs)
 
     @property
     def certified(self) -> bool:

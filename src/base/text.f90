@@ -4,7 +4,8 @@ module text_mod
   implicit none
   private
 
-  public :: printable, upper, to_text, percent, nearest_word, string_t, as_list, one_of
+  public :: printable, upper, to_text, in_known_digits, percent, nearest_word, string_t, as_list, &
+    one_of
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -175,5 +176,52 @@ contains
       words = to_text(part, 2)
     end if
   end function percent
+
+  !> `number` in the digits that are known: down to the first one of its error, with zeros where
+  !> they are known to be there, 0 where all are below. At most six digits; three where the error is
+  !> not known.
+  pure function in_known_digits(number, error) result(text)
+    real(wp), intent(in) :: number
+    real(wp), intent(in) :: error !! of the number; negative: not known
+    character(:), allocatable :: text
+    integer, parameter :: most = 6, where_unknown = 3
+    character(40) :: buffer
+    integer :: power, last, mark
+
+    if (.not. abs(number) <= huge(number)) then
+      text = to_text(number)
+      return
+    end if
+    text = '0'
+    if (.not. abs(number) > 0.0_wp) return
+    power = power_of_ten(number)
+    last = power - most + 1
+    if (error < 0.0_wp) last = power - where_unknown + 1
+    if (error > 0.0_wp) last = max(last, power_of_ten(error))
+    if (power < last) return
+    ! To so many digits, which may make it a digit longer.
+    write (buffer, '(es40.'//to_text(power - last)//'e3)') number
+    text = trim(adjustl(buffer))
+    mark = scan(text, 'E')
+    read (text(mark + 1:), *) power
+    if (power >= -4 .and. power <= most) then
+      associate (rounded => anint(number/10.0_wp**last)*10.0_wp**last)
+        write (buffer, '(f40.'//to_text(max(0, -last))//')') rounded
+      end associate
+      text = trim(adjustl(buffer))
+      if (text(len(text):) == '.') text = text(:len(text) - 1)
+    else
+      text = text(:mark - 1)//'e'//to_text(power)
+    end if
+  end function in_known_digits
+
+  !> The place of the first digit of a number of seven: 2 for 123.
+  pure integer function power_of_ten(number) result(power)
+    real(wp), intent(in) :: number !! finite, not 0
+    character(40) :: buffer
+
+    write (buffer, '(es40.6e3)') number
+    read (buffer(scan(buffer, 'E') + 1:), *) power
+  end function power_of_ten
 
 end module text_mod

@@ -23,6 +23,8 @@ module console_mod
     logical  :: quiet = .false.
     logical  :: silent = .false.       !! not even the closing line is printed
     logical  :: terminal = .false.
+    logical  :: tells_errors = .true.  !! those that a run estimates: several runs tell of one
+    logical  :: of_energy = .false.    !! they are of the energy, not of the contact force
     real(wp) :: started = 0.0_wp
     logical  :: headed = .false.
     integer  :: total = 0              !! increments of the deck, over the run
@@ -120,8 +122,9 @@ contains
     else
       call say(trim(line)//'  '//progress)
     end if
-    if (report%errors%mesh >= 0.0_wp) call say('      estimated error: '// &
-      errors_in_words(report%errors))
+    if (console%tells_errors .and. report%errors%mesh >= 0.0_wp) call say( &
+      '      estimated error of the '//trim(merge('energy       ', 'contact force', &
+      console%of_energy))//': '//errors_in_words(report%errors))
     if (console%terminal .and. done < console%total) call draw_bar(done/console%total, progress)
   end subroutine print_increment
 

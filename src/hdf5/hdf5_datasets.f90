@@ -3,7 +3,8 @@ module hdf5_datasets_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5dclose_f, h5dcreate_f, h5dget_space_f, &
     h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5sclose_f, h5sget_simple_extent_dims_f, &
-    h5sget_simple_extent_ndims_f, h5tclose_f, h5tget_size_f, h5tis_variable_str_f
+    h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, h5tclose_f, h5tget_size_f, &
+    h5tis_variable_str_f, H5S_SELECT_SET_F
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_unsigned_byte, bytes_of
   use errors_mod, only: error_t
   use hdf5_attributes_mod, only: describe
@@ -17,7 +18,7 @@ module hdf5_datasets_mod
   private
 
   public :: write_dataset, rewrite_dataset, write_text
-  public :: dataset_extents, dataset_kind, read_dataset, read_text
+  public :: dataset_extents, dataset_kind, read_dataset, read_row, read_text
 
   !> Write a dataset of fixed extents:
   !> `write_dataset(file, path, values, description, quantity, error)`.
@@ -216,6 +217,47 @@ contains
       kind = 0
     end if
   end function dataset_kind
+
+  !> Read a row of a dataset that grows, as real numbers, flat, first index fastest; of one with
+  !> fewer rows the last.
+  subroutine read_row(file, path, row, values, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer, intent(in) :: row !! from 1
+    real(wp), allocatable, intent(out), target :: values(:)
+    type(error_t), allocatable, intent(inout) :: error !! no such dataset, or no row in it
+    integer(hid_t) :: dataset, space, memory
+    integer(i8), allocatable :: extents(:)
+    integer(hsize_t), allocatable :: start(:), count(:)
+    type(c_ptr) :: address
+    integer :: status, ignored
+
+    call open_dataset(file, path, dataset, extents, error)
+    count = extents
+    start = 0*count
+    associate (n => size(extents))
+      if (.not. allocated(error)) then
+        start(n) = min(int(row, i8), extents(n)) - 1
+        count(n) = 1
+        if (start(n) < 0) call fail_to_read(error, file, path)
+        if (.not. has_memory(bytes_for(count, of_real))) call fail_to_hold(error, file, path)
+      end if
+    end associate
+    if (allocated(error)) count = 0
+    allocate (values(product(count)))
+    if (size(values) > 0) then
+      address = c_loc(values)
+      call h5dget_space_f(dataset, space, status)
+      memory = new_space(count)
+      call h5sselect_hyperslab_f(space, H5S_SELECT_SET_F, start, count, status)
+      if (status >= 0) call h5dread_f(dataset, type_in_memory(of_real), address, status, memory, &
+        space)
+      if (status < 0) call fail_to_read(error, file, path)
+      call h5sclose_f(memory, ignored)
+      call h5sclose_f(space, ignored)
+    end if
+    call close_dataset(dataset)
+  end subroutine read_row
 
   subroutine read_reals(file, path, values, error)
     type(hdf5_file_t), intent(in) :: file

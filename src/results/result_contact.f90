@@ -13,7 +13,7 @@ module result_contact_mod
   implicit none
   private
 
-  public :: pair_rows_t, create_contact, append_contact, pair_groups
+  public :: pair_rows_t, create_contact, append_contact, pair_groups, groups_of_pairs
 
   !> The open datasets of a pair.
   type :: pair_rows_t
@@ -35,22 +35,22 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(field_source_t) :: source
     type(field_t), allocatable :: fields(:)
-    integer :: i, n_pairs
+    type(string_t), allocatable :: groups(:)
+    integer :: i
 
-    n_pairs = 0
-    if (allocated(scene%pairs)) n_pairs = size(scene%pairs)
-    allocate (pairs(n_pairs))
+    groups = groups_of_pairs(scene)
+    allocate (pairs(size(groups)))
     call describe_group(file, '/contact', 'a group a contact pair, named '// &
                         '<slave surface>:<master>', error)
     source%scene => scene
     source%points => points
-    do i = 1, n_pairs
+    do i = 1, size(pairs)
       if (allocated(error)) return
       if (points%n > 0) then
         pairs(i)%first = points%first(i)
         pairs(i)%last = points%first(i + 1) - 1
       end if
-      pairs(i)%path = free_path(scene%pairs(i)%name, pairs(:i - 1))
+      pairs(i)%path = groups(i)%text
       source%pair = i
       source%first = pairs(i)%first
       source%last = pairs(i)%last
@@ -62,10 +62,24 @@ contains
     end do
   end subroutine create_contact
 
+  !> The paths of the groups of a scene's pairs, in their order.
+  pure function groups_of_pairs(scene) result(groups)
+    type(scene_t), intent(in) :: scene
+    type(string_t), allocatable :: groups(:)
+    integer :: i, n_pairs
+
+    n_pairs = 0
+    if (allocated(scene%pairs)) n_pairs = size(scene%pairs)
+    allocate (groups(n_pairs))
+    do i = 1, n_pairs
+      groups(i)%text = free_path(scene%pairs(i)%name, groups(:i - 1))
+    end do
+  end function groups_of_pairs
+
   !> The path of a pair's group: its name, made fit for HDF5 and unlike those before it.
   pure function free_path(name, before) result(path)
     character(*), intent(in) :: name
-    type(pair_rows_t), intent(in) :: before(:) !! the pairs that have a path
+    type(string_t), intent(in) :: before(:)
     character(:), allocatable :: path, plain
     integer :: i, n
 
@@ -75,7 +89,7 @@ contains
     end do
     path = '/contact/'//plain
     n = 1
-    do while (any([(before(i)%path == path, i = 1, size(before))]))
+    do while (any([(before(i)%text == path, i = 1, size(before))]))
       n = n + 1
       path = '/contact/'//plain//'-'//to_text(n)
     end do

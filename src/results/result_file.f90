@@ -26,6 +26,7 @@ module result_file_mod
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
+  use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use mesh_sequence_mod, only: mesh_sequence_t
@@ -268,7 +269,8 @@ contains
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
-    call create_history(file%hdf5, n_rows, file%history, error)
+    call create_history(file%hdf5, n_rows, scene%accuracy%of == accuracy_of_energy, &
+      file%history, error)
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return

@@ -29,6 +29,7 @@ module reach_accuracy_mod
   use console_mod, only: console_t, say, seconds_in_words, theory_in_words, theory_worth_naming
   use prepare_scene_mod, only: prepare_scene, result_path
   use run_mesh_mod, only: run_mesh, goes_on
+  use print_summary_mod, only: print_summary
   implicit none
   private
 
@@ -112,6 +113,7 @@ contains
       end if
       if (.not. console%quiet) call say('accuracy        '//run_in_words(sequence))
     end do runs
+    call print_summary(result_path(options, deck), deck, console, sequence)
     call tell_outcome(deck, sequence, errors, choice, error)
 
   contains

@@ -6,6 +6,7 @@ module run_mesh_mod
   use system_mod, only: wall_seconds, cpu_seconds, catch_signals
   use resource_limits_mod, only: check_library_room
   use idle_processors_mod, only: processor_time_t
+  use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, find_breaches
   use make_plan_mod, only: make_plan
@@ -40,6 +41,7 @@ module run_mesh_mod
     save_checkpoint, how_to_continue
   use run_increments_mod, only: run_increments, room_to_write
   use close_run_mod, only: close_run
+  use print_summary_mod, only: print_summary
   use version_mod, only: version
   implicit none
   private
@@ -223,6 +225,8 @@ contains
       ' was damaged in the file and is computed again')
     if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
       to_text(file%n_rows + file%n_damaged)//' were damaged in the file and are computed again')
+    console%tells_errors = .not. present(sequence)
+    console%of_energy = scene%accuracy%of == accuracy_of_energy .or. plan%points%n == 0
     call run_increments(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     call note_sizes(solver, progress%tally)
@@ -242,6 +246,8 @@ contains
     call end_file(status, progress%tally, plan, file, console, closing)
     if (allocated(error)) then
       inquire (file=path, exist=in_place)
+      if (file%n_rows > 0 .and. in_place .and. (status == run_not_solved .or. status == &
+        run_stopped)) call print_summary(path, scene, console)
       if (status == run_stopped .and. .not. file%is_kept) then
         error%message = error%message//': it was expected to be short, and is not kept'
       else if (status == run_stopped) then
@@ -258,6 +264,8 @@ contains
       call move_alloc(closing, error)
       return
     end if
+    ! Of several runs the last one is told of.
+    if (.not. present(sequence)) call print_summary(path, scene, console)
     call close_run(scene, console, progress%tally, path)
     if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
       percent(scene%accuracy%wanted)//' was not reached at the end of '// &

@@ -61,7 +61,8 @@ class Finds(unittest.TestCase):
         """Bodies of one layer, whose middles the tie moves by rounding: an error below 100 %."""
         run = Run(FINDS / "mesh_estimate.inp")
         self.assertEqual(run.status, 0, run.errors)
-        errors = [float(m) for m in re.findall(r"estimated error: mesh ([\d.e+]+) %", run.output)]
+        told = re.findall(r"estimated error of the energy: mesh ([\d.e+]+) %", run.output)
+        errors = [float(error) for error in told]
         self.assertEqual(len(errors), 2)
         self.assertLess(max(errors), 100.0)
 

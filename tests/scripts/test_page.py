@@ -75,6 +75,11 @@ class Page(HTMLParser):
         return [attributes for name, attributes in self.elements if name == tag]
 
 
+def vector(text):
+    """Return the numbers of "(1, 2, 3)"."""
+    return [float(part) for part in text.strip("()").split(",")]
+
+
 class OfARun(WithFolder):
     """The page of a run of the paper's block."""
 
@@ -111,11 +116,15 @@ class OfARun(WithFolder):
                 self.assertAlmostEqual(float(text), values[row], delta=5e-3 * abs(values[row]))
         _, *rows = self.page.tables["resultants"]
         pair = self.result.pairs[0]
+        total = self.result.history("error/total")
         for row, line in zip(self.result.step_ends, rows, strict=True):
-            np.testing.assert_allclose(
-                [float(text) for text in line[2:5]], pair.resultant[row], rtol=1e-5, atol=1e-9
-            )
-            self.assertEqual([int(text) for text in line[6:]],
+            # To the digits that the error leaves: normal force and friction are the resultant.
+            force, error = np.array([vector(line[2]), vector(line[4])]).sum(axis=0), float(line[3])
+            largest = np.linalg.norm(pair.resultant[row])
+            self.assertAlmostEqual(error, total[row] * largest, delta=0.06 * error)
+            np.testing.assert_allclose(force, pair.resultant[row], rtol=0, atol=error)
+            self.assertEqual(line[7:10:2], ["-", "-"])
+            self.assertEqual([int(text) for text in line[10:]],
                              np.bincount(pair.status[row], minlength=3).tolist())
         _, *rows = self.page.tables["estimates"]
         known = self.result.history("error/total") >= 0
@@ -211,6 +220,25 @@ window.addEventListener("load", () => {{
         **json.loads(unescape(said[1])),
         "errors": [line for line in done.stderr.splitlines() if "CONSOLE" in line],
     }
+
+
+class OfAnAccuracy(WithFolder):
+    """The page of a run that reached an accuracy says what its runs say, and nothing else."""
+
+    def test_errors_are_those_of_the_runs(self):
+        result = bipot.run(ROOT / "input" / "block.inp", n=2, steps=5, quiet=True, accuracy=0.2,
+                           directory=self.folder)
+        self.addCleanup(result.close)
+        with patch("bipot.page.pictures", return_value=""):
+            page = Page(make_page(result))
+        runs = result.accuracy
+        self.assertTrue(runs.reached)
+        words = " ".join(" ".join(page.words).split())
+        self.assertIn(f"mesh {short(runs.mesh)}, load steps {short(runs.load_steps)}", words)
+        self.assertIn("0.2 was asked for and is reached", words)
+        head, *rows = page.tables["estimates"]
+        self.assertEqual([int(row[1]) for row in rows], runs.bricks.tolist())
+        self.assertNotIn("mesh", head)
 
 
 class Written(WithFolder):

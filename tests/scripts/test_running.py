@@ -313,6 +313,30 @@ class Results(WithFolder):
         np.testing.assert_array_equal(table["900/reaction_moment_y"], hub.reaction_moment[:, 1])
         self.assertGreater(np.abs(hub.reaction_moment[-1, 1]), 0)
 
+    def test_a_summary_is_a_list_without_pandas(self):
+        result = self.run_block()
+        with patch.dict(sys.modules, {"pandas": None}):
+            (first, last) = result.summary()
+            text = repr(result.summary())
+        self.assertEqual((first["step"], last["step"], last["pair"]), (1, 2, "BODY-ZMIN:GROUND"))
+        found = [last[f"normal_force_{x}"] + last[f"friction_force_{x}"] for x in "xyz"]
+        np.testing.assert_allclose(found, result.pairs[0].resultant[-1], rtol=1e-9)
+        self.assertEqual(last["largest_pressure"], result.pairs[0].largest_pressure[-1])
+        head, *lines = text.splitlines()
+        self.assertTrue(head.startswith("step  pair"))
+        self.assertEqual(len(lines), 2)
+
+    @needs("pandas")
+    def test_a_summary_is_a_table(self):
+        result = self.run_block()
+        table = result.summary()
+        self.assertEqual(table["step"].tolist(), [1, 2])
+        np.testing.assert_allclose(
+            table["normal_force_error"],
+            result.history("error/total")[result.step_ends]
+            * np.linalg.norm(result.pairs[0].resultant[result.step_ends], axis=1),
+        )
+
     @needs("pyvista")
     def test_a_grid_for_pyvista(self):
         result = self.run_block()

@@ -1,0 +1,222 @@
+!> What comes of a run's contact pairs, as a table to be read: the forces at the end of each step,
+!> the largest pressures and slips, each with its estimated error and in the digits that it leaves.
+!>
+!> It is made from the result file when the run has ended, so that a continued run has all of it.
+module pair_summary_mod
+  use kinds_mod, only: wp, i4, i8
+  use errors_mod, only: error_t
+  use text_mod, only: string_t, to_text, in_known_digits
+  use hdf5_files_mod, only: hdf5_file_t, open_file, close_file, exists
+  use hdf5_attributes_mod, only: read_attribute
+  use hdf5_datasets_mod, only: read_dataset, read_row
+  implicit none
+  private
+
+  public :: summarize_pairs, of_normal, of_friction, of_pressure, of_slip, n_errors
+
+  !> Of what errors are known.
+  integer, parameter :: of_normal = 1, of_friction = 2, of_pressure = 3, of_slip = 4
+  integer, parameter :: n_errors = 4
+
+  !> A pair at the end of an increment.
+  type :: pair_sums_t
+    real(wp) :: normal(3) = 0.0_wp   !! sum of the normal reactions, x, y, z [force]
+    real(wp) :: friction(3) = 0.0_wp !! sum of the friction [force]
+    real(wp) :: pressure = 0.0_wp    !! the largest
+    real(wp) :: slip = 0.0_wp        !! the longest
+  end type pair_sums_t
+
+  integer, parameter :: n_columns = 10
+  character(24), parameter :: heads(n_columns) = [character(24) :: 'step', 'pair', &
+    'normal force (x, y, z)', 'error', 'friction (x, y, z)', 'error', 'largest pressure', 'error', &
+    'largest slip', 'error']
+
+contains
+
+  !> The lines of the table: a head, one a step and pair, and what `-` means where there is one.
+  !> None where there are no pairs. A step that is not complete has its last increment.
+  subroutine summarize_pairs(path, groups, by_runs, lines, error)
+    character(*), intent(in) :: path         !! of the result
+    type(string_t), intent(in) :: groups(:)  !! of its pairs, as they are to follow
+    real(wp), intent(in) :: by_runs(:, :)
+    !! (n_errors,n_pairs) what several runs say of the errors; negative: nothing [force, pressure,
+    !! length]
+    type(string_t), allocatable, intent(out) :: lines(:)
+    type(error_t), allocatable, intent(out) :: error !! the file cannot be read
+    type(hdf5_file_t) :: file
+    type(error_t), allocatable :: ignored
+
+    allocate (lines(0))
+    if (size(groups) == 0) return
+    call open_file(path, .false., file, error)
+    if (allocated(error)) return
+    call list_lines(file, groups, by_runs, lines, error)
+    call close_file(file, ignored)
+  end subroutine summarize_pairs
+
+  subroutine list_lines(file, groups, by_runs, lines, error)
+    type(hdf5_file_t), intent(in) :: file
+    type(string_t), intent(in) :: groups(:)
+    real(wp), intent(in) :: by_runs(:, :)
+    type(string_t), allocatable, intent(inout) :: lines(:)
+    type(error_t), allocatable, intent(inout) :: error
+    type(pair_sums_t) :: pairs(size(groups))
+    type(string_t), allocatable :: cells(:, :)
+    integer(i4), allocatable :: step(:)
+    real(wp), allocatable :: total(:)
+    integer, allocatable :: ends(:)
+    integer(i8) :: n_rows, of_energy
+    real(wp) :: of_forces
+    integer :: i, j, k
+
+    call read_attribute(file, '/history', 'finished', n_rows, error)
+    call read_attribute(file, '/history/error', 'of_energy', of_energy, error)
+    call read_dataset(file, '/history/step', step, error)
+    call read_dataset(file, '/history/error/total', total, error)
+    if (allocated(error)) return
+    associate (n => int(n_rows))
+      ends = pack([(j, j=1, n)], [(step(j) /= step(min(j + 1, n)) .or. j == n, j=1, n)])
+    end associate
+    allocate (cells(n_columns, 0:size(ends)*size(groups)))
+    do k = 1, n_columns
+      cells(k, 0)%text = trim(heads(k))
+    end do
+    do j = 1, size(ends)
+      do i = 1, size(groups)
+        call add_up(file, groups(i)%text, ends(j), pairs(i), error)
+        if (allocated(error)) return
+      end do
+      of_forces = -1.0_wp
+      if (total(ends(j)) >= 0.0_wp .and. of_energy == 0) of_forces = total(ends(j))* &
+        maxval([(norm2(pairs(i)%normal + pairs(i)%friction), i=1, size(pairs))])
+      do i = 1, size(groups)
+        k = index(groups(i)%text, '/', back=.true.) + 1
+        call fill_cells(step(ends(j)), groups(i)%text(k:), pairs(i), errors_of(by_runs(:, i), &
+          of_forces), cells(:, (j - 1)*size(groups) + i))
+      end do
+    end do
+    call align(cells, lines)
+  end subroutine list_lines
+
+  !> What several runs say, and else what the run says itself, which is of forces alone.
+  pure function errors_of(by_runs, of_forces) result(errors)
+    real(wp), intent(in) :: by_runs(:) !! (n_errors)
+    real(wp), intent(in) :: of_forces  !! [force]
+    real(wp) :: errors(n_errors)
+
+    errors = by_runs
+    where (errors(:of_friction) < 0.0_wp) errors(:of_friction) = of_forces
+  end function errors_of
+
+  !> Sums and largest values over the points of a pair. Pressures of points that are partly covered,
+  !> and reactions that are not determined, are left out.
+  subroutine add_up(file, group, row, pair, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    integer, intent(in) :: row
+    type(pair_sums_t), intent(out) :: pair
+    type(error_t), allocatable, intent(inout) :: error
+    real(wp), allocatable :: reaction(:), frame(:), slip(:), area(:), left_out(:), undetermined(:)
+    integer :: i
+
+    call read_row(file, group//'/reaction', row, reaction, error)
+    call read_row(file, group//'/frame', row, frame, error)
+    call read_row(file, group//'/slip', row, slip, error)
+    left_out = 0.0_wp*reaction(::3)
+    if (exists(file, group//'/covered_area')) then
+      call read_row(file, group//'/covered_area', row, area, error)
+      call read_row(file, group//'/is_partly_covered', row, left_out, error)
+    else
+      call read_dataset(file, group//'/area', area, error)
+    end if
+    if (exists(file, group//'/undetermined')) then
+      call read_row(file, group//'/undetermined', row, undetermined, error)
+      if (.not. allocated(error)) left_out = left_out + undetermined
+    end if
+    if (allocated(error)) return
+    do i = 1, size(reaction)/3
+      associate (r => reaction(3*i - 2:3*i), n => frame(9*i - 8:9*i - 6), &
+                 t1 => frame(9*i - 5:9*i - 3), t2 => frame(9*i - 2:9*i))
+        pair%normal = pair%normal + r(1)*n
+        pair%friction = pair%friction + r(2)*t1 + r(3)*t2
+        pair%slip = max(pair%slip, norm2(slip(2*i - 1:2*i)))
+        if (area(i) > 0.0_wp .and. .not. left_out(i) > 0.0_wp) pair%pressure = &
+          max(pair%pressure, r(1)/area(i))
+      end associate
+    end do
+  end subroutine add_up
+
+  !> The cells of a line.
+  pure subroutine fill_cells(step, name, pair, errors, cells)
+    integer(i4), intent(in) :: step
+    character(*), intent(in) :: name
+    type(pair_sums_t), intent(in) :: pair
+    real(wp), intent(in) :: errors(n_errors) !! negative: not known
+    type(string_t), intent(inout) :: cells(:) !! (n_columns)
+    integer :: k
+
+    cells(1)%text = to_text(step)
+    cells(2)%text = name
+    cells(3)%text = vector(pair%normal, errors(of_normal))
+    cells(5)%text = vector(pair%friction, errors(of_friction))
+    cells(7)%text = in_known_digits(pair%pressure, errors(of_pressure))
+    cells(9)%text = in_known_digits(pair%slip, errors(of_slip))
+    do k = 1, n_errors
+      cells(2 + 2*k)%text = error_in_words(errors(k))
+    end do
+  end subroutine fill_cells
+
+  !> (0, 0, -12.3). Where the error is not known, all components are rounded as the largest is.
+  pure function vector(x, error) result(text)
+    real(wp), intent(in) :: x(3), error
+    character(:), allocatable :: text
+    real(wp) :: rounding
+    real(wp), parameter :: where_unknown = 0.01_wp !! three digits
+
+    rounding = error
+    if (error < 0.0_wp) rounding = where_unknown*maxval(abs(x))
+    text = '('//in_known_digits(x(1), rounding)//', '//in_known_digits(x(2), rounding)//', '// &
+      in_known_digits(x(3), rounding)//')'
+  end function vector
+
+  pure function error_in_words(error) result(words)
+    real(wp), intent(in) :: error !! negative: not known
+    character(:), allocatable :: words
+
+    words = '-'
+    if (error >= 0.0_wp) words = in_known_digits(error, 0.1_wp*error) ! two digits
+  end function error_in_words
+
+  !> Columns below their heads, two blanks apart: numbers at their right end, the pairs at their
+  !> left.
+  subroutine align(cells, lines)
+    type(string_t), intent(in) :: cells(:, 0:)
+    type(string_t), allocatable, intent(inout) :: lines(:)
+    character(*), parameter :: unknown = '      - error not estimated'
+    character(:), allocatable :: line, blanks
+    integer :: width(n_columns)
+    integer :: k, row, last
+    logical :: is_unknown
+
+    width = [(maxval([(len(cells(k, row)%text), row=0, ubound(cells, 2))]), k=1, n_columns)]
+    is_unknown = any([((cells(k, row)%text == '-', k=1, n_columns), row=1, ubound(cells, 2))])
+    last = ubound(cells, 2) + merge(1, 0, is_unknown)
+    deallocate (lines)
+    allocate (lines(0:last))
+    do row = 0, ubound(cells, 2)
+      line = ''
+      do k = 1, n_columns
+        blanks = repeat(' ', width(k) - len(cells(k, row)%text))
+        if (k > 1) line = line//'  '
+        if (k == 2) then
+          line = line//cells(k, row)%text//blanks
+        else
+          line = line//blanks//cells(k, row)%text
+        end if
+      end do
+      lines(row)%text = line
+    end do
+    if (is_unknown) lines(last)%text = unknown
+  end subroutine align
+
+end module pair_summary_mod

@@ -1,0 +1,225 @@
+"""The table of contact forces at the end of a run: values by hand, errors, digits, and who says it.
+
+Two cubes of nu = 0 whose feet are pressed on a plane by 10 and 20 on unit faces: the stress is
+uniform and the pressures are the forces. In a second step supports drive all of one along
+(0.03, -0.04), of the other along x by 0.05, so that both slide by 0.05 with the friction that
+mu = 0.3 allows, against their ways.
+"""
+
+import re
+import subprocess
+import unittest
+
+import numpy as np
+from program import INPUT, PROGRAM, Run
+
+from bipot.summary import known_digits, row_in_words, summarize
+
+BODIES = """*HEADING
+Two cubes on a plane
+*BLOCK, NAME=B, NX=2, NY=2, NZ=1
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=C, NX=1, NY=1, NZ=1
+5., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*SOLID SECTION, ELSET=C, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+C-ZMIN, O
+B-ZMIN, O
+*CONTACT SOLVER, TOLERANCE=1e-10
+"""
+STEPS = """*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+B, 1, 2
+C, 1, 2
+*DSLOAD
+B-ZMAX, P, 10.
+C-ZMAX, P, 20.
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+B, 1, 1, 0.03
+B, 2, 2, -0.04
+C, 1, 1, 0.05
+*END STEP
+"""
+# step, pair, normal force, friction, largest pressure, largest slip
+BY_HAND = [
+    (1, "C-ZMIN:O", (0, 0, 20), (0, 0, 0), 20, 0),
+    (1, "B-ZMIN:O", (0, 0, 10), (0, 0, 0), 10, 0),
+    (2, "C-ZMIN:O", (0, 0, 20), (-6, 0, 0), 20, 0.05),
+    (2, "B-ZMIN:O", (0, 0, 10), (-1.8, 2.4, 0), 10, 0.05),
+]
+HEAD = "step  pair"
+
+
+def table_of(output):
+    """The cells of the table in what a run prints."""
+    lines = output.splitlines()
+    (start,) = (k for k, line in enumerate(lines) if line.startswith(HEAD))
+    rows = []
+    for line in lines[start:]:
+        if line.strip().startswith(("-", "time")):
+            break
+        rows.append(re.split(r"\s{2,}", line.strip()))
+    return rows
+
+
+def vector(text):
+    """The numbers of "(1, 2, 3)"."""
+    return [float(part) for part in text.strip("()").split(",")]
+
+
+def without_pandas(result):
+    """The rows of a summary by step and pair."""
+    return {(row["step"], row["pair"]): row for row in summarize(result)}
+
+
+class OfAHandCase(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.run_of_deck = Run(BODIES + STEPS, name="cubes")
+
+    def test_the_console_has_the_values(self):
+        self.assertEqual(self.run_of_deck.status, 0, self.run_of_deck.errors)
+        head, *rows = table_of(self.run_of_deck.output)
+        self.assertEqual(head[:4], ["step", "pair", "normal force (x, y, z)", "error"])
+        for row, (step, pair, normal, friction, pressure, slip) in zip(rows, BY_HAND, strict=True):
+            self.assertEqual((int(row[0]), row[1]), (step, pair))
+            np.testing.assert_allclose(vector(row[2]), normal, atol=1e-6)
+            np.testing.assert_allclose(vector(row[4]), friction, atol=1e-6)
+            np.testing.assert_allclose(float(row[6]), pressure, rtol=1e-6)
+            np.testing.assert_allclose(float(row[8]), slip, atol=1e-9)
+            # One run says nothing of the errors of pressures and slips.
+            self.assertEqual((row[7], row[9]), ("-", "-"))
+        self.assertIn("\n      - error not estimated\n", self.run_of_deck.output)
+
+    def test_python_has_the_values_and_the_errors(self):
+        with self.run_of_deck.result() as result:
+            rows = without_pandas(result)
+            total = result.history("error/total")[result.step_ends]
+        for step, pair, normal, friction, pressure, slip in BY_HAND:
+            row = rows[step, pair]
+            for name, expected in (("normal_force", normal), ("friction_force", friction)):
+                found = [row[f"{name}_{axis}"] for axis in "xyz"]
+                np.testing.assert_allclose(found, expected, atol=1e-7)
+                # Of the largest resultant at that time: that of C.
+                largest = 20 if step == 1 else np.hypot(20, 6)
+                np.testing.assert_allclose(row[f"{name}_error"], total[step - 1] * largest,
+                                           rtol=1e-6)
+            np.testing.assert_allclose(row["largest_pressure"], pressure, rtol=1e-7)
+            np.testing.assert_allclose(row["largest_slip"], slip, atol=1e-9)
+            self.assertTrue(np.isnan(row["largest_pressure_error"]))
+            self.assertTrue(np.isnan(row["largest_slip_error"]))
+
+    def test_quiet_prints_the_closing_line_alone(self):
+        run = Run(BODIES + STEPS, "--quiet", name="cubes")
+        self.assertEqual(len(run.output.splitlines()), 1)
+
+    def test_a_run_that_goes_on_tells_of_all_steps(self):
+        run = Run(BODIES + STEPS + FREE, name="cubes")
+        self.assertEqual(run.status, 2, run.output)
+        # What is done is told, also of a run that is not solved.
+        self.assertEqual(table_of(run.output)[1:], table_of(self.run_of_deck.output)[1:])
+        done = subprocess.run(
+            [PROGRAM, "cubes.inp", "--continue"], cwd=run.folder, capture_output=True, text=True,
+            check=False,
+        )
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(table_of(done.stdout), table_of(run.output))
+
+
+# A body that nothing holds any more.
+FREE = """*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY, OP=NEW
+C, 1, 3
+*CLOAD
+B, 3, 10.
+*END STEP
+"""
+
+
+class Told(unittest.TestCase):
+    """The console, the file by Python and the page say the same of any run."""
+
+    def same(self, run):
+        """The console's cells are Python's."""
+        with run.result() as result:
+            expected = sorted(row_in_words(row) for row in summarize(result))
+        found = sorted(table_of(run.output)[1:])
+        self.assertEqual([row[:2] for row in found], [row[:2] for row in expected])
+        for one, other in zip(found, expected, strict=True):
+            self.assertEqual(one, other)
+
+    def test_of_two_bodies_and_curved_masters(self):
+        for deck in ("stack.inp", "pipe.inp"):
+            with self.subTest(deck=deck):
+                run = Run(INPUT / deck)
+                self.assertEqual(run.status, 0, run.errors)
+                self.same(run)
+
+    def test_of_several_runs_there_is_one_answer(self):
+        run = Run(INPUT / "block.inp", "--accuracy", "0.2", n=2, steps=5)
+        self.assertEqual(run.status, 0, run.errors)
+        self.same(run)
+        # What one run says of itself is not told beside what all of them say.
+        self.assertNotIn("estimated error", run.output)
+        (said,) = re.findall(r"is reached.*: mesh ([\d.]+) %.*load steps ([\d.]+) %", run.output)
+        error = sum(map(float, said)) / 100
+        with run.result() as result:
+            rows = list(without_pandas(result).values())
+            pressed = max(row["normal_force_z"] for row in rows)
+            mu = result.pairs[0].friction_coefficient
+            listed = result.pairs[0].normal_sum.max()
+        for row in rows:
+            self.assertAlmostEqual(row["normal_force_error"] / listed, error, delta=0.02 * error)
+            self.assertAlmostEqual(row["friction_force_error"], mu * row["normal_force_error"])
+        self.assertLessEqual(pressed, listed * (1 + 1e-12))
+
+    def test_errors_of_the_energy_are_not_taken_for_those_of_forces(self):
+        deck = BODIES + "*ACCURACY, OF=ENERGY, MESH=KEEP\n0.5\n" + STEPS
+        run = Run(deck, name="cubes")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("estimated error of the energy: mesh", run.output)
+        self.same(run)
+        with run.result() as result:
+            self.assertTrue(all(np.isnan(row["normal_force_error"])
+                                for row in without_pandas(result).values()))
+
+    def test_the_line_of_an_increment_names_what_its_errors_are_of(self):
+        run = Run(BODIES + STEPS, name="cubes")
+        self.assertEqual(run.output.count("estimated error of the contact force: mesh "), 2)
+
+
+class KnownDigits(unittest.TestCase):
+    """Numbers are rounded to their errors; by hand, as in the unit test of the program."""
+
+    def test_by_hand(self):
+        for value, error, expected in (
+            (123.456, 0.5, "123.5"), (123.456, 3.9, "123"), (123.456, 39, "120"),
+            (123.456, 390, "100"), (123.456, 1390, "0"), (-2129.6, 84, "-2130"),
+            (12.3, 0.002, "12.300"),
+            (123456789, 1, "1.23457e8"), (1.23456e-7, 4e-10, "1.235e-7"), (9.96, 0.1, "10.0"),
+            (0.0510123, np.nan, "0.0510"), (98.14, np.nan, "98.1"), (0, np.nan, "0"),
+            (2 / 3, 0, "0.666667"), (22700, 840, "22700"), (5, 84, "0"), (99.7, 4, "100"),
+        ):
+            with self.subTest(value=value, error=error):
+                self.assertEqual(known_digits(value, error), expected)
+
+
+if __name__ == "__main__":
+    unittest.main()
