@@ -18,7 +18,7 @@ module flat_deck_mod
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use mesh_mod, only: kind_c3d8b, kind_c3d8i
   use numbers_mod, only: number_text
-  use options_mod, only: card_t, name_option, open_card
+  use options_mod, only: as_name, card_t, name_option, open_card
   use read_block_mod, only: side_name
   use substitution_mod, only: substitute
   use text_mod, only: string_t, to_text
@@ -213,15 +213,6 @@ contains
       end if
     end do
   end subroutine add_ids
-
-  !> A name in quotes where it has letters that mean something else in a line.
-  pure function as_name(name) result(text)
-    character(*), intent(in) :: name
-    character(:), allocatable :: text
-
-    text = name
-    if (scan(name, ' ,=''') > 0) text = '"'//name//'"'
-  end function as_name
 
   subroutine put(flat, line)
     type(source_t), intent(inout) :: flat

@@ -15,6 +15,7 @@ module read_deck_mod
     refuse_loose
   use errors_mod, only: error_t
   use flat_deck_mod, only: flat_deck
+  use flatten_assembly_mod, only: flatten_assembly
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use mesh_size_mod, only: blocks_t, mesh_size_t
@@ -107,15 +108,19 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), intent(out), optional :: flat
     type(mesh_size_t), intent(in), optional :: mesh_size
+    logical :: readable
 
     call take_overrides(overrides, reader%parameters, reader%diagnostics, scene%overrides)
     ! Without its full text a deck is not worth reading: what follows would be guesses.
     if (.not. any_mistakes(reader%diagnostics)) then
       call find_cards(reader)
       call read_parameters(reader)
-      call check_overrides(reader)
-      call read_cards(reader, scene, flat, mesh_size)
-      call check_parameter_use(reader)
+      call flatten_assembly(reader, readable)
+      if (readable) then
+        call check_overrides(reader)
+        call read_cards(reader, scene, flat, mesh_size)
+        call check_parameter_use(reader)
+      end if
     end if
     call mistakes_as_error(reader%diagnostics, error)
     call notes_as_list(reader%diagnostics, scene%notes)

@@ -82,6 +82,26 @@ class SameDeck(unittest.TestCase):
     def test_sets_inside_a_step(self):
         self.check(sets="*NSET, NSET=PART, FREQUENCY=1\n1, 2\n*ELSET, ELSET=PIECE\n1\n")
 
+    def test_orientations_of_isotropic_materials(self):
+        output = self.check(
+            static="1., 1.\n*EL FILE, POSITION=NODES\nS",
+            pairs=PLAIN["pairs"] + "\n*ORIENTATION, NAME=OR, SYSTEM=RECTANGULAR\n"
+            "0., 1., 0., -1., 0., 0.\n3, 0.",
+        )
+        self.assertIn("*ORIENTATION is ignored: materials are isotropic", output)
+        self.assertIn("POSITION=NODES of *EL FILE: the values", output)
+
+    def test_stresses_at_nodes(self):
+        found = []
+        for position in ("NODES", "AVERAGED AT NODES"):
+            static = f"1., 1.\n*EL FILE, POSITION={position}\nS"
+            run = Run(DECK.format(**{**PLAIN, "static": static}), name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found.append(result.field("stress", -1))
+        self.assertGreater(len(found[0]), 16)
+        np.testing.assert_array_equal(*found)
+
     def test_small_strain_in_place_of_nlgeom(self):
         output = self.check("--nlgeom", "no", step=", NLGEOM")
         self.assertIn("NLGEOM is set aside", output)

@@ -10,10 +10,11 @@ module read_couplings_mod
   use cards_mod, only: reader_t, report
   use face_couplings_mod, only: add_rotation_node, coupling_t
   use diagnostics_mod, only: any_mistakes, quoted
-  use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, next_data_line
+  use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, next_data_line, &
+    node_option
   use lookup_mod, only: find_id
-  use options_mod, only: allow_no_data, allow_options, card_t, has_option, integer_option, &
-    name_option, open_card, option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, &
+    open_card, option_position
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use text_mod, only: to_text
@@ -84,7 +85,7 @@ contains
     coupling%surface_position = option_position(card, 'SURFACE')
     coupling%node_position = option_position(card, 'REF NODE')
     id = 0
-    call integer_option(reader, card, 'REF NODE', 1, huge(id), id, ok)
+    call node_option(reader, card, 'REF NODE', id, ok)
     if (.not. has_option(card, 'REF NODE')) call report(reader, card%position, &
       '*COUPLING needs REF NODE=')
     if (.not. ok) return

@@ -11,13 +11,13 @@ module read_obstacles_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, open_directory
-  use fields_mod, only: field_position, fields_t, next_data_line, real_field
+  use fields_mod, only: field_position, fields_t, next_data_line, node_option, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
   use obstacles_mod, only: obstacle_cylinder, obstacle_facets, obstacle_of_facets, obstacle_plane, &
     obstacle_sphere, obstacle_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    has_option, integer_option, name_option, open_card, option_position, text_option
+    has_option, name_option, open_card, option_position, text_option
   use deck_source_mod, only: place_of, place_t
   use sets_mod, only: model_t
   use stl_file_mod, only: read_stl, triangles_t
@@ -87,7 +87,7 @@ contains
     logical :: ok
 
     id = 0
-    call integer_option(reader, card, 'REF NODE', 1, huge(id), id, ok)
+    call node_option(reader, card, 'REF NODE', id, ok)
     if (.not. ok) return
     found = find_id(model%mesh%nodes, model%mesh%node_id, id)
     if (found == 0) then

@@ -151,7 +151,7 @@ contains
         call refuse(keyword, star, '*'//trim(keyword%name)// &
           ': bipot solves static frictional contact of elastic solids')
       else if (keyword%reading == is_ignored) then
-        call note(reader, '*'//trim(keyword%name)//' is ignored')
+        call note(reader, '*'//trim(keyword%name)//' is ignored'//why_ignored(keyword%name))
       else
         call enter(keyword, star, line)
       end if
@@ -215,6 +215,16 @@ contains
 
   end subroutine find_cards
 
+  !> Why a keyword changes nothing, where that needs to be said; may be empty.
+  pure function why_ignored(keyword) result(why)
+    character(*), intent(in) :: keyword
+    character(:), allocatable :: why
+
+    why = ''
+    if (keyword == 'ORIENTATION') why = ': materials are isotropic, and stresses are written in '// &
+      'x, y, z'
+  end function why_ignored
+
   !> What to write in place of a keyword that is not available; may be empty.
   pure function remedy(keyword) result(hint)
     character(*), intent(in) :: keyword
@@ -223,10 +233,13 @@ contains
     select case (keyword)
     case ('PRE-TENSION SECTION')
       hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
+    case ('CLEARANCE', 'CONTACT INTERFERENCE')
+      hint = 'ADJUST= of *CONTACT PAIR closes the gaps of the mesh, and *CONTACT GAP adds a gap '// &
+        'or, below 0, an overlap'
+    case ('SYSTEM')
+      hint = 'the lines of *INSTANCE move and turn a part'
     case ('MPC')
       hint = '*EQUATION, *COUPLING with *KINEMATIC or *DISTRIBUTING, and *TIE join nodes'
-    case ('PART', 'ASSEMBLY', 'INSTANCE')
-      hint = 'write the model as one mesh, without parts and instances'
     case default
       hint = ''
     end select

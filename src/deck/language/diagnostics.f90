@@ -77,15 +77,22 @@ contains
 
     if (.not. wants_more(diagnostics)) return
     if (.not. allocated(diagnostics%mistakes)) allocate (diagnostics%mistakes(max_collected))
-    ! A card that is looked at twice has its mistakes once.
+    ! A card that is looked at twice has its mistakes once, and so has the line of a part that has
+    ! several instances.
     do i = 1, diagnostics%n_mistakes
-      if (diagnostics%mistakes(i)%position /= position) cycle
-      if (diagnostics%mistakes(i)%text == text) return
+      if (first_line(diagnostics%mistakes(i)%text) == first_line(text)) return
     end do
     diagnostics%n_mistakes = diagnostics%n_mistakes + 1
     diagnostics%mistakes(diagnostics%n_mistakes)%position = position
     diagnostics%mistakes(diagnostics%n_mistakes)%text = text
   end subroutine add_plain_mistake
+
+  pure function first_line(text) result(line)
+    character(*), intent(in) :: text
+    character(:), allocatable :: line
+
+    line = text(:index(text//new_line('a'), new_line('a')) - 1)
+  end function first_line
 
   !> Record a note; the same sentence is kept once.
   subroutine add_note(diagnostics, text)

@@ -8,7 +8,8 @@ module fields_mod
   use kinds_mod, only: wp
   use numbers_mod, only: largest_number, number_not_finite, number_ok, number_too_large, &
     read_integer, read_real
-  use options_mod, only: card_t, checked_name, unquote
+  use options_mod, only: card_t, checked_name, has_option, integer_option, name_option, open_card, &
+    option_position, text_option, unquote
   use substitution_mod, only: substitute
   use text_mod, only: string_t, to_text
   implicit none
@@ -17,7 +18,7 @@ module fields_mod
   public :: fields_t, next_data_line, end_data, any_number, field_position, field_text
   public :: is_empty_field
   public :: integer_field, real_field, name_field, limit_fields, looks_like_id
-  public :: reference_t, reference_field
+  public :: reference_t, reference_field, node_option
 
   integer, parameter :: max_substituted = 10000 !! fields of a line with parameters in it
   integer, parameter :: any_number = huge(1)    !! of fields: the line is a list
@@ -263,6 +264,72 @@ contains
       call name_field(reader, fields, i, what, reference%name, ok)
     end if
   end subroutine reference_field
+
+  !> The id of the node that option `name` gives: by itself, or as the only one of a set.
+  subroutine node_option(reader, card, name, id, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    integer, intent(inout) :: id     !! unchanged when the option is absent
+    logical, intent(out) :: ok       !! false: absent, or a mistake was reported
+    character(:), allocatable :: set
+
+    call text_option(reader, card, name, set, ok)
+    if (.not. ok .or. verify(set, '0123456789+-.') == 0) then
+      call integer_option(reader, card, name, 1, huge(id), id, ok)
+    else
+      call name_option(reader, card, name, .true., set, ok)
+      if (ok) call find_only_node(reader, option_position(card, name), set, id, ok)
+    end if
+  end subroutine node_option
+
+  !> The only node of a set that is made by one id below *NSET or *NODE.
+  subroutine find_only_node(reader, position, set, id, ok)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: position    !! where the deck names the set
+    character(*), intent(in) :: set    !! upper case
+    integer, intent(inout) :: id
+    logical, intent(out) :: ok
+    type(card_t) :: card
+    type(fields_t) :: fields
+    character(:), allocatable :: name
+    integer :: k, n, last, i
+    logical :: found, defined, plain
+
+    n = 0
+    defined = .false.
+    plain = .true.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'NSET' .and. reader%cards(k)%keyword /= 'NODE') cycle
+      call open_card(reader, k, card)
+      if (.not. has_option(card, 'NSET')) cycle
+      call name_option(reader, card, 'NSET', .true., name, ok)
+      if (name /= set) cycle
+      defined = .true.
+      plain = plain .and. .not. (has_option(card, 'GENERATE') .or. has_option(card, 'ELSET'))
+      fields%line = 0
+      do
+        call next_data_line(reader, card, fields, found, any_number, '')
+        if (.not. found) exit
+        last = fields%n
+        if (card%keyword == 'NODE') last = 1
+        do i = 1, last
+          if (is_empty_field(fields, i)) cycle
+          n = n + 1
+          plain = plain .and. looks_like_id(reader, fields, i)
+          if (plain) call integer_field(reader, fields, i, 'the id of a node', 1, id, ok)
+        end do
+      end do
+    end do
+    ok = defined .and. plain .and. n == 1
+    if (ok) return
+    if (defined) then
+      call report(reader, position, 'node set '//quoted(set)//' cannot be a reference node: it '// &
+        'must have one node, named by its number')
+    else
+      call report(reader, position, 'node set '//quoted(set)//' is not defined')
+    end if
+  end subroutine find_only_node
 
   !> Whether field `i` holds digits only (a sign aside), so that it cannot be a name.
   pure function looks_like_id(reader, fields, i) result(looks)

@@ -33,6 +33,12 @@ module keywords_mod
     keyword_t('NODE', in_model, is_read), &
     keyword_t('ELEMENT', in_model, is_read), &
     keyword_t('BLOCK', in_model, is_read), &
+    keyword_t('PART', in_model, is_read), &
+    keyword_t('END PART', in_model, is_read), &
+    keyword_t('ASSEMBLY', in_model, is_read), &
+    keyword_t('INSTANCE', in_model, is_read), &
+    keyword_t('END INSTANCE', in_model, is_read), &
+    keyword_t('END ASSEMBLY', in_model, is_read), &
     keyword_t('NSET', anywhere, is_read), &
     keyword_t('ELSET', anywhere, is_read), &
     keyword_t('SURFACE', in_model, is_read), &
@@ -95,17 +101,12 @@ module keywords_mod
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
     keyword_t('GAP CONDUCTANCE', anywhere, is_ignored), &
-    keyword_t('PART', anywhere, is_missing), &
-    keyword_t('END PART', anywhere, is_missing), &
-    keyword_t('ASSEMBLY', anywhere, is_missing), &
-    keyword_t('END ASSEMBLY', anywhere, is_missing), &
-    keyword_t('INSTANCE', anywhere, is_missing), &
-    keyword_t('END INSTANCE', anywhere, is_missing), &
+    keyword_t('ORIENTATION', anywhere, is_ignored), &
     keyword_t('SYSTEM', anywhere, is_missing), &
-    keyword_t('ORIENTATION', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
     keyword_t('HYPERELASTIC', anywhere, is_missing), &
     keyword_t('CLEARANCE', anywhere, is_missing), &
+    keyword_t('CONTACT INTERFERENCE', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &
     keyword_t('CHANGE FRICTION', anywhere, is_missing), &
     keyword_t('MODEL CHANGE', anywhere, is_missing), &

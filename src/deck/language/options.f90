@@ -13,7 +13,7 @@ module options_mod
 
   public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
   public :: flag_option, name_option, text_option, integer_option, real_option, choice_option
-  public :: allow_no_data, unquote, checked_name, max_name
+  public :: allow_no_data, unquote, as_name, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
   integer, parameter :: max_options = 100
@@ -385,5 +385,14 @@ contains
     if (n < 2) return
     if (scan(bare(1:1), '"''') == 1 .and. bare(1:1) == bare(n:n)) bare = bare(2:n - 1)
   end function unquote
+
+  !> A name in quotes where it has letters that mean something else in a line.
+  pure function as_name(name) result(text)
+    character(*), intent(in) :: name
+    character(:), allocatable :: text
+
+    text = name
+    if (scan(name, ' ,=''') > 0) text = '"'//name//'"'
+  end function as_name
 
 end module options_mod
