@@ -45,6 +45,7 @@ from body_scenes import random_bodies
 from joined_scenes import random_joined
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
+from rim_scenes import random_rims
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
 from scenes import write_deck
 
@@ -117,7 +118,9 @@ def judge_run(scene, deck, status, message, options):
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
-FAMILIES = {"one": random_scene, "bodies": random_bodies, "joined": random_joined}
+FAMILIES = {
+    "one": random_scene, "bodies": random_bodies, "joined": random_joined, "rims": random_rims,
+}  # fmt: skip
 
 
 def judge_seed(deck, options):

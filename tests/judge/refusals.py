@@ -9,6 +9,7 @@ from between_nodes import covered_corners, unfelt_overlap
 from bricks import FACES
 from joints import Joints
 from laws import Judge
+from least_squares import least_squares_in_cone
 from load_path import LoadPath
 from mortar import LEAST_SHARE, normal_of, place_surface
 from obstacles import locate, shift_of
@@ -16,40 +17,6 @@ from slow_solver import Increment, frame_of, rigid_motions
 from surfaces import Ties, settled
 
 CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "unconfirmed"
-
-
-def least_squares_in_cone(columns, right, limit=4000):
-    """min |columns y - right| over y >= 0 (Lawson and Hanson); (y, size of what is left)."""
-    n = columns.shape[1]
-    y = np.zeros(n)
-    passive = np.zeros(n, dtype=bool)
-    left = right.copy()
-    for _ in range(limit):
-        slope = columns.T @ left
-        slope[passive] = -np.inf
-        at = int(np.argmax(slope))
-        if slope[at] <= 1e-13 * np.linalg.norm(right):
-            break
-        passive[at] = True
-        while True:
-            found = np.zeros(n)
-            found[passive] = np.linalg.lstsq(columns[:, passive], right, rcond=None)[0]
-            bad = passive & (found <= 0)
-            if not bad.any():
-                break
-            share = (y[bad] / (y[bad] - found[bad])).min()
-            y = y + share * (found - y)
-            passive &= y > 1e-15 * np.abs(y).max(initial=0)
-            y[~passive] = 0
-            if not passive.any():
-                break
-        y = found
-        new = right - columns @ y
-        if np.linalg.norm(new) >= np.linalg.norm(left) * (1 - 1e-15):
-            left = new
-            break
-        left = new
-    return y, float(np.linalg.norm(left))
 
 
 def unbalanced_share(scene, u, held, loads, increment=None):
@@ -478,14 +445,14 @@ def as_stored(scene, increment, solution, step, time):
         }  # fmt: skip
         surface = increment.surfaces[number]
         if surface.has_faces:
-            seen = surface.place(u, increment.rotations[1])
+            seen = surface.place(u, increment.rotations[1], increment.without_row[number])
             group["gap"] = np.where(counts[at, 0], gaps[at], 1e30)[None]
             # Tangents across a plane of symmetry are none.
             group["slip_increment"] = slip[None] * tangents(frame, seen)[None]
             group["area"] = surface.area
             group["covered_area"] = seen.covered[None]
             group["least_gap"] = (seen.least + increment.added[rows])[None]
-        pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)] = group
+        pairs[scene.key_of(pair)] = group
     residual = scene.bricks().internal_force(u) - increment.loads - pressed
     residual, _ = Joints(scene, increment.held).hand_over(residual)
     residual, _ = Ties(scene).hand_over(residual, increment.held)
