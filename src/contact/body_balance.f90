@@ -10,6 +10,8 @@ module body_balance_mod
 
   public :: acting_t, worst_balance
 
+  real(wp), parameter :: most_at_node = 8.0_wp !! elements of a regular mesh [-]
+
   !> What acts on the nodes from outside, (3,n_nodes) each [force].
   type :: acting_t
     real(wp), allocatable :: load(:, :), contact(:, :), support(:, :)
@@ -58,13 +60,13 @@ contains
         do i = 1, 3
           if (prescribed(i, node)) cycle
           of_obstacle = along_motion_t()
-          call add_node(node, motion(:, i), of_obstacle)
+          call add_node(node, motion(:, i), huge(1.0_wp), of_obstacle)
           worst = max(worst, out_of_balance(of_obstacle, f(0)))
         end do
       else
         motion = motions_of(mesh%coordinates(:, node) - 0.5_wp*(low(:, body) + high(:, body)))
         do i = 1, 6
-          call add_node(node, motion(:, i), along(i, body))
+          call add_node(node, motion(:, i), most_at_node*f(body), along(i, body))
         end do
       end if
     end do
@@ -77,9 +79,13 @@ contains
   contains
 
     !> Add the forces on a node to what acts along a motion.
-    pure subroutine add_node(node, motion, along)
+    !>
+    !> Reactions and supports that press against each other at a node, however hard, leave no more
+    !> for the body than its elements can carry there: more is no measure.
+    pure subroutine add_node(node, motion, most, along)
       integer, intent(in) :: node
       real(wp), intent(in) :: motion(3) !! of the node
+      real(wp), intent(in) :: most      !! that counts of contact and of supports [force]
       type(along_motion_t), intent(inout) :: along
       real(wp) :: arm
 
@@ -87,8 +93,8 @@ contains
       associate (load => acting%load(:, node), contact => acting%contact(:, node), &
                  held_by => acting%support(:, node))
         along%total = along%total + dot_product(load + contact + held_by, motion)
-        along%weight = along%weight + abs(dot_product(load, motion)) + &
-          abs(dot_product(contact, motion)) + abs(dot_product(held_by, motion))
+        along%weight = along%weight + abs(dot_product(load, motion)) + min(most*arm, &
+          abs(dot_product(contact, motion))) + min(most*arm, abs(dot_product(held_by, motion)))
         along%magnitude = along%magnitude + (norm2(load) + norm2(contact) + norm2(held_by))*arm
         along%load = along%load + abs(dot_product(load, motion))
         along%load_magnitude = along%load_magnitude + norm2(load)*arm

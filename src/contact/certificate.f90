@@ -12,8 +12,9 @@ module certificate_mod
   use increment_forces_mod, only: increment_forces_t
   use bodies_at_rest_mod, only: are_at_rest, spread_of_row
   use constrained_forces_mod, only: hand_over, torn
-  use error_measures_mod, only: are_finite, excusable, largest, largest_alone, largest_spread, &
-    ratio, rounded
+  use error_measures_mod, only: are_finite, excusable, ratio, rounded
+  use certificate_scales_mod, only: scales_t, find_scales
+  use undetermined_forces_mod, only: largest_undetermined
   use turned_slips_mod, only: turned_slips_t
   implicit none
   private
@@ -22,23 +23,16 @@ module certificate_mod
 
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
-    huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), .false., huge(1.0_wp), huge(1.0_wp))
+    huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), .false., huge(1.0_wp), huge(1.0_wp), &
+    huge(1.0_wp), huge(1.0_wp))
 
   real(wp), parameter :: held = 16.0_wp*epsilon(1.0_wp)    !! what is prescribed is kept to this [-]
   real(wp), parameter :: last_bits = 1.0_wp/8.0_wp
   !! of the rounding of forces: what the last bits of displacements are worth [-]
-  real(wp), parameter :: let_go = 1.0e-3_wp
-  !! of the reactions before an increment: forces at its end are measured by no less [-]
-  real(wp), parameter :: nothing = 1.0e-8_wp
-  !! of the largest rounding of a force: forces are measured by no less [-]
 
 contains
 
-  !> Judge an increment.
-  !>
-  !> Scales: F the largest nodal force (reactions, supports, loads, internal, a thousandth of the
-  !> reactions before the increment), U the largest displacement increment, deformation of a body,
-  !> or way that contact forces alone would move their node. 0/0 = 0.
+  !> Judge an increment, by scales of forces and lengths that come from no reaction.
   !>
   !> What depends on others by constraints is in equilibrium where its masters are: the forces on it
   !> act on them. Its supports, if any, come before its constraint.
@@ -53,46 +47,29 @@ contains
     real(wp), intent(in) :: tolerance              !! contact tolerance [-]
     type(turned_slips_t), intent(in), optional :: turned !! take the place of those of `contact`
     type(certificate_t) :: certificate
-    real(wp) :: f, u, way, x(3, points%n), reaction(3, points%n), scale(0:mesh%n_bodies)
-    real(wp), dimension(3, mesh%n_nodes) :: pressed, pressed_before, residual, support
+    type(scales_t) :: scales
+    real(wp), dimension(3, points%n) :: x, reaction
+    real(wp) :: pressed(3, mesh%n_nodes, 2)         !! before and after the increment [force]
+    real(wp), dimension(3, mesh%n_nodes) :: residual, support
     real(wp), dimension(3, mesh%n_nodes) :: joining !! forces of constraints
-    real(wp) :: rounding(mesh%n_nodes)
-    logical :: is_mesh(mesh%n_nodes), at_rest(0:mesh%n_bodies)
-    integer :: i, k
+    real(wp) :: rounding(mesh%n_nodes), way(points%n)
+    logical :: at_rest(0:mesh%n_bodies)
+    integer :: i
 
     certificate = nothing_true
     if (.not. (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
       are_finite(contact%slip_increment) .and. are_finite(forces%internal) .and. &
       are_finite(forces%external))) return
-    pressed = 0.0_wp
-    pressed_before = 0.0_wp
-    do i = 1, points%n
-      pressed(:, points%node(i)) = pressed(:, points%node(i)) + new%reaction(:, i)
-      pressed_before(:, points%node(i)) = pressed_before(:, points%node(i)) + old%reaction(:, i)
-      do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
-        associate (node => contact%weights%node(k), weight => contact%weights%weight(k))
-          pressed(:, node) = pressed(:, node) - weight*new%reaction(:, i)
-          pressed_before(:, node) = pressed_before(:, node) - weight*old%reaction(:, i)
-        end associate
-      end do
-    end do
-    residual = forces%internal - forces%external - pressed
+    pressed(:, :, 1) = forces_on_nodes(mesh, points, contact, old%reaction)
+    pressed(:, :, 2) = forces_on_nodes(mesh, points, contact, new%reaction)
+    residual = forces%internal - forces%external - pressed(:, :, 2)
     rounding = forces%rounding
     joining = residual
     call hand_over(forces%constraints, forces%prescribed, residual, rounding)
     joining = joining - residual
     support = merge(residual, 0.0_wp, forces%prescribed)
     residual = residual - support
-    ! Of an obstacle's reference node the forces are resultants, not those of a node. Reactions of
-    ! several obstacles on one node may be any size and cancel: what counts is their sum.
-    is_mesh = mesh%body > 0
-    ! What contact lets go of counts, too: the forces that are left are as good as those were large.
-    pressed_before = let_go*pressed_before
-    f = max(largest(pressed, is_mesh), largest(pressed_before, is_mesh), largest(support, &
-      is_mesh), largest(forces%external, is_mesh), largest(forces%internal))
-    if (f <= 0.0_wp) f = largest(forces%external)
-    u = max(largest(new%displacement - old%displacement), largest_spread(mesh, new%displacement), &
-      largest_alone(pressed, forces%stiffness))
+    call find_scales(mesh, points, contact, old, new, forces, pressed, scales)
 
     x(1, :) = contact%gap
     if (allocated(contact%kept_overlap)) then
@@ -105,42 +82,95 @@ contains
     ! Where nothing moves by more than places are rounded gaps and slips are no better known.
     do i = 1, points%n
       associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, i))
-        if (u > rounding_here) cycle
+        if (scales%length(i) > rounding_here) cycle
         x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - rounding_here), x(1, i))
         if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
       end associate
     end do
-    at_rest = are_at_rest(mesh, points, contact, new%displacement, forces, pressed)
+    at_rest = are_at_rest(mesh, points, contact, new%displacement, forces, pressed(:, :, 2))
     ! Of bodies whose forces are all rounding the reactions say nothing, but where they are said to
     ! hold what slips.
     reaction = contact%reaction
     do i = 1, points%n
-      if (norm2(x(2:, i)) > tolerance*u) cycle
+      if (norm2(x(2:, i)) > tolerance*scales%length(i)) cycle
       if (at_rest(mesh%body(points%node(i)))) reaction(:, i) = 0.0_wp
     end do
     ! A turn may take the obstacle further past a point than anything is displaced.
-    way = u
-    if (present(turned)) way = max(u, maxval(norm2(turned%slip, dim=1)))
-    certificate = judge_contact(points%mu, reaction, x, f, u, way)
+    way = scales%length
+    if (present(turned)) way = max(way, norm2(turned%slip, dim=1))
+    certificate = judge_contact(points%mu, reaction, x, scales%force, scales%length, way)
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
       new%displacement, forces%constraints, forces%prescribed))
-    ! A body that was let go may be left with forces below the range of single precision.
-    f = max(f, nothing*maxval(forces%rounding))
-    scale = max(forces_of_bodies(mesh, forces, pressed, pressed_before, support), nothing* &
-      maxval(forces%rounding))
-    scale(0) = f
     if (forces%constraints%n_equations == 0) then
-      certificate%balance = worst_balance(mesh, acting_t(forces%external, pressed, support), &
-        forces%prescribed, rounding, scale)
+      certificate%balance = worst_balance(mesh, acting_t(forces%external, pressed(:, :, 2), &
+        support), forces%prescribed, rounding, scales%of_body)
     else
-      certificate%balance = balance_of_pieces(mesh, forces, acting_t(forces%external, pressed + &
-        joining, support), rounding, scale)
+      certificate%balance = balance_of_pieces(mesh, forces, acting_t(forces%external, &
+        pressed(:, :, 2) + joining, support), rounding, scales%of_body)
     end if
-    certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, scale, &
+    certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, &
+      scales%of_body, 10.0_wp*tolerance)
+    certificate%energy = worst_energy(mesh, scales%strained, forces, acting_t(forces%external, &
+      pressed(:, :, 2) + joining, support), at_rest)
+    certificate%undetermined = largest_undetermined(mesh, points, contact, forces, scales%force, &
       10.0_wp*tolerance)
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance .and. &
       certificate%support <= held
   end function certify
+
+  !> The forces of contact on nodes: each reaction on its slave node, less its weights on masters.
+  pure function forces_on_nodes(mesh, points, contact, reaction) result(pressed)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact   !! its weights
+    real(wp), intent(in) :: reaction(:, :)          !! (3,n_points) x, y, z [force]
+    real(wp) :: pressed(3, mesh%n_nodes)            !! [force]
+    integer :: i, k
+
+    pressed = 0.0_wp
+    do i = 1, points%n
+      pressed(:, points%node(i)) = pressed(:, points%node(i)) + reaction(:, i)
+      do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
+        associate (node => contact%weights%node(k), weight => contact%weights%weight(k))
+          pressed(:, node) = pressed(:, node) - weight*reaction(:, i)
+        end associate
+      end do
+    end do
+  end function forces_on_nodes
+
+  !> The strain energy of each body beside half the work of all forces on its nodes at the same
+  !> state, less what rounding excuses. docs/theory.md (6.4).
+  !>
+  !> Along rigid motions forces have no work: that is their balance.
+  pure real(wp) function worst_energy(mesh, strained, forces, acting, at_rest) result(worst)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: strained(:, :) !! (3,n_nodes) displacement without rigid motion [length]
+    type(increment_forces_t), intent(in) :: forces
+    type(acting_t), intent(in) :: acting   !! contact with the forces of constraints
+    logical, intent(in) :: at_rest(0:)     !! (0:n_bodies)
+    real(wp), dimension(0:mesh%n_bodies) :: work, rounding
+    integer :: node, body
+
+    work = 0.0_wp
+    rounding = 0.0_wp
+    do node = 1, mesh%n_nodes
+      body = mesh%body(node)
+      associate (load => acting%load(:, node), contact => acting%contact(:, node), &
+        held_by => acting%support(:, node), way => strained(:, node))
+        work(body) = work(body) + 0.5_wp*dot_product(way, load + contact + held_by)
+        rounding(body) = rounding(body) + norm2(way)*(forces%rounding(node) + rounded* &
+          (norm2(load) + norm2(contact) + norm2(held_by)))
+      end associate
+    end do
+    worst = 0.0_wp
+    do body = 1, mesh%n_bodies
+      if (at_rest(body)) cycle
+      associate (energy => forces%of_elements%energy(body))
+        worst = max(worst, ratio(max(0.0_wp, abs(energy - work(body)) - rounding(body)), &
+          max(energy, work(body))))
+      end associate
+    end do
+  end function worst_energy
 
   !> The worst balance of what bricks alone connect, forces of constraints among those that act.
   !>
@@ -201,32 +231,14 @@ contains
     end do
   end function departure
 
-  !> The largest nodal force of each body: beside a body that is loaded more, errors of another
-  !> would not be seen.
-  pure function forces_of_bodies(mesh, forces, pressed, pressed_before, support) result(f)
-    type(mesh_t), intent(in) :: mesh
-    type(increment_forces_t), intent(in) :: forces
-    real(wp), intent(in) :: pressed(:, :), pressed_before(:, :), support(:, :)
-    !! (3,n_nodes) [force]
-    real(wp) :: f(0:mesh%n_bodies)                       !! 0: of nodes without a body [force]
-    integer :: node
-
-    f = 0.0_wp
-    do node = 1, mesh%n_nodes
-      associate (of_body => f(mesh%body(node)))
-        of_body = max(of_body, norm2(pressed(:, node)), norm2(pressed_before(:, node)), &
-          norm2(support(:, node)), norm2(forces%external(:, node)), norm2(forces%internal(:, node)))
-      end associate
-    end do
-  end function forces_of_bodies
-
   !> The largest force out of balance at a node, beside the largest of its body; where that is not
   !> allowed, less what rounding excuses.
   !>
   !> Rounding excuses at most a thousandth of the largest force, but all of it on a body at rest:
   !> there that of displacements alone, as rounding of places moves no node against another. Support
-  !> forces are internal forces: where the last bits of the displacements alone are worth more than
-  !> is allowed, that counts as well. docs/theory.md (6.2).
+  !> forces are internal forces, known as well as others of the body are seen to balance: where
+  !> these need their rounding, and where displacements are prescribed that differ, the last bits of
+  !> displacements count at supports, if they are worth more than is allowed. docs/theory.md (6.2).
   pure real(wp) function worst_imbalance(mesh, residual, forces, rounding_of_nodes, at_rest, f, &
     allowed) result(worst)
     type(mesh_t), intent(in) :: mesh
@@ -237,9 +249,11 @@ contains
     real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
     real(wp), intent(in) :: allowed           !! [-]
     real(wp) :: here
+    logical :: is_excused(0:mesh%n_bodies), is_rounded(mesh%n_nodes)
     integer :: node
 
     worst = 0.0_wp
+    is_excused = .false.
     do node = 1, mesh%n_nodes
       associate (largest_here => f(mesh%body(node)), rounding => rounding_of_nodes(node))
         if (at_rest(mesh%body(node))) then
@@ -247,71 +261,113 @@ contains
           cycle
         end if
         here = ratio(norm2(residual(:, node)), largest_here)
-        if (here > allowed) here = ratio(norm2(residual(:, node)) - min(rounding, &
-          excusable*largest_here), largest_here)
+        if (here > allowed) then
+          is_excused(mesh%body(node)) = .true.
+          here = ratio(norm2(residual(:, node)) - min(rounding, excusable*largest_here), &
+            largest_here)
+        end if
         worst = max(worst, here)
-        if (.not. any(forces%prescribed(:, node))) cycle
-        here = ratio(last_bits*rounding, largest_here)
-        if (here > allowed) worst = max(worst, here)
       end associate
+    end do
+    is_rounded = any(forces%prescribed, dim=1) .and. .not. at_rest(mesh%body) .and. &
+      last_bits*rounding_of_nodes > allowed*f(mesh%body)
+    if (.not. any(is_rounded)) return
+    is_rounded = is_rounded .and. (is_excused(mesh%body) .or. is_prescribed_apart(mesh, forces))
+    do node = 1, mesh%n_nodes
+      if (is_rounded(node)) worst = max(worst, ratio(last_bits*rounding_of_nodes(node), &
+        f(mesh%body(node))))
     end do
   end function worst_imbalance
 
+  !> Nodes of elements that supports deform by displacements of several sizes, each rounded by
+  !> itself. One size alone, beside 0, is rounded as the whole.
+  pure function is_prescribed_apart(mesh, forces) result(is_apart)
+    type(mesh_t), intent(in) :: mesh
+    type(increment_forces_t), intent(in) :: forces
+    logical :: is_apart(mesh%n_nodes)
+    real(wp) :: first
+    integer :: e, i, a
+
+    is_apart = .false.
+    do e = 1, mesh%n_elements
+      associate (nodes => mesh%connectivity(:, e))
+        if (count(forces%prescribed(:, nodes)) < 2) cycle
+        directions: do i = 1, 3
+          first = 0.0_wp
+          do a = 1, 8
+            associate (wanted => forces%displacement(i, nodes(a)))
+              if (.not. (forces%prescribed(i, nodes(a)) .and. abs(wanted) > 0.0_wp)) cycle
+              if (abs(first) > 0.0_wp .and. abs(wanted - first) > 0.0_wp) then
+                is_apart(nodes) = .true.
+                exit directions
+              end if
+              first = wanted
+            end associate
+          end do
+        end do directions
+      end associate
+    end do
+  end function is_prescribed_apart
+
   !> The five entries that concern contact, of reactions and the gaps and slips that belong to them.
+  !>
+  !> In the law points count as their reactions, none for more than the scale of forces: one that is
+  !> larger would hide the others.
   pure function judge_contact(mu, r, x, f, u, way) result(certificate)
     real(wp), intent(in) :: mu(:)    !! (n_points) [-]
     real(wp), intent(in) :: r(:, :)  !! (3,n_points) n, t1, t2 [force]
     real(wp), intent(in) :: x(:, :)  !! (3,n_points) [length]
-    real(wp), intent(in) :: f, u     !! scales of force and length
-    real(wp), intent(in), optional :: way !! scale of slips, `u` where left out [length]
+    real(wp), intent(in) :: f(:), u(:) !! (n_points) scales of force and length
+    real(wp), intent(in), optional :: way(:) !! scales of slips, `u` where left out [length]
     type(certificate_t) :: certificate !! equilibrium is 0 in it
-    real(wp) :: defect, total, longest
+    real(wp) :: defect, total, weight, longest(size(u))
     integer :: i
 
     certificate = nothing_true
     if (.not. (are_finite(r) .and. are_finite(x))) return ! max() would forget NaN
     certificate = certificate_t()
+    longest = u
+    if (present(way)) longest = way
     defect = 0.0_wp
     total = 0.0_wp
     do i = 1, size(mu)
-      certificate%penetration = max(certificate%penetration, -x(1, i))
-      certificate%adhesion = max(certificate%adhesion, -r(1, i))
-      certificate%complementarity = max(certificate%complementarity, abs(x(1, i)*r(1, i)))
-      certificate%cone = max(certificate%cone, norm2(r(2:, i)) - mu(i)*r(1, i))
-      ! What is rounding of other forces has no law.
-      if (norm2(r(:, i)) <= rounded*f) cycle
-      defect = defect + abs(mu(i)*r(1, i)*norm2(x(2:, i)) + dot_product(x(:, i), r(:, i)))
-      ! A point that sticks under much friction slips by rounding: beside the force that could hold
-      ! it.
-      total = total + max(norm2(r(:, i)), mu(i)*r(1, i))
+      associate (c => certificate, normal => r(1, i), force => norm2(r(:, i)))
+        c%penetration = max(c%penetration, ratio(-x(1, i), u(i)))
+        c%adhesion = max(c%adhesion, ratio(-normal, f(i)))
+        c%complementarity = max(c%complementarity, ratio(ratio(abs(x(1, i)*normal), f(i)), u(i)))
+        c%cone = max(c%cone, ratio(norm2(r(2:, i)) - mu(i)*normal, f(i)))
+        ! What is rounding of other forces has no law.
+        if (force <= rounded*f(i)) cycle
+        weight = min(1.0_wp, f(i)/force)
+        defect = defect + weight*ratio(abs(mu(i)*normal*norm2(x(2:, i)) + dot_product(x(:, i), &
+          r(:, i))), longest(i))
+        ! A point that sticks under much friction slips by rounding: beside the force that could
+        ! hold it.
+        total = total + weight*max(force, mu(i)*normal)
+      end associate
     end do
-    certificate%penetration = ratio(certificate%penetration, u)
-    certificate%adhesion = ratio(certificate%adhesion, f)
-    certificate%complementarity = ratio(ratio(certificate%complementarity, f), u)
-    certificate%cone = ratio(certificate%cone, f)
-    longest = u
-    if (present(way)) longest = way
-    certificate%law = ratio(ratio(defect, total), longest)
+    certificate%law = ratio(defect, total)
   end function judge_contact
 
   !> Work, strain energy and dissipation up to the end of the increment, and what is left over.
   !>
-  !> External work by the trapezoidal rule on loads and supports, and on the torques that turn
-  !> obstacles; the reaction of the end dissipates over the slip. What the forces of thermal
+  !> External work by the trapezoidal rule on loads and supports, and what else works: the torques
+  !> that turn obstacles, overlaps that contact removes. The reaction of the end dissipates over the
+  !> slip. What the forces of thermal
   !> expansion do is in the work of the loads, and so far also in the strain energy, that of the
   !> total strain: both lose what the two differ by from work and energy of the stresses.
-  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_torques, of_heat)
+  pure subroutine energy_balance(contact, old, new, internal_force, energy, of_others, of_heat)
     type(contact_fields_t), intent(in) :: contact
     type(state_t), intent(in) :: old
     type(state_t), intent(inout) :: new            !! gets external_work and dissipation
     real(wp), intent(in) :: internal_force(:, :)   !! (3,n_nodes) [force]
     type(energy_t), intent(out) :: energy
-    real(wp), intent(in), optional :: of_torques   !! in the increment, 0 where left out [energy]
+    real(wp), intent(in), optional :: of_others    !! in the increment, 0 where left out [energy]
     real(wp), intent(in), optional :: of_heat      !! what both lose, 0 where left out [energy]
 
     new%external_work = old%external_work + 0.5_wp*sum((new%displacement - old%displacement)* &
       (old%external_force + old%support_force + new%external_force + new%support_force))
-    if (present(of_torques)) new%external_work = new%external_work + of_torques
+    if (present(of_others)) new%external_work = new%external_work + of_others
     new%dissipation = old%dissipation - sum(contact%reaction(2:, :)*contact%slip_increment)
     energy%external_work = new%external_work
     energy%strain = 0.5_wp*sum(internal_force*new%displacement)

@@ -35,7 +35,7 @@ contains
       force = max(force, norm2(r(:, i)))
       length = max(length, norm2(u(:, i)), norm2(q(:, i)))
     end do
-    certificate = judge_contact(mu, r, u, force, length)
+    certificate = judge_contact(mu, r, u, spread(force, 1, size(mu)), spread(length, 1, size(mu)))
     certificate%equilibrium = imbalance
     certificate%certified = worst_entry(certificate) <= 10.0_wp*tolerance
   end function certify_problem

@@ -7,11 +7,13 @@
 module condensed_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
+  use controls_mod, only: contact_controls_t, solver_sweeps
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes, is_covered
   use body_solver_mod, only: body_solver_t
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
+  use dependent_rows_mod, only: find_dependent_rows
   use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
     motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
   use solutions_map_mod, only: map_of_rows
@@ -19,9 +21,10 @@ module condensed_contact_mod
   use body_map_mod, only: body_map_t
   use held_body_mod, only: hold_body
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
-    is_map
+    add_square, diagonal_of, is_map
   use problem_mod, only: contact_problem_t, make_problem
   use shared_nodes_mod, only: find_twins
+  use dense_mod, only: null_space
   use floating_mod, only: floating_t, see_motions, free_the_motions, sees_less
   implicit none
   private
@@ -38,6 +41,10 @@ module condensed_contact_mod
     integer, allocatable :: far(:)     !! points in reach that have none, though they can move: open
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
+    real(wp), allocatable :: null(:, :)
+    !! (n_rows,k) orthonormal reactions that constraints take and no body feels [-]
+    real(wp) :: flexibility = 0.0_wp   !! then: the largest of W_ii [length/force]
+    real(wp) :: softness = 0.0_wp      !! of these in the problem's W [length/force]
     class(body_map_t), allocatable :: body
     !! where it is solved together with the displacements, by iteration
     real(wp), allocatable :: undeformed_g(:, :)
@@ -48,6 +55,9 @@ module condensed_contact_mod
   !> made anew for every placement, in the same memory.
   type :: condensed_contact_t
     type(contact_group_t), allocatable :: group(:)
+    logical, allocatable :: presses(:)
+    !! (n_points) where that is known: in the iteration before
+    real(wp), allocatable :: load(:) !! (n_motions) then: work of the loads on each motion [force]
   end type condensed_contact_t
 
   integer, parameter :: few_rows = 300
@@ -56,8 +66,11 @@ module condensed_contact_mod
   !> The rows of all points of a placement.
   type :: placed_rows_t
     integer, allocatable :: row(:, :)   !! (3,n_points) over all groups, 0 where there is none
+    logical, allocatable :: can_move(:, :) !! (3,n_nodes) of `movable`
     type(transfer_t) :: transfer
     real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
+    logical, allocatable :: presses(:)  !! (n_points) as of condensed_contact_t
+    real(wp), allocatable :: load(:)    !! (n_motions) likewise [force]
   end type placed_rows_t
 
 contains
@@ -142,6 +155,8 @@ contains
   !>
   !> Only points that are `near` have rows; the others in reach are taken to be open. Where the near
   !> ones do not see all motions that the points in reach do, a group has the rows of all of these.
+  !> Before round obstacles alone motions are neutral that points which press do not see, too, where
+  !> no load drives these.
   subroutine condense_contact(scene, points, body, undeformed, placement, curved, near, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -154,8 +169,12 @@ contains
     integer :: i
 
     allocate (rows%row(3, points%n))
-    call rows_of_points(movable(scene, body%prescribed), points, placement%weights, &
-      placement%frame, rows%row)
+    rows%can_move = movable(scene, body%prescribed)
+    if (allocated(contact%presses)) then
+      rows%presses = contact%presses
+      rows%load = contact%load
+    end if
+    call rows_of_points(rows%can_move, points, placement%weights, placement%frame, rows%row)
     call make_transfer(body%inverse%map, points, placement%weights, rows%transfer)
     if (body%inverse%is_condensed) then
       rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
@@ -191,6 +210,9 @@ contains
       undeformed_g = motions_at_rows(scene%mesh, points, before_it_turned(points, group%point, &
         undeformed, placement), body%motions, all_rows)
       undeformed_g = undeformed_g(:, group%motion)
+      if (allocated(rows%presses) .and. .not. any(points%on_surface(group%point))) undeformed_g = &
+        seen_by_pressing(undeformed_g, pack(all_rows, all_rows > 0 .and. spread(rows%presses, 1, &
+        3)), rows%load(group%motion))
       g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
       if (sees_less(g(:, group%motion), undeformed_g)) then
         row = all_rows
@@ -210,6 +232,8 @@ contains
         call free_the_motions(g, undeformed_g, compliance, group%floating)
       end if
     end if
+    call find_dependent_rows(points, placement%weights, placement%frame, row, rows%can_move, &
+      body%constraints, group%null)
     if (is_map(compliance)) then
       block = give_way(rows%transfer, placement%frame, body%flexibility)
       if (allocated(body%inverse%iterative) .and. size(group%motion) > 0) then
@@ -217,14 +241,17 @@ contains
       end if
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
+      call soften(softness_for(scene%contact), row, group, compliance, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby, block(:, :, group%active))
     else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
+      call soften(softness_for(scene%contact), row, group, compliance)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
+      call soften(softness_for(scene%contact), row, group, compliance, nearby)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby)
       call find_twins(group%problem, points%node(group%active))
@@ -232,7 +259,8 @@ contains
     if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
-    if (allocated(body%inverse%iterative) .and. n > 0) call hold_body(body, points, &
+    if (allocated(body%inverse%iterative) .and. n > 0 .and. size(group%null, 2) == 0) call &
+      hold_body(body, points, &
       rows%transfer, placement, row, group%active, group%body)
 
   contains
@@ -256,6 +284,61 @@ contains
     end subroutine give_way_at_pins
 
   end subroutine condense_group
+
+  !> How soft that is: so much more than the tolerance that a solver sees it, and so little that W
+  !> keeps its digits. Sweeps take the longer the less it is.
+  pure real(wp) function softness_for(controls) result(softness)
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), parameter :: least = 1.0e-6_wp, most = 0.1_wp, of_sweeps = 1.0e-2_wp !! [-]
+    real(wp), parameter :: by_tolerance = 1.0e3_wp                                 !! [-]
+
+    softness = min(most, max(least, by_tolerance*controls%tolerance))
+    if (controls%solver == solver_sweeps) softness = max(softness, of_sweeps)
+  end function softness_for
+
+  !> Make reactions a little soft that no body feels: W + softness N N^T. That takes the least of
+  !> them, which the softness has no part in; what it leaves of gaps is taken out by solving again
+  !> about the reactions found (solve_reactions_mod). docs/theory.md (11.20).
+  subroutine soften(softness, row, group, compliance, nearby, block)
+    real(wp), intent(in) :: softness                   !! beside what gives way the most [-]
+    integer, intent(in) :: row(:, :)                   !! (3,n_points) 0 where there is none
+    type(contact_group_t), intent(inout) :: group      !! gets the softness
+    type(compliance_t), intent(inout) :: compliance    !! over the rows [length/force]
+    type(near_stiffness_t), intent(inout), optional :: nearby
+    !! of the active points: what is soft is all that holds these combinations
+    real(wp), intent(inout), optional :: block(:, :, :)
+    !! (3,3,n_points) what stands for W_ii, of a map [length/force]
+    real(wp) :: along(3, size(group%null, 2))
+    integer :: k, a
+
+    group%softness = 0.0_wp
+    if (size(group%null, 2) == 0) return
+    if (present(block)) then
+      group%flexibility = maxval([(block(a, a, group%active), a=1, 3)])
+    else
+      group%flexibility = maxval(diagonal_of(compliance))
+    end if
+    ! Of bodies that do not give way any.
+    if (.not. group%flexibility > 0.0_wp) group%flexibility = 1.0_wp
+    group%softness = group%flexibility*softness
+    call add_square(compliance, group%softness, group%null)
+    if (.not. present(nearby)) return
+    do k = 1, size(group%active)
+      along = 0.0_wp
+      do a = 1, 3
+        associate (here => row(a, group%active(k)))
+          if (here > 0) along(a, :) = group%null(here, :)
+        end associate
+      end do
+      associate (s => nearby%block(:, :, nearby%start(k)))
+        s = s + matmul(along, transpose(along))/group%softness
+      end associate
+      if (.not. present(block)) cycle
+      associate (w => block(:, :, group%active(k)))
+        w = w + group%softness*matmul(along, transpose(along))
+      end associate
+    end do
+  end subroutine soften
 
   !> W of some rows: as an array, or by its products where the compliance of the bodies is not
   !> formed. Of a few rows out of many it is an array in any case.
@@ -301,6 +384,27 @@ contains
       end do
     end do
   end function rows_of_group
+
+  !> What points that press see of the motions, where loads drive none that they do not see; else
+  !> what all see.
+  !>
+  !> A dome that stands on its pole in a wider cup, without friction: open points would see it move,
+  !> but only once it has gone as far as to touch there. Turned normals bring it to rest before.
+  function seen_by_pressing(all_g, pressing, load) result(g)
+    real(wp), intent(in) :: all_g(:, :)   !! (m,n) what each motion does at all rows [-]
+    integer, intent(in) :: pressing(:)    !! rows of these points
+    real(wp), intent(in) :: load(:)       !! (n) [force]
+    real(wp), allocatable :: g(:, :)
+    real(wp), allocatable :: neutral(:, :)
+    real(wp), parameter :: unseen = 1.0e-10_wp !! as of see_motions [-]
+
+    g = all_g
+    if (size(pressing) == 0) return
+    neutral = null_space(all_g(pressing, :), unseen)
+    if (any(abs(matmul(load, neutral)) > unseen*norm2(load))) return
+    if (size(neutral, 2) == size(null_space(all_g, unseen), 2)) return
+    g = all_g(pressing, :)
+  end function seen_by_pressing
 
   !> The placement as far as the undeformed mesh says how points lie: normals before deformation
   !> turned them.

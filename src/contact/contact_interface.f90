@@ -9,7 +9,7 @@ module contact_interface_mod
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes, n_sides, &
-    faces_of_side, find_side_points
+    faces_of_side, find_side_points, face_one
   use rigid_modes_mod, only: free_motions_t, find_free_motions
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
@@ -18,6 +18,10 @@ module contact_interface_mod
   use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
+  use constraints_mod, only: active_constraints
+  use placement_mod, only: placement_t, place_undeformed
+  use dependent_rows_mod, only: find_dependent_rows, points_of_rows, uncarried_overlaps
+  use transfer_mod, only: movable, rows_of_points
   implicit none
   private
 
@@ -58,7 +62,68 @@ contains
     end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
     call find_symmetry_planes(scene, points)
+    call find_joined_points(scene, points)
   end subroutine find_reach
+
+  !> The points before surfaces that constraints join to what they face in the undeformed mesh, with
+  !> the supports of any step: where rows depend on each other, those of nodes that are nearly
+  !> opposite to a node of the master taken to face that one alone. An overlap that no motion can
+  !> part there is no part of their gaps.
+  subroutine find_joined_points(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points !! gets is_joined, uncarried; extra gaps grow
+    type(placement_t) :: undeformed
+    logical :: is_joined(points%n)
+    real(wp) :: uncarried(points%n)
+    integer :: i
+
+    if (scene%constraints%n == 0) return
+    call place_undeformed(scene, points, undeformed)
+    associate (weights => undeformed%weights)
+      do i = 1, points%n
+        call face_one(weights%weight(weights%first(i):weights%first(i + 1) - 1))
+      end do
+    end associate
+    call look_at_steps()
+    if (.not. any(is_joined)) return
+    if (any(is_joined .and. points%on_surface)) then
+      points%is_joined = is_joined .and. points%on_surface
+      call place_undeformed(scene, points, undeformed)
+      call look_at_steps()
+    end if
+    if (.not. any(uncarried > 0.0_wp)) return
+    points%uncarried = uncarried
+    points%extra_gap = points%extra_gap + uncarried
+
+  contains
+
+    subroutine look_at_steps()
+      type(contact_points_t) :: all_points
+      logical, dimension(3, scene%mesh%n_nodes) :: prescribed, before, can_move
+      integer :: row(3, points%n), step
+      real(wp), allocatable :: null(:, :)
+
+      all_points = points
+      all_points%in_reach = .true.
+      is_joined = .false.
+      uncarried = 0.0_wp
+      do step = 1, size(scene%steps)
+        prescribed = prescribed_dofs(scene, step)
+        if (step > 1) then
+          if (all(prescribed .eqv. before)) cycle
+        end if
+        before = prescribed
+        can_move = movable(scene, prescribed)
+        call rows_of_points(can_move, all_points, undeformed%weights, undeformed%frame, row)
+        call find_dependent_rows(points, undeformed%weights, undeformed%frame, row, can_move, &
+          active_constraints(scene%constraints, prescribed), null)
+        is_joined = is_joined .or. points_of_rows(row, null)
+        uncarried = uncarried + merge(uncarried_overlaps(row, null, undeformed%gap + uncarried), &
+          0.0_wp, points%on_surface .or. .not. points%is_curved)
+      end do
+    end subroutine look_at_steps
+
+  end subroutine find_joined_points
 
   !> Take every point to reach its master, and every face of a master to be reached.
   pure subroutine reach_everything(scene, points)

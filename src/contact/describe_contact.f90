@@ -10,10 +10,11 @@ module describe_contact_mod
   use placement_mod, only: placement_t, no_gap, find_partly_covered
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
+  use dependent_rows_mod, only: undetermined_points
   implicit none
   private
 
-  public :: describe_contact
+  public :: describe_contact, find_undetermined
 
 contains
 
@@ -33,6 +34,7 @@ contains
     contact%is_partly_covered = find_partly_covered(points, placement)
     contact%least_gap = placement%least_gap
     contact%unplaced_gap = placement%unplaced_gap
+    contact%entered = placement%entered
     contact%apart = placement%apart
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))
@@ -59,6 +61,25 @@ contains
     end do
     contact%kept_overlap = merge(0.0_wp, max(0.0_wp, -undeformed%gap), has_rows)
   end subroutine describe_contact
+
+  !> The points whose reactions are not determined: what touches nearly is taken to touch.
+  subroutine find_undetermined(condensed, slack, contact)
+    type(condensed_contact_t), intent(in) :: condensed
+    real(wp), intent(in) :: slack  !! gap that counts as none [length]
+    type(contact_fields_t), intent(inout) :: contact
+    integer :: i
+
+    do i = 1, size(condensed%group)
+      associate (group => condensed%group(i))
+        if (.not. allocated(group%null)) cycle
+        if (size(group%null, 2) == 0) cycle
+        if (.not. allocated(contact%is_undetermined)) allocate (contact%is_undetermined(size( &
+          contact%gap)), source=.false.)
+        contact%is_undetermined(group%active) = undetermined_points(group%problem%row, group%null, &
+          contact%gap(group%active) <= slack .or. contact%reaction(1, group%active) > 0.0_wp)
+      end associate
+    end do
+  end subroutine find_undetermined
 
   !> The status of the points of a group: the branch of Coulomb's law that each is on. A point with
   !> a reaction is not open, even where rounding of the gap puts it there.

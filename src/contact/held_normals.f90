@@ -10,7 +10,7 @@ module held_normals_mod
   implicit none
   private
 
-  public :: held_normals
+  public :: held_normals, kept_overlaps
 
 contains
 
@@ -68,5 +68,31 @@ contains
       end do
     end do
   end function held_normals
+
+  !> A line a pair whose surfaces overlap where constraints keep them so.
+  pure function kept_overlaps(scene, points) result(lines)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(string_t), allocatable :: lines(:)
+    type(string_t) :: line
+    real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of the coordinates: no overlap
+    real(wp) :: least
+    integer :: pair, deepest
+
+    allocate (lines(0))
+    if (.not. allocated(points%uncarried)) return
+    least = rounding*maxval(abs(scene%mesh%coordinates))
+    do pair = 1, size(scene%pairs)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (.not. any(points%uncarried(first:last) > least)) cycle
+        deepest = first - 1 + maxloc(points%uncarried(first:last), dim=1)
+        line%text = 'note: constraints keep '//to_text(count(points%uncarried(first:last) > &
+          least))//' points of '//scene%pairs(pair)%name//' in their master, by up to '// &
+          to_text(points%uncarried(deepest), 3)//' (node '// &
+          to_text(scene%mesh%node_id(points%node(deepest)))//'): this overlap is not carried'
+        lines = [lines, line]
+      end associate
+    end do
+  end function kept_overlaps
 
 end module held_normals_mod

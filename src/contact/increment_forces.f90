@@ -2,6 +2,7 @@
 module increment_forces_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t
+  use congruent_forces_mod, only: element_sums_t
   implicit none
   private
 
@@ -17,6 +18,7 @@ module increment_forces_mod
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
+    type(element_sums_t) :: of_elements       !! of the internal forces, body by body
   end type increment_forces_t
 
 end module increment_forces_mod

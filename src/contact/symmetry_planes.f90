@@ -5,7 +5,7 @@
 !> normal has no part, and no friction acts.
 module symmetry_planes_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: joined_nodes
+  use mesh_mod, only: deck_rounding, joined_nodes
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
@@ -36,7 +36,8 @@ contains
     is_single = .false.
     if (scene%constraints%n_equations > 0) is_single = joined_nodes(scene%mesh)
     associate (x => scene%mesh%coordinates)
-      close_by = rounding*maxval(maxval(x, dim=2) - minval(x, dim=2))
+      close_by = max(rounding*maxval(maxval(x, dim=2) - minval(x, dim=2)), 16.0_wp* &
+        deck_rounding(x, scene%mesh%origin))
       do pair = 1, size(scene%pairs)
         if (.not. is_before_faces(scene%pairs(pair), scene%obstacles)) cycle
         masters = masters_of(pair)

@@ -17,6 +17,7 @@ module adjust_mod
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
   use options_mod, only: card_t, name_option, option_position
+  use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
   use surfaces_mod, only: surface_t, nodes_of
@@ -230,6 +231,7 @@ contains
           if (chosen(i) .and. mortar%area(i) > 0.0_wp) model%mesh%coordinates(:, slaves(i)) = &
             model%mesh%coordinates(:, slaves(i)) - gap(i)*mortar%normal(:, i)
         end do
+        call place_hanging(model%mesh)
       end do
       nodes = pack(slaves, chosen)
       n = 0

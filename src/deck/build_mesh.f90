@@ -106,6 +106,7 @@ contains
     mesh%n_stand_ins = draft%n_stand_ins
     mesh%n_elements = draft%n_elements
     mesh%coordinates = draft%coordinates(:, :draft%n_nodes)
+    mesh%origin = draft%origin
     deallocate (draft%coordinates)
     mesh%node_id = draft%node_id(:draft%n_nodes)
     deallocate (draft%node_id)

@@ -55,7 +55,8 @@ module mesh_draft_mod
     integer :: n_nodes = 0
     integer,  allocatable :: node_id(:)
     integer,  allocatable :: node_position(:)    !! place in the deck
-    real(wp), allocatable :: coordinates(:, :)
+    real(wp), allocatable :: coordinates(:, :)   !! from `origin` [length]
+    real(wp) :: origin(3) = 0.0_wp               !! in the deck [length]
     integer :: highest_node = 0                  !! highest id so far
     integer :: n_stand_ins = 0                   !! the last so many stand in for local directions
     integer :: n_elements = 0

@@ -18,6 +18,7 @@ module read_deck_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use mesh_size_mod, only: blocks_t, mesh_size_t
+  use local_origin_mod, only: move_origin
   use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
   use obstacles_mod, only: obstacle_t
@@ -174,6 +175,7 @@ contains
     call read_couplings(reader, model, couplings)
     call mark_used_nodes(model)
     call mark_coupled(model)
+    call move_origin(model%mesh, model%used)
     call read_obstacles(reader, model, scene%obstacles, obstacles)
     call read_rigid_bodies(reader, model, bodies)
     ! Nodes that equations alone name may be named by sets.

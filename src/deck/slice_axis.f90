@@ -7,6 +7,7 @@ module slice_axis_mod
   use obstacle_shapes_mod, only: is_same_along
   use refine_bricks_mod, only: along_edge, edge_nodes, local_axes
   use scene_mod, only: scene_t
+  use mesh_mod, only: deck_rounding
   use surfaces_mod, only: surface_t, nodes_of
   implicit none
   private
@@ -48,13 +49,14 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
-    real(wp) :: low, high
+    real(wp) :: low, high, close_by
     integer :: along(1), e, a
     logical :: is_slice
 
     associate (mesh => scene%mesh)
       low = minval(mesh%coordinates(axis, mesh%brick_nodes))
       high = maxval(mesh%coordinates(axis, mesh%brick_nodes))
+      close_by = max(rounding*(high - low), 16.0_wp*deck_rounding(mesh%coordinates, mesh%origin))
       allocate (opposite(mesh%n_nodes), source=0)
       is_slice = .true.
       do e = 1, mesh%n_elements
@@ -83,7 +85,7 @@ contains
       apart = abs(other - one)
       apart(axis) = max(abs(min(one(axis), other(axis)) - low), abs(max(one(axis), other(axis)) - &
         high))
-      are_opposite = all(apart <= rounding*(high - low))
+      are_opposite = all(apart <= close_by)
     end function are_opposite
 
   end function opposite_nodes

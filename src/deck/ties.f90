@@ -13,8 +13,10 @@ module ties_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
+  use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
+  use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surfaces_mod, only: surface_t, nodes_of
@@ -73,8 +75,8 @@ contains
 
   !> Move the slave nodes of all ties onto their masters, and say how many and how far.
   !>
-  !> What they face changes as they move, and may itself be tied: round after round until nothing
-  !> moves any more.
+  !> What they face changes as they move, and may itself be tied; nodes that hang go with those that
+  !> they lie between: round after round until nothing moves any more.
   subroutine move_tied_nodes(reader, model, surfaces, ties)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model      !! its nodes are moved
@@ -117,6 +119,7 @@ contains
             end do
           end associate
         end do
+        call place_hanging(model%mesh)
         if (farthest <= rounding) exit
         if (round > 5 .and. farthest > 0.9_wp*last .and. farthest < 1.0e-12_wp* &
           maxval(abs(before))) exit
@@ -172,9 +175,11 @@ contains
     type(constraints_t), intent(inout) :: constraints !! gets them, behind what there is
     type(mortar_t) :: mortar
     logical, allocatable :: tied(:)
-    real(wp) :: off
+    real(wp) :: off, given
     integer :: tie_of(model%mesh%n_nodes), t, i, n, node, c
 
+    given = 16.0_wp*deck_rounding(model%mesh%coordinates(:, :model%mesh%n_nodes), &
+      model%mesh%origin)
     tie_of = 0
     do t = 1, size(ties)
       associate (slaves => surfaces(ties(t)%slave)%nodes, at => ties(t)%position, &
@@ -185,7 +190,7 @@ contains
             ' lies on '//quoted(surfaces(ties(t)%master)%name))
           cycle
         end if
-        off = on*edge_of(model, surfaces(ties(t)%master))
+        off = max(on*edge_of(model, surfaces(ties(t)%master)), given)
         do i = 1, size(slaves)
           node = slaves(i)
           if (.not. tied(i)) cycle

@@ -7,14 +7,14 @@
 !> have moved far as a whole lose no digits, nor do long thin bricks that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants, along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
   implicit none
   private
 
-  public :: add_brick_forces
+  public :: add_brick_forces, element_sums_t
 
   integer,  parameter :: n_remembered = 64        !! shapes: a row of a graded block has no more
   integer,  parameter :: often = 32               !! bricks of a shape from which on it pays
@@ -33,20 +33,32 @@ module congruent_forces_mod
     real(wp) :: u(n_factors, together) = 0.0_wp   !! the factors of their displacements [length]
   end type shape_t
 
+  !> Of the elements of each body, before their forces are summed at nodes.
+  type :: element_sums_t
+    real(wp), allocatable :: largest(:) !! (0:n_bodies) force of an element at a node [force]
+    real(wp), allocatable :: energy(:)  !! (0:n_bodies) of the strains [energy]
+  end type element_sums_t
+
 contains
 
   !> Add int B^T sigma of every brick.
-  pure subroutine add_brick_forces(mesh, materials, u, f)
+  pure subroutine add_brick_forces(mesh, materials, u, f, of_bodies)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
     real(wp), intent(inout) :: f(:, :)   !! (3,n_nodes) [force]
+    type(element_sums_t), intent(out), optional :: of_bodies
     type(shape_t), allocatable :: shapes(:)
-    real(wp) :: x(3, 8), rounding
+    real(wp) :: x(3, 8), force(3, 8), rounding
     integer :: e, i, n, next, nodes(8)
 
     allocate (shapes(n_remembered))
-    rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(mesh%coordinates))
+    if (present(of_bodies)) then
+      allocate (of_bodies%largest(0:mesh%n_bodies), of_bodies%energy(0:mesh%n_bodies))
+      of_bodies%largest = 0.0_wp
+      of_bodies%energy = 0.0_wp
+    end if
+    rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     n = 0
     next = 1
     do e = 1, mesh%n_elements
@@ -57,7 +69,7 @@ contains
         i = next
         next = mod(i, n_remembered) + 1
         n = max(n, i)
-        call finish(shapes(i), f)
+        call finish(mesh, u, shapes(i), f, of_bodies)
         shapes(i)%kind = mesh%element_kind(e)
         shapes(i)%material = mesh%material(e)
         shapes(i)%n_met = 0
@@ -66,18 +78,20 @@ contains
       associate (shape => shapes(i))
         shape%n_met = shape%n_met + 1
         if (shape%n_met < often) then
-          f(:, nodes) = f(:, nodes) + force_of_brick(shape, materials, x, u(:, nodes))
+          force = force_of_brick(shape, materials, x, u(:, nodes))
+          f(:, nodes) = f(:, nodes) + force
+          if (present(of_bodies)) call add_sums(mesh%body(nodes(1)), u(:, nodes), force, of_bodies)
           cycle
         end if
         if (shape%n_met == often) call find_forces(materials, x, shape)
         shape%n_waiting = shape%n_waiting + 1
         shape%nodes(:, shape%n_waiting) = nodes
         shape%u(:, shape%n_waiting) = factors_of(u(:, nodes))
-        if (shape%n_waiting == together) call finish(shape, f)
+        if (shape%n_waiting == together) call finish(mesh, u, shape, f, of_bodies)
       end associate
     end do
     do i = 1, n
-      call finish(shapes(i), f)
+      call finish(mesh, u, shapes(i), f, of_bodies)
     end do
   end subroutine add_brick_forces
 
@@ -163,9 +177,12 @@ contains
   end function factors_of
 
   !> Add the forces of the bricks that wait.
-  pure subroutine finish(shape, f)
+  pure subroutine finish(mesh, u, shape, f, of_bodies)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
     type(shape_t), intent(inout) :: shape
-    real(wp), intent(inout) :: f(:, :)
+    real(wp), intent(inout) :: f(:, :)   !! (3,n_nodes) [force]
+    type(element_sums_t), intent(inout), optional :: of_bodies
     real(wp) :: force(24, together)
     integer :: k
 
@@ -174,9 +191,28 @@ contains
     do k = 1, shape%n_waiting
       associate (nodes => shape%nodes(:, k))
         f(:, nodes) = f(:, nodes) + reshape(force(:, k), [3, 8])
+        if (present(of_bodies)) call add_sums(mesh%body(nodes(1)), u(:, nodes), &
+          reshape(force(:, k), [3, 8]), of_bodies)
       end associate
     end do
     shape%n_waiting = 0
   end subroutine finish
+
+  !> Add the force and energy of an element. Its forces balance, so that less their mean the
+  !> displacements of bodies that have moved far lose no digits.
+  pure subroutine add_sums(body, u, force, of_bodies)
+    integer, intent(in) :: body
+    real(wp), intent(in) :: u(3, 8)      !! [length]
+    real(wp), intent(in) :: force(3, 8)  !! [force]
+    type(element_sums_t), intent(inout) :: of_bodies
+    real(wp) :: mean(3)
+
+    mean = 0.125_wp*(((u(:, 1) + u(:, 2)) + (u(:, 3) + u(:, 4))) + &
+      ((u(:, 5) + u(:, 6)) + (u(:, 7) + u(:, 8))))
+    associate (largest => of_bodies%largest(body), energy => of_bodies%energy(body))
+      largest = max(largest, sqrt(maxval(force(1, :)**2 + force(2, :)**2 + force(3, :)**2)))
+      energy = energy + 0.5_wp*sum(force*(u - spread(mean, 2, 8)))
+    end associate
+  end subroutine add_sums
 
 end module congruent_forces_mod

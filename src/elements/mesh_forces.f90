@@ -5,7 +5,7 @@ module mesh_forces_mod
   use surfaces_mod, only: surface_t, face_nodes
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants, node_volumes, stiffness_length
-  use congruent_forces_mod, only: add_brick_forces
+  use congruent_forces_mod, only: add_brick_forces, element_sums_t
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
   private
@@ -15,15 +15,16 @@ module mesh_forces_mod
 
 contains
 
-  !> f_int = int B^T sigma, summed over the bricks.
-  pure subroutine internal_force(mesh, materials, u, f)
+  !> f_int = int B^T sigma, summed over the elements; also their sums for each body.
+  pure subroutine internal_force(mesh, materials, u, f, of_bodies)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in)  :: u(:, :)  !! (3,n_nodes) displacement [length]
     real(wp), intent(out) :: f(:, :)  !! (3,n_nodes) [force]
+    type(element_sums_t), intent(out), optional :: of_bodies
 
     f = 0.0_wp
-    call add_brick_forces(mesh, materials, u, f)
+    call add_brick_forces(mesh, materials, u, f, of_bodies)
   end subroutine internal_force
 
   !> The rounding that the internal force of each node carries: what the last bits of the

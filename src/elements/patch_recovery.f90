@@ -8,8 +8,9 @@
 !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
 module patch_recovery_mod
   use kinds_mod, only: wp
-  use dense_mod, only: solve_least_squares
+  use dense_mod, only: solve_least_squares, symmetric_eigenvectors
   use mesh_mod, only: mesh_t, elements_at_nodes
+  use small_matrix_mod, only: determinant
   implicit none
   private
 
@@ -169,11 +170,57 @@ contains
     ! From their middle: what they do not span is then a column of zeros, apart from the constant.
     middle = sum(a(:, 2:), dim=1)/real(size(bricks), wp)
     a(:, 2:) = a(:, 2:) - spread(middle, 1, size(bricks))
+    call flatten(mesh, bricks, middle, a(:, 2:))
     extent = maxval(abs(a(:, 2:)))
     if (extent <= 0.0_wp) extent = 1.0_wp
     a(:, 2:) = a(:, 2:)/extent
     fit = solve_least_squares(a, transpose(means(:, bricks)))
     fit(2:, :) = fit(2:, :)/extent
   end subroutine make_fit
+
+  !> Take from the middles of bricks what they are apart along directions in which that is next to
+  !> nothing beside the extent of the bricks: a gradient along these would be what rounding or a
+  !> little bend of a single layer makes of it, and be carried far outside the middles.
+  subroutine flatten(mesh, bricks, middle, apart)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: bricks(:)
+    real(wp), intent(in) :: middle(3)       !! of the middles [length]
+    real(wp), intent(inout) :: apart(:, :)  !! (n_bricks,3) of each, from there [length]
+    ! Mean squares along a direction, of the middles over those of the corners: 0.5 in a box of two
+    ! by two by two, 0 across a flat layer. A layer whose bends are a tenth of its thickness has
+    ! 0.01. [-]
+    real(wp), parameter :: least = 0.01_wp
+    real(wp) :: of_corners(3, 3), of_middles(3, 3), arm(3), width(3), scaled(3, 3), ratio(3)
+    integer :: e, a, i
+    logical :: ok
+
+    of_corners = 0.0_wp
+    do e = 1, size(bricks)
+      do a = 1, 8
+        arm = mesh%coordinates(:, mesh%connectivity(a, bricks(e))) - middle
+        do i = 1, 3
+          of_corners(:, i) = of_corners(:, i) + 0.125_wp*arm*arm(i)
+        end do
+      end do
+    end do
+    of_middles = matmul(transpose(apart), apart)
+    ! The product of the three ratios, each below 1.
+    if (determinant(of_middles) >= least*determinant(of_corners)) return
+    ! Coordinates in which the corners are apart alike in all directions.
+    call symmetric_eigenvectors(of_corners, width, ok)
+    if (.not. ok .or. .not. minval(width) > 0.0_wp) return
+    width = sqrt(width)
+    scaled = matmul(transpose(of_corners), matmul(of_middles, of_corners))/ &
+      (spread(width, 1, 3)*spread(width, 2, 3))
+    call symmetric_eigenvectors(scaled, ratio, ok)
+    if (.not. ok) return
+    do i = 1, 3
+      if (ratio(i) >= least) cycle
+      associate (along => matmul(apart, matmul(of_corners, scaled(:, i)/width)))
+        apart = apart - spread(along, 2, 3)*spread(matmul(of_corners, scaled(:, i)*width), 1, &
+          size(bricks))
+      end associate
+    end do
+  end subroutine flatten
 
 end module patch_recovery_mod

@@ -2,7 +2,7 @@
 module assembly_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t, constraint_of
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, deck_rounding
   use linked_nodes_mod, only: nodes_of_brick
   use scene_mod, only: material_t
   use brick8_mod, only: lame_constants
@@ -65,7 +65,7 @@ contains
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
 
     allocate (known%shape(3, 8, n_remembered), known%ke(24, 24, n_remembered))
-    known%rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(mesh%coordinates))
+    known%rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
       call find_stiffness(mesh, materials, e, known, ke)

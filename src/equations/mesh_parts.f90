@@ -134,6 +134,7 @@ contains
     part%n_nodes = size(used)
     part%n_elements = size(bricks)
     part%coordinates = mesh%coordinates(:, used)
+    part%origin = mesh%origin
     allocate (part%connectivity(8, part%n_elements))
     do e = 1, size(bricks)
       part%connectivity(:, e) = number(mesh%connectivity(:, bricks(e)))
@@ -162,6 +163,7 @@ contains
     call send_integers(part%n_elements, part%material, rank)
     call send_integers(3*part%n_nodes, numbers_of(part_map), rank)
     call send_reals(3*part%n_nodes, part%coordinates, rank)
+    call send_reals(3, part%origin, rank)
     call send_reals(size(materials), materials%young, rank)
     call send_reals(size(materials), materials%poisson, rank)
     if (n == 0) return
@@ -220,6 +222,7 @@ contains
     call receive_integers(part%n_elements, part%material)
     call receive_integers(3*part%n_nodes, equation)
     call receive_reals(3*part%n_nodes, part%coordinates)
+    call receive_reals(3, part%origin)
     call receive_reals(size(materials), numbers)
     materials%young = numbers
     call receive_reals(size(materials), numbers)

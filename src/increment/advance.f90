@@ -21,7 +21,7 @@ module advance_mod
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled
+    ended_out_of_reach, ended_stalled, ended_passed
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
   use expansion_mod, only: find_thermal_stress, thermal_force, thermal_energy
@@ -29,12 +29,13 @@ module advance_mod
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
-  use transfer_mod, only: nodal_forces
+  use transfer_mod, only: nodal_forces, movable, rows_of_points
   use condensed_contact_mod, only: condensed_contact_t
-  use describe_contact_mod, only: describe_contact
+  use describe_contact_mod, only: describe_contact, find_undetermined
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use equilibrate_mod, only: equilibrate
+  use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
   private
@@ -128,7 +129,7 @@ contains
       ! 2. to 5. Equilibrium
       call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
-      if (report%ending == ended_unbalanced) then
+      if (report%ending == ended_unbalanced .or. report%ending == ended_passed) then
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
           new, report%contact)
@@ -140,7 +141,9 @@ contains
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
-      call watch_inactive(scene, points, solver%contact, new, report, error)
+      call find_undetermined(solver%contact, 10.0_wp*scene%contact%tolerance* &
+        maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
+      call watch_inactive(scene, points, solver%body%prescribed, solver%contact, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       trial%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
@@ -179,8 +182,8 @@ contains
       report%ending = ended_moving
       report%residual = report%moved
     end if
-    if (report%ending /= ended_unbalanced) call finish(scene, points, solver, old, trial, &
-      new, report)
+    if (report%ending /= ended_unbalanced .and. report%ending /= ended_passed) call finish(scene, &
+      points, solver, old, trial, new, report)
   end subroutine complete
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
@@ -204,7 +207,8 @@ contains
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call energy_balance(report%contact, old, new, trial%forces%internal, report%energy, &
-      work_of_torques(scene, points, old, new), energy_of_heat(scene, new))
+      work_of_torques(scene, points, old, new) + work_on_overlaps(points, solver%undeformed, &
+      trial%placement, old, new), energy_of_heat(scene, new))
   end subroutine finish
 
   !> By how much the energy of the total strain is more than that of the stresses where bodies have
@@ -225,17 +229,19 @@ contains
   end function energy_of_heat
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate
-  !> judges): where its motion is prescribed that is an error; where it was taken to be out of reach
-  !> the report says so. So it does where a point got to faces that were taken to be.
-  subroutine watch_inactive(scene, points, condensed, new, report, error)
+  !> judges): where its motion is prescribed that is an error; where it was taken to be out of
+  !> reach, or beside its master where the points were placed last, the report says so. So it does
+  !> where a point got to faces that were taken to be out of reach.
+  subroutine watch_inactive(scene, points, prescribed, condensed, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
     type(condensed_contact_t), intent(in) :: condensed
     type(state_t), intent(in) :: new
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
     logical :: is_inside(points%n), is_stray(points%n)
-    integer :: i
+    integer :: row(3, points%n), i
 
     if (points%n == 0) return
     is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp* &
@@ -253,13 +259,23 @@ contains
       return
     end if
     if (.not. any(is_inside)) return
-    i = findloc(is_inside, .true., dim=1)
     if (any(is_inside .and. .not. points%in_reach)) then
       report%converged = .false.
       report%ending = ended_out_of_reach
       report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
       return
     end if
+    call rows_of_points(movable(scene, prescribed), points, report%contact%weights, &
+      report%contact%frame, row)
+    if (any(is_inside .and. row(1, :) > 0)) then
+      report%converged = .false.
+      report%ending = ended_moving
+      i = maxloc(-report%contact%gap, dim=1, mask=is_inside .and. row(1, :) > 0)
+      report%moved_point = i
+      report%residual = -report%contact%gap(i)/maxval(abs(new%displacement))
+      return
+    end if
+    i = findloc(is_inside, .true., dim=1)
     call raise(error, exit_not_solved, 'step '//to_text(new%step)//', increment '// &
       to_text(new%increment)// &
       ': node '//to_text(scene%mesh%node_id(points%node(i)))//' is prescribed to move '// &

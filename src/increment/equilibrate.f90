@@ -13,7 +13,8 @@ module equilibrate_mod
   use controls_mod, only: is_exact
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving
+  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
+    ended_passed
   use mesh_forces_mod, only: internal_force, force_rounding
   use rigid_modes_mod, only: add_motions
   use dof_map_mod, only: to_equations
@@ -21,6 +22,7 @@ module equilibrate_mod
     answer_of_interface, at_interface
   use increment_forces_mod, only: increment_forces_t
   use follow_points_mod, only: measure_points
+  use passed_obstacles_mod, only: find_passed, part_that_would_do
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: has_moved, farthest_point
@@ -96,7 +98,8 @@ contains
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
+      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal, &
+        trial%forces%of_elements)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
@@ -113,7 +116,18 @@ contains
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
     report%moved = loop%moved
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
-    if (loop%moved <= loop%follow%allowed .and. .not. is_missed) return
+    if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
+      report%passed_point = find_passed(scene, points, trial%placement, old, new)
+      if (report%passed_point == 0) then
+        if (loop%imbalance > trial%controls%tolerance) call leave_to_reactions(scene%mesh, points, &
+          trial%placement, residual, new%reaction)
+        return
+      end if
+      report%converged = .false.
+      report%ending = ended_passed
+      report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new)
+      return
+    end if
     ! Nothing says that reactions found elsewhere hold here.
     report%converged = .false.
     report%ending = ended_moving
@@ -205,7 +219,6 @@ contains
     type(trial_t), intent(inout) :: trial  !! gets the way along them
     type(state_t), intent(inout) :: new    !! likewise
     type(newton_raphson_t), intent(inout) :: loop
-    real(wp) :: step(solver%body%motions%n) !! [length]
     logical :: is_led
 
     loop%last_moved = loop%moved
@@ -213,11 +226,13 @@ contains
     ! What a placement that still moves leaves on them says nothing.
     if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)
     if (.not. is_led) return
-    step = neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
-      solver%body%motions%n), trial%placement, new, trial%neutral_residual)
-    loop%led = loop%led + step
-    trial%motion = trial%motion + step
-    call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+    call neutral_step(scene, points, solver%body%motions, neutral_motions(solver%contact, &
+      solver%body%motions%n), trial%placement, new, trial%neutral_residual, loop%last_led)
+    associate (step => loop%last_led%step)
+      loop%led = loop%led + step
+      trial%motion = trial%motion + step
+      call add_motions(solver%body%motions, scene%mesh, step, new%displacement)
+    end associate
   end subroutine lead
 
   !> Take in the force that is out of balance, as a load or in u_free.
@@ -356,6 +371,34 @@ contains
     call drag_points(scene, points, old, new%displacement, new%rotation, now)
     call measure_points(scene, points, placement, now, old, new, moved)
   end function moved_from
+
+  !> Leave what displacements cannot balance any closer to the reactions at the same nodes, where
+  !> these press a fixed obstacle and do not slide: internal forces of displacements that are what
+  !> they should be are known better than reactions from a compliance.
+  pure subroutine leave_to_reactions(mesh, points, placement, residual, reaction)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: residual(:, :)       !! (3,n_nodes) [force]
+    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
+    real(wp) :: r(3), part(3)
+    integer :: i, n_pressed(mesh%n_nodes)
+
+    n_pressed = 0
+    do i = 1, points%n
+      if (any(abs(reaction(:, i)) > 0.0_wp)) n_pressed(points%node(i)) = n_pressed(points%node(i)) &
+        + 1
+    end do
+    do i = 1, points%n
+      if (points%on_surface(i) .or. n_pressed(points%node(i)) /= 1) cycle
+      r = matmul(reaction(:, i), placement%frame(:, :, i))
+      part = matmul(residual(:, points%node(i)), placement%frame(:, :, i))
+      if (points%mu(i) <= 0.0_wp) part(2:) = 0.0_wp
+      r = r - part
+      if (.not. r(1) > 0.0_wp .or. norm2(r(2:)) > points%mu(i)*r(1)) cycle
+      reaction(:, i) = matmul(placement%frame(:, :, i), r)
+    end do
+  end subroutine leave_to_reactions
 
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
   !> largest force of its body, less what rounding makes of it.

@@ -15,28 +15,41 @@ module load_step_error_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
+  use follow_points_mod, only: rounding_of_places
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
   use kinks_mod, only: has_too_many
   use load_events_mod, only: next_event
+  use load_response_mod, only: sum_patterns
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
+  use path_balance_mod, only: work_left_over
   implicit none
   private
 
   public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change
 
+  real(wp), parameter :: doubtful = 0.1_wp
+  !! of the strain energy: a balance of energy to look into [-]
+  real(wp), parameter :: noise = 1.0e-6_wp
+  !! of work and dissipation: what residuals of contact leave of them is less [-]
+  real(wp), parameter :: halved = 0.75_wp
+  !! of the energy left over: no more with half the increment, as an error of its size is [-]
+  real(wp), parameter :: as_much = 0.9_wp
+  !! the same with a quarter: what is lost where contact opens in a jump has been seen to leave 0.66
   real(wp), parameter :: sharp_enough = 1.0e-6_wp !! residual of what only an estimate needs [-]
 
   !> The run in coarser increments.
   type :: coarse_run_t
     type(state_t) :: state
     integer :: n_behind = 0 !! increments that the run is ahead of it
+    type(energy_t) :: energy !! of the run there
+    real(wp) :: most_strained = 0.0_wp !! largest strain energy of the run from there on [energy]
   end type coarse_run_t
 
 contains
@@ -59,37 +72,113 @@ contains
     type(coarse_run_t), intent(inout) :: coarse
     type(increment_report_t), intent(inout) :: report
     !! of the increment; gets errors%load_steps, negative where there is none
-    type(state_t) :: middle, other
+    type(state_t) :: middle, other, from_here
     integer :: n_run !! increments of the run that the coarse one has to catch up
-    logical :: ok
+    real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
+    logical :: ok, is_doubtful
 
     report%errors%load_steps = -1.0_wp
     coarse%n_behind = coarse%n_behind + 1
+    coarse%most_strained = max(coarse%most_strained, report%energy%strain)
     if (coarse%n_behind < 2 .and. .not. ends_step(scene%steps, new)) return
     n_run = coarse%n_behind
     coarse%n_behind = 0
     if (has_too_many(solver%response%loads%kinks, scene%steps(new%step))) then
       coarse%state = new
+      coarse%energy = report%energy
+      coarse%most_strained = report%energy%strain
       return
     end if
     if (new%increment == 1) coarse%state = old
+    left_beside = 0.0_wp
+    left = report%energy%balance - coarse%energy%balance
+    is_doubtful = abs(left) > max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
+      noise*coarse%most_strained, noise*abs(report%energy%external_work), &
+      noise*report%energy%dissipation) .and. .not. any(scene%obstacles%turns)
+    coarse%most_strained = report%energy%strain
+    coarse%energy = report%energy
+    from_here = coarse%state
     if (event_before(scene, points, solver, coarse%state, new%position) < new%position) then
       call follow_events(n_run)
     else if (new%increment == 1) then
       call try_increment(scene, points, solver, old, new%position/2, middle, ok)
+      call add_left_over(old, middle)
       if (ok) call try_increment(scene, points, solver, middle, new%position/2, other, ok, new)
+      call add_left_over(middle, other)
       ! Half the size leaves half of the error.
       if (ok) report%errors%load_steps = 2.0_wp*change()
+      if (is_doubtful .and. ok) is_doubtful = abs(left_beside) > halved*abs(left)
       coarse%state = new
+    else if (is_at(coarse%state, old)) then
+      call follow_finely(2*n_run)
     else
       call try_increment(scene, points, solver, coarse%state, &
         new%position - beginning(coarse%state, new%step), other, ok, new)
-      if (ok) report%errors%load_steps = change()
-      if (.not. ok) other = new
-      coarse%state = other
+      call add_left_over(coarse%state, other)
+      if (ok) then
+        report%errors%load_steps = change()
+        if (is_doubtful .and. n_run > 1) is_doubtful = abs(left) > halved*abs(left_beside)
+        coarse%state = other
+      else
+        call follow_finely(2*n_run)
+      end if
     end if
+    if (is_doubtful .and. from_here%step /= new%step) is_doubtful = .not. begins_with_jump(scene, &
+      solver, from_here)
+    if (is_doubtful) call look_closer()
 
   contains
+
+    !> In increments of half the size, where those of twice the size lead nowhere.
+    subroutine follow_finely(n_pieces)
+      integer, intent(in) :: n_pieces
+      integer(i8) :: start
+      integer :: i
+
+      other = coarse%state
+      start = beginning(other, new%step)
+      do i = 1, n_pieces
+        middle = other
+        call try_increment(scene, points, solver, middle, start + (i*(new%position - start))/ &
+          n_pieces - beginning(middle, new%step), other, ok)
+        if (.not. ok) exit
+      end do
+      if (ok) report%errors%load_steps = 2.0_wp*change()
+      coarse%state = new
+    end subroutine follow_finely
+
+    !> Look whether the same in quarters of the increments leaves less over.
+    subroutine look_closer()
+      integer, parameter :: parts = 4
+      integer(i8) :: ends(0:2)
+      integer :: i, k
+
+      left_beside = 0.0_wp
+      ends(0) = beginning(from_here, new%step)
+      ends(1) = beginning(old, new%step)
+      ends(n_run) = new%position
+      other = from_here
+      do i = 1, n_run
+        do k = 1, parts
+          call try_increment(scene, points, solver, other, ends(i - 1) + (ends(i) - ends(i - 1))* &
+            k/parts - beginning(other, new%step), middle, ok)
+          if (.not. ok) return
+          call add_left_over(other, middle)
+          other = middle
+        end do
+      end do
+      ! More of it would be a path that the increments do not follow.
+      if (abs(left_beside) > as_much*abs(left) .and. abs(left_beside) < abs(left)/as_much) &
+        report%left_over = abs([left, left_beside])
+    end subroutine look_closer
+
+    !> Add what an increment beside the run leaves over, where that is asked for.
+    subroutine add_left_over(from, to)
+      type(state_t), intent(in) :: from, to
+
+      if (ok .and. is_doubtful) left_beside = left_beside + work_left_over(scene, points, &
+        solver%undeformed, from, to)
+    end subroutine add_left_over
 
     !> From event to event, in halves.
     subroutine follow_events(n_run)
@@ -105,9 +194,12 @@ contains
         finish = event_before(scene, points, solver, other, new%position)
         call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
         if (.not. ok) exit pieces
+        call add_left_over(other, middle)
         call try_increment(scene, points, solver, middle, finish - middle%position, other, ok)
+        call add_left_over(middle, other)
         if (.not. ok .or. finish == new%position) exit pieces
       end do pieces
+      if (is_doubtful .and. ok) is_doubtful = abs(left_beside) > halved*abs(left)
       ! Where the run has ended at the events too, half the size leaves half of the error.
       if (ok) report%errors%load_steps = merge(2.0_wp, 1.0_wp, n_pieces <= n_run)*change()
       if (.not. ok) other = new
@@ -127,6 +219,34 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> Whether the coarse run is where the run is: where it began anew there.
+  pure logical function is_at(state, of_run)
+    type(state_t), intent(in) :: state, of_run
+
+    is_at = state%step == of_run%step .and. state%position == of_run%position
+    if (is_at) is_at = .not. any(abs(state%reaction - of_run%reaction) > 0.0_wp)
+  end function is_at
+
+  !> Whether loads or supports jump as a *STEP begins, or overlaps are removed there: no increment
+  !> is small enough for their work.
+  logical function begins_with_jump(scene, solver, state) result(jumps)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state  !! at the end of the *STEP before
+    real(wp), allocatable :: u(:, :), force(:, :)
+    real(wp), parameter :: continuous = 1.0e-9_wp !! of the largest: a difference that is none [-]
+
+    call sum_patterns(scene, solver%response, 0.0_wp, 0.0_wp, u, force)
+    associate (prescribed => solver%body%prescribed, support => state%support_force)
+      jumps = maxval(abs(force - state%external_force)) > continuous*max(maxval(abs(force)), &
+        maxval(abs(state%external_force))) .or. maxval(abs(u - state%displacement), &
+        mask=prescribed) > continuous*max(maxval(abs(u)), maxval(abs(state%displacement))) .or. &
+        maxval(abs(support), mask=.not. prescribed) > continuous*maxval(abs(support))
+    end associate
+    if (state%increments_done == 0) jumps = jumps .or. any(solver%undeformed%gap < &
+      -rounding_of_places(scene, state%displacement))
+  end function begins_with_jump
 
   !> The next event behind a state, or `finish` where there is none before it.
   integer(i8) function event_before(scene, points, solver, state, finish) result(event)

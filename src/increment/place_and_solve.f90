@@ -11,9 +11,11 @@ module place_and_solve_mod
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
-  use condensed_contact_mod, only: condense_contact, count_rows, is_on_bodies, neutral_motions, &
-    are_left_out
+  use rigid_modes_mod, only: free_motions_t, generalised_loads
+  use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
+    is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points
+  use neutral_motions_mod, only: led_t
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, displacement_of
   use solve_reactions_mod, only: solve_reactions
@@ -23,6 +25,7 @@ module place_and_solve_mod
   public :: newton_raphson_t, begin_newton_raphson, place_points, find_reactions, check_covered
 
   integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
+  real(wp), parameter :: nearly = 1.0e-2_wp !! of what has moved: a gap about to close [-]
   real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
   !> The Newton-Raphson loop of an increment, as far as one iteration leaves something to the next.
@@ -37,6 +40,7 @@ module place_and_solve_mod
     real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
     !! how far points are from where they were placed, now and before [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
+    type(led_t) :: last_led               !! the last of them
     real(wp), allocatable :: begun(:)
     !! a correction by the factor, its interior to come [length]
   end type newton_raphson_t
@@ -86,6 +90,7 @@ contains
     call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
       stay=loop%i > 1)
     call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+    call note_pressing(scene, solver%body%motions, new%reaction, trial, solver%contact)
     loop%slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
       rounding_of_places(scene, trial%placed_at)
     if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
@@ -94,6 +99,24 @@ contains
     call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &
       loop%near, solver%contact)
   end subroutine place_points
+
+  !> Which points pressed in the iteration before, or when the increment began.
+  subroutine note_pressing(scene, motions, reaction, trial, contact)
+    type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
+    type(trial_t), intent(in) :: trial     !! its loads
+    type(condensed_contact_t), intent(inout) :: contact
+    real(wp), allocatable :: rounding(:)
+
+    if (allocated(contact%presses)) deallocate (contact%presses)
+    if (motions%n == 0) return
+    contact%presses = any(abs(reaction) > 0.0_wp, dim=1)
+    if (any(contact%presses)) contact%presses = contact%presses .or. trial%placement%gap < &
+      nearly*maxval(abs(trial%placed_at))
+    call generalised_loads(motions, scene%mesh, trial%forces%external, &
+      trial%summed_loads, contact%load, rounding)
+  end subroutine note_pressing
 
   !> The reactions, and the free motions with them: of the points that may touch, and of all in
   !> reach where those lead nowhere.
@@ -114,9 +137,11 @@ contains
     call solve_sharply(scene, points, solver, old, size(loop%follow%node) > 0, trial, &
       new%reaction, report)
     if (report%converged) return
-    if (.not. any(are_left_out(solver%contact, points%n))) return
+    if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
+      allocated(solver%contact%presses)) return
     ! The others may be what holds the bodies.
     loop%near = points%in_reach
+    if (allocated(solver%contact%presses)) deallocate (solver%contact%presses)
     new%reaction = reaction
     trial%motion = motion
     call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &

@@ -6,7 +6,8 @@ module solve_reactions_mod
   use controls_mod, only: contact_controls_t, solver_none, linear_auto, linear_direct
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_unbalanced
+  use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_stalled, &
+    ended_at_limit, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction, force_scale, measure
   use rigid_modes_mod, only: generalised_loads
@@ -23,6 +24,7 @@ module solve_reactions_mod
   use formed_compliance_mod, only: form_compliance, form_floating
   use compliance_mod, only: is_map
   use shared_nodes_mod, only: has_shared_nodes, share_nodes
+  use dependent_rows_mod, only: points_of_rows
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
   use solve_on_bodies_mod, only: group_answer_t, solve_on_bodies
@@ -30,6 +32,8 @@ module solve_reactions_mod
   private
 
   public :: solve_reactions
+
+  real(wp), parameter :: no_part = 1.0e-3_wp !! of the tolerance: softness that counts for none [-]
 
 contains
 
@@ -118,9 +122,7 @@ contains
         call move_alloc(answer%gaps, gaps)
       end if
       if (.not. allocated(group%body) .or. trial%by_compliance) then
-        call solve_with_or_without(scene, group, trial%controls, x_free, drift, r, of_group)
-        if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
-          relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
+        call solve_for_least(scene, group, trial%controls, x_free, drift, r, gaps, of_group)
       end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
@@ -184,6 +186,100 @@ contains
     end subroutine share
 
   end subroutine solve_reactions
+
+  !> The reactions and motions of a group, of those that no body feels the least.
+  !>
+  !> W is a little soft along these, N N^T r, about no reaction at first. That decides which of the
+  !> points that touch do not press: they are kept so from then on. Solutions about the reactions
+  !> found follow until softness has no part in any gap. docs/theory.md (11.20).
+  subroutine solve_for_least(scene, group, controls, x_free, drift, r, gaps, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_group_t), intent(in) :: group
+    type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
+    type(drift_t), intent(inout) :: drift
+    real(wp), intent(inout) :: r(:, :)           !! (3,n_active) n, t1, t2 [force]
+    real(wp), allocatable, intent(inout) :: gaps(:)
+    !! (n_rows) where W alone does not give them: gaps and slips [length]
+    type(contact_report_t), intent(out) :: report
+    integer, parameter :: max_rounds = 20
+    real(wp), parameter :: beyond = 10.0_wp    !! gaps there are: what keeps a point open [-]
+    real(wp), parameter :: nothing = 10.0_wp   !! times the tolerance, beside what gives way [-]
+    real(wp), dimension(size(group%null, 2)) :: centre, found
+    real(wp), dimension(size(x_free)) :: x_start, away
+    type(contact_report_t) :: of_round
+    real(wp) :: last, slack
+    integer :: i
+
+    if (size(group%null, 2) == 0) then
+      call solve_with_or_without(scene, group, controls, x_free, drift, r, report)
+      if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
+        relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
+      return
+    end if
+    x_start = x_free
+    away = 0.0_wp
+    centre = 0.0_wp
+    last = huge(last)
+    rounds: do i = 1, max_rounds
+      x_free = x_start + away - group%softness*matmul(group%null, centre)
+      call solve_with_or_without(scene, group, controls, x_free, drift, r, of_round)
+      call add_round(of_round, report)
+      found = matmul(pack_rows(group%problem, r), group%null)
+      gaps = relative_gaps(group%problem, x_free, pack_rows(group%problem, r)) - away - &
+        group%softness*matmul(group%null, found - centre)
+      if (.not. report%converged) exit rounds
+      slack = nothing*controls%tolerance*group%flexibility*norm2(r)
+      if (group%softness*norm2(found - centre) <= no_part*controls%tolerance*norm2(r)* &
+        group%flexibility) exit rounds
+      if (i == 1) call keep_open(group, gaps, r, group%softness*norm2(found), beyond* &
+        (maxval(abs(gaps)) + group%flexibility*norm2(r)), away)
+      report%converged = norm2(found - centre) < last .and. i < max_rounds
+      if (.not. report%converged) report%ending = ended_diverging
+      if (.not. report%converged) exit rounds
+      last = norm2(found - centre)
+      centre = found
+    end do rounds
+    x_free = x_free - away
+    if (report%converged .and. any(away > 0.0_wp .and. gaps < -slack)) then
+      report%converged = .false.
+      report%ending = ended_at_limit
+    end if
+    ! What others come to is no least reaction: the certificate would not see that.
+    if (report%ending == ended_stalled) report%ending = ended_at_limit
+  end subroutine solve_for_least
+
+  !> Keep the points open that could take over what others carry, touch, and do not press.
+  pure subroutine keep_open(group, gaps, r, touching, far, away)
+    type(contact_group_t), intent(in) :: group
+    real(wp), intent(in) :: gaps(:)        !! (n_rows) [length]
+    real(wp), intent(in) :: r(:, :)        !! (3,n_active) [force]
+    real(wp), intent(in) :: touching, far !! gaps: they touch up to one, the other opens [length]
+    real(wp), intent(inout) :: away(:)     !! (n_rows) what is added to their gaps [length]
+    logical :: has_part(size(r, 2))
+    integer :: k
+
+    has_part = points_of_rows(group%problem%row, group%null)
+    do k = 1, size(r, 2)
+      associate (row => group%problem%row(1, k))
+        if (has_part(k) .and. r(1, k) <= 0.0_wp .and. gaps(row) <= touching) away(row) = far
+      end associate
+    end do
+  end subroutine keep_open
+
+  !> What one more solution took, and how it came out.
+  pure subroutine add_round(of_round, report)
+    type(contact_report_t), intent(in) :: of_round
+    type(contact_report_t), intent(inout) :: report
+    type(contact_report_t) :: before
+
+    before = report
+    report = of_round
+    report%iterations = report%iterations + before%iterations
+    report%local_iterations = report%local_iterations + before%local_iterations
+    report%products = report%products + before%products
+    report%stages = max(report%stages, before%stages)
+  end subroutine add_round
 
   !> The reactions and motions of a group. Where its W is known by its products, and these do not
   !> lead to the deck's tolerance, W is formed for the other solvers if there is memory for it.

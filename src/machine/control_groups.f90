@@ -44,10 +44,12 @@ contains
       character(*), intent(in) :: mount, group
       type(string_t), allocatable, intent(inout) :: folders(:)
       character(:), allocatable :: folder
+      type(string_t) :: path ! by a name, for gfortran does not free one made in the list
 
       folder = group
       do
-        folders = [folders, string_t(root//mount//folder//'/')]
+        path%text = root//mount//folder//'/'
+        folders = [folders, path]
         if (folder == '') exit
         folder = folder(:index(folder, '/', back=.true.) - 1)
       end do

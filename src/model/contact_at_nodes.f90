@@ -4,7 +4,7 @@ module contact_at_nodes_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: contact_fields_t
+  use increment_report_mod, only: contact_fields_t, is_undetermined_at
   implicit none
   private
 
@@ -37,7 +37,8 @@ contains
     end do
   end subroutine add_contact_forces
 
-  !> Add the normal reactions over the areas of their points to the pressures of the nodes.
+  !> Add the normal reactions over the areas of their points to the pressures of the nodes, as far
+  !> as they are determined.
   pure subroutine add_contact_pressures(points, contact, pressures, all_points)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
@@ -47,6 +48,7 @@ contains
 
     do i = 1, points%n
       if (contact%is_partly_covered(i) .and. .not. all_points) cycle
+      if (is_undetermined_at(contact, i)) cycle
       associate (node => points%node(i), area => contact%covered_area(i))
         if (area > 0.0_wp) pressures(node) = pressures(node) + contact%reaction(1, i)/area
       end associate

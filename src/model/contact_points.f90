@@ -7,7 +7,7 @@ module contact_points_mod
   private
 
   public :: contact_points_t, weights_t, master_sides_t, master_nodes, contact_nodes, is_covered, &
-    is_across, is_still, n_sides, faces_of_side, find_side_points
+    is_across, is_still, n_sides, faces_of_side, find_side_points, face_one
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
   !> own, as if it were the master of a pair.
@@ -32,7 +32,14 @@ module contact_points_mod
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
-    real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP [length]
+    real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP, and `uncarried` [length]
+    real(wp), allocatable :: uncarried(:)
+    !! (n) overlap of the undeformed mesh that constraints keep as it is, in the extra gap;
+    !! allocated where there is any [length]
+    logical,  allocatable :: is_joined(:)
+    !! (n) before a surface: constraints join it to what it faces. It keeps the place of the
+    !! undeformed mesh for as long as it faces nearly the same there, one node where that is nearly
+    !! all; allocated where any does
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
     type(node_freedom_t), allocatable :: freedom
@@ -126,6 +133,20 @@ contains
     if (.not. allocated(points%on_surface)) return
     if (points%on_surface(i)) is_covered = weights%covers(i)
   end function is_covered
+
+  !> Have a point face one node alone where that has nearly all of its weights: nodes opposite to
+  !> each other but for the digits of a mesh.
+  pure subroutine face_one(weight)
+    real(wp), intent(inout) :: weight(:) !! of the point [-]
+    real(wp), parameter :: nearly_all = 0.95_wp !! of the sum of magnitudes [-]
+    integer :: k
+
+    if (size(weight) == 0) return
+    k = maxloc(weight, dim=1)
+    if (weight(k) < nearly_all*sum(abs(weight))) return
+    weight = 0.0_wp
+    weight(k) = 1.0_wp
+  end subroutine face_one
 
   !> The axes across which planes of symmetry hold a point before a surface.
   pure function is_across(points, i) result(across)

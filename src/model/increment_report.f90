@@ -10,8 +10,8 @@ module increment_report_mod
     contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
-    ended_moving, ended_out_of_reach
-  public :: worst_entry, largest_pressure
+    ended_moving, ended_out_of_reach, ended_passed
+  public :: worst_entry, largest_pressure, is_undetermined_at, count_undetermined
 
   ! How a contact solver that has not converged ended.
   integer, parameter :: ended_well = 0       !! it did converge
@@ -21,6 +21,7 @@ module increment_report_mod
   integer, parameter :: ended_unbalanced = 4 !! nothing balances a rigid motion
   integer, parameter :: ended_moving = 5     !! the closest points on curved obstacles do not settle
   integer, parameter :: ended_out_of_reach = 6 !! a point got to its obstacle that was not to
+  integer, parameter :: ended_passed = 7     !! an obstacle would press a point from behind
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 
@@ -36,6 +37,8 @@ module increment_report_mod
     !! all at most 10 times the contact tolerance, but `support`, which is a matter of rounding
     real(wp) :: balance = 0.0_wp !! forces on a whole body or obstacle
     real(wp) :: support = 0.0_wp !! displacements beside what is prescribed
+    real(wp) :: energy = 0.0_wp  !! of the strains beside the work of all nodal forces
+    real(wp) :: undetermined = 0.0_wp !! reactions that equilibrium says nothing of
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it
@@ -76,11 +79,16 @@ module increment_report_mod
     real(wp), allocatable :: unplaced_gap(:)
     !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
     !! elsewhere huge [length]
+    real(wp), allocatable :: entered(:)
+    !! (n_points) before faces: integral of the gap where it is below 0, with the node's shape
+    !! function [length^3]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
     integer,  allocatable :: status(:) !! (n_points) status_open, status_stick, status_slide
+    logical,  allocatable :: is_undetermined(:)
+    !! (n_points) constraints could take over what it carries: the reaction is the least, no more
   end type contact_fields_t
 
   !> One increment's report.
@@ -101,6 +109,8 @@ module increment_report_mod
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
+    integer  :: passed_point = 0        !! that an obstacle would press from behind, 0 if none
+    real(wp) :: part_to_try = 1.0_wp    !! of the increment: there it passes no point [-]
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
     real(wp) :: face_penetration = 0.0_wp
@@ -115,6 +125,9 @@ module increment_report_mod
     !! (n_rows) of the last contact problem: gaps and slips without reactions [length]
     real(wp), allocatable :: mesh_error(:)
     !! (n_elements) of the stresses, squared, where it was estimated [energy]
+    real(wp) :: left_over(2) = 0.0_wp
+    !! along the path since an increment or two, where it is more than a tenth of the strain energy
+    !! and smaller increments do not make it smaller: in these, in quarters of them [energy]
     type(certificate_t)    :: certificate
     type(energy_t)         :: energy
     type(error_parts_t)    :: errors
@@ -139,16 +152,17 @@ contains
   pure function worst_entry(certificate) result(worst)
     type(certificate_t), intent(in) :: certificate
     real(wp) :: worst
-    real(wp) :: entries(7)
+    real(wp) :: entries(9)
 
     entries = [certificate%penetration, certificate%adhesion, certificate%complementarity, &
-      certificate%cone, certificate%law, certificate%equilibrium, certificate%balance]
+      certificate%cone, certificate%law, certificate%equilibrium, certificate%balance, &
+      certificate%energy, certificate%undetermined]
     worst = huge(worst)
     if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry
 
   !> The largest normal reaction over the area of its point, of some points; 0 where none presses.
-  !> Points that are partly covered are left out.
+  !> Points that are partly covered, and reactions that are not determined, are left out.
   pure real(wp) function largest_pressure(contact, first, last) result(largest)
     type(contact_fields_t), intent(in) :: contact
     integer, intent(in) :: first, last !! points: a pair's
@@ -157,9 +171,27 @@ contains
     largest = 0.0_wp
     do i = first, last
       if (contact%is_partly_covered(i)) cycle
+      if (is_undetermined_at(contact, i)) cycle
       if (contact%covered_area(i) > 0.0_wp) largest = max(largest, &
         contact%reaction(1, i)/contact%covered_area(i))
     end do
   end function largest_pressure
+
+  !> Whether the reaction of a point is not determined.
+  pure logical function is_undetermined_at(contact, i) result(is_undetermined)
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: i
+
+    is_undetermined = .false.
+    if (allocated(contact%is_undetermined)) is_undetermined = contact%is_undetermined(i)
+  end function is_undetermined_at
+
+  !> How many points there are of which it is not.
+  pure integer function count_undetermined(contact)
+    type(contact_fields_t), intent(in) :: contact
+
+    count_undetermined = 0
+    if (allocated(contact%is_undetermined)) count_undetermined = count(contact%is_undetermined)
+  end function count_undetermined
 
 end module increment_report_mod

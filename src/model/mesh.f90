@@ -5,7 +5,7 @@ module mesh_mod
   implicit none
   private
 
-  public :: mesh_t, find_bodies, joined_nodes, elements_at_nodes, shown_nodes, brick_rows, &
+  public :: mesh_t, find_bodies, deck_rounding, joined_nodes, elements_at_nodes, shown_nodes, brick_rows, &
     kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
@@ -14,7 +14,10 @@ module mesh_mod
 
   !> Nodes and bricks, numbered from 1 in the order of the deck; the deck's own ids beside them.
   type :: mesh_t
-    real(wp), allocatable :: coordinates(:, :)  !! (3, n_nodes) [length]
+    real(wp), allocatable :: coordinates(:, :)  !! (3, n_nodes) from `origin` [length]
+    real(wp) :: origin(3) = 0.0_wp
+    !! in the deck: places within the program are counted from it, files have those of the deck
+    !! [length]
     integer,  allocatable :: node_id(:)         !! (n_nodes) the deck's ids
     integer,  allocatable :: connectivity(:, :)
     !! (8, n_elements) node numbers, order as in elements/
@@ -102,6 +105,18 @@ contains
       end do
     end do
   end subroutine number_trees
+
+  !> By how much the deck rounds coordinates: epsilon times the largest.
+  pure real(wp) function deck_rounding(coordinates, origin) result(rounding)
+    real(wp), intent(in) :: coordinates(:, :) !! (3,n) from the origin [length]
+    real(wp), intent(in) :: origin(3)         !! in the deck [length]
+    integer :: i
+
+    rounding = 0.0_wp
+    do i = 1, 3
+      rounding = max(rounding, epsilon(1.0_wp)*maxval(abs(coordinates(i, :) + origin(i))))
+    end do
+  end function deck_rounding
 
   !> How many nodes the deck has: the first.
   pure integer function shown_nodes(mesh)

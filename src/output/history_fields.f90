@@ -8,7 +8,7 @@ module history_fields_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
-  use increment_report_mod, only: increment_report_t, total_error
+  use increment_report_mod, only: increment_report_t, total_error, count_undetermined
   use output_field_mod, only: field_t, field_list_t, add_field, get_fields
   implicit none
   private
@@ -57,6 +57,8 @@ contains
       'reached the tolerance', report%solver_stages)
     call whole('free_motions', 'rigid motions of bodies and obstacles that nothing holds', &
       report%n_unheld)
+    call whole('undetermined_points', 'contact points whose reactions are not determined, for '// &
+      'constraints can carry them', count_undetermined(report%contact))
     call whole('newton_raphson_iterations', 'equilibrium iterations', &
       report%newton_raphson_iterations)
     call code('solver', '0: none was needed, 1: sweeps, 2: global Newton', report%solver)
@@ -67,10 +69,11 @@ contains
     call real_number('wall_time', 'time the increment took', 'seconds', report%wall_time)
     call real_number('contact_time', 'of it, in the contact solver', 'seconds', &
       report%contact_time)
-    call real_number('face_penetration', 'deepest penetration of an obstacle into a slave face '// &
+    call real_number('face_penetration', 'deepest penetration of a master into a slave face '// &
       'between its nodes, at the end of the increment', 'length', report%face_penetration)
     call real_number('face_penetration_on_way', 'the same before the end of the increment, '// &
-      'where no node touches nearby', 'length', report%face_penetration_on_way)
+      'where no node touches nearby, or the master leaves', 'length', &
+      report%face_penetration_on_way)
 
     associate (c => report%certificate)
       call ratio('certificate/penetration', 'deepest penetration', c%penetration)
@@ -85,6 +88,10 @@ contains
         'obstacle', c%balance)
       call ratio('certificate/support', 'largest departure from a prescribed displacement', &
         c%support)
+      call ratio('certificate/energy', 'strain energy less half the work of all nodal forces '// &
+        'at the same state, of the larger', c%energy)
+      call ratio('certificate/undetermined', 'largest reaction that equilibrium does not '// &
+        'determine, of the largest load or force of an element', c%undetermined)
     end associate
 
     associate (e => report%energy)

@@ -99,7 +99,8 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
 
-    values(1, :) = source%scene%obstacles(master_of(source))%point
+    values(1, :) = source%scene%obstacles(master_of(source))%point + &
+      source%scene%mesh%origin
   end subroutine point
 
   subroutine direction(source, values)
@@ -120,7 +121,8 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, corners)
 
-    values = source%scene%obstacles(master_of(source))%corner
+    values = source%scene%obstacles(master_of(source))%corner + spread(source%scene%mesh%origin, &
+      2, size(values, 2))
   end subroutine corners
 
   subroutine connectivity(source, values)

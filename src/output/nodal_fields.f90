@@ -24,7 +24,9 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
-    values = source%scene%mesh%coordinates(:, :size(values, 2))
+    associate (mesh => source%scene%mesh)
+      values = mesh%coordinates(:, :size(values, 2)) + spread(mesh%origin, 2, size(values, 2))
+    end associate
   end subroutine coordinates
 
   subroutine displacement(source, values)

@@ -7,7 +7,7 @@ module pair_fields_mod
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use contact_points_mod, only: n_sides, find_side_points
-  use increment_report_mod, only: status_open, largest_pressure
+  use increment_report_mod, only: status_open, largest_pressure, is_undetermined_at
   use state_mod, only: largest_slip
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -37,7 +37,8 @@ contains
     call add_field(list, field_t('area', of_real, [n], 'area', &
       'share of the slave surface; 0 where no face of it is', at_start, compute=area))
     call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
-      'what *CONTACT GAP adds to the distance that the mesh says', at_start, compute=extra_gap))
+      'what *CONTACT GAP adds to the distance that the mesh says, and an overlap that '// &
+      'constraints keep as it is', at_start, compute=extra_gap))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))
@@ -51,6 +52,10 @@ contains
       'sum of the slip increments', compute=slip))
     call add_field(list, field_t('status', of_byte, [n], 'code', &
       '0: open, 1: stick, 2: slide', compute=status))
+    if (scene%constraints%n > 0) then
+      call add_field(list, field_t('undetermined', of_byte, [n], 'code', &
+        '1: constraints can carry the reaction; the least is given', compute=undetermined))
+    end if
     call add_field(list, field_t('resultant', of_real, [3], 'force', &
       'sum of the reactions on the slave body, x, y, z', compute=resultant))
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
@@ -129,7 +134,9 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, its points)
 
-    values = source%scene%mesh%coordinates(:, source%points%node(source%first:source%last))
+    associate (mesh => source%scene%mesh, nodes => source%points%node(source%first:source%last))
+      values = mesh%coordinates(:, nodes) + spread(mesh%origin, 2, size(nodes))
+    end associate
   end subroutine coordinates
 
   subroutine area(source, values)
@@ -189,6 +196,16 @@ contains
     values(1, :) = source%report%contact%status(source%first:source%last)
   end subroutine status
 
+  subroutine undetermined(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+    integer :: i
+
+    do i = source%first, source%last
+      values(1, i - source%first + 1) = merge(1, 0, is_undetermined_at(source%report%contact, i))
+    end do
+  end subroutine undetermined
+
   subroutine resultant(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
@@ -205,6 +222,8 @@ contains
       values(1, :) = values(1, :) + cross(source%scene%mesh%coordinates(:, &
         source%points%node(i)), source%state%reaction(:, i))
     end do
+    values(1, :) = values(1, :) + cross(source%scene%mesh%origin, sum(source%state%reaction(:, &
+      source%first:source%last), dim=2))
   end subroutine moment
 
   subroutine covered_area(source, values)
@@ -278,7 +297,7 @@ contains
     if (source%last < source%first) return
     ref_node = source%scene%obstacles(source%scene%pairs(source%points%pair(source%first))% &
       master)%ref_node
-    centre = 0.0_wp
+    centre = -source%scene%mesh%origin
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
       do i = source%first, source%last

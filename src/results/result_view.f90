@@ -149,8 +149,8 @@ contains
                        'elements of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [8_i8*mesh%n_elements], &
                        'entries of Connectivity', 'number', error)
-    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, mesh%brick_nodes), &
-                       'nodes of the undeformed mesh, x, y, z', 'length', error)
+    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, mesh%brick_nodes) + &
+                       spread(mesh%origin, 2, size(mesh%brick_nodes)), 'nodes of the undeformed mesh, x, y, z', 'length', error)
     call write_dataset(file, '/VTKHDF/Connectivity', &
                        int(row(reshape(mesh%connectivity, [8*mesh%n_elements])) - 1, i8), &
                        'nodes of each element: indices into Points, from 0', 'number', error)

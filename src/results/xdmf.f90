@@ -110,7 +110,9 @@ contains
       pieces = [pieces, piece]
       begin = last + 1
     end do
-    pieces = [pieces, piece_t(xml(begin:))]
+    piece%text = xml(begin:)
+    piece%rows = -1
+    pieces = [pieces, piece]
   end subroutine split
 
   !> The XML of one increment.

@@ -5,7 +5,7 @@ module increment_notes_mod
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, count_undetermined
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
   use faces_between_nodes_mod, only: face_entry_t
@@ -15,7 +15,8 @@ module increment_notes_mod
   private
 
   public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, &
-    note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
+    note_undetermined
 
   !> A line for the console.
   type :: note_t
@@ -53,6 +54,29 @@ contains
     if (is_passed) words = ', where contact begins) was not solved: it is made to end later'
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//words)
   end subroutine note_unsolved
+
+  !> An increment is cut in which an obstacle would pass a point, or a face.
+  pure subroutine note_passed(scene, points, increment, point, entry, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: point            !! 0: a face
+    type(face_entry_t), intent(in) :: entry !! of the face
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: what
+    integer :: pair
+
+    if (point > 0) then
+      pair = points%pair(point)
+      what = 'node '//to_text(scene%mesh%node_id(points%node(point)))
+    else
+      pair = entry%pair
+      what = 'the face of '//nodes_in_words(scene, entry%nodes)
+    end if
+    call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//'): '// &
+      master_name(scene, pair)//' would pass '//what//' of '// &
+      scene%surfaces(scene%pairs(pair)%surface)%name//' without contact: half of it is tried')
+  end subroutine note_passed
 
   !> A single factor that was chosen to save time does not hold the scene.
   pure subroutine note_double(increment, notes)
@@ -95,6 +119,34 @@ contains
     call add_note(notes, increment, .true., &
       ': rigid motions that nothing holds and nothing drives are left as they are: '//now)
   end subroutine note_unheld
+
+  !> Where reactions are not determined at the end of a *STEP.
+  pure subroutine note_undetermined(scene, points, increment, report, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    integer, parameter :: most = 4 !! nodes that are named
+    character(:), allocatable :: words
+    integer :: n, i
+
+    n = count_undetermined(report%contact)
+    if (n == 0) return
+    associate (nodes => scene%mesh%node_id(pack(points%node, report%contact%is_undetermined)))
+      words = 'node '
+      if (n > 1) words = 'nodes '
+      do i = 1, min(n, most)
+        if (i > 1) words = words//', '
+        words = words//to_text(nodes(i))
+      end do
+    end associate
+    if (n > most) words = words//', ...'
+    call add_note(notes, increment, .false., ': contact reactions are not determined at '// &
+      to_text(n)//trim(merge(' point ', ' points', n == 1))//' ('//words// &
+      '), for constraints can carry the same forces: the least reactions are given, and left '// &
+      'out of pressures')
+  end subroutine note_undetermined
 
   !> How deep obstacles were in faces between their nodes in a *STEP.
   pure subroutine note_entries(scene, increment, deepest, notes)

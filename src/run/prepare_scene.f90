@@ -162,10 +162,12 @@ contains
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
     type(string_t) :: outputs(2)
+    type(string_t), allocatable :: sidecars(:) ! by a name, for gfortran does not free a result
 
     outputs(1)%text = result_path(options, scene)
     outputs(2)%text = beginning_of(outputs(1)%text)
-    call keep_inputs(scene%files, [outputs, sidecars_of(outputs(1)%text)], error)
+    sidecars = sidecars_of(outputs(1)%text)
+    call keep_inputs(scene%files, [outputs, sidecars], error)
   end subroutine keep_deck
 
 end module prepare_scene_mod

@@ -11,33 +11,59 @@ module refuse_unsolved_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
-    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving
+    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
-  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_on_way, entered_and_left
+  use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
+    entered_and_left
   use console_mod, only: solver_name
   implicit none
   private
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
-    refuse_inverted, refuse_deep_overlap, nodes_in_words, is_solved, tolerance_in_reach
+    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, nodes_in_words, &
+    is_solved, tolerance_in_reach, next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
 contains
 
-  !> Which tolerance a result that is not far from its own would meet, in words; '' where it is far.
+  !> The tolerance that a residual just meets, in words; '' where it is far from the one asked for.
   pure function tolerance_in_reach(needed, tolerance) result(words)
     real(wp), intent(in) :: needed, tolerance !! residual reached, and asked for [-]
     character(:), allocatable :: words
-    real(wp) :: power
+    real(wp) :: met
 
     words = ''
-    if (.not. (needed > 0.0_wp .and. needed <= reach*tolerance)) return
-    ! Rounded up to one digit, with room for another order of summation.
-    power = 10.0_wp**floor(log10(1.01_wp*needed))
-    words = '; a tolerance of '//to_text(ceiling(1.01_wp*needed/power)*power, 2)//' would be met'
+    met = rounded_up(needed, tolerance)
+    if (met > 0.0_wp) words = '; a tolerance of '//to_text(met, 2)//' would be met'
   end function tolerance_in_reach
+
+  !> The tolerance that an increment which was not solved may meet; 0 where it is far from its own.
+  pure real(wp) function next_tolerance(report, tolerance) result(next)
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(in) :: tolerance  !! that it has not met [-]
+    real(wp) :: needed
+
+    next = 0.0_wp
+    if (report%ending == ended_unbalanced .or. report%ending == ended_moving) return
+    needed = 0.1_wp*worst_entry(report%certificate)
+    if (.not. report%converged) needed = max(needed, report%residual)
+    next = rounded_up(needed, tolerance)
+    if (next <= tolerance) next = 0.0_wp
+  end function next_tolerance
+
+  !> A residual rounded up to one digit, with room for another order of summation; 0 where it is far
+  !> above the tolerance.
+  pure real(wp) function rounded_up(needed, tolerance) result(met)
+    real(wp), intent(in) :: needed, tolerance !! residual reached, and asked for [-]
+    real(wp) :: power
+
+    met = 0.0_wp
+    if (.not. (needed > 0.0_wp .and. needed <= reach*tolerance)) return
+    power = 10.0_wp**floor(log10(1.01_wp*needed))
+    met = ceiling(1.01_wp*needed/power)*power
+  end function rounded_up
 
   !> Whether an increment may stand.
   pure logical function is_solved(scene, report)
@@ -50,12 +76,13 @@ contains
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, increment, report, condition, error)
+  subroutine refuse_unsolved(scene, plan, increment, report, condition, met, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
+    real(wp), intent(in) :: met       !! tolerance with which it was solved, 0: with none [-]
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: where_and_what
 
@@ -64,6 +91,8 @@ contains
     if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '// &
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
+    else if (report%ending == ended_passed) then
+      where_and_what = where_and_what//passed_in_words(scene, plan%points, increment, report)
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
         plan%points, report%moved_point)//' do not settle '// &
@@ -76,9 +105,7 @@ contains
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
         to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
       where_and_what = where_and_what//'; condition of the stiffness at least '// &
-        to_text(condition, 2)//')'// &
-        tolerance_in_reach(max(report%residual, 0.1_wp*worst_entry(report%certificate)), &
-          scene%contact%tolerance)
+        to_text(condition, 2)//')'//met_in_words(met)
       if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
         where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
         'natural scale is outside the range in which Uzawa converges here: below 2, often less'
@@ -97,8 +124,7 @@ contains
         where_and_what = where_and_what// &
           ': displacements in double precision cannot balance these forces any closer'
       end if
-      where_and_what = where_and_what//tolerance_in_reach(0.1_wp*worst_entry(report%certificate), &
-        scene%contact%tolerance)
+      where_and_what = where_and_what//met_in_words(met)
     end if
     if (scene%precision%iterative .and. report%ending /= ended_unbalanced) then
       where_and_what = where_and_what//'; bodies were solved for by iteration: TYPE=FACTOR of '// &
@@ -112,6 +138,42 @@ contains
       wedge_in_words(scene, plan%points, report%contact)
     call raise(error, exit_not_solved, where_and_what)
   end subroutine refuse_unsolved
+
+  !> What an obstacle does that passes a point, and the increment in which it does not.
+  pure function passed_in_words(scene, points, increment, report) result(words)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    character(:), allocatable :: words
+    real(wp) :: length, power
+
+    associate (point => report%passed_point, step => scene%steps(increment%step))
+      ! Rounded down to one digit.
+      length = report%part_to_try*(increment%fraction - increment%begin)*step%period
+      power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
+      words = ': '//master_name(scene, points%pair(point))//' passes node '// &
+        to_text(scene%mesh%node_id(points%node(point)))//' of '// &
+        scene%surfaces(scene%pairs(points%pair(point))%surface)%name//' within the increment '// &
+        'and would press it from behind; use '
+      if (report%part_to_try < 0.5_wp) then
+        words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
+        if (step%direct) words = words//', or leave out DIRECT'
+      else
+        words = words//'smaller bricks, or a slave surface with all faces that may touch'
+      end if
+    end associate
+  end function passed_in_words
+
+  !> The tolerance with which an increment was solved, where it was not with its own.
+  pure function met_in_words(met) result(words)
+    real(wp), intent(in) :: met !! 0: with none [-]
+    character(:), allocatable :: words
+
+    words = ''
+    if (met > 0.0_wp) words = '; with a tolerance of '//to_text(met, 2)//' this increment is '// &
+      'solved, and those after it were not tried'
+  end function met_in_words
 
   !> What to look at where loads are not balanced.
   pure function what_would_balance(scene, pulls_off) result(words)
@@ -191,15 +253,19 @@ contains
 
     associate (missed => entries%missed)
       if (.not. missed%depth > 0.0_wp) return
-      needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs(missed%pair)%master)%radius*missed%depth)
-      obstacle = scene%obstacles(scene%pairs(missed%pair)%master)%name
+      needed = 0.0_wp
+      if (entries%how == entered_at_end) needed = 2.0_wp*sqrt(scene%obstacles(scene%pairs( &
+        missed%pair)%master)%radius*missed%depth)
+      obstacle = master_name(scene, missed%pair)
       face = to_text(missed%depth, 3)//' deep into the face of '//nodes_in_words(scene, &
         missed%nodes)//' of '//scene%surfaces(scene%pairs(missed%pair)%surface)%name
     end associate
     select case (entries%how)
     case (entered_on_way)
-      face = obstacle//' gets '//face//' within the increment, but no node of that face or of '// &
-        'its neighbours touches it: contact is missed; use smaller increments, or smaller bricks'
+      face = obstacle//' gets '//face//' within the increment, and passes it or leaves it '// &
+        'without contact: contact is missed; use '
+      if (entries%passed%depth > 0.0_wp) face = face//'smaller increments, or '
+      face = face//'smaller bricks'
     case (entered_and_left)
       face = obstacle//' was '//face//' when the increment began, and has left it without '// &
         'touching a node: contact is missed; use smaller bricks, or smaller increments'
@@ -283,6 +349,39 @@ contains
       'or close the overlap with ADJUST= of *CONTACT PAIR')
   end subroutine refuse_deep_overlap
 
+  !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or
+  !> pressure is computed over it.
+  subroutine refuse_folded(scene, increment, surface, nodes, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: surface, nodes(4) !! of the face
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': the face of '//nodes_in_words(scene, nodes)//' of '// &
+      scene%surfaces(surface)%name//' is folded: a corner points inwards, and contact cannot be '// &
+      'computed there; the body is deformed beyond what linear theory covers: less motion, or '// &
+      'less load')
+  end subroutine refuse_folded
+
+  !> Energy that contact gives or takes along the path, and that smaller increments do not make
+  !> smaller, ends the run. docs/theory.md (6.5).
+  subroutine refuse_lost_energy(increment, report, error)
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (left => report%left_over, strain => report%energy%strain)
+      if (.not. left(1) > 0.0_wp) return
+      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+        to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
+        ' of energy that is neither work nor friction, beside a strain energy of '// &
+        to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the '// &
+        'size: points pass edges or their master turns too far; use much smaller increments, '// &
+        'or another mesh')
+    end associate
+  end subroutine refuse_lost_energy
+
   !> "body 2 (of node 132)".
   pure function body_name(scene, body) result(words)
     type(scene_t), intent(in) :: scene
@@ -330,6 +429,9 @@ contains
         ', law '// &
         to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)//', balance '// &
         to_text(c%balance, 2)
+      if (c%energy > 0.0_wp) words = words//', energy '//to_text(c%energy, 2)
+      if (c%undetermined > 0.0_wp) words = words//', reactions that nothing determines '// &
+        to_text(c%undetermined, 2)
       if (c%support > 0.0_wp) words = words//', supports kept to '//to_text(c%support, 2)
     end associate
   end function certificate_in_words

@@ -43,7 +43,6 @@ contains
     type(watch_t) :: watch
     type(solved_t) :: solved
     type(note_t), allocatable :: notes(:)
-    logical :: found
     character(:), allocatable :: missed !! accuracy, and by what
 
     call begin_watch(scene, watch)
@@ -53,9 +52,9 @@ contains
     if (progress%in_double > 0) call take_double(scene%precision)
     increments: do
       allocate (notes(0))
-      call solve_next(scene, plan, solver, progress, solved, found, notes, error)
+      call solve_next(scene, plan, solver, progress, watch, solved, notes, error)
       call print_notes(console, notes)
-      if (allocated(error) .or. .not. found) exit increments
+      if (allocated(error) .or. .not. solved%found) exit increments
       ! Also where the increment is not solved: others may want to try.
       call export_increment(scene, solver%contact, solved%increment, progress%state, &
         solved%report, exports, error)

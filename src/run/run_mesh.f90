@@ -14,7 +14,7 @@ module run_mesh_mod
   use amounts_mod, only: time_in_words
   use fit_machine_mod, only: exceeds_machine, exceeds_time
   use initial_overlaps_mod, only: overlaps
-  use held_normals_mod, only: held_normals
+  use held_normals_mod, only: held_normals, kept_overlaps
   use sparse_factor_mod, only: sparse_factor_t
   use body_solver_mod, only: begin_body_solver
   use step_solver_mod, only: step_solver_t
@@ -114,6 +114,7 @@ contains
 
     notes = overlaps(scene, plan%points)
     notes = [notes, held_normals(scene, plan%points)]
+    notes = [notes, kept_overlaps(scene, plan%points)]
     call print_lines(console, notes)
     scene%notes = [scene%notes, notes]
   end subroutine note_contact

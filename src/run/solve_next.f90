@@ -9,31 +9,38 @@ module solve_next_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment, is_extra
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_out_of_reach
+  use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
+    ended_unbalanced
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
+  use load_response_mod, only: sum_patterns
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
   use advance_mod, only: advance, advance_along
   use kinks_mod, only: count_between
-  use contact_points_mod, only: master_nodes
+  use contact_points_mod, only: contact_points_t, master_nodes
   use load_events_mod, only: first_touch, no_event
   use look_ahead_mod, only: forget => cut
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
-  use unfelt_overlaps_mod, only: find_unfelt_overlap
+  use folded_faces_mod, only: find_folded
+  use unfelt_overlaps_mod, only: find_unfelt_overlap, find_entered_faces, &
+    hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
   use inverted_bricks_mod, only: find_reach, find_inverted
+  use passed_faces_mod, only: find_passed_faces
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
-    refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, is_solved
+    refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
+    refuse_lost_energy, is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
-    note_entries, note_unfelt, note_small_contacts, note_kinks, note_touch, note_turn, note_double
+    note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
+    note_turn, note_double, note_undetermined
   implicit none
   private
 
@@ -44,6 +51,10 @@ module solve_next_mod
     type(increment_t) :: increment
     type(state_t) :: state
     type(increment_report_t) :: report
+    type(entries_t) :: entries !! of obstacles into faces, where it is solved
+    logical :: found = .false. !! there is such an increment: the run is not complete
+    real(wp) :: met_tolerance = 0.0_wp
+    !! with which it was solved, where it was not with its own; 0: with none that was tried [-]
   end type solved_t
 
   !> What is watched from increment to increment, for notes alone.
@@ -51,6 +62,8 @@ module solve_next_mod
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
     real(wp), allocatable :: reach(:, :)
     !! (3,n_elements) of the bricks' edges, as of find_reach [1/length]
+    real(wp), allocatable :: hollow(:), fit(:)
+    !! (n_pairs) what meshes alone overlap by where they do not press, and where they do [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
   end type watch_t
@@ -64,28 +77,31 @@ contains
     watch%unheld = ''
     call list_faces(scene, watch%faces)
     watch%reach = find_reach(scene%mesh)
+    watch%hollow = hollows_of_pairs(scene)
+    watch%fit = fits_of_pairs(scene)
   end subroutine begin_watch
 
-  !> Solve the next increment, cut as often as it takes; `found` is false where the run is complete.
-  !> Whether it is solved, the report says.
-  subroutine solve_next(scene, plan, solver, progress, solved, found, notes, error)
+  !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
+  !> the report says.
+  subroutine solve_next(scene, plan, solver, progress, watch, solved, notes, error)
     type(scene_t), intent(inout) :: scene       !! its precision, where single does not do
     type(plan_t), intent(inout) :: plan
     !! revised where a point gets further than it says, or for a factor in double precision
     type(step_solver_t), intent(inout) :: solver
     type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
+    type(watch_t), intent(in) :: watch
     type(solved_t), intent(out) :: solved
-    logical, intent(out) :: found
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     !! stopped by a signal; as of set_supports, prepare_step and advance
     logical :: is_plain !! so are the increments after it: one may look ahead
     logical :: is_cut, is_passed
+    logical :: passes !! an obstacle does, a point or a face
 
     associate (increment => solved%increment)
       increment = next_increment(scene%steps, progress%state)
-      found = increment%index > 0
-      if (.not. found) return
+      solved%found = increment%index > 0
+      if (.not. solved%found) return
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
         if (needs_double(scene, error)) call turn_to_double(scene, plan, increment, solver, &
@@ -106,17 +122,111 @@ contains
         end if
         if (allocated(error)) return
         call note_sizes(solver, progress%tally)
-        if (is_solved(scene, solved%report)) return
-        call pass_touch(increment, progress%size, is_passed)
+        passes = solved%report%ending == ended_passed
+        if (is_solved(scene, solved%report)) then
+          call look_between_ends(scene, plan, watch, progress, solved)
+          passes = solved%entries%passed%depth > 0.0_wp
+          if (.not. passes) return
+        end if
+        is_passed = .false.
+        if (.not. passes) call pass_touch(increment, progress%size, is_passed)
         if (.not. is_passed) then
-          call cut_increment(scene, increment, progress%size, is_cut)
-          if (.not. is_cut) return
+          is_cut = .not. fails_at_any_size(scene, plan%points, solver, progress%state, solved)
+          if (is_cut) call cut_increment(scene, increment, progress%size, is_cut)
+          if (.not. is_cut) then
+            if (.not. passes) call try_tolerance(scene, plan, solver, progress%state, solved)
+            return
+          end if
           progress%tally%cuts = progress%tally%cuts + 1
         end if
-        call note_unsolved(increment, is_passed, notes)
+        if (passes) then
+          call note_passed(scene, plan%points, increment, solved%report%passed_point, &
+            solved%entries%passed, notes)
+        else
+          call note_unsolved(increment, is_passed, notes)
+        end if
       end do sizes
     end associate
   end subroutine solve_next
+
+  !> What obstacles do to faces between the increment's ends, and at them.
+  subroutine look_between_ends(scene, plan, watch, progress, solved)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(watch_t), intent(in) :: watch
+    type(progress_t), intent(inout) :: progress !! its tally
+    type(solved_t), intent(inout) :: solved     !! gets the entries
+    real(wp) :: clock
+
+    clock = wall_seconds()
+    call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
+      solved%increment%last_of_step, solved%entries)
+    call find_entered_faces(scene, plan%points, solved%report%contact, watch%fit, &
+      least_overlap(scene, solved%state%displacement), solved%entries)
+    call find_passed_faces(scene, plan%points, progress%state, solved%state, watch%fit, &
+      least_overlap(scene, solved%state%displacement), solved%entries)
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+    solved%report%face_penetration = solved%entries%at_end%depth
+    solved%report%face_penetration_on_way = solved%entries%on_way%depth
+  end subroutine look_between_ends
+
+  !> Whether parts of an increment would be as unbalanced as it is.
+  !>
+  !> They are where loads and prescribed motions grow in proportion from an undeformed body, contact
+  !> does not curve, and nothing overlaps: then a part of the loads has a part of the reactions.
+  logical function fails_at_any_size(scene, points, solver, old, solved) result(fails)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(solved_t), intent(in) :: solved  !! not solved
+    real(wp), allocatable, dimension(:, :) :: u, of_half, force, force_of_half
+    real(wp) :: middle
+
+    fails = .false.
+    if (solved%report%ending /= ended_unbalanced .or. any(points%is_curved)) return
+    if (maxval(abs(old%displacement)) > 0.0_wp) return
+    if (any(solver%undeformed%gap < 0.0_wp .and. points%in_reach)) return
+    associate (response => solver%response, increment => solved%increment)
+      middle = 0.5_wp*(increment%begin + increment%fraction)
+      call sum_patterns(scene, response, increment%fraction, increment%step_time, u, force)
+      call sum_patterns(scene, response, middle, middle*scene%steps(increment%step)%period, &
+        of_half, force_of_half)
+    end associate
+    fails = is_half(of_half, u) .and. is_half(force_of_half, force)
+
+  contains
+
+    pure logical function is_half(half, all)
+      real(wp), intent(in) :: half(:, :), all(:, :)
+
+      is_half = maxval(abs(2.0_wp*half - all)) <= 64.0_wp*epsilon(1.0_wp)*maxval(abs(all))
+    end function is_half
+
+  end function fails_at_any_size
+
+  !> Whether the increment is solved with the tolerance that it seems to meet.
+  subroutine try_tolerance(scene, plan, solver, old, solved)
+    type(scene_t), intent(inout) :: scene      !! as it was
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(solved_t), intent(inout) :: solved    !! gets the tolerance, if it is
+    type(state_t) :: state
+    type(increment_report_t) :: report
+    type(error_t), allocatable :: failure
+    real(wp) :: asked, next
+
+    asked = scene%contact%tolerance
+    next = next_tolerance(solved%report, asked)
+    if (.not. next > 0.0_wp) return
+    scene%contact%tolerance = next
+    call advance(scene, plan%points, solver, old, solved%increment, state, report, failure)
+    if (.not. allocated(failure)) then
+      if (is_solved(scene, report)) solved%met_tolerance = next
+    end if
+    scene%contact%tolerance = asked
+  end subroutine try_tolerance
 
   !> Whether something is not solved that a factor in double precision may solve.
   pure logical function needs_double(scene, error, report)
@@ -129,7 +239,8 @@ contains
     if (allocated(error)) then
       needs_double = error%exit_status == exit_not_solved
     else if (present(report)) then
-      needs_double = .not. is_solved(scene, report) .and. report%ending /= ended_out_of_reach
+      needs_double = .not. is_solved(scene, report) .and. report%ending /= ended_out_of_reach &
+        .and. report%ending /= ended_passed
     end if
   end function needs_double
 
@@ -206,31 +317,32 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     !! not solved, not certified, contact that the nodes do not see
-    type(entries_t) :: entries
     real(wp) :: clock
 
-    associate (increment => solved%increment, report => solved%report)
-      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, error)
+    associate (increment => solved%increment, report => solved%report, entries => solved%entries)
+      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, &
+        solved%met_tolerance, error)
+      if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
       call judge_shape(scene, plan, solver%undeformed%gap, watch%reach, solved, error)
-      if (allocated(error)) return
-      call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
-        increment%last_of_step, entries)
       progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
-      report%face_penetration = entries%at_end%depth
-      report%face_penetration_on_way = entries%on_way%depth
+      if (allocated(error)) return
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return
       ! Within a *STEP surfaces may be on their way to each other's nodes.
-      if (increment%last_of_step) call judge_overlap(scene, plan, solved, notes, error)
+      if (increment%last_of_step) call judge_overlap(scene, plan, watch, solved, notes, &
+        error)
       if (allocated(error)) return
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
+      call refuse_lost_energy(increment, report, error)
+      if (allocated(error)) return
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
+        call note_undetermined(scene, plan%points, increment, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)
@@ -239,6 +351,19 @@ contains
       call count_events(scene, plan, solver, increment, progress, notes)
     end associate
   end subroutine judge_increment
+
+  !> A contact face that has folded ends the run.
+  subroutine judge_faces(scene, plan, solved, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(solved_t), intent(in) :: solved
+    type(error_t), allocatable, intent(out) :: error
+    integer :: surface, nodes(4)
+
+    call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, surface, &
+      nodes)
+    if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
+  end subroutine judge_faces
 
   !> Bricks that are inside out end the run, and so do bodies that begin deeper in one another than
   !> a brick.
@@ -263,26 +388,32 @@ contains
   end subroutine judge_shape
 
   !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
-  subroutine judge_overlap(scene, plan, solved, notes, error)
+  subroutine judge_overlap(scene, plan, watch, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    type(watch_t), intent(in) :: watch
     type(solved_t), intent(in) :: solved
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(face_entry_t) :: unfelt
-    real(wp) :: allowed
     logical :: is_missed
 
-    associate (u => solved%state%displacement)
-      allowed = 10.0_wp*scene%contact%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
-    end associate
-    call find_unfelt_overlap(scene, plan%points, solved%report%contact, allowed, unfelt, is_missed)
+    call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, &
+      least_overlap(scene, solved%state%displacement), unfelt, is_missed)
     if (is_missed) then
       call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
     else
       call note_unfelt(scene, solved%increment, unfelt, notes)
     end if
   end subroutine judge_overlap
+
+  !> An overlap that is more than what tolerance and rounding leave.
+  pure real(wp) function least_overlap(scene, u) result(allowed)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+
+    allowed = 10.0_wp*scene%contact%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
+  end function least_overlap
 
   !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
   subroutine judge_leaning(scene, plan, solver, solved, error)

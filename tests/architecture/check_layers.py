@@ -81,6 +81,8 @@ CERTIFICATE = {
     "contact/turned_slips.f90",
     "contact/body_balance.f90",
     "contact/certificate.f90",
+    "contact/certificate_scales.f90",
+    "contact/undetermined_forces.f90",
 }
 CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
 PLAN = "model/plan.f90"

@@ -3,6 +3,7 @@
 import unittest
 
 import numpy as np
+from facets import plate, rigid
 from program import INPUT, Run
 
 BLOCK = """*NODE
@@ -281,6 +282,117 @@ class OfTheMesh(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertAlmostEqual(result.history("face_penetration")[4], 0.082 * 0.02, delta=2e-5)
+
+
+ON_FACES = """*BLOCK, NAME=B, TYPE=C3D8, NX={n}, NY={n}, NZ=2
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+{tool}
+*SURFACE INTERACTION, NAME=D
+*CONTACT PAIR, INTERACTION=D{small}
+B-ZMIN, {master}
+*BOUNDARY
+{held}
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+B-ZMAX, 1, 2, 0.
+B-ZMAX, 3, 3, -0.03
+*END STEP
+"""
+
+
+class BeforeFaces(unittest.TestCase):
+    """Facets and bodies whose faces rise between the slave's nodes, and at them, touched or not."""
+
+    def hills(self, x, y):
+        """Return hills and valleys, four along an edge, that means over faces do not see."""
+        return 0.01 * np.cos(8.0 * np.pi * x) * np.cos(8.0 * np.pi * y)
+
+    def solve(self, tool, master, held="900, 1, 3", n=2, small=""):
+        text = ON_FACES.format(n=n, tool=tool, master=master, held=held, small=small)
+        run = Run(text, name="faces")
+        self.assertEqual(run.status, 0, run.errors)
+        return run
+
+    def rigid(self):
+        corners, facets = plate((-0.1, -0.1), (1.1, 1.1), (48, 48), True, self.hills)
+        return rigid("FLOOR", corners, facets, (900, (0.0, 0.0, 0.0)))
+
+    def test_hills_under_facets_are_measured_noted_and_counted(self):
+        run = self.solve(self.rigid(), "FLOOR")
+        self.assertIn("faces of B-ZMIN penetrate FLOOR between their nodes by up to", run.output)
+        with run.result() as result:
+            depth = result.history("face_penetration")[-1]
+            error = result.history("error/mesh")[-1]
+            energy = result.history("energy/strain")[-1]
+            pair = result.pairs[0]
+            least = result.file[f"contact/{pair.name}/least_gap"][-1].min()
+            pressure = pair.pressure[-1]
+            u = result.field("displacement", -1)
+            x = result.file["VTKHDF/Points"][:]
+            place = {tuple(np.round(2.0 * c).astype(int)): k for k, c in enumerate(x[:27])}
+            row = {tuple(np.round(2.0 * c).astype(int)): k for k, c in enumerate(pair.coordinates)}
+        self.assertAlmostEqual(depth, -least, delta=1e-12)
+        # Face by face, from the pressures and displacements of their nodes; gaps are along the
+        # normals of the facets.
+        work = 0.0
+        s, fine = np.meshgrid((np.arange(100) + 0.5) / 100, (np.arange(100) + 0.5) / 100)
+        for i in (0, 1):
+            for j in (0, 1):
+                shapes = {
+                    (i, j): (1 - s) * (1 - fine), (i + 1, j): s * (1 - fine),
+                    (i, j + 1): (1 - s) * fine, (i + 1, j + 1): s * fine,
+                }  # fmt: skip
+                height = sum(n * u[place[(*k, 0)]][2] for k, n in shapes.items())
+                p = sum(n * pressure[row[(*k, 0)]] for k, n in shapes.items())
+                hx, hy = 0.5 * (i + s), 0.5 * (j + fine)
+                slope = [
+                    (self.hills(hx + a, hy + b) - self.hills(hx - a, hy - b)) / 2e-6
+                    for a, b in ((1e-6, 0.0), (0.0, 1e-6))
+                ]
+                gap = (height - self.hills(hx, hy)) / np.sqrt(1.0 + slope[0] ** 2 + slope[1] ** 2)
+                work += 0.25 * (p * np.minimum(gap, 0.0)).mean()
+        self.assertAlmostEqual(error, -work / (2.0 * energy), delta=0.03 * error)
+        self.assertGreater(error, 0.05)
+
+    def body(self, place="0., 0., -0.5"):
+        # Narrower than the faces over it, which bend about its edges.
+        tool = f"*BLOCK, NAME=T, TYPE=C3D8, NX=3, NY=3, NZ=2\n{place}, 0.7, 0.7, 0.5\n"
+        return tool + "*SOLID SECTION, ELSET=T, MATERIAL=M"
+
+    def test_a_body_that_faces_bend_about_is_measured_and_noted(self):
+        run = self.solve(self.body(), "T-ZMAX", "T-ZMIN, 1, 3")
+        self.assertIn("faces of B-ZMIN penetrate T-ZMAX between their nodes by up to", run.output)
+        with run.result() as result:
+            depth = result.history("face_penetration")[-1]
+            least = result.file["contact/B-ZMIN:T-ZMAX/least_gap"][-1].min()
+            self.assertAlmostEqual(depth, -least, delta=1e-12)
+            self.assertGreater(depth, 1e-4)
+
+    def test_meshes_that_match_overlap_nowhere(self):
+        tool = self.body().replace("NX=3, NY=3", "NX=2, NY=2").replace("0.7, 0.7", "1., 1.")
+        run = self.solve(tool, "T-ZMAX", "T-ZMIN, 1, 3")
+        self.assertNotIn("penetrate", run.output)
+        with run.result() as result:
+            np.testing.assert_array_equal(result.history("face_penetration"), 0.0)
+
+    def test_with_small_sliding_nothing_is_followed(self):
+        run = self.solve(self.body(), "T-ZMAX", "T-ZMIN, 1, 3", small=", SMALL SLIDING")
+        with run.result() as result:
+            np.testing.assert_array_equal(result.history("face_penetration"), 0.0)
+
+    def test_polygons_that_fit_into_each_other_are_no_dents(self):
+        # Hub and ring have other faces: they overlap by their rises where both press evenly.
+        run = Run(INPUT / "press.inp")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            np.testing.assert_array_equal(result.history("face_penetration"), 0.0)
+            self.assertLess(result.history("error/mesh")[-1], 0.01)
 
 
 if __name__ == "__main__":

@@ -516,6 +516,9 @@ class Judge:
                 continue
             doubt = p["doubt"]
             size = np.sqrt(placed.area.max())
+            self.note("folded faces in contact", row, float(placed.folded), 0)
+            if placed.folded:
+                continue  # integrals over such faces are nothing
             off = np.abs(p["area"] - placed.undeformed) / placed.area
             # What the file calls the area of a bent face is not that of its projection.
             self.note("area of a node wrong by", row, off.max(), 1e-6 + 10 * placed.bend**2)

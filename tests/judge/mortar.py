@@ -36,6 +36,12 @@ def normal_of(x):
     return n / np.linalg.norm(n)
 
 
+def is_folded(x):
+    """Whether a face (4, 3) has a corner that points inwards, seen along its normal."""
+    along, back = np.roll(x, -1, axis=0) - x, np.roll(x, 1, axis=0) - x
+    return len(x) == 4 and bool((np.cross(along, back) @ normal_of(x)).min() <= 0)
+
+
 def evenness(flat):
     """The least over the largest Jacobian at a flat face's corners; 1 of triangles."""
     if len(flat) == 3:
@@ -125,6 +131,7 @@ class Placed:
     least: np.ndarray  # (P,) least distance in the faces about the node
     most: np.ndarray  # (P,) largest
     bend: float  # how far the faces are from parallelograms
+    folded: int = 0  # faces in contact of which a corner points inwards
 
     @property
     def share(self):
@@ -164,6 +171,8 @@ def place_surface(slave, x, master, y, none=()):
     normal, bend = np.zeros((count, 3)), 0.0
     least, most = np.full(count, np.inf), np.full(count, -np.inf)
     normals = [normal_of(y[list(f)]) for f in master]
+    folds = [is_folded(y[list(f)]) for f in master]
+    folded = set()
     corners = [y[list(f)] for f in master]
     for face in slave:
         face = [int(r) for r in face]
@@ -198,6 +207,8 @@ def place_surface(slave, x, master, y, none=()):
             lumped += lump
             mass += own_mass
             mixed.append((f, mix, lump))
+            if folds[f] or is_folded(places):
+                folded |= {("master", f)} if folds[f] else {("slave", *face)}
             bend = max(bend, bend_of(seen), float(np.abs((there - there.mean(axis=0)) @ m).max()
                                                    / np.ptp(seen, axis=0).max()))  # fmt: skip
             distance = (values[0] @ places - values[1] @ there) @ m
@@ -220,7 +231,7 @@ def place_surface(slave, x, master, y, none=()):
     length = np.linalg.norm(normal, axis=1)
     normal[some] /= length[some, None]
     apart = np.where(some[:, None], x[rows] - weights @ y, 0.0)
-    return Placed(rows, area, covered, weights, normal, apart, least, most, bend)
+    return Placed(rows, area, covered, weights, normal, apart, least, most, bend, len(folded))
 
 
 def integrate(flat, polygon, seen):

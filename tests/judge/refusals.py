@@ -41,7 +41,7 @@ def unbalanced_share(scene, u, held, loads, increment=None):
             rows = motions.reshape(-1, 3, motions.shape[1])
             rows = rows[row] - (0 if obstacle.reference is None else rows[obstacle.reference])
             points.append((frame @ rows, pair.friction))
-    if not points:
+    if not points or drives_unseen(motions, points, loads):
         return 1.0
     angles = [np.linspace(0, 2 * np.pi, 16, endpoint=False) for _ in points]
     width = [np.full(16, np.pi / 16) for _ in points]
@@ -77,6 +77,20 @@ def unbalanced_share(scene, u, held, loads, increment=None):
             angles[p] = np.concatenate([angles[p][keep], angle + finer * np.array([-2, 0, 2])])
             width[p] = np.concatenate([width[p][keep], np.full(3, finer)])
     return least
+
+
+def drives_unseen(motions, points, loads):
+    """Whether loads drive a motion (3N, m) that no reaction at the points acts along.
+
+    However small they are beside others: these do nothing there but round.
+    """
+    rows = np.vstack([seen if mu > 0 else seen[:1] for seen, mu in points])
+    _, size, ways = np.linalg.svd(rows)
+    unseen = motions @ ways[int(np.sum(size > 1e-12 * size.max(initial=0.0))) :].T
+    work = unseen.T @ loads.ravel()
+    # Of the motions, which loads that they should not see multiply.
+    rounding = 16 * np.finfo(float).eps * np.abs(unseen).max(axis=0) * np.abs(loads).sum()
+    return bool(np.any(np.abs(work) > rounding))
 
 
 def left_by_pressure(scene, increment):
@@ -308,6 +322,11 @@ def confirm(scene, stored, message):
     if not findings and spoilt > 10 * scene.tolerance and re.search(NUMERICAL, message):
         # A solution found in extended precision does not say that double precision finds it.
         return CONFIRMED, f"rounding times the condition of the stiffness is {spoilt:.1e}"
+    if re.search(r"the face of nodes .* is folded", message):
+        folded = [f for f in findings if f.kind == "folded faces in contact"]
+        if folded:
+            return CONFIRMED, f"its own solution has {folded[0].found:g} folded faces in contact"
+        return OPEN, f"its own solution (residual {found.residual:.1e}) has no folded face"
     if not findings and "contact is missed" in message:
         depth = missed_depth(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():

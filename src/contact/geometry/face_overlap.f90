@@ -25,6 +25,7 @@ module face_overlap_mod
     real(wp) :: mass(4, 4) = 0.0_wp      !! int N_a N_b [length^2]
     real(wp) :: mixed(4, 4) = 0.0_wp     !! int N_a N_k, k of the master's nodes [length^2]
     real(wp) :: normal(3) = 0.0_wp       !! of the master face, outward [-]
+    real(wp) :: entered(4) = 0.0_wp      !! int N_a g where the gap g is below 0 [length^3]
     real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
   end type overlap_t
 
@@ -228,7 +229,7 @@ contains
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
     type(overlap_t), intent(inout) :: overlap
-    real(wp) :: x(2), n(4), m(4), area
+    real(wp) :: x(2), n(4), m(4), area, gap
     integer :: i, b
 
     area = area_of(corner)
@@ -237,10 +238,11 @@ contains
         point(2, i)*(corner(:, 3) - corner(:, 1))
       n = shape_at(faces%slave, .false., x)
       m = shape_at(faces%master, faces%master_is_triangle, x)
-      overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, n) - &
-        dot_product(faces%master_height, m))
+      gap = dot_product(faces%slave_height, n) - dot_product(faces%master_height, m)
+      overlap%least_gap = min(overlap%least_gap, gap)
       associate (part => area*weight(i)*n)
         overlap%lumped = overlap%lumped + part
+        if (gap < 0.0_wp) overlap%entered = overlap%entered + part*gap
         do b = 1, 4
           overlap%mass(:, b) = overlap%mass(:, b) + part*n(b)
           overlap%mixed(:, b) = overlap%mixed(:, b) + part*m(b)

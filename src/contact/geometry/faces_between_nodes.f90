@@ -18,7 +18,7 @@ module faces_between_nodes_mod
   implicit none
   private
 
-  public :: face_entry_t, entries_t, list_faces, find_entries, deepest_untouched
+  public :: face_entry_t, entries_t, list_faces, find_entries, deepest_untouched, take_passed
   public :: entered_at_end, entered_on_way, entered_and_left
 
   integer, parameter :: entered_at_end = 1   !! and the step ends with that
@@ -38,6 +38,7 @@ module faces_between_nodes_mod
     type(face_entry_t) :: on_way  !! the deepest before that, of faces that nothing touches nearby
     type(face_entry_t) :: missed  !! a contact that no node has seen; depth 0: none
     integer  :: how = 0           !! it was missed: entered_at_end and so on
+    type(face_entry_t) :: passed  !! of what smaller increments may meet; depth 0: none
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
   end type entries_t
 
@@ -46,8 +47,11 @@ module faces_between_nodes_mod
     type(face_entry_t) :: untouched  !! the deepest at the end where nothing touches nearby
     type(face_entry_t) :: before     !! the same at the beginning
     type(face_entry_t) :: on_way     !! the deepest between, the same
+    type(face_entry_t) :: swept      !! the same, near what touches too, by one that ends off all
     type(face_entry_t) :: through    !! the same, of an obstacle whose middle goes through the face
+    logical  :: creeps = .false.     !! through, by less than its radius in the increment
     real(wp) :: deepest_at_ends = 0.0_wp !! touched or not [length]
+    logical  :: presses_before = .false. !! when the increment begins
     logical  :: touches_before = .false., touches = .false.
   end type of_obstacle_t
 
@@ -55,6 +59,7 @@ module faces_between_nodes_mod
   type :: face_t
     real(wp) :: x(3, 4) = 0.0_wp    !! its nodes when the increment begins [length]
     real(wp) :: way(3, 4) = 0.0_wp  !! how far they go [length]
+    real(wp) :: normal(3, 2) = 0.0_wp !! outward, at both ends of the increment; of any length
     real(wp) :: extra(4) = 0.0_wp   !! *CONTACT GAP [length]
     real(wp) :: radius = 0.0_wp     !! of the obstacle [length]
     real(wp) :: axis(3) = 0.0_wp    !! of a cylinder, 0 for a sphere [-]
@@ -62,6 +67,7 @@ module faces_between_nodes_mod
 
   real(wp), parameter :: at_three(3) = [-1, 0, 1]
   real(wp), parameter :: simpson(3) = [1.0_wp/3.0_wp, 4.0_wp/3.0_wp, 1.0_wp/3.0_wp]
+  real(wp), parameter :: part_of_radius = 0.5_wp !! that an obstacle never comes deep by pressing
   real(wp), parameter :: all_but = 0.01_wp  !! of a depth: a gap beside which it is that of contact
   real(wp), parameter :: known_to = 0.05_wp !! part of its bulge that a smooth surface may be off
 
@@ -97,6 +103,7 @@ contains
     type(placement_t) :: before, after    !! of what obstacles can enter, at `old` and `new`
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
+    logical, allocatable :: pressed(:)  !! (n_nodes) of faces with a node that pressed before
     type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
     real(wp) :: allowed
     logical :: begins
@@ -119,7 +126,10 @@ contains
       found = of_obstacle_t()
       call turn_obstacle(scene, obstacle, old, new, at_old, at_new, bend)
       call mark_touching(scene, points, faces, obstacle, before, old%reaction, allowed, near_before)
+      call mark_touching(scene, points, faces, obstacle, before, old%reaction, -huge(allowed), &
+        pressed)
       call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near)
+      found%presses_before = any(pressed)
       found%touches_before = any(near_before)
       found%touches = any(near)
       call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
@@ -148,8 +158,8 @@ contains
       integer, intent(in) :: pair
       type(face_t) :: face
       integer :: f
-      logical :: is_near, was_near, is_through
-      real(wp) :: gap, middle(2)
+      logical :: is_near, was_near
+      real(wp) :: gap, least, middle(2)
 
       do f = 1, size(faces(pair)%nodes, 2)
         associate (nodes => faces(pair)%nodes(:, f))
@@ -164,15 +174,33 @@ contains
           if (-gap > allowed) dents = [dents, face_entry_t(-gap, pair, nodes)]
           if (any(pressure(nodes) > 0.0_wp)) entries%work = entries%work + work_of_face( &
             faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
-          if (is_near .or. was_near) cycle
-          call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
-          found%deepest_at_ends = max(found%deepest_at_ends, -gap)
-          if (-gap > allowed .and. .not. begins) call keep_deeper(-gap, pair, nodes, found%before)
+          if (is_near .or. any(pressed(nodes))) then
+            ! What touches goes deep nowhere, unless its middle passes the face.
+            least = part_of_radius*face%radius
+            if (found%presses_before .and. .not. found%touches) then
+              least = allowed
+            else if (-gap < least .and. maxval(norm2(face%way, dim=1)) < least) then
+              cycle
+            end if
+          else
+            call find_least_gap(faces(pair), f, face, [0.0_wp, 0.0_wp], gap, middle)
+            found%deepest_at_ends = max(found%deepest_at_ends, -gap)
+            if (-gap > allowed .and. .not. (begins .or. was_near)) call keep_deeper(-gap, pair, &
+              nodes, found%before)
+            least = allowed
+          end if
           call find_least_gap(faces(pair), f, face, [0.0_wp, 1.0_wp], gap, middle)
           gap = gap + bend
-          is_through = goes_through(face, faces(pair)%normal(:, f), middle)
-          if (-gap > allowed) call keep_deeper(-gap, pair, nodes, found%on_way)
-          if (-gap > allowed .and. is_through) call keep_deeper(-gap, pair, nodes, found%through)
+          if (.not. -gap > least) cycle
+          call keep_deeper(-gap, pair, nodes, found%swept)
+          if (goes_through(face, middle) .and. .not. ((is_near .or. any(pressed(nodes))) .and. &
+            -gap < part_of_radius*face%radius)) then
+            if (-gap > found%through%depth) found%creeps = maxval(norm2(face%way, dim=1)) < &
+              part_of_radius*face%radius
+            call keep_deeper(-gap, pair, nodes, found%through)
+          end if
+          if (.not. (is_near .or. any(pressed(nodes)))) call keep_deeper(-gap, pair, nodes, &
+            found%on_way)
         end associate
       end do
     end subroutine look_at_pair
@@ -190,19 +218,31 @@ contains
     type(entries_t), intent(inout) :: entries
     logical :: crosses
 
-    crosses = found%on_way%depth > 2.0_wp*found%deepest_at_ends + allowed
+    crosses = is_across(found%on_way)
     if (crosses .and. found%on_way%depth > entries%on_way%depth) entries%on_way = found%on_way
     if (found%through%depth > 0.0_wp) then
       call take(found%through, entered_on_way)
-    else if (crosses .and. .not. (found%touches .or. found%touches_before)) then
+    else if (crosses .and. .not. (found%touches .or. found%presses_before)) then
       call take(found%on_way, entered_on_way)
     else if (found%untouched%depth > 0.0_wp) then
       if (last_of_step) call take(found%untouched, entered_at_end)
     else if (.not. (found%touches .or. found%touches_before)) then
       call take(found%before, entered_and_left)
     end if
+    ! What pressed and has left all may have gone over an edge that it would be held by.
+    if (found%presses_before .and. .not. found%touches .and. is_across(found%swept)) then
+      if (found%swept%depth > entries%on_way%depth) entries%on_way = found%swept
+      if (.not. entries%missed%depth > 0.0_wp) entries%passed = found%swept
+    end if
 
   contains
+
+    !> Whether it is much deeper on the way than at its ends.
+    pure logical function is_across(entry)
+      type(face_entry_t), intent(in) :: entry
+
+      is_across = entry%depth > 2.0_wp*found%deepest_at_ends + allowed
+    end function is_across
 
     subroutine take(entry, how)
       type(face_entry_t), intent(in) :: entry
@@ -211,9 +251,26 @@ contains
       if (.not. entry%depth > entries%missed%depth) return
       entries%missed = entry
       entries%how = how
+      ! What is between the nodes already passes by them in smaller increments, too.
+      entries%passed = face_entry_t()
+      if (how /= entered_on_way .or. found%before%depth > 0.0_wp .or. found%creeps) return
+      entries%passed = entry
     end subroutine take
 
   end subroutine judge
+
+  !> Take in what is passed on the way by other means: contact that is missed, or not.
+  pure subroutine take_passed(entry, is_missed, entries)
+    type(face_entry_t), intent(in) :: entry
+    logical, intent(in) :: is_missed
+    type(entries_t), intent(inout) :: entries
+
+    if (entry%depth > entries%on_way%depth) entries%on_way = entry
+    if (.not. entries%missed%depth > 0.0_wp) entries%passed = entry
+    if (.not. is_missed .or. entries%missed%depth > 0.0_wp) return
+    entries%missed = entry
+    entries%how = entered_on_way
+  end subroutine take_passed
 
   !> The deepest entry that no touching node excuses.
   !>
@@ -321,6 +378,8 @@ contains
     integer :: k
 
     face%extra = extra
+    face%normal(:, 1) = normal_of(coordinates + old%displacement(:, nodes))
+    face%normal(:, 2) = normal_of(coordinates + new%displacement(:, nodes))
     call get_core(at_old, old_core, old_axis, face%radius)
     call get_core(at_new, core, face%axis, face%radius)
     face%x = coordinates + old%displacement(:, nodes) - spread(old_core, 2, 4)
@@ -334,6 +393,17 @@ contains
       face%x(:, k) = across(face, face%x(:, k))
       face%way(:, k) = across(face, face%way(:, k))
     end do
+
+  contains
+
+    !> Across the diagonals.
+    pure function normal_of(x) result(normal)
+      real(wp), intent(in) :: x(3, 4) !! [length]
+      real(wp) :: normal(3)           !! [length^2]
+
+      normal = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
+    end function normal_of
+
   end subroutine set_face
 
   !> The face as it stood when the increment began, seen from a cylinder whose axis has turned.
@@ -477,15 +547,14 @@ contains
   end subroutine gap_at
 
   !> Whether the middle of an obstacle goes from the outer side of a face to the inner.
-  pure logical function goes_through(face, normal, xi_eta)
+  pure logical function goes_through(face, xi_eta)
     type(face_t), intent(in) :: face
-    real(wp), intent(in) :: normal(3)
     real(wp), intent(in) :: xi_eta(2)
     real(wp) :: n(4)
 
     n = shape_at(xi_eta(1), xi_eta(2))
-    goes_through = dot_product(matmul(face%x, n), normal) < 0.0_wp .and. &
-      dot_product(matmul(face%x + face%way, n), normal) > 0.0_wp
+    goes_through = dot_product(matmul(face%x, n), face%normal(:, 1)) < 0.0_wp .and. &
+      dot_product(matmul(face%x + face%way, n), face%normal(:, 2)) > 0.0_wp
   end function goes_through
 
   !> int p g^- dA over a face at the end of the increment, by Simpson's rule. docs/theory.md (10.8).

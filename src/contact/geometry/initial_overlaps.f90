@@ -1,6 +1,7 @@
 !> Slave nodes that lie inside their obstacle before anything has moved.
 module initial_overlaps_mod
   use kinds_mod, only: wp
+  use mesh_mod, only: deck_rounding
   use text_mod, only: string_t, to_text
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
@@ -26,19 +27,20 @@ contains
     type(string_t), allocatable :: lines(:)
     type(string_t) :: line
     type(placement_t) :: placement
-    real(wp) :: deepest, size_of_scene
+    real(wp) :: deepest, least
     integer :: pair, i, n, node
 
     allocate (lines(0))
     call place_undeformed(scene, points, placement)
-    size_of_scene = maxval(abs(scene%mesh%coordinates))
+    least = max(rounding*maxval(abs(scene%mesh%coordinates)), 16.0_wp*deck_rounding( &
+      scene%mesh%coordinates, scene%mesh%origin))
     do pair = 1, size(scene%pairs)
       n = 0
       node = 0
-      deepest = rounding*size_of_scene
+      deepest = least
       do i = points%first(pair), points%first(pair + 1) - 1
         associate (gap => placement%gap(i))
-          if (-gap <= rounding*size_of_scene) cycle
+          if (-gap <= least) cycle
           n = n + 1
           if (-gap <= deepest) cycle
           deepest = -gap

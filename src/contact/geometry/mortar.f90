@@ -38,6 +38,9 @@ module mortar_mod
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: apart(:, :)
     !! (3,n) place of the node less that of what it faces, 0: not covered [length]
+    real(wp), allocatable :: entered(:)
+    !! (n) integral of the gap over the node's faces where it is below 0, with the node's shape
+    !! function [length^3]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
     type(opposite_t), allocatable :: opposite(:)
@@ -116,6 +119,7 @@ contains
     number(slave%nodes) = [(i, i=1, n)]
     allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
+    allocate (mortar%entered(n), source=0.0_wp)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
     allocate (entries%row(64), entries%node(64), entries%weight(64))
@@ -435,6 +439,7 @@ contains
         associate (overlap => parts(i)%overlap)
           part_of = matmul(transpose(dual), overlap%mixed)
           mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+          mortar%entered(row) = mortar%entered(row) + overlap%entered
           do a = 1, 4
             mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + dot_product(face%given(a, :), &
               overlap%lumped)*overlap%normal
@@ -504,6 +509,7 @@ contains
           mortar%normal(:, row) = mortar%normal(:, row) + part*mortar%normal(:, own)
           mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
           mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))
+          mortar%entered(row) = mortar%entered(row) + part*mortar%entered(own)
           if (.not. has_own .or. .not. mortar%area(own) > 0.0_wp) cycle
           call append_entry(row, between(k, own), part*mortar%area(own), entries)
           call append_entry(row, slave%hanging(1, h), -part*mortar%area(own), entries)
@@ -514,6 +520,7 @@ contains
       mortar%normal(:, own) = 0.0_wp
       mortar%apart(:, own) = 0.0_wp
       mortar%least_gap(own) = huge(1.0_wp)
+      mortar%entered(own) = 0.0_wp
     end do
   end subroutine fold_rows
 

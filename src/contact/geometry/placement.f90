@@ -8,7 +8,7 @@ module placement_mod
   use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, faces_of_side, &
-    find_side_points
+    find_side_points, face_one
   use local_frame_mod, only: local_frame, straight
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
   use fixed_points_mod, only: find_fixed
@@ -41,6 +41,9 @@ module placement_mod
     real(wp), allocatable :: unplaced_gap(:)
     !! (n_points) the same of a point that faces cover a little, but not enough for it to count;
     !! `no_gap` elsewhere [length]
+    real(wp), allocatable :: entered(:)
+    !! (n_points) before faces: integral of the gap, without the extra gap, where it is below 0,
+    !! with the node's shape function; 0 elsewhere [length^3]
     real(wp), allocatable :: apart(:, :)
     !! (3,n_points) before facets of an obstacle: place of the node less that of what it faces; 0
     !! elsewhere [length]
@@ -57,6 +60,10 @@ module placement_mod
   ! How much of its node's area a surface must cover for a point that counted in the same increment:
   ! else points at the edge of the master come and go.
   real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
+  ! By how much of the sum of its weights those of a joined point may differ from the ones that it
+  ! keeps. Between sheets that slide on each other by a twentieth of an element those of the sheets
+  ! differ by as much.
+  real(wp), parameter :: joined = 0.05_wp !! [-]
   ! More than that no deck's digits make of edges that are flush.
   real(wp), parameter :: a_little = 1.0e-4_wp !! [-]
 
@@ -87,6 +94,7 @@ contains
     allocate (placement%covered_area(points%n), placement%least_gap(points%n))
     allocate (placement%unplaced_gap(points%n), source=no_gap)
     allocate (placement%faced_area(points%n), source=0.0_wp)
+    allocate (placement%entered(points%n), source=0.0_wp)
     allocate (placement%drag(3, points%n), placement%apart(3, points%n), source=0.0_wp)
     allocate (placement%is_fixed(points%n), source=.false.)
     allocate (placement%driven_in(points%n), source=0.0_wp)
@@ -209,6 +217,10 @@ contains
 
     call find_side_points(points, pair, side, first, last)
     call face_surface(scene, points, pair, side, u, mortar, placement)
+    if (allocated(points%is_joined)) then
+      if (any(points%is_joined(first:last))) call keep_joined(scene, points, pair, side, u, &
+        placement, mortar)
+    end if
     call place_covered(points, first, stay, mortar, placement)
     allocate (rows%first(last - first + 2), rows%node(size(mortar%weights%node)), &
       rows%weight(size(mortar%weights%node)))
@@ -287,6 +299,7 @@ contains
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
         placement%unplaced_gap(i) = no_gap
+        placement%entered(i) = merge(mortar%entered(here), 0.0_wp, counts)
         if (.not. counts .and. mortar%area(here) > a_little*mortar%whole_area(here)) then
           placement%unplaced_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
         end if
@@ -446,8 +459,8 @@ contains
     call make_mortar(slave, master, x, reach(2), mortar, behind=reach(1))
   end subroutine face_faces
 
-  !> Which points before a surface have two sides that cannot move apart, along the normal or along an axis
-  !> across it, and how deep prescribed motion took them in.
+  !> Which points before a surface have two sides that cannot move apart, along the normal or along
+  !> an axis across it, and how deep prescribed motion took them in.
   pure subroutine find_fixed_points(scene, points, first, u, mortar, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -467,8 +480,8 @@ contains
         placement%is_fixed(i) = .false.
         placement%driven_in(i) = 0.0_wp
         placement%weights%still(:, i) = .false.
-        if (here%n == 0 .or. .not. mortar%area(i - points%first(pair) + 1) > 0.0_wp) cycle
-        normal = mortar%normal(:, i - points%first(pair) + 1)
+        if (here%n == 0 .or. .not. mortar%area(i - first + 1) > 0.0_wp) cycle
+        normal = mortar%normal(:, i - first + 1)
         call turn_into_plane(is_across(points, i), normal, counts)
         if (.not. counts) cycle
         ! Inclination that deformation makes of flat faces is none: it would come and go.
@@ -496,6 +509,63 @@ contains
       end associate
     end do
   end subroutine find_fixed_points
+
+  !> Have points that constraints join to what they face stay as they are in the undeformed mesh,
+  !> where weights are nearly those of there.
+  !>
+  !> What joins them is linear in the displacements, with coefficients of the undeformed mesh. Were
+  !> their weights and normals not, contact would contradict it by what these change: by forces of
+  !> any size. docs/theory.md (11.20).
+  pure subroutine keep_joined(scene, points, pair, side, u, placement, mortar)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
+    type(placement_t), intent(in) :: placement
+    type(mortar_t), intent(inout) :: mortar  !! of the points before the side, as u has them
+    type(placement_t) :: at_rest
+    type(mortar_t) :: undeformed
+    integer, allocatable :: old(:), new(:)
+    real(wp), dimension(3, size(u, 2)) :: nothing, moved
+    real(wp), allocatable :: weights(:)
+    real(wp) :: weight(size(u, 2)), changed
+    integer :: i, k, first, last
+
+    call find_side_points(points, pair, side, first, last)
+    nothing = 0.0_wp
+    weight = 0.0_wp
+    if (scene%pairs(pair)%small_sliding) then
+      undeformed = mortar
+      moved = nothing
+    else
+      at_rest = placement
+      call face_surface(scene, points, pair, side, nothing, undeformed, at_rest)
+      moved = u
+    end if
+    do i = first, last
+      if (.not. points%is_joined(i)) cycle
+      associate (here => i - first + 1, before => undeformed%weights, &
+                 now => mortar%weights)
+        if (undeformed%area(here) <= enough*undeformed%whole_area(here)) cycle
+        old = [(k, k=before%first(here), before%first(here + 1) - 1)]
+        new = [(k, k=now%first(here), now%first(here + 1) - 1)]
+        weight(now%node(new)) = now%weight(new)
+        changed = sum(abs(before%weight(old) - weight(before%node(old))))
+        weight(now%node(new)) = 0.0_wp
+        if (changed > joined*sum(abs(before%weight(old)))) cycle
+        mortar%normal(:, here) = undeformed%normal(:, here)
+        mortar%area(here) = undeformed%area(here)
+        weights = before%weight(old)
+        call face_one(weights)
+        ! Apart from each other places that are far from the origin, and motions, keep their digits.
+        associate (x => scene%mesh%coordinates, node => points%node(i), masters => before%node(old))
+          mortar%apart(:, here) = (x(:, node) - matmul(x(:, masters), weights)) + &
+            (moved(:, node) - matmul(moved(:, masters), weights))
+        end associate
+        call replace_rows(now, here, [1, size(old) + 1], before%node(old), weights)
+      end associate
+    end do
+  end subroutine keep_joined
 
   !> A normal on planes of symmetry lies in them. One that does not has no direction there.
   pure subroutine turn_into_plane(across, normal, is_in_plane)

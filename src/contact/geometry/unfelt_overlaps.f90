@@ -11,11 +11,12 @@ module unfelt_overlaps_mod
   use obstacle_shapes_mod, only: is_before_faces
   use placement_mod, only: no_gap
   use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces
-  use faces_between_nodes_mod, only: face_entry_t, deepest_untouched
+  use faces_between_nodes_mod, only: face_entry_t, entries_t, deepest_untouched
   implicit none
   private
 
-  public :: find_unfelt_overlap
+  public :: find_unfelt_overlap, find_entered_faces, hollows_of_pairs, &
+    fits_of_pairs
 
 contains
 
@@ -23,10 +24,11 @@ contains
   !>
   !> It is a missed contact where it is more than the faces of hollow sides stand out of them: of a
   !> pin in a hole only the meshes may overlap. With small sliding overlaps are not followed.
-  pure subroutine find_unfelt_overlap(scene, points, contact, allowed, deepest, is_missed)
+  pure subroutine find_unfelt_overlap(scene, points, contact, hollow, allowed, deepest, is_missed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
+    real(wp), intent(in) :: hollow(:)             !! (n_pairs) of `hollows_of_pairs` [length]
     real(wp), intent(in) :: allowed               !! what is no overlap [length]
     type(face_entry_t), intent(out) :: deepest    !! depth 0: there is none
     logical, intent(out) :: is_missed
@@ -41,8 +43,7 @@ contains
         do side = 1, n_sides(points, pair)
           found = of_side(scene, points, contact, allowed, pair, side)
           if (.not. found%depth > 0.0_wp) cycle
-          missed = found%depth > allowed + hollowness(scene%mesh, scene%surfaces(of%surface)) + &
-            hollowness_of_master(scene, pair)
+          missed = found%depth > allowed + hollow(pair)
           if (is_missed .and. .not. missed) cycle
           if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
           is_missed = missed
@@ -51,6 +52,51 @@ contains
     end do
   end subroutine find_unfelt_overlap
 
+  !> Add what faces are entered by between their nodes, touched or not: the deepest, and the energy
+  !> that is missed for it. docs/theory.md (10.8).
+  !>
+  !> What meshes that fit into each other overlap by alone is taken off, and counts as no energy:
+  !> there the polygons that faces make say nothing. With small sliding overlaps are not followed.
+  pure subroutine find_entered_faces(scene, points, contact, fit, allowed, entries)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact !! at the end of an increment
+    real(wp), intent(in) :: fit(:)                !! (n_pairs) of `fits_of_pairs` [length]
+    real(wp), intent(in) :: allowed               !! what is no overlap [length]
+    type(entries_t), intent(inout) :: entries     !! gets `at_end` and `work`
+    type(face_entry_t), allocatable :: dents(:)
+    logical, allocatable :: near(:)
+    real(wp) :: beyond, work
+    integer :: pair, side, i
+    logical :: is_entered
+
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
+      end associate
+      is_entered = .false.
+      do side = 1, n_sides(points, pair)
+        call list_dents(scene, points, contact, allowed + fit(pair), pair, side, dents, near)
+        if (size(dents) == 0) cycle
+        is_entered = .true.
+        i = maxloc(dents%depth, dim=1)
+        if (dents(i)%depth - fit(pair) > entries%at_end%depth) entries%at_end = face_entry_t( &
+          dents(i)%depth - fit(pair), pair, dents(i)%nodes)
+      end do
+      if (.not. is_entered .or. fit(pair) > 0.0_wp) cycle
+      work = 0.0_wp
+      do i = points%first(pair), points%first(pair + 1) - 1
+        beyond = -contact%least_gap(i)
+        if (.not. (beyond > allowed .and. contact%covered_area(i) > 0.0_wp)) cycle
+        ! The integral does not know extra gaps: the dent is as flat without them.
+        work = work - max(0.0_wp, contact%reaction(1, i))/contact%covered_area(i)* &
+          contact%entered(i)*min(1.0_wp, beyond/max(beyond + points%extra_gap(i), allowed))
+      end do
+      entries%work = entries%work + work
+    end do
+  end subroutine find_entered_faces
+
+  !> The deepest overlap with one side of a pair's master, of faces near which no node touches.
   pure function of_side(scene, points, contact, allowed, pair, side) result(deepest)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -59,11 +105,28 @@ contains
     integer, intent(in) :: pair, side
     type(face_entry_t) :: deepest
     type(face_entry_t), allocatable :: dents(:)
+    logical, allocatable :: near(:)
+
+    call list_dents(scene, points, contact, allowed, pair, side, dents, near)
+    if (size(dents) > 0) deepest = deepest_untouched(dents, near)
+  end function of_side
+
+  !> The overlaps of a pair's faces with one side of its master, and which nodes are of faces with
+  !> one that touches.
+  pure subroutine list_dents(scene, points, contact, allowed, pair, side, dents, near)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: allowed !! what is no overlap [length]
+    integer, intent(in) :: pair, side
+    type(face_entry_t), allocatable, intent(out) :: dents(:)
+    logical, allocatable, intent(out) :: near(:)  !! (n_nodes) not set where there are no dents
     integer, allocatable :: faces(:, :)
     real(wp), allocatable :: depth(:)           !! (n_nodes) in the faces about it [length]
-    logical, allocatable :: on_it(:), near(:)   !! (n_nodes) touching; of faces with such a node
+    logical, allocatable :: on_it(:)            !! (n_nodes) touching
     integer :: i, f, first, last
 
+    allocate (dents(0))
     call find_side_points(points, pair, side, first, last)
     if (.not. any(min(contact%least_gap(first:last), contact%unplaced_gap(first:last)) < &
                   -allowed)) return
@@ -80,7 +143,6 @@ contains
     end do
     faces = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
     near = on_it
-    allocate (dents(0))
     do f = 1, size(faces, 2)
       if (any(on_it(faces(:, f)))) near(faces(:, f)) = .true.
       ! A face is no deeper in than any of its nodes knows.
@@ -90,18 +152,51 @@ contains
         end if
       end associate
     end do
-    deepest = deepest_untouched(dents, near)
-  end function of_side
+  end subroutine list_dents
 
-  pure real(wp) function hollowness_of_master(scene, pair) result(rise)
+  !> What the meshes of each pair may overlap by where none presses: as far as their faces stand out
+  !> of hollows; 0 of pairs that are not before faces.
+  pure function hollows_of_pairs(scene) result(hollow)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: pair
+    real(wp) :: hollow(size(scene%pairs)) !! [length]
+    integer :: pair
 
-    rise = 0.0_wp
-    associate (of => scene%pairs(pair))
-      if (of%master == 0) rise = hollowness(scene%mesh, scene%surfaces(of%master_surface))
-    end associate
-  end function hollowness_of_master
+    hollow = 0.0_wp
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (.not. is_before_faces(of, scene%obstacles)) cycle
+        hollow(pair) = hollowness(scene%mesh, scene%surfaces(of%surface))
+        if (of%master == 0) hollow(pair) = hollow(pair) + hollowness(scene%mesh, &
+          scene%surfaces(of%master_surface))
+      end associate
+    end do
+  end function hollows_of_pairs
+
+  !> What the meshes of each pair overlap by while they press, where one of them is hollow: as far
+  !> as the faces of both are from what is meant; 0 of other pairs.
+  pure function fits_of_pairs(scene) result(fit)
+    type(scene_t), intent(in) :: scene
+    real(wp) :: fit(size(scene%pairs)) !! [length]
+    real(wp), parameter :: flat = 1.0e-3_wp !! hollowness of half an edge that is none [-]
+    type(smooth_faces_t) :: faces
+    integer :: pair
+
+    fit = hollows_of_pairs(scene)
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (.not. fit(pair) > 0.0_wp) cycle
+        faces = make_smooth_faces(scene%mesh, scene%surfaces(of%surface))
+        if (fit(pair) <= flat*maxval(faces%half)) then
+          fit(pair) = 0.0_wp
+          cycle
+        end if
+        fit(pair) = maxval(norm2(faces%bulge, dim=1))
+        if (of%master > 0) cycle
+        faces = make_smooth_faces(scene%mesh, scene%surfaces(of%master_surface))
+        fit(pair) = fit(pair) + maxval(norm2(faces%bulge, dim=1))
+      end associate
+    end do
+  end function fits_of_pairs
 
   !> How far the faces of a surface stand out of the hollow that is meant, at most; 0 of one that is
   !> flat or rises.

@@ -46,7 +46,12 @@ module floating_search_mod
   real(wp), parameter :: more = 10.0_wp, much_more = 1.0e3_wp, most_more = 1.0e6_wp
   integer,  parameter :: max_lines = 30             !! searches along e
   integer,  parameter :: max_on_line = 80           !! centres on one of them
-  integer,  parameter :: largest_joint = 150        !! rows up to which motions join the reactions
+  integer,  parameter :: largest_joint = 150        !! rows up to which all starts are tried then
+  integer,  parameter :: most_joint = 3000
+  !! rows up to which motions join the reactions at all: a step takes a second
+  integer,  parameter :: many = 20
+  !! centres after which that is tried with more rows: on slopes whose friction holds by 1e-6, of
+  !! 1000 rows and more, the search ends nowhere
   real(wp), parameter :: scalings(5) = [0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp/3.0_wp, 1.0_wp/9.0_wp]
   !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
   real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
@@ -109,6 +114,11 @@ contains
         call follow_line(problem, floating, controls, drift, search, x_free, report, found)
         if (report%converged .or. .not. found) exit recentre
       end if
+      if (i == many .and. problem%n_rows > largest_joint .and. problem%n_rows <= most_joint .and. &
+        .not. is_map(problem%compliance)) then
+        call try_jointly(problem, floating, controls, drift, search, x_free, report)
+        if (report%converged) exit recentre
+      end if
       call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
     if (.not. report%converged .and. problem%n_rows <= largest_joint .and. &
@@ -140,7 +150,8 @@ contains
 
   !> Newton's method on reactions and motions together, with one scaling of the laws after another,
   !> each from where the search began, from the best centre and from no reactions at all; then from
-  !> no friction to more and more of it. What it comes to is a centre to try like any other.
+  !> no friction to more and more of it; with many rows only the first of these. What it comes to is
+  !> a centre to try like any other.
   subroutine try_jointly(problem, floating, controls, drift, search, x_free, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
@@ -170,15 +181,9 @@ contains
         call try_it()
         if (report%converged) return
       end do
+      if (problem%n_rows > largest_joint) exit scale
     end do scale
-    scaled = problem
-    search%now%centre = search%first
-    search%now%r = 0.0_wp
-    do k = lbound(friction_shares, 1), ubound(friction_shares, 1)
-      scaled%mu = friction_shares(k)*problem%mu
-      call go_on(scaled)
-    end do
-    call try_it()
+    if (problem%n_rows <= largest_joint) call raise_friction()
     if (report%converged) return
     ! What was said before stands.
     report%residual = before%residual
@@ -188,6 +193,18 @@ contains
     search%now = last
 
   contains
+
+    !> From no friction to more and more of it.
+    subroutine raise_friction()
+      scaled = problem
+      search%now%centre = search%first
+      search%now%r = 0.0_wp
+      do k = lbound(friction_shares, 1), ubound(friction_shares, 1)
+        scaled%mu = friction_shares(k)*problem%mu
+        call go_on(scaled)
+      end do
+      call try_it()
+    end subroutine raise_friction
 
     !> Newton's method from the present reactions and centre.
     subroutine go_on(law)

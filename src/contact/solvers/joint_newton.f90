@@ -12,7 +12,7 @@
 !> docs/theory.md section 9.
 module joint_newton_mod
   use kinds_mod, only: wp
-  use dense_mod, only: solve_least_squares
+  use dense_mod, only: solve_dense, solve_least_squares
   use problem_mod, only: contact_problem_t, pack_rows, unpack_rows
   use newton_iterate_mod, only: residual_at
   use newton_correction_mod, only: linearise
@@ -23,6 +23,8 @@ module joint_newton_mod
 
   integer,  parameter :: max_iterations = 40
   integer,  parameter :: max_on_line = 16  !! trials along a step
+  integer,  parameter :: largest_ranked = 150
+  !! rows up to which columns that are nearly dependent are left out: four times the operations
   real(wp), parameter :: closely = 1.0e-13_wp !! of the reactions: no more is to be gained [-]
 
 contains
@@ -73,7 +75,12 @@ contains
       do k = 1, n + m
         matrix(:, k) = matrix(:, k)/norm(k)
       end do
-      step = solve_least_squares(matrix, rhs)/norm
+      if (n <= largest_ranked) then
+        step = solve_least_squares(matrix, rhs)/norm
+      else
+        call solve_dense(matrix, rhs)
+        step = rhs/norm
+      end if
       dr = step(:n)
       dc = step(n + 1:)
       call search_line(best_fraction)

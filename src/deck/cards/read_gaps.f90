@@ -82,6 +82,7 @@ contains
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, named)
       call read_gap(reader, fields, parabola, gap, ok)
+      if (gap%parabola) gap%centre = gap%centre - model%mesh%origin
       if (.not. named) cycle
       call referenced_nodes(reader, model, reference, gap%nodes)
       if (size(gap%nodes) == 0 .or. .not. ok) cycle

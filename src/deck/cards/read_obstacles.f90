@@ -66,12 +66,12 @@ contains
       if (kind == 0) cycle
       obstacles(names%n)%kind = kinds(kind)
       if (kinds(kind) == obstacle_facets) then
-        call read_facets(reader, card, obstacles(names%n))
+        call read_facets(reader, card, model%mesh%origin, obstacles(names%n))
         cycle
       end if
       if (has_option(card, 'INPUT')) call report(reader, option_position(card, 'INPUT'), &
         'INPUT is of TYPE=STL alone')
-      call read_shape(reader, card, obstacles(names%n))
+      call read_shape(reader, card, model%mesh%origin, obstacles(names%n))
     end do
     call close_directory(reader, names)
   end subroutine read_obstacles
@@ -104,9 +104,10 @@ contains
 
   !> TYPE=STL, INPUT=path: looked for in the folder of the file that names it, then in the working
   !> directory.
-  subroutine read_facets(reader, card, obstacle)
+  subroutine read_facets(reader, card, origin, obstacle)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    real(wp), intent(in) :: origin(3) !! of the mesh [length]
     type(obstacle_t), intent(inout) :: obstacle
     type(obstacle_t) :: made
     type(triangles_t) :: triangles
@@ -145,8 +146,8 @@ contains
     do i = 1, triangles%n
       facet(:, i) = [3*i - 2, 3*i - 1, 3*i, 0]
     end do
-    obstacle = obstacle_of_facets(obstacle%name, triangles%corner(:, :3*triangles%n), facet, &
-      obstacle%ref_node)
+    obstacle = obstacle_of_facets(obstacle%name, triangles%corner(:, :3*triangles%n) - spread( &
+      origin, 2, 3*triangles%n), facet, obstacle%ref_node)
     if (size(obstacle%facet, 2) < triangles%n) call note(reader, to_text(triangles%n - &
       size(obstacle%facet, 2))//' triangles of '//path//' repeat others and count once')
     obstacle%file = path
@@ -154,9 +155,10 @@ contains
   end subroutine read_facets
 
   !> The numbers of an obstacle, over one line or more.
-  subroutine read_shape(reader, card, obstacle)
+  subroutine read_shape(reader, card, origin, obstacle)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    real(wp), intent(in) :: origin(3) !! of the mesh [length]
     type(obstacle_t), intent(inout) :: obstacle
     real(wp) :: value(max_numbers)
     integer :: position(max_numbers)
@@ -181,8 +183,23 @@ contains
         obstacle%normal)
       if (ok) call read_radius(reader, position(7), value(7), obstacle)
     end select
-    if (ok) obstacle%point = value(:3)
+    if (ok) obstacle%point = from_origin(obstacle, value(:3), origin)
   end subroutine read_shape
+
+  !> Where an obstacle is from the origin of the mesh. Of a plane or an axis the nearest point is as
+  !> good as any: from one far away the distance of each node is rounded by more.
+  pure function from_origin(obstacle, point, origin) result(x)
+    type(obstacle_t), intent(in) :: obstacle !! its kind and normal
+    real(wp), intent(in) :: point(3), origin(3) !! in the deck [length]
+    real(wp) :: x(3)                            !! [length]
+
+    x = point - origin
+    if (.not. any(abs(origin) > 0.0_wp)) return
+    associate (n => obstacle%normal)
+      if (obstacle%kind == obstacle_plane) x = dot_product(x, n)*n
+      if (obstacle%kind == obstacle_cylinder) x = x - dot_product(x, n)*n
+    end associate
+  end function from_origin
 
   !> Read as many numbers as `value` has.
   subroutine read_numbers(reader, card, what, form, value, position, ok)

@@ -47,7 +47,7 @@ contains
         call read_set(reader, card, 'ELSET', model%element_sets, &
           spread(.true., 1, model%mesh%n_elements), refinement%element_set)
       else
-        call read_balls(reader, card, refinement%zone)
+        call read_balls(reader, card, model%mesh%origin, refinement%zone)
         refinement%zone%times = refinement%times
       end if
       refinements = [refinements, refinement]
@@ -85,9 +85,10 @@ contains
   end subroutine read_set
 
   !> Lines of a centre and a radius.
-  subroutine read_balls(reader, card, zone)
+  subroutine read_balls(reader, card, origin, zone)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    real(wp), intent(in) :: origin(3) !! of the mesh [length]
     type(zone_t), intent(inout) :: zone
     character(*), parameter :: what(4) = [character(22) :: 'x of the centre', &
       'y of the centre', 'z of the centre', 'the radius of the ball']
@@ -109,6 +110,7 @@ contains
       if (.not. all(ok)) cycle
       if (ball(4) < 0.0_wp) call report(reader, field_position(reader, fields, 4), &
         'the radius must not be negative')
+      ball(:3) = ball(:3) - origin
       zone%balls = reshape([zone%balls, ball], [4, size(zone%balls, 2) + 1])
     end do
     if (is_first) call report(reader, card%position, '*REFINE needs NSET=, '// &

@@ -41,6 +41,10 @@ contains
       call read_options(reader, card, model, transform, nodes)
       call read_points(reader, card, transform, ok)
       if (.not. ok) cycle
+      if (transform%cylindrical) then
+        transform%a = transform%a - model%mesh%origin
+        transform%b = transform%b - model%mesh%origin
+      end if
       transforms%list = [transforms%list, transform]
       call give_directions(reader, card, model, nodes, size(transforms%list), transforms%of_node)
     end do
