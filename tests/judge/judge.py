@@ -107,7 +107,12 @@ def judge_run(scene, deck, status, message, options):
     findings = []
     if stored is not None:
         judge = Judge(scene, stored)
-        findings = judge.judge(complete=status == 0)
+        try:
+            findings = judge.judge(complete=status == 0)
+        except Unreadable as error:
+            findings = judge.findings
+            if not findings:
+                return BROKEN, f"exit status {status}, unreadable result: {error!r}"
     if findings:
         more = f" (and {len(findings) - 1} more)" if len(findings) > 1 else ""
         worst = max(findings, key=lambda f: f.found / f.allowed if f.allowed > 0 else 1e300)

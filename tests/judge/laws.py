@@ -130,7 +130,7 @@ class Stored:
             ahead = sum(normal_of(scene.points[list(f)]) for f in wall)
             along = np.where(whole["gap"] < 1e29, whole["frame"][:, :, 0] @ ahead, 0.0)
             number = range(1, sides.max() + 1)
-            side = [max(number, key=lambda s: along[:, sides == s].mean(initial=0.0))]
+            side = [max(number, key=lambda s: along[:, sides == s].sum())]
         chosen = sides == side[0]
         self.pairs[scene.key_of(pair)] = {
             "rows": whole["rows"][chosen], "area": whole["area"][chosen],
@@ -316,7 +316,7 @@ class Judge:
         self.check_sums_of_walls(row, points)
         self.check_tools(row, u, points, length)
         self.check_self_stress(row, points, scale)
-        self.check_work(row, u, internal, loads, thermal, pressed)
+        self.check_work(row, u, (internal, loads, thermal, pressed), force)
         self.check_moments(row, points, u)
         self.check_contact(row, points, scale, length)
 
@@ -408,9 +408,10 @@ class Judge:
         has_row = gap < 1e29
         still, none = self.without_row(row, surface, u, rotations[1], has_row)
         placed = surface.place(u, rotations[1], rows[none])
-        self.keep_joined(surface, placed, u, rotations[1], rows[none], gap)
         force = np.einsum("pk,pki->pi", read("reaction"), frame)
         slip = np.einsum("pk,pki->pi", read("slip_increment"), frame[:, 1:])
+        told = (gap, slip, frame[:, 0], read("covered_area"))
+        self.keep_joined(surface, placed, u, before, rows[none], told)
         gap = np.where(has_row, gap, 0.0)
         obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
         if obstacle is None:
@@ -468,25 +469,37 @@ class Judge:
                           f"at node {self.scene.ids[number]}")  # fmt: skip
         return still, none
 
-    def keep_joined(self, surface, placed, u, rotation, none, gap):
+    def keep_joined(self, surface, placed, u, before, none, told):
         """Points that constraints join keep weights and normals of the undeformed mesh, perhaps.
 
-        Or they face one node alone that has nearly all of them. What is nearest to the file's gaps
-        is taken; both are right.
+        Or they face one node alone that has nearly all of them. Whatever explains best what the
+        file tells of a point is taken: all are right. `told`: gaps, slips, normals, areas.
         """
         if surface.obstacle is not None or not self.joints_of(surface):
             return
-        first = surface.place(np.zeros_like(u), rotation, none)
+        first = surface.place(np.zeros_like(u), np.zeros_like(u), none)
         one = (first.weights >= 0.95 * np.abs(first.weights).sum(axis=1)[:, None]).astype(float)
         alone = one.sum(axis=1) == 1
-        for weights, which in ((first.weights, alone | True), (one, alone)):
-            start = self.scene.points
-            apart = start[first.rows] - weights @ start + u[first.rows] - weights @ u
-            own = np.einsum("pi,pi->p", first.normal, apart) + self.added[first.rows]
-            near = which & (first.covered > 0) & (gap < 1e29)
-            near &= np.abs(gap - own) < np.abs(gap - placed.gap - self.added[first.rows])
-            placed.weights[near], placed.normal[near] = weights[near], first.normal[near]
-            placed.apart[near], placed.covered[near] = apart[near], first.covered[near]
+        rows, start, length = first.rows, self.scene.points, np.abs(u).max() or 1.0
+        gaps, slips, normals, areas = told
+        best = None
+        for weights, of, which in ((placed.weights, placed, ~alone | True),
+                                   (first.weights, first, ~alone | True), (one, first, alone)):
+            apart = placed.apart
+            if of is first:
+                apart = start[rows] - weights @ start + u[rows] - weights @ u
+            own = np.einsum("pi,pi->p", of.normal, apart) + self.added[rows]
+            slip = across((u - before)[rows] - weights @ (u - before), of.normal)
+            off = np.abs(gaps - own) / length + np.abs(slips - slip).max(axis=1) / length
+            off = off + np.abs(normals - of.normal).max(axis=1)
+            off = off + np.abs(areas - of.covered) / placed.area
+            if best is None:
+                best = off
+                continue
+            near = which & (first.covered > 0) & (gaps < 1e29) & (off < best - 1e-9)
+            best = np.where(near, off, best)
+            placed.weights[near], placed.normal[near] = weights[near], of.normal[near]
+            placed.apart[near], placed.covered[near] = apart[near], of.covered[near]
 
     def joints_of(self, surface):
         """Whether equations or couplings have nodes of a pair."""
@@ -815,7 +828,7 @@ class Judge:
     def check_tools(self, row, u, points, length):
         """Spheres and cylinders press on the outside of faces, and have their middle outside."""
         for p in points:
-            obstacle = None if p["pair"].obstacle is None else p["obstacle"]
+            obstacle = p.get("obstacle")
             if obstacle is None or obstacle.kind not in (SPHERE, CYLINDER) or obstacle.inner:
                 continue
             faces = np.array(self.scene.faces(p["pair"].part, p["pair"].side))
@@ -867,16 +880,17 @@ class Judge:
         self.note("reactions that constraints could carry exceed the least", row,
                   np.linalg.norm(sizes), 1.1 * np.linalg.norm(least))  # fmt: skip
 
-    def check_work(self, row, u, internal, loads, thermal, pressed):
+    def check_work(self, row, u, forces, force):
         """Half of u . K u is half the work of all nodal forces: constraints do none."""
+        internal, loads, thermal, pressed = forces
         forces = (loads, thermal, self.stored.supports[row], pressed)
         stiff = internal + thermal
         work = [np.sum(f * u) for f in (stiff, *forces)]
         size = sum(np.sum(np.abs(f * u)) for f in (stiff, *forces))
-        lost = np.sum(self.scene.bricks().rounding(u)[:, None] * np.abs(u))
-        lost += self.tie_doubt * np.abs(u).max()
+        # Where supports take the loads at once displacements are rounding.
+        lost = np.sum(self.scene.bricks().rounding(u)) + self.allowed * force + self.tie_doubt
         self.note("work of nodal forces wrong by", row, abs(work[0] - sum(work[1:])),
-                  self.allowed * size + lost + TINY)  # fmt: skip
+                  self.allowed * size + lost * np.abs(u).max() + TINY)  # fmt: skip
 
     def turns(self, p):
         """Whether the obstacle before points turns."""

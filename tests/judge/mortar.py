@@ -186,8 +186,10 @@ def place_surface(slave, x, master, y, none=()):
         middle = places.mean(axis=0)
         flat = (places - middle) @ plane
         own = integrate(flat, flat, None)
-        given = taken_over(np.isin(face, list(none)))
-        area[at] += given @ own[1]
+        has_none = np.isin(face, list(none))
+        given = taken_over(has_none)
+        # What has no multiplier keeps its area, of which nothing is covered.
+        area[at] += given @ own[1] + has_none * own[1]
         bend = max(bend, bend_of(flat), float(np.abs((places - middle) @ n).max()
                                                / np.ptp(flat, axis=0).max()))  # fmt: skip
         low, high = flat.min(axis=0), flat.max(axis=0)

@@ -327,6 +327,10 @@ def confirm(scene, stored, message):
         if folded:
             return CONFIRMED, f"its own solution has {folded[0].found:g} folded faces in contact"
         return OPEN, f"its own solution (residual {found.residual:.1e}) has no folded face"
+    if re.search("would press it from behind|passes", message):
+        behind = [f for f in findings if f.kind in FROM_BEHIND]
+        if behind:
+            return CONFIRMED, f"its own solution of the increment: {behind[0]}"
     if not findings and "contact is missed" in message:
         depth = missed_depth(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():
@@ -391,6 +395,7 @@ def largest_wedge(increment, solution):
 
 # What the program says where it is rounding that keeps it from a solution.
 NUMERICAL = r"condition of the stiffness|not positive definite"
+FROM_BEHIND = {"pressed from inside, cosine", "middle of a tool is in a body by"}
 ROUNDED = {"out of balance", "support forces are rounding by", "support force wrong by"}
 
 

@@ -137,7 +137,6 @@ def clamped(b):
 
 def tied_beside(b):
     """A part of the interface is tied, the rest is in contact."""
-    axis_cells = b.pick(2, 3, 4)
     cells = b.cells()
     stack, slave, master = two(b, wide=cells)
     axis = b.pick(*stack.others)
@@ -150,14 +149,13 @@ def tied_beside(b):
     names = [(end[0], f"{end[1]}-{k}") for k in (glued, 1 - glued) for end in (slave, master)]
     b.scene.ties.append(Tie(*names[:2]))
     whole = b.chance(0.25)
-    b.touch(slave if whole else names[2], master if whole else names[3], rough(b),
+    b.touch(slave if whole else names[2], names[3], rough(b),
             small=b.chance(0.3))  # fmt: skip
     step = b.step()
     clamp(b, step, stack.parts[0], stack.lower(), (0, 1, 2))
     level = load(b, stack, step)
     for _ in range(b.rng.integers(0, 3)):
         push(b, stack, b.step(), level)
-    assert axis_cells
     return "tied beside contact"
 
 
