@@ -485,10 +485,15 @@ class Judge:
         best = None
         for weights, of, which in ((placed.weights, placed, ~alone | True),
                                    (first.weights, first, ~alone | True), (one, first, alone)):
-            apart = placed.apart
-            if of is first:
-                apart = start[rows] - weights @ start + u[rows] - weights @ u
-            own = np.einsum("pi,pi->p", of.normal, apart) + self.added[rows]
+            # With small sliding places are those of the undeformed mesh.
+            beyond = u[rows] - weights @ u
+            apart = start[rows] - weights @ start
+            if of is placed:
+                apart = placed.apart
+            elif not surface.pair.small:
+                apart = apart + beyond
+            whole = apart + (beyond if surface.pair.small else 0.0)
+            own = np.einsum("pi,pi->p", of.normal, whole) + self.added[rows]
             slip = across((u - before)[rows] - weights @ (u - before), of.normal)
             off = np.abs(gaps - own) / length + np.abs(slips - slip).max(axis=1) / length
             off = off + np.abs(normals - of.normal).max(axis=1)
@@ -502,8 +507,10 @@ class Judge:
             placed.apart[near], placed.covered[near] = apart[near], of.covered[near]
 
     def joints_of(self, surface):
-        """Whether equations or couplings have nodes of a pair."""
+        """Whether equations, couplings or ties have nodes of a pair."""
         rows = set(np.ravel(surface.slave).tolist()) | set(surface.reached.tolist())
+        if any(rows & set(tie.rows.tolist()) for tie in self.ties.all):
+            return True
         lines = Joints(self.scene, np.zeros(self.scene.points.shape, dtype=bool)).lines
         return any(at[0] in rows for at in lines)
 
