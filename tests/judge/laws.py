@@ -14,7 +14,7 @@ from joints import Joints, file_rows, with_rotations, with_stand_ins
 from least_squares import least_squares_in_cone
 from load_path import LoadPath
 from mortar import LEAST_SHARE, normal_of
-from obstacles import across, chords, depth_below, locate, shift_of, turned
+from obstacles import across, chords, depth_below, locate, shift_of, turned, unit
 from scenes import CYLINDER, EPS, SPHERE
 from surfaces import Surface, Ties, settled
 
@@ -851,7 +851,8 @@ class Judge:
             along = np.einsum("pi,pi->p", p["normal"], outward)
             self.note("pressed from inside, cosine", row,
                       along[pressed].max(initial=-1.0), 0.2)  # fmt: skip
-            deep = [depth_below(x[face], obstacle, shift_of(obstacle, u)) for face in faces]
+            way = unit(outward.sum(axis=0))
+            deep = [depth_below(x[face], obstacle, shift_of(obstacle, u), way) for face in faces]
             self.note("middle of a tool is in a body by", row, max(deep) / obstacle.radius,
                       1e-6)  # fmt: skip
 

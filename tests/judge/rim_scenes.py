@@ -7,8 +7,9 @@ spheres and cylinders smaller than an element.
 
 import numpy as np
 from body_scenes import Stack, rough, stiffness_ratio
+from bricks import FACES
 from joined_scenes import Joiner
-from random_scenes import OUTWARD, Builder
+from random_scenes import Builder
 from scenes import CYLINDER, FACETS, SPHERE, STL, Boundary, Coupling, Equation, Force, Obstacle
 from scenes import Pair, Pressure, Tie
 
@@ -20,7 +21,7 @@ class Rims(Builder):
 
     def __init__(self, seed, rng):
         super().__init__(seed, rng)
-        self.couplings = []
+        self.spot_nodes = []
 
     def cells(self, stack=None):
         """Bricks along the axes; few along that of a stack."""
@@ -46,8 +47,6 @@ class Rims(Builder):
 
     def face_rows(self, brick, face):
         """The four rows of a face of a brick."""
-        from bricks import FACES  # noqa: PLC0415
-
         return self.bricks[brick][list(FACES[face])]
 
     def without(self, rows, *others):
@@ -206,13 +205,11 @@ def spots(b):
             b.scene.loose.append(len(b.points) - 1)
             nodes.append(len(b.points) - 1)
             b.scene.couplings.append(Coupling(part, side + "-0", nodes[-1], True))
-        held = b.chance(0.5)
-        b.joined_nodes = (nodes, held)
+        b.spot_nodes = nodes
     step = b.step()
     clamp(b, step, stack.parts[0], stack.lower(), (0, 1, 2))
-    if way in ("coupling", "mean") and b.scene.couplings:
-        nodes, held = b.joined_nodes
-        for node in nodes:
+    if b.scene.couplings:
+        for node in b.spot_nodes:
             for dof in range(6):
                 step.boundaries.append(Boundary([node], dof, 0.0))
     elif way == "normals" or b.chance(0.3):
@@ -267,17 +264,20 @@ def crack(b):
     return "crack"
 
 
-def wall_facets(b, corner, along, across, split):
-    """Corners and facets of a rectangle, anticlockwise as seen from `along` x `across`."""
-    n, m = (int(v) for v in b.rng.integers(1, 4, 2))
-    corners = [corner + along * i / n + across * j / m for j in range(m + 1) for i in range(n + 1)]
-    facets = []
-    for j in range(m):
-        for i in range(n):
-            a = i + (n + 1) * j
-            quad = (a, a + 1, a + n + 2, a + n + 1)
-            facets += [quad[:3], (quad[0], quad[2], quad[3])] if split else [quad]
-    return corners, facets
+def walls_of_facets(b, body, kind, corners, walls, friction):
+    """Pairs of the side FOOT and each wall of one master of facets; its reference node's row."""
+    every = [f for wall in walls for f in wall]
+    whole = b.facets(kind, corners, every, corners[0] - np.ptp(corners), text=b.chance(0.5))
+    deck, first = b.scene.obstacles[whole], 0
+    for k, wall in enumerate(walls):
+        numbers = list(range(first, first + len(wall)))
+        first += len(wall)
+        b.scene.obstacles.append(
+            Obstacle(deck.name, kind, deck.point, reference=deck.reference, corners=deck.corners,
+                     facets=wall, corner_rows=deck.corner_rows, wall_of=whole, of_it=numbers)
+        )  # fmt: skip
+        b.scene.pairs.append(Pair(body, "FOOT", len(b.scene.obstacles) - 1, friction, wall=k))
+    return deck.reference
 
 
 def corner_walls(b, size, count, split):
@@ -328,21 +328,7 @@ def corner(b):
         corners, walls = corner_walls(b, size, count, kind == STL or b.chance(0.5))
         if kind == STL:
             corners = corners.astype(np.float32).astype(float)
-        every = [f for wall in walls for f in wall]
-        whole = b.facets(kind, corners, every, corners[0] - size, text=b.chance(0.5))
-        deck = b.scene.obstacles[whole]
-        first = 0
-        for k, wall in enumerate(walls):
-            numbers = list(range(first, first + len(wall)))
-            first += len(wall)
-            one = Obstacle(deck.name, kind, deck.point, reference=deck.reference,
-                           corners=deck.corners, facets=wall, corner_rows=deck.corner_rows,
-                           wall_of=whole, of_it=numbers)  # fmt: skip
-            b.scene.obstacles.append(one)
-            b.scene.pairs.append(
-                Pair(body, "FOOT", len(b.scene.obstacles) - 1, friction, wall=k)
-            )
-        tool = deck.reference
+        tool = walls_of_facets(b, body, kind, corners, walls, friction)
     else:
         tool = None
         master = step_of_bricks(b, size, count, young * stiffness_ratio(b))
@@ -423,8 +409,6 @@ def step_of_bricks(b, size, count, young):
     for k, wall in enumerate(walls):
         p.sides[f"STEP{k}"] = [(number[e], f) for e, f in wall]
     p.sides["STEP"] = [face for k in range(count) for face in p.sides[f"STEP{k}"]]
-    used = {int(r) for k in p.bricks for r in b.bricks[k]}
-    p.unused = [r for r in p.rows if r not in used]
     return part
 
 
