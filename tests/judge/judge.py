@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Run the program on random decks and judge its results by an independent finite-element program.
 
-    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|joined] [--jobs 2]
+    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|joined|rims] [--jobs 2]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
 `bodies` has bodies that touch each other or are tied, obstacles of facets and obstacles that turn.
 `joined` has decks of these two with equations, couplings, local directions, supports that stay as
-they are, and temperatures. Of `all` the second and the third have a quarter as many decks as the
-first; of `both` the third has none.
+they are, and temperatures. `rims` has contact beside what is clamped, tied, joined or cracked, in
+corners of one master, and before tools smaller than an element. Of `all` the second and the third
+have a quarter as many decks as the first, and `rims` none; of `both` the third has none, either.
 
 A deck is one of
 
@@ -182,7 +183,7 @@ def judge_decks(decks, options):
 
 def chosen_decks(options):
     """The decks (family, seed) that the command line names."""
-    groups = {"all": list(FAMILIES), "both": ["one", "bodies"]}
+    groups = {"all": ["one", "bodies", "joined"], "both": ["one", "bodies"]}
     families = groups.get(options.family, [options.family])
     if options.only:
         return [(family, seed) for family in families for seed in options.only]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
-from held_points import Freedom, points_that_cannot_part
+from held_points import LEFT, Freedom, points_that_cannot_part
 from joints import Joints, file_rows, with_rotations, with_stand_ins
 from least_squares import least_squares_in_cone
 from load_path import LoadPath
@@ -467,6 +467,16 @@ class Judge:
             if surely and has_row[at]:
                 self.note("place of a point whose sides cannot move apart", row, 1.0, 0.0,
                           f"at node {self.scene.ids[number]}")  # fmt: skip
+        # With what neighbours got of others a point may have nearly all of its weights where both
+        # sides are held.
+        left = np.flatnonzero(~has_row & ~none)
+        if none.any() and len(left):
+            placed, held = surface.place(u, rotation, rows[none]), self.freedom.is_held
+            for at in left:
+                weights, normal = placed.weights[at], placed.normal[at]
+                if normal.any() and held(rows[at], normal):
+                    stays = [abs(weights[k]) for k in np.flatnonzero(weights) if held(k, normal)]
+                    none[at] = sum(stays) >= (1 - LEFT[2]) * np.abs(weights).sum()
         return still, none
 
     def keep_joined(self, surface, placed, u, before, none, told):

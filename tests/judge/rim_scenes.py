@@ -322,7 +322,8 @@ def corner(b):
     p = b.scene.parts[body]
     slaves = ("ZMIN", "YMIN", "XMIN")[:count]
     p.sides["FOOT"] = [face for side in slaves for face in p.sides[side]]
-    friction, small = rough(b), False
+    # From mu = 1 on a node may be wedged between floor and wall, by reactions of any size.
+    friction, small = min(rough(b), 0.9), False
     if b.chance(0.65):
         kind = b.pick(FACETS, FACETS, STL)
         corners, walls = corner_walls(b, size, count, kind == STL or b.chance(0.5))
@@ -355,7 +356,7 @@ def corner(b):
             dof = int(b.rng.integers(3))
             later.boundaries.append(Boundary(rows, dof, depth * b.between(-1.5, 1)))
     else:
-        level = young * b.power(-4, -2)
+        level = min(m.young for m in b.scene.materials) * b.power(-4, -2)
         sides = ("ZMAX", "YMAX", "XMAX")[:count]
         for side in sides:
             step.pressures.append(Pressure(body, side, level * b.between(0.2, 1)))
