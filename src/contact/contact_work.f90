@@ -22,6 +22,7 @@ contains
     integer :: i, k
 
     least = 0.0_wp
+    allocate (r(0), x(0))
     if (count_rows(condensed) /= size(x_free)) return
     k = 0
     do i = 1, size(condensed%group)

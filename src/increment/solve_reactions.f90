@@ -220,6 +220,7 @@ contains
     x_start = x_free
     away = 0.0_wp
     centre = 0.0_wp
+    slack = 0.0_wp
     last = huge(last)
     rounds: do i = 1, max_rounds
       x_free = x_start + away - group%softness*matmul(group%null, centre)

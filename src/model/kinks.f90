@@ -44,7 +44,7 @@ contains
     real(wp) :: time  !! of the step
     integer :: k, i, n
 
-    allocate (positions(0))
+    allocate (positions(0), times(0))
     do k = 1, size(amplitudes)
       associate (a => amplitudes(k))
         begin = 0.0_wp

@@ -10,7 +10,7 @@ module candidate_points_mod
   use contact_points_mod, only: contact_points_t, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
-  use master_sides_mod, only: find_sides
+  use master_sides_mod, only: find_sides, area_of_face
   use sorting_mod, only: sort_unique
   use surfaces_mod, only: nodes_of
   use placement_mod, only: placement_t, place_undeformed
@@ -86,10 +86,11 @@ contains
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair), sides => points%sides(pair))
         if (has_meshed_master(scene, pair)) then
-          call find_sides(scene%obstacles(of%master)%facet, scene%obstacles(of%master)%corner, side)
+          call find_sides(scene%obstacles(of%master)%facet, scene%obstacles(of%master)%corner, &
+            side, mean_face(scene, of%surface))
         else if (of%master == 0) then
           call find_sides(nodes_of(scene%surfaces(of%master_surface)%faces, &
-            scene%mesh%connectivity), scene%mesh%coordinates, side)
+            scene%mesh%connectivity), scene%mesh%coordinates, side, mean_face(scene, of%surface))
         else
           cycle
         end if
@@ -98,6 +99,20 @@ contains
       end associate
     end do
   end subroutine divide_masters
+
+  !> The mean area of the faces of a surface; 0 where it has none.
+  pure real(wp) function mean_face(scene, surface) result(area)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: surface
+    integer, allocatable :: faces(:, :)
+    integer :: f
+
+    area = 0.0_wp
+    faces = nodes_of(scene%surfaces(surface)%faces, scene%mesh%connectivity)
+    do f = 1, size(faces, 2)
+      area = area + area_of_face(scene%mesh%coordinates(:, faces(:, f)))/size(faces, 2)
+    end do
+  end function mean_face
 
   !> The nodes of every pair's master that may get weights.
   pure subroutine list_master_nodes(scene, points, faced)

@@ -13,7 +13,7 @@ module master_sides_mod
   implicit none
   private
 
-  public :: find_sides
+  public :: find_sides, area_of_face
 
   !> Pairs of faces that meet at an edge.
   type :: joints_t
@@ -47,11 +47,13 @@ contains
   !> Faces are joined across edges, the flattest first, unless this would join both faces of a
   !> concave edge. So an edge that ends within a surface divides it too, along other edges as sharp
   !> as can be. What is joined then gets the lowest number that nothing beyond a concave edge has:
-  !> there are as few sides as that takes, and sides need not be connected.
-  subroutine find_sides(faces, x, side)
+  !> there are as few sides as that takes, and sides need not be connected. A piece that is smaller
+  !> than a slave's face is no side: rows of its own would be means over what nodes hardly see.
+  subroutine find_sides(faces, x, side, least)
     integer, intent(in) :: faces(:, :)          !! (4,n_faces) nodes; the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
     integer, allocatable, intent(out) :: side(:) !! (n_faces)
+    real(wp), intent(in), optional :: least     !! area of a slave's face; default: 0 [length^2]
     type(joints_t) :: joints
     type(forest_t) :: forest
 
@@ -59,6 +61,7 @@ contains
     call find_joints(faces, x, joints)
     if (.not. any(joints%joint(3, :joints%n) == concave)) return
     call join_faces(size(faces, 2), joints, forest)
+    if (present(least)) call absorb_small(faces, x, joints, least, forest)
     call number_sides(forest, side)
   end subroutine find_sides
 
@@ -286,7 +289,7 @@ contains
 
     subroutine join_two(one, other)
       integer, intent(in) :: one, other !! roots
-      integer :: small, large, entry, opposite
+      integer :: entry, opposite
 
       if (one == other) return
       ! The shorter list tells as well whether a concave edge is between them.
@@ -296,18 +299,62 @@ contains
         if (root_of(forest, forest%beyond(entry)) == opposite) return
         entry = forest%next(entry)
       end do
-      small = merge(one, other, forest%n_faces(one) <= forest%n_faces(other))
-      large = one + other - small
-      forest%parent(small) = large
-      forest%n_faces(large) = forest%n_faces(large) + forest%n_faces(small)
-      if (forest%n(small) == 0) return
-      forest%next(forest%last(small)) = forest%first(large)
-      forest%first(large) = forest%first(small)
-      if (forest%last(large) == 0) forest%last(large) = forest%last(small)
-      forest%n(large) = forest%n(large) + forest%n(small)
+      call unite(one, other, forest)
     end subroutine join_two
 
   end subroutine join_faces
+
+  !> Make one tree of two.
+  pure subroutine unite(one, other, forest)
+    integer, intent(in) :: one, other !! roots
+    type(forest_t), intent(inout) :: forest
+    integer :: small, large
+
+    small = merge(one, other, forest%n_faces(one) <= forest%n_faces(other))
+    large = one + other - small
+    forest%parent(small) = large
+    forest%n_faces(large) = forest%n_faces(large) + forest%n_faces(small)
+    if (forest%n(small) == 0) return
+    forest%next(forest%last(small)) = forest%first(large)
+    forest%first(large) = forest%first(small)
+    if (forest%last(large) == 0) forest%last(large) = forest%last(small)
+    forest%n(large) = forest%n(large) + forest%n(small)
+  end subroutine unite
+
+  !> Join trees that are smaller than a slave's face with what they meet at concave edges.
+  pure subroutine absorb_small(faces, x, joints, least, forest)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)       !! [length]
+    type(joints_t), intent(in) :: joints
+    real(wp), intent(in) :: least         !! area of a slave's face [length^2]
+    type(forest_t), intent(inout) :: forest
+    real(wp) :: area(size(faces, 2)), total !! of each root's tree [length^2]
+    integer :: f, i, one, other
+
+    area = 0.0_wp
+    do f = 1, size(faces, 2)
+      one = root_of(forest, f)
+      area(one) = area(one) + area_of_face(x(:, faces(:count(faces(:, f) > 0), f)))
+    end do
+    do i = 1, joints%n
+      if (joints%joint(3, i) /= concave) cycle
+      one = root_of(forest, joints%joint(1, i))
+      other = root_of(forest, joints%joint(2, i))
+      if (one == other .or. min(area(one), area(other)) >= least) cycle
+      total = area(one) + area(other)
+      call unite(one, other, forest)
+      area(root_of(forest, one)) = total
+    end do
+  end subroutine absorb_small
+
+  !> The area of a triangle or quadrilateral, by its diagonals.
+  pure real(wp) function area_of_face(x) result(area)
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) [length]
+
+    associate (last => size(x, 2))
+      area = 0.5_wp*norm2(cross(x(:, last - 1) - x(:, 1), x(:, last) - x(:, last - 2)))
+    end associate
+  end function area_of_face
 
   pure integer function root_of(forest, face) result(root)
     type(forest_t), intent(in) :: forest
@@ -334,6 +381,7 @@ contains
         allocate (taken(0:maxval(of_root) + 1), source=.false.)
         entry = forest%first(root)
         do while (entry > 0)
+          ! Of a tree that took in a small one the edge between both is within: number 0 as yet.
           taken(of_root(root_of(forest, forest%beyond(entry)))) = .true.
           entry = forest%next(entry)
         end do

@@ -32,10 +32,10 @@ contains
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! at the displacement of `new`
     type(state_t), intent(in) :: old, new      !! the increment's beginning and end
-    real(wp), allocatable :: outward(:, :, :)  !! (3,n_nodes,2) then and now, 0 without faces [-]
+    real(wp) :: outward(3, scene%mesh%n_nodes, 2) !! then and now, 0 without faces [-]
     type(placement_t) :: before                !! at the displacement of `old`
     integer :: pair, i
-    logical :: is_inner, presses_anew
+    logical :: is_inner, presses_anew, has_normals
 
     passed = 0
     do pair = 1, size(scene%pairs)
@@ -47,15 +47,15 @@ contains
         is_inner = scene%obstacles(master)%inner
         if (.not. allocated(before%gap)) before = placement
         call place(scene, points, pair, old%displacement, before, old%rotation)
-        if (allocated(outward)) deallocate (outward)
+        has_normals = .false.
         do i = first, last
           if (.not. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
           associate (node => points%node(i), now => placement%frame(:, 1, i), &
                      then => before%frame(:, 1, i))
             presses_anew = is_inner .and. .not. any(abs(old%reaction(:, i)) > 0.0_wp)
             if (norm2(now - then) <= hardly .and. .not. presses_anew) cycle
-            if (.not. allocated(outward)) then
-              allocate (outward(3, scene%mesh%n_nodes, 2))
+            if (.not. has_normals) then
+              has_normals = .true.
               outward(:, :, 1) = outward_normals(scene, pair, old%displacement)
               outward(:, :, 2) = outward_normals(scene, pair, new%displacement)
             end if

@@ -531,6 +531,7 @@ contains
     real(wp) :: weight(size(u, 2)), changed
     integer :: i, k, first, last
 
+    allocate (old(0), new(0))
     call find_side_points(points, pair, side, first, last)
     nothing = 0.0_wp
     weight = 0.0_wp
