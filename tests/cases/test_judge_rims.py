@@ -1,4 +1,4 @@
-"""The judge on contact beside what is clamped, joined or shared, in corners, and before small tools.
+"""The judge on contact beside what is clamped, joined or shared, in corners, before small tools.
 
 Right results are found right. Faults that programs had once, put into them, are found.
 """
@@ -277,7 +277,7 @@ class Faults(unittest.TestCase):
         self.assertIn("covered area wrong by", self.findings("clamp", fault))
 
     def test_a_stress_of_contact_and_constraint(self):
-        # The joint holds what contact pushes: nodes and bodies are in balance, and no law is broken.
+        # The joint holds what contact pushes: nodes and bodies are in balance, no law is broken.
         scene = self.scenes["mean"]
         joined = [int(rows[0]) for rows, _, weight in scene.equations[0].terms if weight > 0]
         others = [int(rows[0]) for rows, _, weight in scene.equations[0].terms if weight < 0]
@@ -307,7 +307,7 @@ class Faults(unittest.TestCase):
             ids = file["VTKHDF/PointData/node_id"][:]
             at = int(np.flatnonzero(ids == scene.ids[row])[0])
             u = file["VTKHDF/PointData/displacement"][at]
-            file["VTKHDF/PointData/displacement"][at] = u + (0.0, 2e-3, -2e-3)
+            file["VTKHDF/PointData/displacement"][at] = u + np.array([0.0, 2e-3, -2e-3])
 
         self.assertIn("node behind a wall by", self.findings("corner", fault))
 
@@ -317,7 +317,7 @@ class Faults(unittest.TestCase):
             del group["master_side"]
             file["VTKHDF/PointData/displacement"][:, 2] -= 1e-2
 
-        from laws import Unreadable  # noqa: PLC0415
+        from laws import Unreadable
 
         with self.assertRaises(Unreadable):
             self.findings("corner", fault)

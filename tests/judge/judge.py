@@ -46,8 +46,8 @@ from body_scenes import random_bodies
 from joined_scenes import random_joined
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
-from rim_scenes import random_rims
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
+from rim_scenes import random_rims
 from scenes import write_deck
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -366,7 +366,8 @@ class Judge:
             known = across(np.where(fixed, moved, 0.0), normal)
             out.append({
                 "pair": pair, "rows": rows, "reference": obstacle.reference, "gap": gap,
-                "obstacle": here, "normal": normal, "rounding": rounding, "force": force, "frame": frame,
+                "obstacle": here, "normal": normal, "rounding": rounding, "force": force,
+                "frame": frame,
                 "slip": across(moved, normal), "known": known, "master": None, "placed": None,
                 # No direction along the normal is free: no reaction there (theory.md, section 2).
                 "blocked": np.linalg.norm(np.where(fixed, 0.0, normal), axis=1) < 1e-9,
@@ -444,8 +445,8 @@ class Judge:
             "force": force, "frame": frame, "slip": slip, "known": np.zeros_like(slip),
             "blocked": none | (np.linalg.norm(np.where(fixed, 0.0, frame[:, 0]), axis=1) < 1e-9),
             "held": np.linalg.norm(across_held(fixed, frame[:, 0]), axis=(1, 2)) > 1e-9,
-            "still": still, "stored": kept, "status": read("status"), "has_row": has_row, "master": master,
-            "placed": placed, "own_gap": own, "own_slip": own_slip,
+            "still": still, "stored": kept, "status": read("status"), "has_row": has_row,
+            "master": master, "placed": placed, "own_gap": own, "own_slip": own_slip,
             "doubt": placed.doubt(size), "apart": placed.apart, "area": stored["area"][order],
             "covered": read("covered_area"), "least": read("least_gap"),
             "added": self.added[rows], "far": size, "moved": np.abs(moved).max(initial=0.0),

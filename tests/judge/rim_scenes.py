@@ -1,4 +1,4 @@
-"""Random scenes of contact beside what is clamped, tied, joined or one, in corners, with small tools.
+"""Random scenes of contact beside what is clamped, tied or joined, in corners, with small tools.
 
 Blocks whose sides are clamped down to the rim of their interface; surfaces that are tied in part;
 welds, means and couplings within a pair; closed cracks; blocks in the corners of one master; and
@@ -10,8 +10,20 @@ from body_scenes import Stack, rough, stiffness_ratio
 from bricks import FACES
 from joined_scenes import Joiner
 from random_scenes import Builder
-from scenes import CYLINDER, FACETS, SPHERE, STL, Boundary, Coupling, Equation, Force, Obstacle
-from scenes import Pair, Pressure, Tie
+from scenes import (
+    CYLINDER,
+    FACETS,
+    SPHERE,
+    STL,
+    Boundary,
+    Coupling,
+    Equation,
+    Force,
+    Obstacle,
+    Pair,
+    Pressure,
+    Tie,
+)
 
 DIVISIONS = (1, 2, 2, 3, 4)
 
@@ -171,7 +183,8 @@ def facing(b, slave, master):
 
 def spots(b):
     """Nodes of both surfaces are joined within the pair: welds, means, couplings."""
-    stack, slave, master = two(b, same=True, wide=b.pick((2, 3, 2), (3, 3, 3), (4, 2, 2), (3, 2, 4)))
+    cells = b.pick((2, 3, 2), (3, 3, 3), (4, 2, 2), (3, 2, 4))
+    stack, slave, master = two(b, same=True, wide=cells)
     b.touch(slave, master, rough(b), small=b.chance(0.3))
     pairs = facing(b, slave, master)
     way = b.pick("weld", "weld", "mean", "normals", "coupling")
@@ -224,7 +237,8 @@ def spots(b):
 
 def crack(b):
     """A block of two halves whose nodes between them are two but at the rim."""
-    stack, slave, master = two(b, same=True, wide=b.pick((3, 3, 3), (4, 3, 2), (3, 4, 4), (4, 4, 2)))
+    cells = b.pick((3, 3, 3), (4, 3, 2), (3, 4, 4), (4, 4, 2))
+    stack, slave, master = two(b, same=True, wide=cells)
     low, high = stack.parts
     faces = [(low, stack.upper()), (high, stack.lower())]
     joined = b.pick((0, 1), (0, 1), (0,))  # of the axes across, whose ends are shared
@@ -345,7 +359,7 @@ def corner(b):
         b.hold(step, master, "ZMIN", (0, 1, 2))
     depth = size * b.power(-3.5, -1.8)
     if b.chance(0.5):
-        rows, name = b.side(body, "ZMAX")
+        rows, _ = b.side(body, "ZMAX")
         lower = b.side(body, "YMIN")[0] + (b.side(body, "XMIN")[0] if count == 3 else [])
         rows = b.without(rows, lower)
         for dof in range(3):

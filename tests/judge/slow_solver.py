@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from held_points import Freedom, free_directions, follow_ties, points_that_cannot_part
+from held_points import Freedom, follow_ties, free_directions, points_that_cannot_part
 from joints import Joints
 from mortar import LEAST_KEPT, LEAST_SHARE
 from obstacles import chords, locate, shift_of, turned
