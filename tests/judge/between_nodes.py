@@ -1,9 +1,6 @@
 """What the laws of contact do not see of surfaces: overlaps between nodes, what is covered."""
 
-from types import SimpleNamespace
-
 import numpy as np
-from laws import Judge
 from mortar import TURNED, hull_of_overlap, normal_of, place_surface
 from obstacles import corners_at
 from surfaces import Surface
@@ -31,7 +28,7 @@ def unfelt_overlap(scene, stored):
             surface = Surface(scene, pair)
             if size == 0 or pair.small or not surface.has_faces:
                 continue
-            held = stored.pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)]
+            held = stored.pairs[scene.key_of(pair)]
             touches = np.abs(held["reaction"][row]).max(axis=1) > 0
             touches |= np.abs(held["gap"][row]) <= 10 * scene.tolerance * size
             slave, master, y = surface.slave, surface.master, x

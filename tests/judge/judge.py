@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Run the program on random decks and judge its results by an independent finite-element program.
 
-    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|joined] [--jobs 2]
+    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|joined|rims] [--jobs 2]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
 `bodies` has bodies that touch each other or are tied, obstacles of facets and obstacles that turn.
 `joined` has decks of these two with equations, couplings, local directions, supports that stay as
-they are, and temperatures. Of `all` the second and the third have a quarter as many decks as the
-first; of `both` the third has none.
+they are, and temperatures. `rims` has contact beside what is clamped, tied, joined or cracked, in
+corners of one master, and before tools smaller than an element. Of `all` the second and the third
+have a quarter as many decks as the first, and `rims` none; of `both` the third has none, either.
 
 A deck is one of
 
@@ -46,6 +47,7 @@ from joined_scenes import random_joined
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
+from rim_scenes import random_rims
 from scenes import write_deck
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -106,7 +108,12 @@ def judge_run(scene, deck, status, message, options):
     findings = []
     if stored is not None:
         judge = Judge(scene, stored)
-        findings = judge.judge(complete=status == 0)
+        try:
+            findings = judge.judge(complete=status == 0)
+        except Unreadable as error:
+            findings = judge.findings
+            if not findings:
+                return BROKEN, f"exit status {status}, unreadable result: {error!r}"
     if findings:
         more = f" (and {len(findings) - 1} more)" if len(findings) > 1 else ""
         worst = max(findings, key=lambda f: f.found / f.allowed if f.allowed > 0 else 1e300)
@@ -117,7 +124,9 @@ def judge_run(scene, deck, status, message, options):
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
-FAMILIES = {"one": random_scene, "bodies": random_bodies, "joined": random_joined}
+FAMILIES = {
+    "one": random_scene, "bodies": random_bodies, "joined": random_joined, "rims": random_rims,
+}  # fmt: skip
 
 
 def judge_seed(deck, options):
@@ -174,7 +183,7 @@ def judge_decks(decks, options):
 
 def chosen_decks(options):
     """The decks (family, seed) that the command line names."""
-    groups = {"all": list(FAMILIES), "both": ["one", "bodies"]}
+    groups = {"all": ["one", "bodies", "joined"], "both": ["one", "bodies"]}
     families = groups.get(options.family, [options.family])
     if options.only:
         return [(family, seed) for family in families for seed in options.only]

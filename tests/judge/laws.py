@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
+from held_points import LEFT, Freedom, points_that_cannot_part
 from joints import Joints, file_rows, with_rotations, with_stand_ins
+from least_squares import least_squares_in_cone
 from load_path import LoadPath
-from obstacles import across, chords, locate, shift_of, turned
-from scenes import EPS
+from mortar import LEAST_SHARE, normal_of
+from obstacles import across, chords, depth_below, locate, shift_of, turned, unit
+from scenes import CYLINDER, EPS, SPHERE
 from surfaces import Surface, Ties, settled
 
 SLACK = 2.0  # times what the program allows itself: its scales are not these to the last digit
@@ -90,7 +93,8 @@ class Stored:
             self.moments = field("reaction_moment", (3,))
             self.contact_force = field("contact_force", (3,))
             self.pairs = {}
-            for name, group in file.get("contact", {}).items():
+            groups = file.get("contact", {})
+            for name, group in groups.items():
                 frame = group["frame"][:]
                 if len(frame) != 1:
                     frame = frame[rows]
@@ -99,13 +103,42 @@ class Stored:
                     "frame": np.broadcast_to(frame, (self.finished, *frame.shape[1:])),
                     **{key: group[key][rows] for key in
                        ("reaction", "gap", "slip_increment", "status", "resultant",
-                        "moment", "moment_left", "torque", "covered_area", "least_gap")
-                       if key in group},
+                        "moment", "moment_left", "torque", "covered_area", "least_gap",
+                        "undetermined") if key in group},
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
+            for pair in scene.pairs:
+                if pair.wall is not None:
+                    name = scene.name_of(pair)
+                    self.take_wall(scene, pair, groups[name], self.pairs[name])
         with_rotations(scene, self)
         with_stand_ins(scene, self)
+
+    def take_wall(self, scene, pair, group, whole):
+        """The points before a wall of a master: those before the side of the master that it is."""
+        if "master_side" not in group:
+            return
+        sides = group["master_side"][:]
+        if pair.obstacle is not None:
+            of_facets = group["obstacle_side"][:]
+            side = np.unique(of_facets[scene.obstacles[pair.obstacle].of_it])
+            if len(side) != 1:
+                raise Unreadable("facets of one wall are on several sides")
+        else:
+            wall = scene.faces(*pair.master)
+            ahead = sum(normal_of(scene.points[list(f)]) for f in wall)
+            along = np.where(whole["gap"] < 1e29, whole["frame"][:, :, 0] @ ahead, 0.0)
+            number = range(1, sides.max() + 1)
+            side = [max(number, key=lambda s: along[:, sides == s].sum())]
+        chosen = sides == side[0]
+        self.pairs[scene.key_of(pair)] = {
+            "rows": whole["rows"][chosen], "area": whole["area"][chosen],
+            "friction": whole["friction"],
+            **{key: whole[key][:, chosen] for key in
+               ("frame", "reaction", "gap", "slip_increment", "status", "covered_area",
+                "least_gap", "undetermined") if key in whole},
+        }  # fmt: skip
 
     @staticmethod
     def rows_of(scene, ids, expected):
@@ -139,6 +172,7 @@ class Judge:
         self.body_rows = scene.tied_bodies()
         self.added = scene.added_gaps()
         self.pressed_before = np.zeros_like(scene.points)
+        self.freedom = None
         self.worst = {}
 
     def note(self, kind, row, found, allowed, where=""):
@@ -226,6 +260,9 @@ class Judge:
         if turned_before is None:
             turned_before = np.zeros_like(u)
 
+        if self.freedom is None or not np.array_equal(self.freedom.held, held):
+            self.freedom = Freedom(scene, held)
+        self.check_walls(row, u, before)
         points = self.points_of(row, u, before, held, turned_before)
         pressed, doubt = np.zeros_like(u), 0.0
         for p in points:
@@ -276,6 +313,10 @@ class Judge:
         self.check_bodies(row, far, loads, pressed, -joined, before_it)
         scale = self.contact_scale(far, points, acting, force)
         self.check_surfaces(row, points, length)
+        self.check_sums_of_walls(row, points)
+        self.check_tools(row, u, points, length)
+        self.check_self_stress(row, points, scale)
+        self.check_work(row, u, (internal, loads, thermal, pressed), force)
         self.check_moments(row, points, u)
         self.check_contact(row, points, scale, length)
 
@@ -296,7 +337,9 @@ class Judge:
         scene, out = self.scene, []
         rotations = (turned_before, self.stored.rotation[row])
         for pair, surface in zip(scene.pairs, self.surfaces, strict=True):
-            stored = self.stored.pairs[self.name_of(pair)]
+            if scene.key_of(pair) not in self.stored.pairs:
+                raise Unreadable("the points of a pair are not told apart by sides of its master")
+            stored = self.stored.pairs[scene.key_of(pair)]
             if surface.has_faces:
                 out.append(self.surface_points(row, surface, u, before, held, rotations))
                 continue
@@ -323,7 +366,8 @@ class Judge:
             known = across(np.where(fixed, moved, 0.0), normal)
             out.append({
                 "pair": pair, "rows": rows, "reference": obstacle.reference, "gap": gap,
-                "normal": normal, "rounding": rounding, "force": force, "frame": frame,
+                "obstacle": here, "normal": normal, "rounding": rounding, "force": force,
+                "frame": frame,
                 "slip": across(moved, normal), "known": known, "master": None, "placed": None,
                 # No direction along the normal is free: no reaction there (theory.md, section 2).
                 "blocked": np.linalg.norm(np.where(fixed, 0.0, normal), axis=1) < 1e-9,
@@ -350,9 +394,8 @@ class Judge:
         How far these are from the judge's own (`off`) is judged by check_surfaces.
         """
         scene, pair = self.scene, surface.pair
-        stored = self.stored.pairs[self.name_of(pair)]
-        placed = surface.place(u, rotations[1])
-        rows = placed.rows
+        stored = self.stored.pairs[scene.key_of(pair)]
+        rows = surface.first.rows
         order = np.argsort(stored["rows"])
         same = np.array_equal(stored["rows"][order], rows)
         self.note("slave nodes without a contact point", row, float(not same), 0)
@@ -364,14 +407,17 @@ class Judge:
 
         frame, gap = read("frame"), read("gap")
         has_row = gap < 1e29
+        still, none = self.without_row(row, surface, u, rotations[1], has_row)
+        placed = surface.place(u, rotations[1], rows[none])
         force = np.einsum("pk,pki->pi", read("reaction"), frame)
         slip = np.einsum("pk,pki->pi", read("slip_increment"), frame[:, 1:])
+        told = (gap, slip, frame[:, 0], read("covered_area"))
+        self.keep_joined(surface, placed, u, before, rows[none], told)
         gap = np.where(has_row, gap, 0.0)
         obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
         if obstacle is None:
             master = placed.weights
-            heavy = (np.abs(master) > 0).astype(float)
-            fixed = held[rows] & ~(heavy @ (~held).astype(float) > 0)
+            fixed = still
             moved = (u - before)[rows] - master @ (u - before)
             reference = None
         else:
@@ -397,14 +443,101 @@ class Judge:
             "pair": pair, "rows": rows, "reference": reference, "gap": gap,
             "normal": frame[:, 0], "rounding": rounding,
             "force": force, "frame": frame, "slip": slip, "known": np.zeros_like(slip),
-            "blocked": np.linalg.norm(np.where(fixed, 0.0, frame[:, 0]), axis=1) < 1e-9,
+            "blocked": none | (np.linalg.norm(np.where(fixed, 0.0, frame[:, 0]), axis=1) < 1e-9),
             "held": np.linalg.norm(across_held(fixed, frame[:, 0]), axis=(1, 2)) > 1e-9,
-            "stored": kept, "status": read("status"), "has_row": has_row, "master": master,
-            "placed": placed, "own_gap": own, "own_slip": own_slip,
+            "still": still, "stored": kept, "status": read("status"), "has_row": has_row,
+            "master": master, "placed": placed, "own_gap": own, "own_slip": own_slip,
             "doubt": placed.doubt(size), "apart": placed.apart, "area": stored["area"][order],
             "covered": read("covered_area"), "least": read("least_gap"),
             "added": self.added[rows], "far": size, "moved": np.abs(moved).max(initial=0.0),
         }  # fmt: skip
+
+    def without_row(self, row, surface, u, rotation, has_row):
+        """(still (P, 3), none (P,)): where the two sides of points cannot move apart.
+
+        Along axes, and along the normal, so that the point has no multiplier.
+        """
+        rows = surface.first.rows
+        still, none = np.zeros((len(rows), 3), dtype=bool), np.zeros(len(rows), dtype=bool)
+        answers = points_that_cannot_part(surface, self.freedom, u, rotation)
+        for at, number in enumerate(rows):
+            if int(number) not in answers:
+                continue
+            surely, _, perhaps, still[at] = answers[int(number)]
+            none[at] = perhaps and not has_row[at]
+            if surely and has_row[at]:
+                self.note("place of a point whose sides cannot move apart", row, 1.0, 0.0,
+                          f"at node {self.scene.ids[number]}")  # fmt: skip
+        # With what neighbours got of others a point may have nearly all of its weights where both
+        # sides are held.
+        left = np.flatnonzero(~has_row & ~none)
+        if none.any() and len(left):
+            placed, held = surface.place(u, rotation, rows[none]), self.freedom.is_held
+            for at in left:
+                weights, normal = placed.weights[at], placed.normal[at]
+                if normal.any() and held(rows[at], normal):
+                    stays = [abs(weights[k]) for k in np.flatnonzero(weights) if held(k, normal)]
+                    none[at] = sum(stays) >= (1 - LEFT[2]) * np.abs(weights).sum()
+        return still, none
+
+    def keep_joined(self, surface, placed, u, before, none, told):
+        """Points that constraints join keep weights and normals of the undeformed mesh, perhaps.
+
+        Or they face one node alone that has nearly all of them. Whatever explains best what the
+        file tells of a point is taken: all are right. `told`: gaps, slips, normals, areas.
+        """
+        if surface.obstacle is not None or not self.joints_of(surface):
+            return
+        first = surface.place(np.zeros_like(u), np.zeros_like(u), none)
+        one = (first.weights >= 0.95 * np.abs(first.weights).sum(axis=1)[:, None]).astype(float)
+        alone = one.sum(axis=1) == 1
+        rows, start, length = first.rows, self.scene.points, np.abs(u).max() or 1.0
+        gaps, slips, normals, areas = told
+        best = None
+        for weights, of, which in ((placed.weights, placed, ~alone | True),
+                                   (first.weights, first, ~alone | True), (one, first, alone)):
+            # With small sliding places are those of the undeformed mesh.
+            beyond = u[rows] - weights @ u
+            apart = start[rows] - weights @ start
+            if of is placed:
+                apart = placed.apart
+            elif not surface.pair.small:
+                apart = apart + beyond
+            whole = apart + (beyond if surface.pair.small else 0.0)
+            own = np.einsum("pi,pi->p", of.normal, whole) + self.added[rows]
+            slip = across((u - before)[rows] - weights @ (u - before), of.normal)
+            off = np.abs(gaps - own) / length + np.abs(slips - slip).max(axis=1) / length
+            off = off + np.abs(normals - of.normal).max(axis=1)
+            off = off + np.abs(areas - of.covered) / placed.area
+            if best is None:
+                best = off
+                continue
+            near = which & (first.covered > 0) & (gaps < 1e29) & (off < best - 1e-9)
+            best = np.where(near, off, best)
+            placed.weights[near], placed.normal[near] = weights[near], of.normal[near]
+            placed.apart[near], placed.covered[near] = apart[near], of.covered[near]
+
+    def joints_of(self, surface):
+        """Whether equations, couplings or ties have nodes of a pair."""
+        rows = set(np.ravel(surface.slave).tolist()) | set(surface.reached.tolist())
+        if any(rows & set(tie.rows.tolist()) for tie in self.ties.all):
+            return True
+        lines = Joints(self.scene, np.zeros(self.scene.points.shape, dtype=bool)).lines
+        return any(at[0] in rows for at in lines)
+
+    def check_walls(self, row, u, before):
+        """No slave node is behind a wall of a master that has concave corners, by own integrals."""
+        length = max(np.linalg.norm(u - before, axis=1).max(),
+                     *(np.ptp(u[rows], axis=0).max() for rows in self.body_rows))  # fmt: skip
+        for pair, surface in zip(self.scene.pairs, self.surfaces, strict=True):
+            if pair.wall is None:
+                continue
+            seen = surface.place(u, self.stored.rotation[row])
+            depth = np.where(seen.share > 10 * LEAST_SHARE, -seen.gap, 0.0)
+            depth = depth - 1e-12 * np.abs(self.scene.points).max()
+            at = int(np.argmax(depth))
+            self.note("node behind a wall by", row, max(0.0, depth[at]) / (length or 1.0),
+                      self.allowed, f"at node {self.scene.ids[seen.rows[at]]}")  # fmt: skip
 
     def check_surfaces(self, row, points, length):
         """Places of the file before a surface are those of own integrals."""
@@ -441,7 +574,7 @@ class Judge:
             self.note("weighted gap wrong by", row, (off / room)[seen].max(initial=0.0), 1.0)
             off = np.abs(p["normal"] - placed.normal).max(axis=1)
             self.note("normal wrong by", row, (off / (1e-6 + doubt))[seen].max(initial=0.0), 1.0)
-            off = np.abs(p["slip"] - p["own_slip"]).max(axis=1) - lost
+            off = np.where(p["still"], 0.0, np.abs(p["slip"] - p["own_slip"])).max(axis=1) - lost
             room = 1e-6 * length + doubt * (p["moved"] + length) + TINY
             self.note("slip wrong by", row, (off / room)[seen].max(initial=0.0), 1.0)
             if p["pair"].small or not seen.any():
@@ -471,8 +604,8 @@ class Judge:
         on = np.zeros_like(u)
         for p in points:
             stored, strength = p["stored"], np.abs(p["force"]).sum()
-            if "moment" not in stored:  # an own solution
-                return
+            if "moment" not in stored:  # an own solution, or a wall
+                continue
             arm = self.scene.points[p["rows"]]
             moment = np.cross(arm, p["force"]).sum(axis=0)
             reach = np.abs(self.scene.points).max() + np.abs(u).max()
@@ -516,14 +649,6 @@ class Judge:
         for at, jump, terms in self.joints.jumps(u):
             self.note("joint not kept by", row, jump, 64 * EPS * max(terms, size),
                       f"at node {self.scene.ids[at]}")  # fmt: skip
-
-    def name_of(self, pair):
-        """The group of a pair in the file."""
-        part = self.scene.parts[pair.part]
-        if pair.master is not None:
-            other, side = pair.master
-            return f"{part.name}-{pair.side}:{self.scene.parts[other].name}-{side}"
-        return f"{part.name}-{pair.side}:{self.scene.obstacles[pair.obstacle].name}"
 
     def check_equilibrium(self, row, far, residual, held, acting, force):
         """K u = loads + supports + contact at every node; the obstacles' reference nodes too.
@@ -708,6 +833,84 @@ class Judge:
             total = max(total, 1e-10 * force)
             self.note("friction law", row, defect / (total * farthest), allowed)
 
+    def check_sums_of_walls(self, row, points):
+        """Resultants of pairs whose points are told apart by walls."""
+        sums = {}
+        for p in points:
+            if p["pair"].wall is not None:
+                sums.setdefault(self.scene.name_of(p["pair"]), []).append(p["force"])
+        for name, forces in sums.items():
+            if name in self.stored.pairs:  # not so in an own solution
+                self.check_resultant(row, self.stored.pairs[name], np.vstack(forces))
+
+    def check_tools(self, row, u, points, length):
+        """Spheres and cylinders press on the outside of faces, and have their middle outside."""
+        for p in points:
+            obstacle = p.get("obstacle")
+            if obstacle is None or obstacle.kind not in (SPHERE, CYLINDER) or obstacle.inner:
+                continue
+            faces = np.array(self.scene.faces(p["pair"].part, p["pair"].side))
+            x = self.scene.points + u
+            outward = np.zeros_like(x)
+            for face in faces:
+                n = np.cross(x[face[2]] - x[face[0]], x[face[3]] - x[face[1]])
+                outward[face] += n
+            outward = outward[p["rows"]]
+            outward = outward / np.linalg.norm(outward, axis=1)[:, None]
+            pressed = np.linalg.norm(p["force"], axis=1)
+            pressed = pressed > 1e-6 * pressed.max(initial=0.0)
+            along = np.einsum("pi,pi->p", p["normal"], outward)
+            self.note("pressed from inside, cosine", row,
+                      along[pressed].max(initial=-1.0), 0.2)  # fmt: skip
+            way = unit(outward.sum(axis=0))
+            deep = [depth_below(x[face], obstacle, shift_of(obstacle, u), way) for face in faces]
+            self.note("middle of a tool is in a body by", row, max(deep) / obstacle.radius,
+                      1e-6)  # fmt: skip
+
+    def check_self_stress(self, row, points, force):
+        """Reactions that supports and constraints could carry alone are the least there are.
+
+        Of the points that press. Rows of contact over all directions that depend on nothing say
+        which combinations of normal reactions move nothing.
+        """
+        moves, rows, sizes = self.freedom.motions, [], []
+        joined = bool(self.ties.all or self.joints.lines)
+        for p in points:
+            if p["master"] is None or not (joined or self.freedom.held[p["rows"]].any()):
+                continue
+            normal_force = np.einsum("pi,pi->p", p["force"], p["normal"])
+            for at in np.flatnonzero(normal_force > 1e-6 * min(force, normal_force.max())):
+                own = np.einsum("i,in->n", p["normal"][at], moves[p["rows"][at]])
+                other = np.einsum("m,i,min->n", p["master"][at], p["normal"][at], moves)
+                rows.append(own - other)
+                sizes.append(normal_force[at])
+        if not rows:
+            return
+        left, size, _ = np.linalg.svd(np.array(rows))
+        rank = int(np.sum(size > 1e-9 * size.max(initial=0.0)))
+        if rank == len(rows):
+            return
+        sizes = np.array(sizes)
+        across = left[:, :rank] @ left[:, :rank].T
+        matrix = np.vstack([1e5 * across, np.eye(len(sizes))])
+        right = np.concatenate([1e5 * across @ sizes, np.zeros(len(sizes))])
+        least, _ = least_squares_in_cone(matrix, right)
+        # The program's are the least to the tolerance of its solver, and with friction nearly.
+        self.note("reactions that constraints could carry exceed the least", row,
+                  np.linalg.norm(sizes), 1.1 * np.linalg.norm(least))  # fmt: skip
+
+    def check_work(self, row, u, forces, force):
+        """Half of u . K u is half the work of all nodal forces: constraints do none."""
+        internal, loads, thermal, pressed = forces
+        forces = (loads, thermal, self.stored.supports[row], pressed)
+        stiff = internal + thermal
+        work = [np.sum(f * u) for f in (stiff, *forces)]
+        size = sum(np.sum(np.abs(f * u)) for f in (stiff, *forces))
+        # Where supports take the loads at once displacements are rounding.
+        lost = np.sum(self.scene.bricks().rounding(u)) + self.allowed * force + self.tie_doubt
+        self.note("work of nodal forces wrong by", row, abs(work[0] - sum(work[1:])),
+                  self.allowed * size + lost * np.abs(u).max() + TINY)  # fmt: skip
+
     def turns(self, p):
         """Whether the obstacle before points turns."""
         at = p["reference"]
@@ -737,11 +940,16 @@ class Judge:
         self.note("friction of a point that slides below its limit by", row,
                   inside.max() / force if force > 0 else 0.0,
                   max(1e-3, allowed * np.hypot(1.0, mu)))  # fmt: skip
-        resultant = p["force"].sum(axis=0)
-        self.note("resultant wrong by", row, np.abs(stored["resultant"][row] - resultant).max(),
-                  1e-12 * max(strength.sum(), 1e-300))  # fmt: skip
+        if "resultant" in stored:
+            self.check_resultant(row, stored, p["force"])
         if mu != stored["friction"]:
             self.note("friction coefficient", row, abs(mu - stored["friction"]), 0)
+
+    def check_resultant(self, row, stored, force):
+        """The sum of reactions (P, 3) in the file."""
+        resultant, strength = force.sum(axis=0), np.abs(force)
+        self.note("resultant wrong by", row, np.abs(stored["resultant"][row] - resultant).max(),
+                  1e-12 * max(strength.sum(), 1e-300))  # fmt: skip
 
 
 def across_held(fixed, normal):

@@ -136,7 +136,7 @@ class Placed:
     @property
     def share(self):
         """What is covered of each node's area."""
-        return self.covered / self.area
+        return self.covered / np.where(self.area > 0, self.area, 1.0)
 
     @property
     def gap(self):
@@ -144,8 +144,25 @@ class Placed:
         return np.einsum("pi,pi->p", self.normal, self.apart)
 
 
-def place_surface(slave, x, master, y):
-    """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)]."""
+def taken_over(has_none):
+    """(4, 4): what each node of a face gets of the multipliers of all; columns add up to 1.
+
+    Those of nodes that have none go to their neighbours along the edges, or to the node across.
+    """
+    out = np.diag((~has_none).astype(float))
+    for a in np.flatnonzero(has_none):
+        takers = [b for b in ((a + 1) % 4, (a + 3) % 4) if not has_none[b]]
+        takers = takers or np.flatnonzero(~has_none).tolist()
+        out[takers, a] = 1.0 / max(1, len(takers))
+    return out
+
+
+def place_surface(slave, x, master, y, none=()):
+    """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)].
+
+    `none`: rows of slave nodes without a multiplier, (11.16); `y` is `x` then, and weights have
+    those of the slave's own nodes for whose place their neighbours stand.
+    """
     rows = np.unique(slave)
     number = {int(r): i for i, r in enumerate(rows)}
     count = len(rows)
@@ -169,7 +186,10 @@ def place_surface(slave, x, master, y):
         middle = places.mean(axis=0)
         flat = (places - middle) @ plane
         own = integrate(flat, flat, None)
-        area[at] += own[1]
+        has_none = np.isin(face, list(none))
+        given = taken_over(has_none)
+        # What has no multiplier keeps its area, of which nothing is covered.
+        area[at] += given @ own[1] + has_none * own[1]
         bend = max(bend, bend_of(flat), float(np.abs((places - middle) @ n).max()
                                                / np.ptp(flat, axis=0).max()))  # fmt: skip
         low, high = flat.min(axis=0), flat.max(axis=0)
@@ -198,13 +218,16 @@ def place_surface(slave, x, master, y):
             most[at] = np.maximum(most[at], distance.max())
         if lumped.sum() < LEAST_KEPT * own[0]:
             continue
-        dual = lumped[:, None] * np.linalg.inv(mass)  # Phi = dual N, (11.1)
-        covered[at] += lumped
+        dual = given @ (lumped[:, None] * np.linalg.inv(mass))  # Phi = dual N, (11.1)
+        covered[at] += given @ lumped
+        for b, a in np.argwhere((given > 0) & ~np.eye(4, dtype=bool)):
+            weights[at[b], face[b]] += given[b, a] * lumped[a]
+            weights[at[b], face[a]] -= given[b, a] * lumped[a]
         for f, mix, lump in mixed:
             part = dual @ mix
             for a in range(4):
                 weights[at[a], list(master[f])] += part[a]
-                normal[at[a]] += lump[a] * normals[f]
+                normal[at[a]] += (given @ lump)[a] * normals[f]
     some = covered > 0
     weights[some] /= covered[some, None]
     length = np.linalg.norm(normal, axis=1)

@@ -93,6 +93,28 @@ def locate(obstacle, places, u, shift, added=0.0):
     return (gap + added).astype(float), normals.astype(float), 8 * EPS * size
 
 
+def depth_below(face, obstacle, shift, way):
+    """How deep below a flat face (4, 3) the middle of a sphere or cylinder is, 0 beside it.
+
+    Along the unit vector `way` (3,), out of the body. Of a cylinder the point of its axis that is
+    nearest to the middle of the face.
+    """
+    middle = face.mean(axis=0)
+    normal = np.cross(face[2] - face[0], face[3] - face[1])
+    normal = normal / np.linalg.norm(normal)
+    place = np.asarray(obstacle.point, dtype=float) + shift
+    if obstacle.kind == CYLINDER:
+        axis = unit(obstacle.direction)
+        place = place + axis * (axis @ (middle - place))
+    below = (middle - place) @ normal / (way @ normal)
+    foot = place + below * way
+    edges = np.roll(face, -1, axis=0) - face
+    inside = np.cross(edges, foot - face) @ normal >= -1e-9 * (edges**2).max()
+    # Farther than the face is wide it is on the far side of the body, if not beyond it.
+    near = below < np.ptp(face, axis=0).max()
+    return max(0.0, float(below)) if np.all(inside) and near else 0.0
+
+
 def across(vectors, normals):
     """The parts (P, 3) of vectors across their normals."""
     return vectors - np.einsum("pi,pi->p", vectors, normals)[:, None] * normals

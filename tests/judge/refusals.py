@@ -9,6 +9,7 @@ from between_nodes import covered_corners, unfelt_overlap
 from bricks import FACES
 from joints import Joints
 from laws import Judge
+from least_squares import least_squares_in_cone
 from load_path import LoadPath
 from mortar import LEAST_SHARE, normal_of, place_surface
 from obstacles import locate, shift_of
@@ -16,40 +17,6 @@ from slow_solver import Increment, frame_of, rigid_motions
 from surfaces import Ties, settled
 
 CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "unconfirmed"
-
-
-def least_squares_in_cone(columns, right, limit=4000):
-    """min |columns y - right| over y >= 0 (Lawson and Hanson); (y, size of what is left)."""
-    n = columns.shape[1]
-    y = np.zeros(n)
-    passive = np.zeros(n, dtype=bool)
-    left = right.copy()
-    for _ in range(limit):
-        slope = columns.T @ left
-        slope[passive] = -np.inf
-        at = int(np.argmax(slope))
-        if slope[at] <= 1e-13 * np.linalg.norm(right):
-            break
-        passive[at] = True
-        while True:
-            found = np.zeros(n)
-            found[passive] = np.linalg.lstsq(columns[:, passive], right, rcond=None)[0]
-            bad = passive & (found <= 0)
-            if not bad.any():
-                break
-            share = (y[bad] / (y[bad] - found[bad])).min()
-            y = y + share * (found - y)
-            passive &= y > 1e-15 * np.abs(y).max(initial=0)
-            y[~passive] = 0
-            if not passive.any():
-                break
-        y = found
-        new = right - columns @ y
-        if np.linalg.norm(new) >= np.linalg.norm(left) * (1 - 1e-15):
-            left = new
-            break
-        left = new
-    return y, float(np.linalg.norm(left))
 
 
 def unbalanced_share(scene, u, held, loads, increment=None):
@@ -360,6 +327,14 @@ def confirm(scene, stored, message):
         if folded:
             return CONFIRMED, f"its own solution has {folded[0].found:g} folded faces in contact"
         return OPEN, f"its own solution (residual {found.residual:.1e}) has no folded face"
+    if not findings and "contact gains or loses" in message:
+        share = gained_share(increment, found, stored)
+        if abs(share) > 0.1:
+            return CONFIRMED, f"in its own solution contact gains {share:.1e} of the strain energy"
+    if re.search("would press it from behind|passes", message):
+        behind = [f for f in findings if f.kind in FROM_BEHIND]
+        if behind:
+            return CONFIRMED, f"its own solution of the increment: {behind[0]}"
     if not findings and "contact is missed" in message:
         depth = missed_depth(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():
@@ -396,6 +371,29 @@ def confirm(scene, stored, message):
     return OPEN, f"the slow solver came to {found.residual:.1e}: {findings[0]}"
 
 
+def gained_share(increment, solution, stored):
+    """What contact does in an increment beside friction, (6.5), over the strain energy at its end.
+
+    By the trapezoidal rule, with the reactions stored when it began.
+    """
+    scene, work = increment.scene, 0.0
+    _, frames, _, _ = increment.place(solution.u)
+    moved = increment.relative(solution.u)
+    index = np.array([i for i, *_ in increment.points], dtype=int)
+    for number, pair in enumerate(scene.pairs):
+        at = np.flatnonzero(index == number)
+        new, old = solution.forces[number], np.zeros((len(at), 3))
+        if stored is not None and stored.finished:
+            group = stored.pairs[scene.key_of(pair)]
+            order = np.argsort(group["rows"])
+            force = np.einsum("pk,pki->pi", group["reaction"][-1], group["frame"][-1])
+            old = force[order]
+        across = moved[at] - np.einsum("pi,pi,pj->pj", moved[at], frames[at, 0], frames[at, 0])
+        work += np.sum(new * across) - np.sum((old + new) * moved[at]) / 2
+    energy = np.sum(solution.u * scene.bricks().internal_force(solution.u)) / 2
+    return work / energy if energy > 0 else 0.0
+
+
 def least_in_single_precision(increment):
     """The least eigenvalue of the stiffness rounded to single precision, over the largest."""
     free = increment.body.free
@@ -424,6 +422,7 @@ def largest_wedge(increment, solution):
 
 # What the program says where it is rounding that keeps it from a solution.
 NUMERICAL = r"condition of the stiffness|not positive definite"
+FROM_BEHIND = {"pressed from inside, cosine", "middle of a tool is in a body by"}
 ROUNDED = {"out of balance", "support forces are rounding by", "support force wrong by"}
 
 
@@ -497,14 +496,14 @@ def as_stored(scene, increment, solution, step, time):
         }  # fmt: skip
         surface = increment.surfaces[number]
         if surface.has_faces:
-            seen = surface.place(u, increment.rotations[1])
+            seen = surface.place(u, increment.rotations[1], increment.without_row[number])
             group["gap"] = np.where(counts[at, 0], gaps[at], 1e30)[None]
             # Tangents across a plane of symmetry are none.
             group["slip_increment"] = slip[None] * tangents(frame, seen)[None]
             group["area"] = surface.area
             group["covered_area"] = seen.covered[None]
             group["least_gap"] = (seen.least + increment.added[rows])[None]
-        pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)] = group
+        pairs[scene.key_of(pair)] = group
     residual = scene.bricks().internal_force(u) - increment.loads - pressed
     residual, _ = Joints(scene, increment.held).hand_over(residual)
     residual, _ = Ties(scene).hand_over(residual, increment.held)

@@ -61,6 +61,8 @@ class Obstacle:
     corner_rows: range | None = None
     back: bool = False  # the facets are written the other way round, and the surface with SNEG
     text: bool = False  # an STL file of text
+    wall_of: int | None = None  # the obstacle of which these facets are a wall, and
+    of_it: list | None = None  # the numbers of its facets that they are
 
     @property
     def has_facets(self):
@@ -70,7 +72,11 @@ class Obstacle:
 
 @dataclass
 class Pair:
-    """A slave surface, by part and side, and the index of an obstacle or a master (part, side)."""
+    """A slave surface, by part and side, and the index of an obstacle or a master (part, side).
+
+    A master with concave edges is a pair for each `wall` (0, 1, ...) here, and one in the deck:
+    that of an obstacle is `wall_of` the deck's, that of a body the side `whole`.
+    """
 
     part: int
     side: str
@@ -79,6 +85,8 @@ class Pair:
     master: tuple | None = None
     small: bool = False
     adjust: float | None = None
+    wall: int | None = None
+    whole: str | None = None
 
 
 @dataclass
@@ -322,6 +330,20 @@ class Scene:
             out[one.rows] = one.value
         return out
 
+    def name_of(self, pair):
+        """The name of a pair's results."""
+        if pair.master is not None:
+            part, side = pair.master
+            master = f"{self.parts[part].name}-{pair.whole or side}"
+        else:
+            one = self.obstacles[pair.obstacle]
+            master = (one if one.wall_of is None else self.obstacles[one.wall_of]).name
+        return f"{self.parts[pair.part].name}-{pair.side}:{master}"
+
+    def key_of(self, pair):
+        """The same, with the number of the wall where it is of one."""
+        return self.name_of(pair) + ("" if pair.wall is None else f"#{pair.wall}")
+
     def added_gaps(self):
         """What *CONTACT GAP adds at each point, (N,)."""
         out = np.zeros(len(self.points))
@@ -431,6 +453,8 @@ class DeckWriter:
     def write_contact(self):
         scene = self.scene
         for one in scene.obstacles:
+            if one.wall_of is not None:
+                continue
             if one.kind == FACETS:
                 self.write_facets(one)
                 continue
@@ -449,13 +473,15 @@ class DeckWriter:
                 data.append(one.radius)
             self.add(options, ", ".join(number(x) for x in data))
         for index, pair in enumerate(scene.pairs):
+            if pair.wall:
+                continue
             self.add(f"*SURFACE INTERACTION, NAME=I{index}")
             if pair.friction:
                 self.add("*FRICTION", number(pair.friction))
             options = "" if pair.adjust is None else f", ADJUST={number(pair.adjust)}"
             options += ", SMALL SLIDING" if pair.small else ""
             self.add(f"*CONTACT PAIR, INTERACTION=I{index}{options}")
-            self.add(f"{self.pair_name(pair).replace(':', ', ')}")
+            self.add(f"{scene.name_of(pair).replace(':', ', ')}")
         for index, tie in enumerate(scene.ties):
             names = [f"{scene.parts[part].name}-{side}" for part, side in (tie.slave, tie.master)]
             self.add(f"*TIE, NAME=T{index}", ", ".join(names))
@@ -483,15 +509,6 @@ class DeckWriter:
         for one in scene.first_temperatures:
             self.add("*INITIAL CONDITIONS, TYPE=TEMPERATURE")
             self.add(f"{self.set_of(one.rows, one.name)}, {number(one.value)}")
-
-    def pair_name(self, pair):
-        """The name of a pair's results."""
-        if pair.master is not None:
-            part, side = pair.master
-            master = f"{self.scene.parts[part].name}-{side}"
-        else:
-            master = self.scene.obstacles[pair.obstacle].name
-        return f"{self.scene.parts[pair.part].name}-{pair.side}:{master}"
 
     def stl_name(self, obstacle):
         """The STL file of an obstacle, beside the deck."""
@@ -601,5 +618,5 @@ def write_deck(scene, path):
     writer = DeckWriter(scene)
     path.write_text(writer.text())
     for obstacle in scene.obstacles:
-        if obstacle.kind == STL:
+        if obstacle.kind == STL and obstacle.wall_of is None:
             (path.parent / writer.stl_name(obstacle)).write_bytes(stl_of(obstacle))

@@ -13,6 +13,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from held_points import Freedom, follow_ties, free_directions, points_that_cannot_part
 from joints import Joints
 from mortar import LEAST_KEPT, LEAST_SHARE
 from obstacles import chords, locate, shift_of, turned
@@ -42,21 +43,10 @@ class Body:
         self.scene = scene
         bricks = scene.bricks()
         self.stiffness = bricks.stiffness()
-        used = np.zeros(held.shape, dtype=bool)
-        used[np.unique(scene.nodes)] = True
-        used[scene.references()] = True
         self.joints = joints = Joints(scene, held)
-        for at, terms in joints.lines.items():
-            for other in terms:
-                used[other] = True
-            used[at] = False
-        for at in joints.lines:
-            used[at] = False
         self.ties = ties = Ties(scene).all
         self.tied = [~held[tie.rows] for tie in ties]
-        for tie in ties:
-            used[tie.rows] &= held[tie.rows]
-        self.free = np.flatnonzero((used & ~held).ravel())
+        self.free = free_directions(scene, held, joints, ties)
         self.motions = rigid_motions(scene, held)[self.free]  # (n, m), orthonormal
         self.follow = follow_ties(ties, joints, self.free, held) if ties or joints.lines else None
         if self.follow is not None:
@@ -107,19 +97,6 @@ class Body:
         """Displacements (n, ...) of the free directions, but for rigid motions."""
         scale = self.scale if force.ndim == 1 else self.scale[:, None]
         return self.inverse @ (force / scale) / scale
-
-
-def follow_ties(ties, joints, free, held):
-    """All displacements (3N, n) that a unit of each free direction makes, ties included."""
-    out = np.zeros((held.size, len(free)))
-    out[free, np.arange(len(free))] = 1.0
-    for _ in range(len(ties) + (4 if joints.lines else 0)):  # chains
-        for tie in ties:
-            for i in range(3):
-                moves = ~held[tie.rows, i]
-                out[3 * tie.rows[moves] + i] = tie.weights[moves] @ out[i::3]
-        joints.complete(out)
-    return out
 
 
 def rigid_motions(scene, held):
@@ -202,6 +179,7 @@ class Increment:
         self.pressed_before = np.zeros_like(before)  # forces of contact when it began
         self.points = []  # (pair index, row, obstacle)
         self.surfaces = [Surface(scene, pair) for pair in scene.pairs]
+        self.freedom = Freedom(scene, self.held)
         self.kept = set()  # points that had a place on a surface
         for index, pair in enumerate(scene.pairs):
             obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
@@ -226,7 +204,11 @@ class Increment:
         counts = np.ones((count, 3), dtype=bool)
         self.partner = np.zeros((count, len(u)))  # what part each node has in the master's motion
         self.drag = np.zeros((count, 3))
-        seen = [s.place(u, self.rotations[1]) if s.has_faces else None for s in self.surfaces]
+        answers = [points_that_cannot_part(s, self.freedom, u, self.rotations[1])
+                   if s.has_faces else {} for s in self.surfaces]  # fmt: skip
+        self.without_row = [{row for row, one in of.items() if one[1]} for of in answers]
+        seen = [s.place(u, self.rotations[1], none) if s.has_faces else None
+                for s, none in zip(self.surfaces, self.without_row, strict=True)]  # fmt: skip
         for p, (index, row, obstacle, mu) in enumerate(self.points):
             mirror = np.zeros(3)
             if obstacle is not None and obstacle.reference is not None:
@@ -243,6 +225,8 @@ class Increment:
             movable = ~self.held[row] & (mirror == 0)
             others = np.flatnonzero(self.partner[p])
             movable = movable | ((~self.held[others]).any(axis=0) & (mirror == 0))
+            if row in answers[index]:
+                movable = movable & ~answers[index][row][3]
             frames[p] = frame_of(normal, movable)
             for k in range(3):
                 b[3 * p + k, 3 * row : 3 * row + 3] += frames[p, k]
@@ -261,6 +245,8 @@ class Increment:
         index, row, obstacle, _ = self.points[p]
         at = int(np.flatnonzero(seen.rows == row)[0])
         share = seen.share[at]
+        if row in self.without_row[index]:
+            return 0.0, np.eye(3)[2], np.zeros(3), False
         counts = share > (LEAST_KEPT if p in self.kept else LEAST_SHARE)
         mirror = np.zeros(3) if seen.mirror is None else seen.mirror[at]
         if not counts:

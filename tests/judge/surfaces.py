@@ -44,7 +44,10 @@ class Surface:
         else:
             self.master, self.reached = self.obstacle.facets, np.unique(self.slave)
         self.mirror_rows = self.planes_of_symmetry()
-        self.area = self.at_start().area
+        nowhere = np.zeros(scene.points.shape)
+        self.area = None
+        self.first = self.place(nowhere, nowhere)
+        self.area = self.first.area
 
     def planes_of_symmetry(self):
         """[(axis, rows of the slave on the plane)] of docs/theory.md, section 11."""
@@ -100,25 +103,25 @@ class Surface:
                 return False
         return len(wanted) > 0
 
-    def at_start(self):
-        """The surface in the undeformed mesh."""
-        x = self.scene.points
-        y = x if self.obstacle is None else self.obstacle.corners
-        return place_surface(self.slave, x, self.master, y)
+    def places(self, u):
+        """(N, 3) where nodes are when they are placed: displaced, or as with small sliding."""
+        stay = self.obstacle is None and self.pair.small
+        return self.scene.points + (0.0 if stay else u)
 
-    def place(self, u, rotation):
-        """Seen at displacements `u` (N, 3), obstacles turned by `rotation` (N, 3)."""
+    def place(self, u, rotation, none=()):
+        """Seen at displacements `u` (N, 3), obstacles turned by `rotation` (N, 3).
+
+        `none`: rows of nodes without a multiplier, whose two sides cannot move apart.
+        """
         scene, obstacle = self.scene, self.obstacle
-        x = scene.points + u
+        x = self.places(u)
         if obstacle is None:
-            if self.pair.small:
-                x = scene.points
             y = x
         else:
             at = obstacle.reference
             turn = (0, 0, 0) if at is None else (u[at], rotation[at], scene.points[at])
             y = corners_at(obstacle, *turn)
-        placed = place_surface(self.slave, x, self.master, y)
+        placed = place_surface(self.slave, x, self.master, y, none)
         seen = Seen(**vars(placed), corners=y[np.unique(np.concatenate(
             [np.ravel(f) for f in self.master]))], undeformed=self.area)  # fmt: skip
         for axis, rows in self.mirror_rows:
