@@ -221,8 +221,8 @@ contains
     character(:), allocatable :: why
 
     why = ''
-    if (keyword == 'ORIENTATION') why = ': materials are isotropic, and stresses are written in '// &
-      'x, y, z'
+    if (keyword == 'ORIENTATION') why = ': materials are isotropic, and stresses are written '// &
+      'in x, y, z'
   end function why_ignored
 
   !> What to write in place of a keyword that is not available; may be empty.
@@ -234,8 +234,8 @@ contains
     case ('PRE-TENSION SECTION')
       hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
     case ('CLEARANCE', 'CONTACT INTERFERENCE')
-      hint = 'ADJUST= of *CONTACT PAIR closes the gaps of the mesh, and *CONTACT GAP adds a gap '// &
-        'or, below 0, an overlap'
+      hint = 'ADJUST= of *CONTACT PAIR closes the gaps of the mesh, and *CONTACT GAP adds a '// &
+        'gap or, below 0, an overlap'
     case ('SYSTEM')
       hint = 'the lines of *INSTANCE move and turn a part'
     case ('MPC')
