@@ -259,6 +259,7 @@ contains
     character(:), allocatable :: text, piece
     logical :: is_header
 
+    piece = ''
     associate (place => reader%cards(k))
       do line = place%header, place%last
         is_header = line < place%first

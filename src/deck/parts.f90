@@ -10,6 +10,7 @@ module parts_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes, guess, quoted
   use fields_mod, only: end_data, fields_t, next_data_line, real_field
+  use keywords_mod, only: max_keyword
   use kinds_mod, only: wp
   use options_mod, only: allow_no_data, allow_options, card_t, name_option, open_card, &
     option_position
@@ -71,7 +72,7 @@ contains
     type(assembly_t), intent(out) :: assembly
     type(card_t) :: card, opened, opened_assembly
     character(:), allocatable :: problem
-    character(8) :: open
+    character(max_keyword) :: open
     integer :: k
     logical :: in_assembly
 
@@ -85,7 +86,7 @@ contains
         assembly%inside(k) = open /= '' .or. is_structure(keyword)
         if (.not. (is_structure(keyword) .or. keyword == 'STEP')) cycle
         call open_card(reader, k, card)
-        problem = misplaced(trim(keyword), trim(open), in_assembly, allocated(assembly%name))
+        call check_place(trim(keyword), trim(open), in_assembly, allocated(assembly%name), problem)
         if (len(problem) > 0) then
           call report(reader, card%position, problem)
           return
@@ -129,11 +130,11 @@ contains
   end subroutine find_structure
 
   !> Why a card may not stand where it is; empty: it may.
-  pure function misplaced(keyword, open, in_assembly, was_assembly) result(problem)
+  pure subroutine check_place(keyword, open, in_assembly, was_assembly, problem)
     character(*), intent(in) :: keyword
     character(*), intent(in) :: open         !! PART or INSTANCE, or nothing
     logical, intent(in) :: in_assembly, was_assembly
-    character(:), allocatable :: problem
+    character(:), allocatable, intent(out) :: problem
 
     problem = ''
     if (keyword == 'STEP' .and. (in_assembly .or. open /= '')) then
@@ -158,7 +159,7 @@ contains
     else if (keyword == 'END ASSEMBLY' .and. .not. in_assembly) then
       problem = '*END ASSEMBLY without *ASSEMBLY'
     end if
-  end function misplaced
+  end subroutine check_place
 
   pure function article(open) result(words)
     character(*), intent(in) :: open
