@@ -18,7 +18,6 @@ program refuses is confirmed, or refuted by a solution. Outcomes are
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -166,7 +165,7 @@ def leaning(scene, stored):
     for row in ends_of_steps(stored):
         x = stored.places + stored.u[row]
         for pair in scene.pairs:
-            held = stored.pairs[Judge.name_of(SimpleNamespace(scene=scene), pair)]
+            held = stored.pairs[scene.key_of(pair)]
             force = np.maximum(held["reaction"][row][:, 0], 0.0)
             if pair.small or force.sum() == 0:
                 continue
