@@ -11,6 +11,7 @@
 !> strains are tensor components (half of the engineering ones). docs/theory.md, section 8.
 module brick8_mod
   use kinds_mod, only: wp
+  use elasticity_mod, only: elasticity_t
   use small_matrix_mod, only: determinant, inverse
   implicit none
   private
@@ -19,7 +20,7 @@ module brick8_mod
   public :: jacobian_determinants, volume
   public :: node_volumes, along_edges
   public :: stiffness_length
-  public :: lame_constants, displacement_gradients, strain_of, mode_strain_of, stress_of, force_of
+  public :: displacement_gradients, strain_of, mode_strain_of, force_of
   public :: isotropic_stiffness
   public :: volume_mean, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
@@ -196,18 +197,7 @@ contains
     end do
   end function node_volumes
 
-  ! ------------------------------------------------------------------ strain, stress, force
-
-  !> Lame's constants lambda and G of an isotropic material.
-  pure subroutine lame_constants(young, poisson, lambda, shear)
-    real(wp), intent(in)  :: young    !! E > 0 [force/length^2]
-    real(wp), intent(in)  :: poisson  !! -1 < nu < 0.5 [-]
-    real(wp), intent(out) :: lambda   !! [force/length^2]
-    real(wp), intent(out) :: shear    !! G [force/length^2]
-
-    lambda = young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
-    shear = young/(2.0_wp*(1.0_wp + poisson))
-  end subroutine lame_constants
+  ! ------------------------------------------------------------------ strain, force, stiffness
 
   !> du_i/dx_j at the Gauss points.
   pure function displacement_gradients(inverse_jacobian, u) result(h)
@@ -268,19 +258,6 @@ contains
       0.5_wp*(h(1, 3) + h(3, 1))]
   end function symmetric_part
 
-  !> sigma = lambda tr(eps) I + 2 G eps at the Gauss points.
-  pure function stress_of(strain, lambda, shear) result(stress)
-    real(wp), intent(in) :: strain(6, 8)  !! [-]
-    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
-    real(wp) :: stress(6, 8)              !! [force/length^2]
-    integer :: g
-
-    do g = 1, 8
-      stress(:, g) = 2.0_wp*shear*strain(:, g)
-      stress(:3, g) = stress(:3, g) + lambda*(strain(1, g) + strain(2, g) + strain(3, g))
-    end do
-  end function stress_of
-
   !> int sigma g_a, the forces that stresses at the Gauss points exert on the shape functions.
   pure function force_of(n, gradient, weight, stress) result(f)
     integer,  intent(in) :: n                 !! shape functions
@@ -305,11 +282,11 @@ contains
   end function force_of
 
   !> K_ab = int lambda g_a g_b^T + G (g_b g_a^T + g_a.g_b I), for any set of shape functions.
-  pure function isotropic_stiffness(n, gradient, weight, lambda, shear) result(k)
+  pure function isotropic_stiffness(n, gradient, weight, elastic) result(k)
     integer,  intent(in) :: n                 !! shape functions
     real(wp), intent(in) :: gradient(3*n, 8)  !! their gradients at the Gauss points [1/length]
     real(wp), intent(in) :: weight(8)         !! [length^3]
-    real(wp), intent(in) :: lambda, shear     !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(3*n, 3*n)                   !! node by node, x y z [force/length]
     real(wp) :: moment(3*n, 3*n), block(3, 3), trace
     integer :: g, a, b, i, j
@@ -326,8 +303,8 @@ contains
     do b = 1, n
       do a = 1, b
         block = moment(3*a - 2:3*a, 3*b - 2:3*b)
-        trace = shear*(block(1, 1) + block(2, 2) + block(3, 3))
-        block = lambda*block + shear*transpose(block)
+        trace = elastic%shear*(block(1, 1) + block(2, 2) + block(3, 3))
+        block = elastic%lambda*block + elastic%shear*transpose(block)
         do i = 1, 3
           block(i, i) = block(i, i) + trace
         end do

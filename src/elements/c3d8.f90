@@ -1,7 +1,8 @@
 !> C3D8: the brick with full integration. Stiff in bending and where it is nearly incompressible.
 module c3d8_mod
   use kinds_mod, only: wp
-  use brick8_mod, only: shape_gradients, strain_of, stress_of, force_of, isotropic_stiffness
+  use elasticity_mod, only: elasticity_t, stress_of
+  use brick8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
   implicit none
   private
 
@@ -10,25 +11,25 @@ module c3d8_mod
 contains
 
   !> Stiffness of the brick.
-  pure function stiffness(x, lambda, shear) result(k)
+  pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
     real(wp) :: gradient(3, 8, 8), weight(8)
 
     call shape_gradients(x, gradient, weight)
-    k = isotropic_stiffness(8, gradient, weight, lambda, shear)
+    k = isotropic_stiffness(8, gradient, weight, elastic)
   end function stiffness
 
   !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
-  pure function nodal_force(x, u, lambda, shear) result(f)
+  pure function nodal_force(x, u, elastic) result(f)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: f(3, 8)                      !! [force]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
     call shape_gradients(x, gradient, weight, inverse_jacobian)
-    f = force_of(8, gradient, weight, stress_of(strain_of(inverse_jacobian, u), lambda, shear))
+    f = force_of(8, gradient, weight, stress_of(strain_of(inverse_jacobian, u), elastic))
   end function nodal_force
 
   !> Strain at the Gauss points.

@@ -8,7 +8,8 @@
 !> (1974), T.J.R. Hughes (1980), docs/theory.md (8.8) to (8.10).
 module c3d8b_mod
   use kinds_mod, only: wp
-  use brick8_mod, only: shape_gradients, strain_of, stress_of, force_of, isotropic_stiffness
+  use elasticity_mod, only: elasticity_t, stress_of
+  use brick8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
   implicit none
   private
 
@@ -17,33 +18,34 @@ module c3d8b_mod
 contains
 
   !> Stiffness of the brick: deviatoric part as in C3D8, volumetric part of the mean dilatation.
-  pure function stiffness(x, lambda, shear) result(k)
+  pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
     real(wp) :: gradient(3, 8, 8), weight(8), mean(24), bulk
     integer :: j
 
     call shape_gradients(x, gradient, weight)
     ! With lambda = -2 G/3 the isotropic material resists the deviator alone.
-    k = isotropic_stiffness(8, gradient, weight, -2.0_wp*shear/3.0_wp, shear)
+    k = isotropic_stiffness(8, gradient, weight, elasticity_t(-2.0_wp*elastic%shear/3.0_wp, &
+      elastic%shear))
     mean = reshape(mean_gradient(gradient, weight), [24])
-    bulk = (lambda + 2.0_wp*shear/3.0_wp)*sum(weight)
+    bulk = (elastic%lambda + 2.0_wp*elastic%shear/3.0_wp)*sum(weight)
     do j = 1, 24
       k(:, j) = k(:, j) + bulk*mean(j)*mean
     end do
   end function stiffness
 
   !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
-  pure function nodal_force(x, u, lambda, shear) result(f)
+  pure function nodal_force(x, u, elastic) result(f)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: f(3, 8)                      !! [force]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), stress(6, 8), pressure(8)
     integer :: g
 
     call shape_gradients(x, gradient, weight, inverse_jacobian)
-    stress = stress_of(mean_dilatation_strain(inverse_jacobian, weight, u), lambda, shear)
+    stress = stress_of(mean_dilatation_strain(inverse_jacobian, weight, u), elastic)
     do g = 1, 8
       pressure(g) = (stress(1, g) + stress(2, g) + stress(3, g))/3.0_wp
       stress(:3, g) = stress(:3, g) - pressure(g)

@@ -11,8 +11,9 @@
 module c3d8i_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse
-  use brick8_mod, only: shape_gradients, centre_jacobian, strain_of, mode_strain_of, stress_of, &
-    force_of, isotropic_stiffness, xi_node, eta_node, zeta_node, gauss
+  use elasticity_mod, only: elasticity_t, stress_of
+  use brick8_mod, only: shape_gradients, centre_jacobian, strain_of, mode_strain_of, force_of, &
+    isotropic_stiffness, xi_node, eta_node, zeta_node, gauss
   implicit none
   private
 
@@ -21,9 +22,9 @@ module c3d8i_mod
 contains
 
   !> Stiffness of the brick, the incompatible modes condensed.
-  pure function stiffness(x, lambda, shear) result(k)
+  pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
     real(wp) :: gradient(3, 8, 8), mode(3, 3, 8), all_gradients(3, 11, 8), weight(8)
     real(wp) :: full(33, 33)
@@ -33,7 +34,7 @@ contains
     call mode_gradients(x, weight, mode)
     all_gradients(:, :3, :) = mode
     all_gradients(:, 4:, :) = gradient
-    full = isotropic_stiffness(11, all_gradients, weight, lambda, shear)
+    full = isotropic_stiffness(11, all_gradients, weight, elastic)
     do i = 1, 9
       do j = i + 1, 33
         full(i + 1:, j) = full(i + 1:, j) - full(i + 1:, i)*(full(i, j)/full(i, i))
@@ -43,50 +44,51 @@ contains
   end function stiffness
 
   !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
-  pure function nodal_force(x, u, lambda, shear) result(f)
+  pure function nodal_force(x, u, elastic) result(f)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: f(3, 8)                      !! [force]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), strain(6, 8)
 
     call shape_gradients(x, gradient, weight, inverse_jacobian)
-    strain = relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear)
-    f = force_of(8, gradient, weight, stress_of(strain, lambda, shear))
+    strain = relaxed_strain(x, inverse_jacobian, weight, u, elastic)
+    f = force_of(8, gradient, weight, stress_of(strain, elastic))
   end function nodal_force
 
   !> Strain at the Gauss points, that of the incompatible modes included.
-  pure function gauss_strain(x, u, lambda, shear) result(strain)
+  pure function gauss_strain(x, u, elastic) result(strain)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
     call shape_gradients(x, gradient, weight, inverse_jacobian)
-    strain = relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear)
+    strain = relaxed_strain(x, inverse_jacobian, weight, u, elastic)
   end function gauss_strain
 
   !> The strain with the alpha for which the modes' forces vanish.
-  pure function relaxed_strain(x, inverse_jacobian, weight, u, lambda, shear) result(strain)
-    real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8), lambda, shear
+  pure function relaxed_strain(x, inverse_jacobian, weight, u, elastic) result(strain)
+    real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8)
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: strain(6, 8)
     real(wp) :: mode(3, 3, 8)
 
     call mode_gradients(x, weight, mode)
     strain = strain_of(inverse_jacobian, u)
-    strain = strain + mode_strain_of(3, mode, mode_amplitudes(mode, weight, strain, lambda, shear))
+    strain = strain + mode_strain_of(3, mode, mode_amplitudes(mode, weight, strain, elastic))
   end function relaxed_strain
 
   !> The alpha for which the modes' forces vanish, docs/theory.md (8.6).
-  pure function mode_amplitudes(mode, weight, strain, lambda, shear) result(alpha)
+  pure function mode_amplitudes(mode, weight, strain, elastic) result(alpha)
     real(wp), intent(in) :: mode(3, 3, 8) !! as of mode_gradients [1/length]
     real(wp), intent(in) :: weight(8)     !! [length^3]
     real(wp), intent(in) :: strain(6, 8)  !! at the Gauss points, without the modes [-]
-    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: alpha(3, 3)               !! component, mode [length]
     real(wp) :: k(9, 9), b(9)
 
-    b = -reshape(force_of(3, mode, weight, stress_of(strain, lambda, shear)), [9])
-    k = isotropic_stiffness(3, mode, weight, lambda, shear)
+    b = -reshape(force_of(3, mode, weight, stress_of(strain, elastic)), [9])
+    k = isotropic_stiffness(3, mode, weight, elastic)
     call solve_modes(k, b)
     alpha = reshape(b, [3, 3])
   end function mode_amplitudes

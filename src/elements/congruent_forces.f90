@@ -9,7 +9,7 @@ module congruent_forces_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, along_edges, xi_node, eta_node, zeta_node
+  use brick8_mod, only: along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
   implicit none
   private
@@ -124,12 +124,8 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! [length]
     real(wp) :: force(3, 8)                  !! [force]
-    real(wp) :: lambda, shear
 
-    associate (material => materials(shape%material))
-      call lame_constants(material%young, material%poisson, lambda, shear)
-    end associate
-    force = nodal_force(shape%kind, x, u, lambda, shear)
+    force = nodal_force(shape%kind, x, u, materials(shape%material)%law%elastic)
   end function force_of_brick
 
   !> Forces of the trilinear displacements, from the stresses that these cause.

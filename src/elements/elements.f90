@@ -4,6 +4,7 @@
 !> procedure here.
 module elements_mod
   use kinds_mod, only: wp
+  use elasticity_mod, only: elasticity_t
   use mesh_mod, only: kind_c3d8i, kind_c3d8b
   use c3d8_mod, only: c3d8_stiffness => stiffness, c3d8_force => nodal_force, &
     c3d8_strain => gauss_strain
@@ -19,49 +20,49 @@ module elements_mod
 contains
 
   !> Stiffness of a brick.
-  pure function stiffness(kind, x, lambda, shear) result(k)
+  pure function stiffness(kind, x, elastic) result(k)
     integer,  intent(in) :: kind          !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    real(wp), intent(in) :: lambda, shear !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
 
     select case (kind)
     case (kind_c3d8i)
-      k = c3d8i_stiffness(x, lambda, shear)
+      k = c3d8i_stiffness(x, elastic)
     case (kind_c3d8b)
-      k = c3d8b_stiffness(x, lambda, shear)
+      k = c3d8b_stiffness(x, elastic)
     case default
-      k = c3d8_stiffness(x, lambda, shear)
+      k = c3d8_stiffness(x, elastic)
     end select
   end function stiffness
 
   !> Internal force of a brick, f_a = int sigma g_a.
-  pure function nodal_force(kind, x, u, lambda, shear) result(f)
+  pure function nodal_force(kind, x, u, elastic) result(f)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: f(3, 8)                      !! [force]
 
     select case (kind)
     case (kind_c3d8i)
-      f = c3d8i_force(x, u, lambda, shear)
+      f = c3d8i_force(x, u, elastic)
     case (kind_c3d8b)
-      f = c3d8b_force(x, u, lambda, shear)
+      f = c3d8b_force(x, u, elastic)
     case default
-      f = c3d8_force(x, u, lambda, shear)
+      f = c3d8_force(x, u, elastic)
     end select
   end function nodal_force
 
   !> Strain of a brick at its Gauss points.
-  pure function gauss_strain(kind, x, u, lambda, shear) result(strain)
+  pure function gauss_strain(kind, x, u, elastic) result(strain)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(elasticity_t), intent(in) :: elastic
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ, shear as tensor [-]
 
     select case (kind)
     case (kind_c3d8i)
-      strain = c3d8i_strain(x, u, lambda, shear)
+      strain = c3d8i_strain(x, u, elastic)
     case (kind_c3d8b)
       strain = c3d8b_strain(x, u)
     case default

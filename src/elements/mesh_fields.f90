@@ -7,10 +7,10 @@ module mesh_fields_mod
   use state_mod, only: state_t
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: largest_eigenvalue
-  use brick8_mod, only: lame_constants, stress_of, volume_mean, extrapolate_to_nodes, &
-    centre_gradient
+  use elasticity_mod, only: stress_of, thermal_stress_of
+  use brick8_mod, only: volume_mean, extrapolate_to_nodes, centre_gradient
   use elements_mod, only: gauss_strain
-  use expansion_mod, only: find_thermal_stress
+  use expansion_mod, only: find_free_strain
   implicit none
   private
 
@@ -24,26 +24,25 @@ contains
     type(state_t), intent(in) :: state
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
-    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
+    real(wp) :: free(scene%mesh%n_elements) !! [-]
 
-    call find_thermal_stress(scene, state%step, state%position, thermal)
+    call find_free_strain(scene, state%step, state%position, free)
     call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, strain, stress, &
-      thermal)
+      free)
   end subroutine fill_tensors_of
 
   !> Fill those parts of the two fields that are allocated.
   !>
   !> A node's value is the plain average over all bricks at the node, whatever their material, of
   !> what each extrapolates; 0 where no brick uses the node.
-  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress, thermal)
+  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)                !! (3,n_nodes) displacement [length]
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
-    real(wp), intent(in), optional :: thermal(:)
-    !! (n_elements) as of find_thermal_stress [force/length^2]
-    real(wp) :: x(3, 8), values(6, 8), stresses(6, 8), lambda, shear
+    real(wp), intent(in) :: free(:)                !! (n_elements) as of find_free_strain [-]
+    real(wp) :: x(3, 8), values(6, 8), stresses(6, 8)
     integer :: e, nodes(8)
 
     if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
@@ -51,13 +50,12 @@ contains
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
       x = mesh%coordinates(:, nodes)
-      associate (material => materials(mesh%material(e)))
-        call lame_constants(material%young, material%poisson, lambda, shear)
+      associate (elastic => materials(mesh%material(e))%law%elastic)
+        values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
+        stresses = stress_of(values, elastic)
+        stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
       end associate
-      values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), lambda, shear)
       call store_brick(e, nodes, x, values, strain)
-      stresses = stress_of(values, lambda, shear)
-      if (present(thermal)) stresses(:3, :) = stresses(:3, :) - thermal(e)
       call store_brick(e, nodes, x, stresses, stress)
     end do
     if (allocated(strain%at_nodes)) call divide_by_bricks(mesh, strain%at_nodes)

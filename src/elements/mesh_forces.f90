@@ -4,7 +4,8 @@ module mesh_forces_mod
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, face_nodes
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, node_volumes, stiffness_length
+  use elasticity_mod, only: constrained_modulus
+  use brick8_mod, only: node_volumes, stiffness_length
   use congruent_forces_mod, only: add_brick_forces, element_sums_t
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
@@ -67,13 +68,9 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     integer, intent(in) :: e
-    real(wp) :: lambda, shear
 
-    associate (material => materials(mesh%material(e)))
-      call lame_constants(material%young, material%poisson, lambda, shear)
-    end associate
-    brick_stiffness = (abs(lambda) + 2.0_wp*shear)*stiffness_length(mesh%coordinates(:, &
-      mesh%connectivity(:, e)))
+    brick_stiffness = constrained_modulus(materials(mesh%material(e))%law%elastic)* &
+      stiffness_length(mesh%coordinates(:, mesh%connectivity(:, e)))
   end function brick_stiffness
 
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.

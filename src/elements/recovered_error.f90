@@ -6,8 +6,8 @@ module recovered_error_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, stress_of, jacobian_determinants, volume_mean, xi_node, &
-    eta_node, zeta_node, gauss
+  use elasticity_mod, only: stress_of, thermal_stress_of, complementary_energy
+  use brick8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
   use expansion_mod, only: thermal_energy
   use patch_recovery_mod, only: recover_at_nodes
@@ -22,48 +22,45 @@ contains
   !> the energy of the stresses.
   !>
   !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
-  subroutine estimate_mesh_error(mesh, materials, u, of_bricks, relative, thermal)
+  subroutine estimate_mesh_error(mesh, materials, u, free, of_bricks, relative)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    real(wp), intent(in) :: free(:)        !! (n_elements) as of find_free_strain [-]
     real(wp), allocatable, intent(out) :: of_bricks(:)
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
-    real(wp), intent(in), optional :: thermal(:)
-    !! (n_elements) as of find_thermal_stress [force/length^2]
     real(wp), parameter :: rounding = 1.0e-20_wp !! of the energy of thermal stresses: none left
     real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :)
-    real(wp) :: weight(16), lambda, shear, energy
+    real(wp) :: weight(16), energy
     integer :: material, e, nodes(8)
 
     allocate (stress(6, 8, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
     allocate (of_bricks(mesh%n_elements), source=0.0_wp)
     energy = 0.0_wp
     do material = 1, size(materials)
-      call lame_constants(materials(material)%young, materials(material)%poisson, lambda, shear)
-      do e = 1, mesh%n_elements
-        if (mesh%material(e) /= material) cycle
-        nodes = mesh%connectivity(:, e)
-        stress(:, :, e) = stress_of(gauss_strain(mesh%element_kind(e), mesh%coordinates(:, nodes), &
-          u(:, nodes), lambda, shear), lambda, shear)
-        if (present(thermal)) stress(:3, :, e) = stress(:3, :, e) - thermal(e)
-        means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :, e))
-      end do
-      call recover_at_nodes(mesh, material, means, smooth)
-      do e = 1, mesh%n_elements
-        if (mesh%material(e) /= material) cycle
-        nodes = mesh%connectivity(:, e)
-        weight = jacobian_determinants(mesh%coordinates(:, nodes))
-        energy = energy + energy_of(stress(:, :, e), weight(:8), lambda, shear)
-        of_bricks(e) = energy_of(interpolate(smooth(:, nodes)) - stress(:, :, e), weight(:8), &
-          lambda, shear)
-      end do
+      associate (elastic => materials(material)%law%elastic)
+        do e = 1, mesh%n_elements
+          if (mesh%material(e) /= material) cycle
+          nodes = mesh%connectivity(:, e)
+          stress(:, :, e) = stress_of(gauss_strain(mesh%element_kind(e), &
+            mesh%coordinates(:, nodes), u(:, nodes), elastic), elastic)
+          stress(:3, :, e) = stress(:3, :, e) - thermal_stress_of(free(e), elastic)
+          means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :, e))
+        end do
+        call recover_at_nodes(mesh, material, means, smooth)
+        do e = 1, mesh%n_elements
+          if (mesh%material(e) /= material) cycle
+          nodes = mesh%connectivity(:, e)
+          weight = jacobian_determinants(mesh%coordinates(:, nodes))
+          energy = energy + complementary_energy(stress(:, :, e), weight(:8), elastic)
+          of_bricks(e) = complementary_energy(interpolate(smooth(:, nodes)) - stress(:, :, e), &
+            weight(:8), elastic)
+        end do
+      end associate
     end do
     relative = 0.0_wp
-    if (present(thermal)) then
-      if (energy <= rounding*thermal_energy(mesh, materials, thermal)) return
-    end if
-    if (energy > 0.0_wp) relative = sum(of_bricks)/energy
+    if (energy > rounding*thermal_energy(mesh, materials, free)) relative = sum(of_bricks)/energy
   end subroutine estimate_mesh_error
 
   !> Nodal values where the Gauss points are.
@@ -79,21 +76,5 @@ contains
       values(:, g) = matmul(at_nodes, factor)
     end do
   end function interpolate
-
-  !> int s : C^-1 : s over a brick.
-  pure function energy_of(s, weight, lambda, shear) result(energy)
-    real(wp), intent(in) :: s(6, 8)          !! stresses at the Gauss points [force/length^2]
-    real(wp), intent(in) :: weight(8)        !! volumes these stand for [length^3]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
-    real(wp) :: energy                       !! [energy]
-    integer :: g
-
-    energy = 0.0_wp
-    do g = 1, 8
-      energy = energy + weight(g)*(sum(s(:3, g)**2) + 2.0_wp*sum(s(4:, g)**2) - &
-        lambda/(3.0_wp*lambda + 2.0_wp*shear)*sum(s(:3, g))**2)
-    end do
-    energy = energy/(2.0_wp*shear)
-  end function energy_of
 
 end module recovered_error_mod

@@ -3,8 +3,9 @@ module theory_error_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants, shape_gradients, strain_of, mode_strain_of, stress_of, &
-    stiffness_length
+  use elasticity_mod, only: constrained_modulus, stress_of
+  use material_law_mod, only: law_t
+  use brick8_mod, only: shape_gradients, strain_of, mode_strain_of, stiffness_length
   use c3d8b_mod, only: mean_dilatation_strain
   use c3d8i_mod, only: mode_gradients, mode_amplitudes
   use finite_strain_mod, only: finite_force
@@ -23,40 +24,36 @@ contains
   !> (of all where none does), or W, what reactions do on what they move, where that is more; at
   !> most that of these bodies together. Bodies without strain energy are left out; 0 where none has
   !> any. docs/theory.md (8.18).
-  pure subroutine estimate_theory_error(mesh, materials, u, is_pressed, contact_work, error, &
-      thermal)
+  pure subroutine estimate_theory_error(mesh, materials, u, free, is_pressed, contact_work, &
+      error)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
+    real(wp), intent(in) :: free(:)        !! (n_elements) as of find_free_strain [-]
     logical, intent(in) :: is_pressed(:)   !! (n_bodies) whether a pair acts on the body
     real(wp), intent(in) :: contact_work   !! W, as of least_contact_work [energy]
     real(wp), intent(out) :: error         !! [-]
-    real(wp), intent(in), optional :: thermal(:)
-    !! (n_elements) as of find_thermal_stress [force/length^2]
     real(wp), parameter :: operations = 64.0_wp ! rounded ones in a displacement's difference
     real(wp) :: change(mesh%n_bodies), work(mesh%n_bodies), rounding(mesh%n_bodies)
-    real(wp) :: lambda, shear, of_change, of_work, growth
+    real(wp) :: of_change, of_work
     logical :: is_strained(mesh%n_bodies), counts(mesh%n_bodies)
     integer :: e, body, nodes(8)
 
     change = 0.0_wp
     work = 0.0_wp
     rounding = 0.0_wp
-    growth = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = mesh%connectivity(:, e)
       body = mesh%body(nodes(1))
-      associate (material => materials(mesh%material(e)))
-        call lame_constants(material%young, material%poisson, lambda, shear)
+      associate (law => materials(mesh%material(e))%law)
+        call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), free(e), &
+          law, of_change, of_work)
+        rounding(body) = rounding(body) + constrained_modulus(law%elastic)* &
+          stiffness_length(mesh%coordinates(:, nodes))* &
+          (operations*epsilon(1.0_wp)*maxval(abs(u(:, nodes))))**2
       end associate
-      if (present(thermal)) growth = thermal(e)/(3.0_wp*lambda + 2.0_wp*shear)
-      call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), growth, &
-        lambda, shear, of_change, of_work)
       change(body) = change(body) + abs(of_change)
       work(body) = work(body) + of_work
-      rounding(body) = rounding(body) + (abs(lambda) + 2.0_wp*shear)* &
-        stiffness_length(mesh%coordinates(:, nodes))* &
-        (operations*epsilon(1.0_wp)*maxval(abs(u(:, nodes))))**2
     end do
     is_strained = work > rounding
     error = 0.0_wp
@@ -75,11 +72,11 @@ contains
   !> are counted from there. With incompatible modes, whose amplitudes are those of the linear
   !> solution, their forces do work on these: to first order that is what the forces of the nodes
   !> would be once the amplitudes had followed.
-  pure subroutine find_works(kind, x, u, growth, lambda, shear, change, work)
+  pure subroutine find_works(kind, x, u, growth, law, change, work)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp), intent(in) :: growth           !! free expansion [-]
-    real(wp), intent(in) :: lambda, shear    !! Lame's constants [force/length^2]
+    type(law_t), intent(in) :: law
     real(wp), intent(out) :: change, work    !! [energy]
     real(wp) :: from(3, 8), strained(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3)
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), mode(3, 3, 8)
@@ -93,19 +90,18 @@ contains
     strain = strain_of(inverse_jacobian, strained)
     if (kind == kind_c3d8i) then
       call mode_gradients(from, weight, mode)
-      modes = mode_amplitudes(mode, weight, strain, lambda, shear)
+      modes = mode_amplitudes(mode, weight, strain, law%elastic)
       strain = strain + mode_strain_of(3, mode, modes)
     else if (kind == kind_c3d8b) then
       strain = mean_dilatation_strain(inverse_jacobian, weight, strained)
     end if
-    stress = stress_of(strain, lambda, shear)
+    stress = stress_of(strain, law%elastic)
     work = 0.0_wp
     do g = 1, 8
       work = work + weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
         2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
     end do
-    call finite_force(kind, (1.0_wp + growth)*from, strained, modes, lambda, shear, finite, &
-      of_modes)
+    call finite_force(kind, (1.0_wp + growth)*from, strained, modes, law, finite, of_modes)
     change = sum(strained*finite) + sum(modes*of_modes) - work
   end subroutine find_works
 

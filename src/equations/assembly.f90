@@ -5,7 +5,6 @@ module assembly_mod
   use mesh_mod, only: mesh_t, deck_rounding
   use linked_nodes_mod, only: nodes_of_brick
   use scene_mod, only: material_t
-  use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
@@ -158,7 +157,7 @@ contains
     integer, intent(in) :: e
     type(known_bricks_t), intent(inout) :: known
     real(wp), intent(out) :: ke(24, 24) !! [force/length]
-    real(wp) :: x(3, 8), shape(3, 8), rounding, lambda, shear
+    real(wp) :: x(3, 8), shape(3, 8), rounding
     integer :: i
 
     x = mesh%coordinates(:, mesh%connectivity(:, e))
@@ -173,10 +172,7 @@ contains
       ke = known%ke(:, :, i)
       return
     end do
-    associate (material => materials(mesh%material(e)))
-      call lame_constants(material%young, material%poisson, lambda, shear)
-    end associate
-    ke = stiffness(mesh%element_kind(e), x, lambda, shear)
+    ke = stiffness(mesh%element_kind(e), x, materials(mesh%material(e))%law%elastic)
     known%n_computed = known%n_computed + 1
     i = known%next
     known%n = max(known%n, i)

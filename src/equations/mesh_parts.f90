@@ -164,8 +164,8 @@ contains
     call send_integers(3*part%n_nodes, numbers_of(part_map), rank)
     call send_reals(3*part%n_nodes, part%coordinates, rank)
     call send_reals(3, part%origin, rank)
-    call send_reals(size(materials), materials%young, rank)
-    call send_reals(size(materials), materials%poisson, rank)
+    call send_reals(size(materials), materials%law%elastic%lambda, rank)
+    call send_reals(size(materials), materials%law%elastic%shear, rank)
     if (n == 0) return
     associate (active => part_map%constraints)
       call send_integers(n, active%node(:n), rank)
@@ -224,9 +224,9 @@ contains
     call receive_reals(3*part%n_nodes, part%coordinates)
     call receive_reals(3, part%origin)
     call receive_reals(size(materials), numbers)
-    materials%young = numbers
+    materials%law%elastic%lambda = numbers
     call receive_reals(size(materials), numbers)
-    materials%poisson = numbers
+    materials%law%elastic%shear = numbers
     if (sizes(5) > 0) then
       associate (n => sizes(5), n_masters => sizes(6))
         active%n = n

@@ -14,7 +14,7 @@ module step_loads_mod
   use scene_mod, only: scene_t
   use warming_mod, only: warming_t, warms, warming_of_step
   use mesh_forces_mod, only: pressure_force, gravity_force
-  use expansion_mod, only: thermal_stress, thermal_force
+  use expansion_mod, only: free_strain, thermal_force
   implicit none
   private
 
@@ -281,8 +281,8 @@ contains
       real(wp), intent(in) :: rise(:)
       real(wp), intent(inout) :: f(:, :)
 
-      if (any(abs(rise) > 0.0_wp)) call thermal_force(scene%mesh, thermal_stress(scene%mesh, &
-        scene%materials, rise), f)
+      if (any(abs(rise) > 0.0_wp)) call thermal_force(scene%mesh, scene%materials, &
+        free_strain(scene%mesh, scene%materials, rise), f)
     end subroutine add
 
   end subroutine resolve_warming

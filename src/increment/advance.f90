@@ -24,7 +24,7 @@ module advance_mod
     ended_out_of_reach, ended_stalled, ended_passed
   use mesh_forces_mod, only: nodal_stiffness
   use certificate_mod, only: certify, energy_balance
-  use expansion_mod, only: find_thermal_stress, thermal_force, thermal_energy
+  use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques, slips_of_turns
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
@@ -217,15 +217,14 @@ contains
   pure real(wp) function energy_of_heat(scene, state) result(energy)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
-    real(wp), allocatable :: stress(:)
-    real(wp) :: force(3, scene%mesh%n_nodes)
+    real(wp) :: force(3, scene%mesh%n_nodes), free(scene%mesh%n_elements)
 
     energy = 0.0_wp
-    call find_thermal_stress(scene, state%step, state%position, stress)
-    if (.not. allocated(stress)) return
+    call find_free_strain(scene, state%step, state%position, free)
+    if (.not. any(abs(free) > 0.0_wp)) return
     force = 0.0_wp
-    call thermal_force(scene%mesh, stress, force)
-    energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, stress)
+    call thermal_force(scene%mesh, scene%materials, free, force)
+    energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, free)
   end function energy_of_heat
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate

@@ -2,6 +2,7 @@
 module scene_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t
+  use material_law_mod, only: law_t
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t, shown_nodes, joined_nodes
   use mesh_size_mod, only: blocks_t, mesh_size_t
@@ -16,12 +17,11 @@ module scene_mod
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
     local_axes_t, master_name, pair_turns, reference_nodes, has_rotations, turn_local
 
-  !> Isotropic linear elasticity.
+  !> A law, and what warmth and gravity need beside it.
   type :: material_t
     character(:), allocatable :: name
-    real(wp) :: young = 0.0_wp    !! Young's modulus E > 0 [force/length^2]
-    real(wp) :: poisson = 0.0_wp  !! Poisson's ratio nu, -1 < nu < 0.5 [-]
-    real(wp) :: density = 0.0_wp  !! > 0 where gravity acts, 0 where not given [mass/length^3]
+    type(law_t) :: law
+    real(wp) :: density = 0.0_wp   !! > 0 where gravity acts, 0 where not given [mass/length^3]
     real(wp) :: expansion = 0.0_wp !! coefficient of thermal expansion [1/temperature]
   end type material_t
 

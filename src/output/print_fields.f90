@@ -7,7 +7,7 @@ module print_fields_mod
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
   use step_fields_mod, only: fields_due, tensor_field_t
-  use expansion_mod, only: find_thermal_stress
+  use expansion_mod, only: find_free_strain
   use invariants_mod, only: von_mises, principal_values
   use mesh_fields_mod, only: fill_tensor_fields
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
@@ -215,7 +215,7 @@ contains
     type(field_source_t), intent(inout) :: source
     type(mesh_t) :: part
     type(tensor_field_t) :: of_strain, of_stress
-    real(wp), allocatable :: thermal(:)
+    real(wp) :: free(source%scene%mesh%n_elements)
     integer, allocatable :: nodes(:)
     integer :: n, i
 
@@ -233,15 +233,14 @@ contains
       part%coordinates = mesh%coordinates(:, nodes)
       part%element_kind = mesh%element_kind(asked%members)
       part%material = mesh%material(asked%members)
-      call find_thermal_stress(source%scene, source%state%step, source%state%position, thermal)
-      if (allocated(thermal)) thermal = thermal(asked%members)
+      call find_free_strain(source%scene, source%state%step, source%state%position, free)
       if (asked%at_gauss_points) then
         allocate (of_strain%at_gauss_points(6, 8, n), of_stress%at_gauss_points(6, 8, n))
       else
         allocate (of_strain%at_centroids(6, n), of_stress%at_centroids(6, n))
       end if
       call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
-        of_strain, of_stress, thermal)
+        of_strain, of_stress, free(asked%members))
       if (asked%at_gauss_points) then
         source%set_strain = reshape(of_strain%at_gauss_points, [6, 8*n])
         source%set_stress = reshape(of_stress%at_gauss_points, [6, 8*n])

@@ -9,7 +9,6 @@ module estimate_time_mod
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
-  use brick8_mod, only: lame_constants
   use elements_mod, only: stiffness, nodal_force
   use mesh_forces_mod, only: internal_force
   use count_sizes_mod, only: sizes_t, iterations_of_increment, &
@@ -223,21 +222,19 @@ contains
     real(wp), intent(out) :: stiffness_time, force_time !! [s]
     integer, parameter :: least = 100
     real(wp), parameter :: long_enough = 0.003_wp
-    real(wp) :: lambda, shear, start, spent, u(3, 8), f(3, 8), k(24, 24)
+    real(wp) :: start, spent, u(3, 8), f(3, 8), k(24, 24)
     integer :: n
 
     stiffness_time = 0.0_wp
     force_time = 0.0_wp
     if (scene%mesh%n_elements == 0) return
-    associate (mesh => scene%mesh, material => scene%materials(scene%mesh%material(1)))
-      call lame_constants(material%young, material%poisson, lambda, shear)
+    associate (mesh => scene%mesh, elastic => scene%materials(scene%mesh%material(1))%law%elastic)
       u = 0.0_wp
       n = 0
       start = cpu_seconds()
       do
         n = n + 1
-        k = stiffness(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), lambda, &
-          shear)
+        k = stiffness(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), elastic)
         u(1, 1) = u(1, 1) + sign(1.0e-6_wp, k(1, 1))
         spent = cpu_seconds() - start
         if (n >= least .and. spent > long_enough) exit
@@ -248,7 +245,7 @@ contains
       do
         n = n + 1
         f = nodal_force(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), u, &
-          lambda, shear)
+          elastic)
         u(1, 1) = u(1, 1) + sign(1.0e-6_wp, f(1, 1))
         spent = cpu_seconds() - start
         if (n >= least .and. spent > long_enough) exit

@@ -8,7 +8,7 @@ module measure_increment_mod
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: increment_report_t, status_open
   use step_fields_mod, only: fields_due
-  use expansion_mod, only: find_thermal_stress
+  use expansion_mod, only: find_free_strain
   use mesh_fields_mod, only: find_largest_deformation
   use recovered_error_mod, only: estimate_mesh_error
   use condensed_contact_mod, only: condensed_contact_t
@@ -29,16 +29,16 @@ contains
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
-    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
+    real(wp) :: free(scene%mesh%n_elements)
     logical :: is_last, due
 
     is_last = ends_step(scene%steps, state)
     due = scene%output%mesh_error
     if (due) due = fields_due(scene%output%frequency, asked_number(state%position), is_last)
     if (.not. (is_last .or. due)) return
-    call find_thermal_stress(scene, state%step, state%position, thermal)
-    call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, report%mesh_error, &
-      report%errors%mesh, thermal)
+    call find_free_strain(scene, state%step, state%position, free)
+    call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, free, &
+      report%mesh_error, report%errors%mesh)
     if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
       report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain)
   end subroutine estimate_mesh
@@ -65,7 +65,7 @@ contains
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error
     logical :: is_pressed(0:scene%mesh%n_bodies)
-    real(wp), allocatable :: thermal(:) !! (n_elements) [force/length^2]
+    real(wp) :: free(scene%mesh%n_elements)
     integer :: i
 
     if (.not. ends_step(scene%steps, state)) return
@@ -78,9 +78,10 @@ contains
           .true.
       end associate
     end do
-    call find_thermal_stress(scene, state%step, state%position, thermal)
-    call estimate_theory_error(scene%mesh, scene%materials, state%displacement, is_pressed(1:), &
-      least_contact_work(condensed, report%x_free, report%contact), report%errors%theory, thermal)
+    call find_free_strain(scene, state%step, state%position, free)
+    call estimate_theory_error(scene%mesh, scene%materials, state%displacement, free, &
+      is_pressed(1:), least_contact_work(condensed, report%x_free, report%contact), &
+      report%errors%theory)
   end subroutine estimate_theory
 
 end module measure_increment_mod

@@ -19,15 +19,16 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 # Which room may use which, besides itself; lowest first.
-_LOW = {"base", "machine", "algebra", "model"}
+_LOW = {"base", "machine", "algebra", "laws", "model"}
 _BODY = _LOW | {"elements", "equations"}
 _CONTACT = {"contact", "contact/geometry", "contact/solvers"}
 MAY_USE = {
     "base": set(),
     "machine": {"base"},
     "algebra": {"base", "machine"},
-    "model": {"base"},
-    "elements": {"base", "algebra", "model"},
+    "laws": {"base"},
+    "model": {"base", "laws"},
+    "elements": {"base", "algebra", "laws", "model"},
     # contact/geometry: what is flat or curved
     "output": {"base", "algebra", "model", "elements", "contact/geometry"},
     "deck/language": {"base"},
@@ -42,10 +43,10 @@ MAY_USE = {
         "deck/language",
         "deck/cards",
     },
-    "deck/cards": {"base", "machine", "model", "deck/language", "deck"},
+    "deck/cards": {"base", "machine", "laws", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
     "contact": _BODY | _CONTACT,
-    "contact/geometry": {"base", "algebra", "model", "elements"},
+    "contact/geometry": {"base", "algebra", "laws", "model", "elements"},
     "contact/solvers": {"base", "algebra", "model"},
     "increment": _BODY | _CONTACT,
     "accuracy": {"base", "model", "elements"},

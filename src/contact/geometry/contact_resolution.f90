@@ -5,6 +5,7 @@
 module contact_resolution_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
+  use elasticity_mod, only: plane_strain_modulus
   use surfaces_mod, only: face_nodes
   use obstacle_shapes_mod, only: is_before_faces, is_flat
   use scene_mod, only: scene_t
@@ -121,9 +122,8 @@ contains
     young = 0.0_wp
     do f = 1, size(faces%element)
       if (.not. any(faces%nodes(:, f) == node)) cycle
-      associate (material => scene%materials(scene%mesh%material(faces%element(f))))
-        young = material%young/(1.0_wp - material%poisson**2)
-      end associate
+      young = plane_strain_modulus(scene%materials(scene%mesh%material(faces%element(f)))% &
+        law%elastic)
       do k = 1, 4
         j = faces%point(faces%nodes(k, f))
         if (j == 0 .or. j == i .or. j == partner) cycle

@@ -18,6 +18,7 @@ module read_properties_mod
   use kinds_mod, only: wp
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, name_option, &
     open_card, option_position
+  use material_law_mod, only: new_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
   use text_mod, only: to_text
@@ -88,9 +89,12 @@ contains
     type(card_t), intent(in) :: card
     type(material_t), intent(inout) :: material
     type(fields_t) :: fields
+    real(wp) :: young, poisson
     integer :: kind
     logical :: found, ok
 
+    young = 0.0_wp
+    poisson = 0.0_wp
     call allow_options(reader, card, ['TYPE'])
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISOTROPIC', 'ISO      '], kind, ok)
@@ -99,18 +103,20 @@ contains
       call report(reader, card%position, '*ELASTIC needs a data line: E, nu')
       return
     end if
-    call real_field(reader, fields, 1, "Young's modulus", material%young, ok)
-    if (ok .and. material%young <= 0.0_wp) call report(reader, fields%start, &
+    call real_field(reader, fields, 1, "Young's modulus", young, ok)
+    if (ok .and. young <= 0.0_wp) call report(reader, fields%start, &
       "Young's modulus must be positive, not "//quoted(field_text(reader, fields, 1)))
-    call real_field(reader, fields, 2, "Poisson's ratio", material%poisson, ok)
-    if (ok .and. (material%poisson <= -1.0_wp .or. material%poisson >= 0.5_wp)) then
+    call real_field(reader, fields, 2, "Poisson's ratio", poisson, ok)
+    if (ok .and. (poisson <= -1.0_wp .or. poisson >= 0.5_wp)) then
       call report(reader, field_position(reader, fields, 2), &
       "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)), &
-      hint_at(material%poisson))
+      hint_at(poisson))
     end if
     call skip_temperature(reader, fields, 3)
     call end_data(reader, card, fields, &
       'properties that depend on temperature are not available: one line E, nu')
+    if (young > 0.0_wp .and. poisson > -1.0_wp .and. poisson < 0.5_wp) material%law = &
+      new_law('ELASTIC', [young, poisson])
   end subroutine read_elastic
 
   !> One temperature behind a constant changes nothing. Behind a number without a point it may be
