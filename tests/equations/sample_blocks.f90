@@ -1,6 +1,7 @@
 !> Small blocks of bricks for the tests of this folder.
 module sample_blocks
   use kinds_mod, only: wp
+  use material_law_mod, only: new_law
   use mesh_mod, only: mesh_t
   use sample_meshes, only: sample_mesh, complete_mesh
   use scene_mod, only: material_t
@@ -39,8 +40,7 @@ contains
   function steel() result(materials)
     type(material_t) :: materials(1)
 
-    materials%young = 210000.0_wp
-    materials%poisson = 0.3_wp
+    materials%law = new_law('ELASTIC', [210000.0_wp, 0.3_wp])
   end function steel
 
   !> The whole matrix, from its triplets.

@@ -1,6 +1,7 @@
 !> Scenes of a block on a rigid plane for the tests of this folder, and their run.
 module block_scene
   use kinds_mod, only: wp
+  use material_law_mod, only: new_law
   use errors_mod, only: error_t
   use mesh_mod, only: find_bodies, kind_c3d8
   use block_mesh_mod, only: block_coordinates, block_connectivity, block_face, graded_positions, &
@@ -65,8 +66,7 @@ contains
     scene%deck = ''
     scene%overrides = ''
     scene%materials(1)%name = 'steel'
-    scene%materials(1)%young = 210000.0_wp
-    scene%materials(1)%poisson = nu
+    scene%materials(1)%law = new_law('ELASTIC', [210000.0_wp, nu])
     scene%surfaces(bottom)%name = 'bottom'
     scene%surfaces(bottom)%faces = block_face(n, face_zmin)
     scene%surfaces(bottom)%nodes = nodes_of_faces(scene%mesh%connectivity, scene%mesh%n_nodes, &
