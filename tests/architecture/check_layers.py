@@ -6,8 +6,8 @@
 A file may use only modules of files listed before it, and only of the rooms its own room may see: a
 room is a folder of src, or a folder within one. Each outside library has one file that sees it,
 HDF5 a few that share a prefix; modules hide their names and hold no variables; only the main
-program stops. Prints `file:line: message` for
-each violation.
+program stops; and no `associate` name stands for a text that a function makes, which gfortran 12
+frees twice. Prints `file:line: message` for each violation.
 """
 
 from __future__ import annotations
@@ -109,6 +109,10 @@ OPAQUE = {
 }
 # The one file that may hold one module variable, the flag that a signal sets.
 SIGNAL_FILE = "machine/system.f90"
+
+# Functions of the language whose texts are as long as it turns out.
+TEXT_INTRINSICS = {"adjustl", "adjustr", "repeat"}
+FUNCTION = re.compile(r"(?:[\w ,():*=]* )?function (\w+) ?\(.*?\)(?: ?result ?\((\w+)\))?")
 
 INTRINSIC = {
     "iso_fortran_env",
@@ -308,6 +312,21 @@ def n_entities(declaration: str) -> int:
     return count
 
 
+def texts_of(statements: list[Statement]) -> set[str]:
+    """Return the functions whose result is a text of a length that is not constant."""
+    found = set()
+    name = result = None
+    for s in statements:
+        if (match := FUNCTION.match(s.code)) and not s.code.startswith("end"):
+            name, result = match[1], match[2] or match[1]
+        elif name and (match := re.match(r"character ?\((.*?)\)(?: ?,.*?)? ?:: ?(.*)", s.code)):
+            if not match[1].isdigit() and re.search(rf"\b{result}\b", match[2]):
+                found.add(name)
+        elif re.match(r"end ?function", s.code):
+            name = None
+    return found
+
+
 class Checker:
     """Checks one source tree and collects the violations."""
 
@@ -316,6 +335,7 @@ class Checker:
         self.violations: list[str] = []
         self.sources: dict[str, Source] = {}
         self.by_module: dict[str, Source] = {}
+        self.text_functions: set[str] = set()
 
     def report(self, path: str, line: int, message: str) -> None:
         """Note a violation."""
@@ -324,6 +344,9 @@ class Checker:
     def run(self) -> list[str]:
         """Check everything; return the violations."""
         self.read_list()
+        self.text_functions = TEXT_INTRINSICS.union(
+            *(texts_of(source.statements) for source in self.sources.values())
+        )
         for source in self.sources.values():
             self.check_module(source)
             self.check_uses(source)
@@ -503,6 +526,11 @@ class Checker:
         for s in source.statements:
             if source.path != MAIN and STOP.match(after_if(s.code)):
                 self.report(source.path, s.line, f"only {MAIN} may stop the program")
+            if s.code.startswith("associate"):
+                for name in re.findall(r"=> ?(?:trim ?\( ?)*(\w+) ?\(", s.code):
+                    if name in self.text_functions:
+                        message = f"no associate name may stand for the text that {name} makes"
+                        self.report(source.path, s.line, f"{message}: gfortran 12 frees it twice")
             is_use = USE.match(s.code) is not None
             for word, homes in WORDS.items():
                 if source.path not in homes and (found := re.search(rf"\b({word})\b", s.code)):

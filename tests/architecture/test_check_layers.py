@@ -362,6 +362,25 @@ class CheckLayers(unittest.TestCase):
                 self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
         self.plant("contact/solvers/solve", "", procedures="  n = mesh%kind + is_obstacle_plane")
 
+    def test_names_of_texts_that_functions_make(self) -> None:
+        words = (
+            "  function words(n) result(text)\n    integer, intent(in) :: n\n"
+            "    character(:), allocatable :: text\n    text = 'a'\n  end function words\n"
+            "  function letter(n)\n    integer, intent(in) :: n\n"
+            "    character(1) :: letter\n    letter = 'a'\n  end function letter\n"
+        )
+        for made, name in [
+            ("words(1)", "words"),
+            ("adjustl(line)", "adjustl"),
+            ("trim(words(1))", "words"),
+        ]:
+            with self.subTest(made):
+                lines = f"  associate (n => 1, t => {made})\n{words}"
+                message = f"no associate name may stand for the text that {name} makes"
+                self.plant("contact/solvers/solve", "", message, procedures=lines)
+        lines = f"  associate (a => letter(1), b => line%words(2), c => trim(line))\n{words}"
+        self.plant("contact/solvers/solve", "", procedures=lines)
+
     def test_types_that_keep_their_entries(self) -> None:
         def tree_with(components: str) -> dict[str, str]:
             tree = clean_tree()
