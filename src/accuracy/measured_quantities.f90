@@ -48,18 +48,19 @@ contains
     if (allocated(scene%accuracy%set)) then
       call list_of_set(scene, list)
       call add_used_gaps(scene, list)
+      call name_pairs(scene, list)
       return
     end if
     select case (scene%accuracy%of)
     case (accuracy_of_resultants)
       do p = 1, size(scene%pairs)
         associate (pair => scene%pairs(p))
-          call add(list, quantity_t(pair%name//'/pressing_force', 'force', &
+          call add(list, quantity_t('pressing_force', 'force', &
             'sum of the normal reactions', pair=p, scale=p))
-          call add(list, quantity_t(pair%name//'/normal_force', 'force', &
+          call add(list, quantity_t('normal_force', 'force', &
             'sum of the normal reactions on the slave body as vectors, x, y, z', pair=p, n=3, &
             scale=p, is_scale=.false.))
-          if (pair%mu > 0.0_wp) call add(list, quantity_t(pair%name//'/friction_force', &
+          if (pair%mu > 0.0_wp) call add(list, quantity_t('friction_force', &
             'force', 'sum of the friction on the slave body, x, y, z', pair=p, n=3, scale=p, &
             is_scale=.false., factor=min(pair%mu, 1.0_wp)))
         end associate
@@ -68,16 +69,16 @@ contains
       call add(list, quantity_t('strain', 'energy', 'elastic energy of the bodies', scale=1))
     case (accuracy_of_pressure)
       do p = 1, size(scene%pairs)
-        call add_largest(list, quantity_t(scene%pairs(p)%name//'/largest_pressure', 'pressure', &
+        call add_largest(list, quantity_t('largest_pressure', 'pressure', &
           'normal reaction over the area of its point, the largest', pair=p, scale=p), &
-          scene%pairs(p)%name//'/pressure_beside', 'that of its neighbours, the least')
+          'pressure_beside', 'that of its neighbours, the least')
       end do
     case (accuracy_of_slip)
       do p = 1, size(scene%pairs)
-        call add(list, quantity_t(scene%pairs(p)%name//'/largest_slip', 'length', &
+        call add(list, quantity_t('largest_slip', 'length', &
           'sum of the slip increments of a point, the longest', pair=p, scale=p))
-        if (scene%pairs(p)%mu > 0.0_wp) call add(list, quantity_t(scene%pairs(p)%name// &
-          '/used_friction', 'ratio', 'friction over mu times the normal reaction, the largest '// &
+        if (scene%pairs(p)%mu > 0.0_wp) call add(list, quantity_t( &
+          'used_friction', 'ratio', 'friction over mu times the normal reaction, the largest '// &
           'of points with a thousandth of the largest of these and more; 1 where a point slips', &
           pair=p, is_scale=.false., is_share=.true.))
       end do
@@ -92,7 +93,19 @@ contains
         'of the bricks that share a face with that one, the least')
     end select
     call add_used_gaps(scene, list)
+    call name_pairs(scene, list)
   end subroutine list_quantities
+
+  !> Put the names of pairs before what is theirs.
+  pure subroutine name_pairs(scene, list)
+    type(scene_t), intent(in) :: scene
+    type(quantity_t), intent(inout) :: list(:)
+    integer :: i
+
+    do i = 1, size(list)
+      if (list(i)%pair > 0) list(i)%name = scene%pairs(list(i)%pair)%name//'/'//list(i)%name
+    end do
+  end subroutine name_pairs
 
   !> Of what comes of contact: how near each pair is to touching. Where none of the meshes has it
   !> touch, all are alike, and say nothing of one on which it does.
@@ -104,7 +117,7 @@ contains
     if (all(scene%accuracy%of /= [accuracy_of_resultants, accuracy_of_pressure, accuracy_of_slip, &
       accuracy_of_contact_force])) return
     do p = 1, size(scene%pairs)
-      call add(list, quantity_t(scene%pairs(p)%name//'/used_gap', 'ratio', &
+      call add(list, quantity_t('used_gap', 'ratio', &
         'longest displacement of the pair''s nodes over itself and the least gap; 1 where it '// &
         'touches', pair=p, is_scale=.false., is_share=.true.))
     end do
@@ -115,7 +128,7 @@ contains
   subroutine list_of_set(scene, list)
     type(scene_t), intent(in) :: scene
     type(quantity_t), allocatable, intent(inout) :: list(:)
-    character(:), allocatable :: ending
+    character(:), allocatable :: ending, name
     integer :: n
 
     associate (accuracy => scene%accuracy)
@@ -127,9 +140,10 @@ contains
       end if
       select case (accuracy%of)
       case (accuracy_of_reaction, accuracy_of_contact_force)
-        call add(list, quantity_t(accuracy%set//'/'//trim(merge('reaction_force', &
-          'contact_force ', accuracy%of == accuracy_of_reaction))//ending, 'force', &
-          'on the set', n=n, scale=1))
+        ! By a name: gfortran 12 does not free a text that stands in a constructor of a type.
+        name = accuracy%set//'/'//trim(merge('reaction_force', 'contact_force ', &
+          accuracy%of == accuracy_of_reaction))//ending
+        call add(list, quantity_t(name, 'force', 'on the set', n=n, scale=1))
       case (accuracy_of_displacement)
         call add_nodes('displacement'//ending, 'length', 'of the node', n)
       case (accuracy_of_pressure)
@@ -142,8 +156,8 @@ contains
       end select
       select case (accuracy%of)
       case (accuracy_of_reaction, accuracy_of_contact_force)
-        call add_measure(list, quantity_t(accuracy%set//'/sum_of_sizes', 'force', &
-          'of the forces on its nodes', scale=2))
+        name = accuracy%set//'/sum_of_sizes'
+        call add_measure(list, quantity_t(name, 'force', 'of the forces on its nodes', scale=2))
       case (accuracy_of_displacement)
         call add_measure(list, quantity_t('largest_displacement', 'length', 'of all nodes', &
           scale=2))

@@ -117,6 +117,7 @@ contains
     type(string_t), intent(in) :: names(:) !! (n) of the counters
     real(wp), intent(in) :: counters(:)    !! (n)
     type(string_t), allocatable :: breaches(:)
+    type(string_t) :: breach ! by a name: gfortran does not free one made in the list
     integer :: i, j
 
     allocate (breaches(0))
@@ -128,9 +129,9 @@ contains
           if (figure%bound == bound_about .or. counters(j) <= figure%value) then
             if (figure%bound /= bound_fixed .or. counters(j) >= figure%value) cycle
           end if
-          breaches = [breaches, string_t('the plan said '//figure%name//' '// &
-            bound_in_words(figure%bound)//' '//to_text(figure%value, 12)//', it was '// &
-            to_text(counters(j), 12))]
+          breach%text = 'the plan said '//figure%name//' '//bound_in_words(figure%bound)//' '// &
+            to_text(figure%value, 12)//', it was '//to_text(counters(j), 12)
+          breaches = [breaches, breach]
         end associate
       end do
     end do

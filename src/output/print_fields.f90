@@ -105,8 +105,8 @@ contains
         place = ' at each of the eight Gauss points, placed like the nodes'
       end if
       if (n > 1) extents = [n, extents]
-      call add_field(list, field_t(name, of_real, extents, quantity, description//place, &
-        compute=compute))
+      place = description//place ! by a name, for gfortran does not free one made in the list
+      call add_field(list, field_t(name, of_real, extents, quantity, place, compute=compute))
     end subroutine add
 
   end subroutine list_tensors

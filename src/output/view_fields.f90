@@ -102,10 +102,10 @@ contains
       character(*), intent(in) :: place !! in words
       procedure(compute_field) :: compute_stress, compute_strain
 
-      if (scene%output%stress) call add_field(list, field_t(group//'stress'//ending, of_real, &
-        extents, 'pressure', tensor_order//place, compute=compute_stress))
-      if (scene%output%strain) call add_field(list, field_t(group//'strain'//ending, of_real, &
-        extents, 'strain', tensor_order//as_components//place, compute=compute_strain))
+      if (scene%output%stress) call add(group//'stress'//ending, extents, 'pressure', &
+        tensor_order//place, compute_stress)
+      if (scene%output%strain) call add(group//'strain'//ending, extents, 'strain', &
+        tensor_order//as_components//place, compute_strain)
     end subroutine add_tensors
 
     !> What follows from the tensors at one kind of place, as the deck asks for it.
@@ -119,15 +119,23 @@ contains
 
       of_one = extents
       if (extents(1) == 1) of_one = extents(2:)
-      if (scene%output%mises) call add_field(list, field_t(group//'von_mises'//ending, of_real, &
-        of_one, 'pressure', 'von Mises stress'//place, compute=compute_mises))
-      if (scene%output%principal_stress) call add_field(list, field_t(group// &
-        'principal_stress'//ending, of_real, [3*extents(1), extents(2)], 'pressure', &
-        largest_first//place, compute=compute_stress))
-      if (scene%output%principal_strain) call add_field(list, field_t(group// &
-        'principal_strain'//ending, of_real, [3*extents(1), extents(2)], 'strain', &
-        largest_first//place, compute=compute_strain))
+      if (scene%output%mises) call add(group//'von_mises'//ending, of_one, 'pressure', &
+        'von Mises stress'//place, compute_mises)
+      if (scene%output%principal_stress) call add(group//'principal_stress'//ending, &
+        [3*extents(1), extents(2)], 'pressure', largest_first//place, compute_stress)
+      if (scene%output%principal_strain) call add(group//'principal_strain'//ending, &
+        [3*extents(1), extents(2)], 'strain', largest_first//place, compute_strain)
     end subroutine add_invariants
+
+    !> One of them. (gfortran 12 does not free a text that stands in a constructor of a type, if it
+    !> has no name.)
+    subroutine add(name, extents, quantity, description, compute)
+      character(*), intent(in) :: name, quantity, description
+      integer, intent(in) :: extents(:)
+      procedure(compute_field) :: compute
+
+      call add_field(list, field_t(name, of_real, extents, quantity, description, compute=compute))
+    end subroutine add
 
   end subroutine list_view_fields
 

@@ -112,11 +112,13 @@ contains
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(in) :: plan
     type(console_t), intent(in) :: console
-    type(string_t), allocatable :: notes(:)
+    type(string_t), allocatable :: notes(:), more(:) ! by a name: gfortran does not free a result
 
     notes = overlaps(scene, plan%points)
-    notes = [notes, held_normals(scene, plan%points)]
-    notes = [notes, kept_overlaps(scene, plan%points)]
+    more = held_normals(scene, plan%points)
+    notes = [notes, more]
+    more = kept_overlaps(scene, plan%points)
+    notes = [notes, more]
     call print_lines(console, notes)
     scene%notes = [scene%notes, notes]
   end subroutine note_contact
