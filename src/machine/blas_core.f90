@@ -154,8 +154,13 @@ contains
         core = 'SKYLAKEX'
       else if (avx2) then
         core = 'HASWELL'
+      else if (upper(current) == 'PRESCOTT' .and. has('sse4_2')) then
+        ! What OpenBLAS takes for processors that it does not know. Its product of a symmetric
+        ! matrix with a vector reads beyond the vector's end (0.3.21), maybe the end of memory.
+        core = merge('SANDYBRIDGE', 'NEHALEM    ', has('avx'))
       end if
     end select
+    core = trim(core)
 
   contains
 
