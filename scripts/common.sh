@@ -16,6 +16,7 @@ system_python=/usr/bin/python3
   packages_iterative=(libpetsc-real-dev)
   packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
   packages_tests=(python3-venv)
+  packages_memcheck=(valgrind)
 }
 
 install=yes
@@ -88,6 +89,17 @@ need_packages() {
     tail -n 15 "$build/apt.log" >&2
     fail "the packages could not be installed; the whole log is $build/apt.log"
   }
+}
+
+# The kernels of OpenBLAS that this processor can run: on x86, where the library has several.
+kernels() {
+  local flags
+  flags=" $(sed -n 's/^flags[[:space:]]*: //p;T;q' /proc/cpuinfo 2>/dev/null) "
+  has() { [[ $flags = *" $1 "* ]]; }
+  ! has sse4_2 || echo Nehalem
+  ! has avx || echo Sandybridge
+  ! { has avx2 && has fma; } || printf '%s\n' Haswell Zen
+  ! { has avx512f && has avx512cd && has avx512bw && has avx512dq && has avx512vl; } || echo SkylakeX
 }
 
 # One script at a time installs and builds. The lock is on descriptor 9: release it before a
