@@ -40,7 +40,7 @@ module advance_mod
   implicit none
   private
 
-  public :: advance, advance_along
+  public :: advance, advance_from, advance_along
 
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
   real(wp), parameter :: smallest_tolerance = 1.0e-14_wp    !! that an attempt asks for [-]
@@ -60,20 +60,43 @@ contains
     !! not converged, not certified: no error, it is said here
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
+
+    new = old
+    new%reaction = expected_reactions(scene, points, solver, old, increment)
+    call advance_from(scene, points, solver, old, increment, new, report, error)
+  end subroutine advance
+
+  !> The same, the solution sought from the displacements and reactions that `new` comes with.
+  subroutine advance_from(scene, points, solver, old, increment, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver      !! as of `advance`
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(inout) :: new               !! where to start from; the end
+    type(increment_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error  !! as of `advance`
     type(trial_t) :: trial
+    real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock
+    integer :: i
 
     clock = wall_seconds()
     call begin_trial(scene, points, solver, old, increment, trial)
+    associate (motions => solver%body%motions)
+      trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
+    end associate
+    where (.not. trial%forces%prescribed) trial%placed_at = new%displacement
+    reaction = new%reaction
     new = old
     call mark_end(increment, new)
-    new%reaction = expected_reactions(scene, points, solver, old, increment)
+    new%reaction = reaction
     call complete(scene, points, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
       new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock
-  end subroutine advance
+  end subroutine advance_from
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.

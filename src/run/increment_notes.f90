@@ -14,8 +14,8 @@ module increment_notes_mod
   implicit none
   private
 
-  public :: note_t, note_unsolved, note_widened, note_unheld, note_entries, note_unfelt, &
-    note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
+  public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
+    note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
     note_undetermined
 
   !> A line for the console.
@@ -54,6 +54,15 @@ contains
     if (is_passed) words = ', where contact begins) was not solved: it is made to end later'
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//words)
   end subroutine note_unsolved
+
+  !> An increment that the deck keeps whole is solved from where its parts led.
+  pure subroutine note_started(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)// &
+      ') is large for its contact: it was solved only from where smaller increments led')
+  end subroutine note_started
 
   !> An increment is cut in which an obstacle would pass a point, or a face.
   pure subroutine note_passed(scene, points, increment, point, entry, notes)

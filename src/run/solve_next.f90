@@ -1,7 +1,7 @@
 !> The next increment of a run: how large it is, its solution, and how wrong that may be. Nothing is
 !> printed or written here; what there is to say goes into notes.
 module solve_next_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, exit_not_solved
   use system_mod, only: wall_seconds
   use controls_mod, only: take_double
@@ -15,7 +15,7 @@ module solve_next_mod
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
-  use advance_mod, only: advance, advance_along
+  use advance_mod, only: advance, advance_from, advance_along
   use kinks_mod, only: count_between
   use contact_points_mod, only: contact_points_t, master_nodes
   use load_events_mod, only: first_touch, no_event
@@ -38,7 +38,7 @@ module solve_next_mod
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
     refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
     refuse_lost_energy, is_solved, next_tolerance
-  use increment_notes_mod, only: note_t, note_unsolved, note_widened, note_unheld, &
+  use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_unheld, &
     note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_undetermined
   implicit none
@@ -134,7 +134,14 @@ contains
           is_cut = .not. fails_at_any_size(scene, plan%points, solver, progress%state, solved)
           if (is_cut) call cut_increment(scene, increment, progress%size, is_cut)
           if (.not. is_cut) then
-            if (.not. passes) call try_tolerance(scene, plan, solver, progress%state, solved)
+            if (passes) return
+            call start_from_parts(scene, plan, solver, progress%state, solved)
+            if (is_solved(scene, solved%report)) then
+              call look_between_ends(scene, plan, watch, progress, solved)
+              call note_started(increment, notes)
+            else
+              call try_tolerance(scene, plan, solver, progress%state, solved)
+            end if
             return
           end if
           progress%tally%cuts = progress%tally%cuts + 1
@@ -204,6 +211,52 @@ contains
     end function is_half
 
   end function fails_at_any_size
+
+  !> Seek the solution of an increment that the deck keeps whole from where its parts lead.
+  !>
+  !> Where much slides or turns in one increment, contact placed where it begins may have no
+  !> solution that is near. That of its parts is of another way, but near: a start, and no more.
+  subroutine start_from_parts(scene, plan, solver, old, solved)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(solved_t), intent(inout) :: solved  !! not solved; replaced where it is
+    integer(i8), parameter :: most_parts = 16
+    type(state_t) :: reached, next
+    type(increment_report_t) :: report
+    type(error_t), allocatable :: failure
+    integer(i8) :: length, left
+    logical :: is_done
+
+    associate (increment => solved%increment)
+      if (.not. scene%steps(increment%step)%direct) return
+      if (any(solved%report%ending == [ended_unbalanced, ended_out_of_reach])) return
+      left = increment%position - increment%start
+      length = left/2
+      reached = old
+      do while (left > 0)
+        call advance(scene, plan%points, solver, reached, next_increment(scene%steps, reached, &
+          min(length, left)), next, report, failure)
+        is_done = .not. allocated(failure)
+        if (is_done) is_done = is_solved(scene, report)
+        if (is_done) then
+          reached = next
+          left = left - min(length, left)
+        else if (length*most_parts > increment%position - increment%start) then
+          length = length/2
+        else
+          return
+        end if
+      end do
+      call advance_from(scene, plan%points, solver, old, increment, reached, report, failure)
+      if (allocated(failure)) return
+      if (.not. is_solved(scene, report)) return
+      report%wall_time = report%wall_time + solved%report%wall_time
+      solved%state = reached
+      solved%report = report
+    end associate
+  end subroutine start_from_parts
 
   !> Whether the increment is solved with the tolerance that it seems to meet.
   subroutine try_tolerance(scene, plan, solver, old, solved)
