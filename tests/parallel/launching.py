@@ -11,10 +11,13 @@ sys.path.insert(0, str(SOURCE / "tests" / "cases"))
 import h5py  # noqa: E402
 from program import INPUT, PROGRAM, Run  # noqa: E402
 
-__all__ = ["INPUT", "MPIEXEC", "PATIENCE", "PROGRAM", "SOURCE", "Run", "check_end", "forces"]
+__all__ = ["INPUT", "MPIEXEC", "PATIENCE", "PROGRAM", "SERIAL", "SOURCE", "Run", "check_end"]
+__all__ += ["forces"]
 __all__ += ["launch", "ranks_of", "with_card"]
 
 PATIENCE = 600  # a run that does not end is a failure [s]
+# The program for one process.
+SERIAL = os.environ.get("BIPOT_SERIAL", str(SOURCE / "build" / "bipot"))
 
 MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
 if os.geteuid() == 0:  # Open MPI starts nothing as root unless it is told twice.

@@ -16,6 +16,7 @@ from launching import (
     MPIEXEC,
     PATIENCE,
     PROGRAM,
+    SERIAL,
     SOURCE,
     Run,
     check_end,
@@ -25,7 +26,6 @@ from launching import (
     with_card,
 )
 
-SERIAL = os.environ.get("BIPOT_SERIAL", str(SOURCE / "build" / "bipot"))
 BLOCK = (INPUT / "block.inp").read_text(encoding="utf-8")
 # Solved further than it is compared: two runs stop at different points within the tolerance.
 AUTO = {"solver": "AUTO", "local": "AUTO", "tolerance": 1e-12}
