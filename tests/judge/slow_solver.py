@@ -13,7 +13,14 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from held_points import Freedom, follow_ties, free_directions, points_that_cannot_part
+from held_points import (
+    LEFT,
+    Freedom,
+    follow_ties,
+    free_directions,
+    held_with_their_weights,
+    points_that_cannot_part,
+)
 from joints import Joints
 from mortar import LEAST_KEPT, LEAST_SHARE
 from obstacles import chords, locate, shift_of, turned
@@ -195,6 +202,16 @@ class Increment:
             return obstacle
         return turned(obstacle, self.rotations[1][at], self.scene.points[at])
 
+    def face(self, surface, none, u):
+        """Seen nodes of a pair; what is held with its weights joins `none`, rows without a row."""
+        while True:
+            seen = surface.place(u, self.rotations[1], none)
+            held = held_with_their_weights(surface, self.freedom, seen, LEFT[1])
+            more = {int(row) for row in seen.rows[held]} - none
+            if not more:
+                return seen
+            none |= more
+
     def place(self, u):
         """Rows B (3P, n) in frames at `u`, frames, gaps, and which rows count."""
         count = len(self.points)
@@ -207,7 +224,7 @@ class Increment:
         answers = [points_that_cannot_part(s, self.freedom, u, self.rotations[1])
                    if s.has_faces else {} for s in self.surfaces]  # fmt: skip
         self.without_row = [{row for row, one in of.items() if one[1]} for of in answers]
-        seen = [s.place(u, self.rotations[1], none) if s.has_faces else None
+        seen = [self.face(s, none, u) if s.has_faces else None
                 for s, none in zip(self.surfaces, self.without_row, strict=True)]  # fmt: skip
         for p, (index, row, obstacle, mu) in enumerate(self.points):
             mirror = np.zeros(3)

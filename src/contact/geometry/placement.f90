@@ -11,7 +11,7 @@ module placement_mod
     find_side_points, face_one
   use local_frame_mod, only: local_frame, straight
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
-  use fixed_points_mod, only: find_fixed
+  use fixed_points_mod, only: find_fixed, are_held
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
     reach_of_all_facets
   implicit none
@@ -433,12 +433,17 @@ contains
       call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
       if (.not. allocated(mortar%opposite)) return
       call find_fixed_points(scene, points, first, u, mortar, placement)
-      associate (is_fixed => placement%is_fixed(first:last))
-        if (.not. any(is_fixed)) return
-        slave%is_fixed = is_fixed
-      end associate
       deallocate (slave%asks)
-      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
+      allocate (slave%is_fixed(last - first + 1), source=.false.)
+      ! With what neighbours get of others they may have nearly all weights on what is held.
+      do
+        if (any(placement%is_fixed(first:last) .neqv. slave%is_fixed)) then
+          slave%is_fixed = placement%is_fixed(first:last)
+          call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
+        end if
+        call find_held_rows(scene, points, first, u, mortar, placement)
+        if (all(placement%is_fixed(first:last) .eqv. slave%is_fixed)) exit
+      end do
     end associate
   end subroutine face_surface
 
@@ -468,10 +473,9 @@ contains
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(mortar_t), intent(in) :: mortar  !! of these, with what lies opposite
     type(placement_t), intent(inout) :: placement
-    real(wp), parameter :: same_faces = 0.995_wp !! cosine of normals then and now: 6 degrees
-    real(wp) :: normal(3), before(3), frame(3, 3), apart(3), moved(3), gap
+    real(wp) :: normal(3), frame(3, 3)
     logical :: still(3), counts
-    integer :: i, k
+    integer :: i
 
     if (.not. allocated(placement%weights%still)) allocate (placement%weights%still(3, points%n), &
       source=.false.)
@@ -484,31 +488,92 @@ contains
         normal = mortar%normal(:, i - first + 1)
         call turn_into_plane(is_across(points, i), normal, counts)
         if (.not. counts) cycle
-        ! Inclination that deformation makes of flat faces is none: it would come and go.
-        before = normal
-        if (dot_product(normal, points%freedom%normal(:, i)) > same_faces) before = &
-          points%freedom%normal(:, i)
-        call find_fixed(points%freedom, node, here, before, still, placement%is_fixed(i))
-        if (.not. placement%is_fixed(i)) then
+        call find_fixed(points%freedom, node, here, undeformed_normal(points, i, normal), still, &
+          placement%is_fixed(i))
+        if (placement%is_fixed(i)) then
+          placement%driven_in(i) = depth_of_motion(scene, points, i, u, here%node(:here%n), &
+            here%weight(:here%n), undeformed_normal(points, i, normal))
+        else
           ! An axis that is a tangent.
           frame = local_frame(normal)
           placement%weights%still(:, i) = still .and. abs(normal) <= straight .and. &
             maxval(abs(frame(:, 2:)), dim=2) >= 1.0_wp - straight
-          cycle
         end if
-        apart = scene%mesh%coordinates(:, node)
-        moved = 0.0_wp
-        do k = 1, here%n
-          apart = apart - here%weight(k)*scene%mesh%coordinates(:, here%node(k))
-          where (.not. points%freedom%can_move(:, here%node(k))) moved = moved + here%weight(k)* &
-            (u(:, node) - u(:, here%node(k)))
-        end do
-        where (points%freedom%can_move(:, node)) moved = 0.0_wp
-        gap = dot_product(normal, apart) + points%extra_gap(i)
-        placement%driven_in(i) = max(0.0_wp, -dot_product(normal, moved) - max(0.0_wp, gap))
       end associate
     end do
   end subroutine find_fixed_points
+
+  !> Add the points whose node and nearly all of whose weights are held along the normal: what would
+  !> press there acts on supports and constraints alone, but for a lever that makes it large.
+  pure subroutine find_held_rows(scene, points, first, u, mortar, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: first          !! of the points
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
+    type(mortar_t), intent(in) :: mortar  !! of these
+    type(placement_t), intent(inout) :: placement
+    real(wp) :: normal(3)
+    logical :: counts
+    integer :: i
+
+    do i = first, first + size(mortar%area) - 1
+      associate (here => i - first + 1, node => points%node(i), rows => mortar%weights)
+        if (placement%is_fixed(i) .or. .not. mortar%area(here) > 0.0_wp) cycle
+        if (.not. points%freedom%is_bound(node)) cycle
+        normal = mortar%normal(:, here)
+        call turn_into_plane(is_across(points, i), normal, counts)
+        if (.not. counts) cycle
+        normal = undeformed_normal(points, i, normal)
+        associate (masters => rows%node(rows%first(here):rows%first(here + 1) - 1), &
+                   weight => rows%weight(rows%first(here):rows%first(here + 1) - 1))
+          if (.not. are_held(points%freedom, node, masters, weight, normal)) cycle
+          placement%is_fixed(i) = .true.
+          placement%driven_in(i) = depth_of_motion(scene, points, i, u, masters, weight, normal)
+          placement%weights%still(:, i) = .false.
+        end associate
+      end associate
+    end do
+  end subroutine find_held_rows
+
+  !> The normal of a point in the undeformed mesh, where that of now is nearly the same:
+  !> inclination that deformation makes of flat faces is none, for it would come and go.
+  pure function undeformed_normal(points, i, now) result(normal)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    real(wp), intent(in) :: now(3)
+    real(wp) :: normal(3)
+    real(wp), parameter :: same_faces = 0.995_wp !! cosine of normals then and now: 6 degrees
+
+    normal = now
+    if (dot_product(now, points%freedom%normal(:, i)) > same_faces) normal = &
+      points%freedom%normal(:, i)
+  end function undeformed_normal
+
+  !> How deep prescribed motion takes a point that is fixed into its master, beyond what it is in
+  !> there from the start [length].
+  pure real(wp) function depth_of_motion(scene, points, i, u, masters, weight, normal) result(depth)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i, masters(:)  !! the point; the nodes that it faces
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
+    real(wp), intent(in) :: weight(:)     !! of the masters [-]
+    real(wp), intent(in) :: normal(3)
+    real(wp) :: apart(3), moved(3)
+    integer :: k
+
+    associate (node => points%node(i), can_move => points%freedom%can_move)
+      apart = scene%mesh%coordinates(:, node)
+      moved = 0.0_wp
+      do k = 1, size(masters)
+        apart = apart - weight(k)*scene%mesh%coordinates(:, masters(k))
+        where (.not. can_move(:, masters(k))) moved = moved + weight(k)*(u(:, node) - &
+          u(:, masters(k)))
+      end do
+      where (can_move(:, node)) moved = 0.0_wp
+      depth = max(0.0_wp, -dot_product(normal, moved) - max(0.0_wp, dot_product(normal, apart) + &
+        points%extra_gap(i)))
+    end associate
+  end function depth_of_motion
 
   !> Have points that constraints join to what they face stay as they are in the undeformed mesh,
   !> where weights are nearly those of there.
