@@ -188,6 +188,7 @@ class Increment:
         self.surfaces = [Surface(scene, pair) for pair in scene.pairs]
         self.freedom = Freedom(scene, self.held)
         self.kept = set()  # points that had a place on a surface
+        self.left_out = set()  # points that are not to press
         for index, pair in enumerate(scene.pairs):
             obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
             for row in scene.side_rows(pair.part, pair.side):
@@ -255,6 +256,7 @@ class Increment:
             elif mu == 0:
                 counts[p, 1:] = False
             counts[p] &= np.abs(frames[p] @ mirror) < 0.5
+            counts[p] &= p not in self.left_out
         return self.body.reduced(b.T).T, frames, gaps, counts
 
     def before_surface(self, p, seen, u):
