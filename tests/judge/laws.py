@@ -109,7 +109,7 @@ class Stored:
                     **{key: group[key][rows] for key in
                        ("reaction", "gap", "slip_increment", "status", "resultant",
                         "moment", "moment_left", "torque", "covered_area", "least_gap",
-                        "undetermined") if key in group},
+                        "redundant") if key in group},
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
@@ -142,7 +142,7 @@ class Stored:
             "friction": whole["friction"],
             **{key: whole[key][:, chosen] for key in
                ("frame", "reaction", "gap", "slip_increment", "status", "covered_area",
-                "least_gap", "undetermined") if key in whole},
+                "least_gap", "redundant") if key in whole},
         }  # fmt: skip
 
     @staticmethod
