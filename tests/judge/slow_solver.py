@@ -301,8 +301,8 @@ class Increment:
     # -- solution -----------------------------------------------------------------------------
 
     def solve(self, tolerance, seed=0, seconds=20.0):
-        """The best Solution found; after so many seconds nothing new is begun."""
-        deadline = time.monotonic() + seconds
+        """The best Solution found; after so many of the processor nothing new is begun."""
+        deadline = time.process_time() + seconds
         rng = np.random.default_rng(seed)
         u = np.where(self.held, self.target, self.before)
         force = np.zeros((len(self.points), 3))
@@ -317,7 +317,7 @@ class Increment:
             done = residual <= tolerance
             if best is None or done or residual < best.residual:
                 best = Solution(new, self.by_pair(force), done, residual, drift)
-            if drift > 0 or time.monotonic() > deadline:
+            if drift > 0 or time.process_time() > deadline:
                 break
             u = new
             # Once more from where nothing moves: that is refinement.
@@ -509,7 +509,7 @@ class Contact:
             size = self.residual(r, a)
             if size < best[2]:
                 best = (r, a, size)
-            if size <= goal or time.monotonic() > deadline:
+            if size <= goal or time.process_time() > deadline:
                 break
             if left <= 1e3 * goal and np.linalg.norm(e) > 1e-6 * np.linalg.norm(self.q):
                 drift = max(drift, float(np.linalg.norm(self.g @ a, np.inf)))
@@ -584,7 +584,7 @@ class Problem(Contact):
         best = self.newton(r, a, 1e-3 * goal)
         drift = 0.0
         for attempt in range(4):
-            if best[2] <= goal or drift > 0 or time.monotonic() > deadline:
+            if best[2] <= goal or drift > 0 or time.process_time() > deadline:
                 break
             start = (np.zeros(n), np.zeros_like(a)) if attempt == 0 else best[:2]
             if attempt == 2:
