@@ -60,7 +60,7 @@ class SelfStress(unittest.TestCase):
 
     def test_points_of_a_mean_that_press_together(self):
         """Means of two nodes are joined: their reactions may grow together, one alone may not."""
-        b, step = blocks()
+        b, _ = blocks()
         (one, under), (two, below) = pairs_of(b)[:2]
         b.scene.equations.append(
             Equation([([one], 2, 1.0), ([two], 2, 1.0), ([under], 2, -1.0), ([below], 2, -1.0)])
