@@ -151,8 +151,8 @@ class Pair:
         Points that are partly covered, and reactions that are not determined, are left out.
         """
         left_out = self.partly_covered
-        if "undetermined" in self.result.file[f"/contact/{self.name}"]:
-            left_out = left_out | (self._over_time("undetermined") == 1)
+        if "redundant" in self.result.file[f"/contact/{self.name}"]:
+            left_out = left_out | (self._over_time("redundant") == 1)
         return np.where(left_out, 0, self.pressure).max(axis=1, initial=0.0)
 
     @cached_property

@@ -14,7 +14,7 @@ module dependent_rows_mod
   implicit none
   private
 
-  public :: find_dependent_rows, points_of_rows, undetermined_points, uncarried_overlaps
+  public :: find_dependent_rows, points_of_rows, redundant_points, uncarried_overlaps
 
   real(wp), parameter :: rounding = 1.0e-12_wp
   !! of the largest that coefficients of a point are summed from [-]
@@ -83,26 +83,26 @@ contains
 
   !> The points whose reactions are not determined: those in which combinations of points that
   !> touch have a part. What is apart has none.
-  function undetermined_points(row, basis, touches) result(undetermined)
+  function redundant_points(row, basis, touches) result(redundant)
     integer, intent(in) :: row(:, :)      !! (3,n_points) 0 where there is none
     real(wp), intent(in) :: basis(:, :)    !! (n_rows,k) N [-]
     logical, intent(in) :: touches(:)     !! (n_points)
-    logical :: undetermined(size(row, 2))
+    logical :: redundant(size(row, 2))
     real(wp), allocatable :: apart(:, :), left(:, :)
     integer, allocatable :: those(:), own(:)
     integer :: i
 
-    undetermined = .false.
+    redundant = .false.
     if (size(basis, 2) == 0) return
-    undetermined = points_of_rows(row, basis)
-    those = pack([(i, i=1, size(touches))], undetermined .and. .not. touches)
+    redundant = points_of_rows(row, basis)
+    those = pack([(i, i=1, size(touches))], redundant .and. .not. touches)
     if (size(those) == 0) return
     own = pack(row(:, those), row(:, those) > 0)
     allocate (apart, source=basis(own, :))
     left = matmul(basis, null_space(apart, dependent))
     where (abs(left) <= dependent) left = 0.0_wp
-    undetermined = points_of_rows(row, left)
-  end function undetermined_points
+    redundant = points_of_rows(row, left)
+  end function redundant_points
 
   !> By how much points overlap that no motion can part, for what adds up in N^T x stays as it is:
   !> the least that has to be added to gaps for some to be there that are nowhere negative.

@@ -10,11 +10,11 @@ module describe_contact_mod
   use placement_mod, only: placement_t, no_gap, find_partly_covered
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
-  use dependent_rows_mod, only: undetermined_points
+  use dependent_rows_mod, only: redundant_points
   implicit none
   private
 
-  public :: describe_contact, find_undetermined
+  public :: describe_contact, find_redundant
 
 contains
 
@@ -63,7 +63,7 @@ contains
   end subroutine describe_contact
 
   !> The points whose reactions are not determined: what touches nearly is taken to touch.
-  subroutine find_undetermined(condensed, slack, contact)
+  subroutine find_redundant(condensed, slack, contact)
     type(condensed_contact_t), intent(in) :: condensed
     real(wp), intent(in) :: slack  !! gap that counts as none [length]
     type(contact_fields_t), intent(inout) :: contact
@@ -73,13 +73,13 @@ contains
       associate (group => condensed%group(i))
         if (.not. allocated(group%null)) cycle
         if (size(group%null, 2) == 0) cycle
-        if (.not. allocated(contact%is_undetermined)) allocate (contact%is_undetermined(size( &
+        if (.not. allocated(contact%is_redundant)) allocate (contact%is_redundant(size( &
           contact%gap)), source=.false.)
-        contact%is_undetermined(group%active) = undetermined_points(group%problem%row, group%null, &
+        contact%is_redundant(group%active) = redundant_points(group%problem%row, group%null, &
           contact%gap(group%active) <= slack .or. contact%reaction(1, group%active) > 0.0_wp)
       end associate
     end do
-  end subroutine find_undetermined
+  end subroutine find_redundant
 
   !> The status of the points of a group: the branch of Coulomb's law that each is on. A point with
   !> a reaction is not open, even where rounding of the gap puts it there.

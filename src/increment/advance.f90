@@ -31,7 +31,7 @@ module advance_mod
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use condensed_contact_mod, only: condensed_contact_t
-  use describe_contact_mod, only: describe_contact, find_undetermined
+  use describe_contact_mod, only: describe_contact, find_redundant
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
   use equilibrate_mod, only: equilibrate
@@ -164,7 +164,7 @@ contains
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
-      call find_undetermined(solver%contact, 10.0_wp*scene%contact%tolerance* &
+      call find_redundant(solver%contact, 10.0_wp*scene%contact%tolerance* &
         maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
       call watch_inactive(scene, points, solver%body%prescribed, solver%contact, new, report, error)
       if (allocated(error)) return

@@ -4,7 +4,7 @@ module contact_at_nodes_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increment_report_mod, only: contact_fields_t, is_undetermined_at
+  use increment_report_mod, only: contact_fields_t, is_redundant_at
   implicit none
   private
 
@@ -48,7 +48,7 @@ contains
 
     do i = 1, points%n
       if (contact%is_partly_covered(i) .and. .not. all_points) cycle
-      if (is_undetermined_at(contact, i)) cycle
+      if (is_redundant_at(contact, i)) cycle
       associate (node => points%node(i), area => contact%covered_area(i))
         if (area > 0.0_wp) pressures(node) = pressures(node) + contact%reaction(1, i)/area
       end associate

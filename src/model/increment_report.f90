@@ -11,7 +11,7 @@ module increment_report_mod
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach, ended_passed
-  public :: worst_entry, largest_pressure, is_undetermined_at, count_undetermined
+  public :: worst_entry, largest_pressure, is_redundant_at, count_redundant
 
   ! How a contact solver that has not converged ended.
   integer, parameter :: ended_well = 0       !! it did converge
@@ -87,7 +87,7 @@ module increment_report_mod
     !! elsewhere [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
     integer,  allocatable :: status(:) !! (n_points) status_open, status_stick, status_slide
-    logical,  allocatable :: is_undetermined(:)
+    logical,  allocatable :: is_redundant(:)
     !! (n_points) constraints could take over what it carries: the reaction is the least, no more
   end type contact_fields_t
 
@@ -171,27 +171,27 @@ contains
     largest = 0.0_wp
     do i = first, last
       if (contact%is_partly_covered(i)) cycle
-      if (is_undetermined_at(contact, i)) cycle
+      if (is_redundant_at(contact, i)) cycle
       if (contact%covered_area(i) > 0.0_wp) largest = max(largest, &
         contact%reaction(1, i)/contact%covered_area(i))
     end do
   end function largest_pressure
 
   !> Whether the reaction of a point is not determined.
-  pure logical function is_undetermined_at(contact, i) result(is_undetermined)
+  pure logical function is_redundant_at(contact, i) result(is_redundant)
     type(contact_fields_t), intent(in) :: contact
     integer, intent(in) :: i
 
-    is_undetermined = .false.
-    if (allocated(contact%is_undetermined)) is_undetermined = contact%is_undetermined(i)
-  end function is_undetermined_at
+    is_redundant = .false.
+    if (allocated(contact%is_redundant)) is_redundant = contact%is_redundant(i)
+  end function is_redundant_at
 
   !> How many points there are of which it is not.
-  pure integer function count_undetermined(contact)
+  pure integer function count_redundant(contact)
     type(contact_fields_t), intent(in) :: contact
 
-    count_undetermined = 0
-    if (allocated(contact%is_undetermined)) count_undetermined = count(contact%is_undetermined)
-  end function count_undetermined
+    count_redundant = 0
+    if (allocated(contact%is_redundant)) count_redundant = count(contact%is_redundant)
+  end function count_redundant
 
 end module increment_report_mod

@@ -8,7 +8,7 @@ module history_fields_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
-  use increment_report_mod, only: increment_report_t, total_error, count_undetermined
+  use increment_report_mod, only: increment_report_t, total_error, count_redundant
   use output_field_mod, only: field_t, field_list_t, add_field, get_fields
   implicit none
   private
@@ -57,8 +57,8 @@ contains
       'reached the tolerance', report%solver_stages)
     call whole('free_motions', 'rigid motions of bodies and obstacles that nothing holds', &
       report%n_unheld)
-    call whole('undetermined_points', 'contact points whose reactions are not determined, for '// &
-      'constraints can carry them', count_undetermined(report%contact))
+    call whole('redundant_points', 'contact points whose reactions are not determined, for '// &
+      'constraints can carry them', count_redundant(report%contact))
     call whole('newton_raphson_iterations', 'equilibrium iterations', &
       report%newton_raphson_iterations)
     call code('solver', '0: none was needed, 1: sweeps, 2: global Newton', report%solver)

@@ -7,7 +7,7 @@ module pair_fields_mod
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use contact_points_mod, only: n_sides, find_side_points
-  use increment_report_mod, only: status_open, largest_pressure, is_undetermined_at
+  use increment_report_mod, only: status_open, largest_pressure, is_redundant_at
   use state_mod, only: largest_slip
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -53,8 +53,8 @@ contains
     call add_field(list, field_t('status', of_byte, [n], 'code', &
       '0: open, 1: stick, 2: slide', compute=status))
     if (scene%constraints%n > 0) then
-      call add_field(list, field_t('undetermined', of_byte, [n], 'code', &
-        '1: constraints can carry the reaction; the least is given', compute=undetermined))
+      call add_field(list, field_t('redundant', of_byte, [n], 'code', &
+        '1: constraints can carry the reaction; the least is given', compute=redundant))
     end if
     call add_field(list, field_t('resultant', of_real, [3], 'force', &
       'sum of the reactions on the slave body, x, y, z', compute=resultant))
@@ -196,15 +196,15 @@ contains
     values(1, :) = source%report%contact%status(source%first:source%last)
   end subroutine status
 
-  subroutine undetermined(source, values)
+  subroutine redundant(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, its points)
     integer :: i
 
     do i = source%first, source%last
-      values(1, i - source%first + 1) = merge(1, 0, is_undetermined_at(source%report%contact, i))
+      values(1, i - source%first + 1) = merge(1, 0, is_redundant_at(source%report%contact, i))
     end do
-  end subroutine undetermined
+  end subroutine redundant
 
   subroutine resultant(source, values)
     type(field_source_t), intent(inout) :: source

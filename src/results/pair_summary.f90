@@ -116,7 +116,7 @@ contains
     integer, intent(in) :: row
     type(pair_sums_t), intent(out) :: pair
     type(error_t), allocatable, intent(inout) :: error
-    real(wp), allocatable :: reaction(:), frame(:), slip(:), area(:), left_out(:), undetermined(:)
+    real(wp), allocatable :: reaction(:), frame(:), slip(:), area(:), left_out(:), redundant(:)
     integer :: i
 
     call read_row(file, group//'/reaction', row, reaction, error)
@@ -129,9 +129,9 @@ contains
     else
       call read_dataset(file, group//'/area', area, error)
     end if
-    if (exists(file, group//'/undetermined')) then
-      call read_row(file, group//'/undetermined', row, undetermined, error)
-      if (.not. allocated(error)) left_out = left_out + undetermined
+    if (exists(file, group//'/redundant')) then
+      call read_row(file, group//'/redundant', row, redundant, error)
+      if (.not. allocated(error)) left_out = left_out + redundant
     end if
     if (allocated(error)) return
     do i = 1, size(reaction)/3

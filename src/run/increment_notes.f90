@@ -5,7 +5,7 @@ module increment_notes_mod
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t, count_undetermined
+  use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
   use faces_between_nodes_mod, only: face_entry_t
@@ -16,7 +16,7 @@ module increment_notes_mod
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
-    note_undetermined
+    note_redundant
 
   !> A line for the console.
   type :: note_t
@@ -130,7 +130,7 @@ contains
   end subroutine note_unheld
 
   !> Where reactions are not determined at the end of a *STEP.
-  pure subroutine note_undetermined(scene, points, increment, report, notes)
+  pure subroutine note_redundant(scene, points, increment, report, notes)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(increment_t), intent(in) :: increment
@@ -140,9 +140,9 @@ contains
     character(:), allocatable :: words
     integer :: n, i
 
-    n = count_undetermined(report%contact)
+    n = count_redundant(report%contact)
     if (n == 0) return
-    associate (nodes => scene%mesh%node_id(pack(points%node, report%contact%is_undetermined)))
+    associate (nodes => scene%mesh%node_id(pack(points%node, report%contact%is_redundant)))
       words = 'node '
       if (n > 1) words = 'nodes '
       do i = 1, min(n, most)
@@ -155,7 +155,7 @@ contains
       to_text(n)//trim(merge(' point ', ' points', n == 1))//' ('//words// &
       '), for constraints can carry the same forces: the least reactions are given, and left '// &
       'out of pressures')
-  end subroutine note_undetermined
+  end subroutine note_redundant
 
   !> How deep obstacles were in faces between their nodes in a *STEP.
   pure subroutine note_entries(scene, increment, deepest, notes)

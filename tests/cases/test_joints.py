@@ -88,23 +88,23 @@ class Sheets(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         return run, run.result().file
 
-    def check(self, file, n_undetermined, pull=1.0, largest=0.5):
+    def check(self, file, n_redundant, pull=1.0, largest=0.5):
         """Supports carry the loads; no pressure is beyond what presses; reactions are the least."""
         contact = next(iter(file["contact"].values()))
         support = file["VTKHDF/PointData/reaction_force"][:].reshape(3, -1, 3).sum(axis=1)
         np.testing.assert_allclose(support[:, 2], 4, atol=1e-6)
         np.testing.assert_allclose(support[:, 0], [0, -pull / 2, -pull], atol=1e-6)
-        undetermined = contact["undetermined"][:] > 0
-        np.testing.assert_array_equal(undetermined.sum(axis=1), n_undetermined)
-        np.testing.assert_array_equal(file["history/undetermined_points"][:], n_undetermined)
+        redundant = contact["redundant"][:] > 0
+        np.testing.assert_array_equal(redundant.sum(axis=1), n_redundant)
+        np.testing.assert_array_equal(file["history/redundant_points"][:], n_redundant)
         normal = contact["reaction"][:, :, 0]
         self.assertLess(normal.max(), largest)
         # Where all that could be shared presses, some of it could be given to the joint.
         pressure = file["VTKHDF/PointData/contact_pressure"][:].reshape(3, -1)
         node = contact["node"][:].ravel()
-        self.assertEqual(np.abs(pressure[:, node][undetermined]).max(initial=0), 0)
+        self.assertEqual(np.abs(pressure[:, node][redundant]).max(initial=0), 0)
         self.assertLess(file["history/certificate/balance"][:].max(), 1e-8)
-        return normal, undetermined
+        return normal, redundant
 
 
 class Welds(Sheets):

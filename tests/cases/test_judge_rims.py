@@ -10,6 +10,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from judged import findings
@@ -20,8 +21,10 @@ sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 from held_points import Freedom, points_that_cannot_part
 from mortar import place_surface
 from obstacles import depth_below
+from refusals import path_to, self_stress
 from rim_scenes import Rims, random_rims, walls_of_facets
 from scenes import SPHERE, Boundary, Equation, Obstacle, Pressure, Step, Tie, deck_of, write_deck
+from slow_solver import Increment
 from surfaces import Surface
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
@@ -50,6 +53,28 @@ def pairs_of(b):
     """[(row of the upper cube, row of the lower one)] at the same place."""
     lower = {tuple(b.points[r]): r for r in b.side(0, "ZMAX")[0]}
     return [(r, lower[tuple(b.points[r])]) for r in b.side(1, "ZMIN")[0]]
+
+
+class SelfStress(unittest.TestCase):
+    """What constraints and contact could carry between them, and nothing else."""
+
+    def test_points_of_a_mean_that_press_together(self):
+        """Means of two nodes are joined: their reactions may grow together, one alone may not."""
+        b, _ = blocks()
+        (one, under), (two, below) = pairs_of(b)[:2]
+        b.scene.equations.append(
+            Equation([([one], 2, 1.0), ([two], 2, 1.0), ([under], 2, -1.0), ([below], 2, -1.0)])
+        )
+        scene = b.finish("by hand")
+        nothing = np.zeros_like(scene.points)
+        path = path_to(scene, None, 0)
+        increment = Increment(scene, nothing, path.supports(1.0), path.loads(1.0))
+        increment.place(nothing)
+        rows = [row for _, row, _, _ in increment.points]
+        for pressing, expected in (((one, two), [one, two]), ((one,), []), ((), [])):
+            force = np.outer(np.isin(rows, pressing), [0.0, 0.0, 1.0])
+            found = self_stress(increment, SimpleNamespace(forces=[force]))
+            self.assertEqual(sorted(rows[p] for p in found), sorted(expected))
 
 
 class Rule(unittest.TestCase):

@@ -123,7 +123,9 @@ def opposite_of(row, slave, x, master):
             if np.any(np.abs(seen.mean(axis=0)) > 2 * np.ptp(seen, axis=0)):
                 continue
             share = shapes(seen, np.zeros((1, 2)))[0]
-            if np.all(np.isfinite(share)) and -share.min() < least - 1e-12:
+            # Outside a face that is no parallelogram there may be no such place.
+            meets = np.abs(share @ seen).max() <= 1e-9 * np.ptp(seen, axis=0).max()
+            if meets and -share.min() < least - 1e-12:
                 least = -share.min()
                 share = np.maximum(share, 0)
                 found = ([int(r) for r in other], share / share.sum())
@@ -151,4 +153,25 @@ def points_that_cannot_part(surface, freedom, u, rotation):
             normal = surface.first.normal[at]
         answers = [freedom.is_fixed(row, opposite, normal, left) for left in LEFT]
         out[row] = (*answers, freedom.still_axes(row, opposite, LEFT[1]))
+    return out
+
+
+def held_with_their_weights(surface, freedom, placed, left):
+    """(P,) nodes held along their normals, with all but `left` of their weights' sizes.
+
+    Of points without a multiplier neighbours have the weights: so this is asked when those are
+    known, and again when there are more.
+    """
+    out = np.zeros(len(placed.rows), dtype=bool)
+    if surface.obstacle is not None:
+        return out
+    for at, row in enumerate(placed.rows):
+        weights, normal = placed.weights[at], placed.normal[at]
+        if not normal.any():
+            continue
+        if normal @ surface.first.normal[at] > TURN:
+            normal = surface.first.normal[at]
+        if freedom.is_held(row, normal):
+            held = [abs(weights[k]) for k in np.flatnonzero(weights) if freedom.is_held(k, normal)]
+            out[at] = sum(held) >= (1 - left) * np.abs(weights).sum()
     return out

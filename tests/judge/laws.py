@@ -9,7 +9,12 @@ from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
-from held_points import LEFT, Freedom, points_that_cannot_part
+from held_points import (
+    LEFT,
+    Freedom,
+    held_with_their_weights,
+    points_that_cannot_part,
+)
 from joints import Joints, file_rows, with_rotations, with_stand_ins
 from least_squares import least_squares_in_cone
 from load_path import LoadPath
@@ -104,7 +109,7 @@ class Stored:
                     **{key: group[key][rows] for key in
                        ("reaction", "gap", "slip_increment", "status", "resultant",
                         "moment", "moment_left", "torque", "covered_area", "least_gap",
-                        "undetermined") if key in group},
+                        "redundant") if key in group},
                     "area": group["area"][:],
                     "friction": float(group.attrs["friction_coefficient"]),
                 }  # fmt: skip
@@ -137,7 +142,7 @@ class Stored:
             "friction": whole["friction"],
             **{key: whole[key][:, chosen] for key in
                ("frame", "reaction", "gap", "slip_increment", "status", "covered_area",
-                "least_gap", "undetermined") if key in whole},
+                "least_gap", "redundant") if key in whole},
         }  # fmt: skip
 
     @staticmethod
@@ -407,8 +412,7 @@ class Judge:
 
         frame, gap = read("frame"), read("gap")
         has_row = gap < 1e29
-        still, none = self.without_row(row, surface, u, rotations[1], has_row)
-        placed = surface.place(u, rotations[1], rows[none])
+        still, none, placed = self.without_row(row, surface, u, rotations[1], has_row)
         force = np.einsum("pk,pki->pi", read("reaction"), frame)
         slip = np.einsum("pk,pki->pi", read("slip_increment"), frame[:, 1:])
         told = (gap, slip, frame[:, 0], read("covered_area"))
@@ -453,9 +457,10 @@ class Judge:
         }  # fmt: skip
 
     def without_row(self, row, surface, u, rotation, has_row):
-        """(still (P, 3), none (P,)): where the two sides of points cannot move apart.
+        """(still (P, 3), none (P,), Seen): where the two sides of points cannot move apart.
 
-        Along axes, and along the normal, so that the point has no multiplier.
+        Along axes, and along the normal, so that the point has no multiplier; and the points placed
+        so.
         """
         rows = surface.first.rows
         still, none = np.zeros((len(rows), 3), dtype=bool), np.zeros(len(rows), dtype=bool)
@@ -470,15 +475,17 @@ class Judge:
                           f"at node {self.scene.ids[number]}")  # fmt: skip
         # With what neighbours got of others a point may have nearly all of its weights where both
         # sides are held.
-        left = np.flatnonzero(~has_row & ~none)
-        if none.any() and len(left):
-            placed, held = surface.place(u, rotation, rows[none]), self.freedom.is_held
-            for at in left:
-                weights, normal = placed.weights[at], placed.normal[at]
-                if normal.any() and held(rows[at], normal):
-                    stays = [abs(weights[k]) for k in np.flatnonzero(weights) if held(k, normal)]
-                    none[at] = sum(stays) >= (1 - LEFT[2]) * np.abs(weights).sum()
-        return still, none
+        while True:
+            placed = surface.place(u, rotation, rows[none])
+            held = held_with_their_weights(surface, self.freedom, placed, LEFT[2])
+            if not np.any(held & ~has_row & ~none):
+                break
+            none |= held & ~has_row
+        surely = held_with_their_weights(surface, self.freedom, placed, LEFT[0]) & has_row
+        for at in np.flatnonzero(surely):
+            self.note("place of a point whose weights are held", row, 1.0, 0.0,
+                      f"at node {self.scene.ids[rows[at]]}")  # fmt: skip
+        return still, none, placed
 
     def keep_joined(self, surface, placed, u, before, none, told):
         """Points that constraints join keep weights and normals of the undeformed mesh, perhaps.

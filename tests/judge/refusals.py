@@ -347,6 +347,10 @@ def confirm(scene, stored, message):
         if least <= 0:
             return CONFIRMED, f"in single precision the stiffness has an eigenvalue {least:.1g}"
     if not findings:
+        loop = self_stress(increment, found)
+        if loop and not holds_without(loop, scene, path, increment, (step, time, start)):
+            names = ", ".join(str(scene.ids[increment.points[p][1]]) for p in loop)
+            return CONFIRMED, f"only a self-stress of joints and contact at nodes {names} holds"
         return REFUTED, f"a solution exists (residual {found.residual:.1e})"
     kinds = {f.kind for f in findings}
     if found.converged and kinds <= ROUNDED:
@@ -369,6 +373,49 @@ def confirm(scene, stored, message):
             f"obstacles wedge node {node}: its reactions grow, and their sum is {share:.1e} of them"
         )
     return OPEN, f"the slow solver came to {found.residual:.1e}: {findings[0]}"
+
+
+def self_stress(increment, solution):
+    """Points whose normal reactions could all grow together and move nothing; []: there are none.
+
+    Of those that press. With weights and normals of the undeformed mesh, which joined points keep.
+    """
+    moves, pressing, rows = increment.freedom.motions, [], []
+    index = np.array([i for i, *_ in increment.points], dtype=int)
+    for number, (surface, forces) in enumerate(
+        zip(increment.surfaces, solution.forces, strict=True)
+    ):
+        if not surface.has_faces or surface.obstacle is not None:
+            continue
+        nowhere = np.zeros_like(increment.before)
+        seen = surface.place(nowhere, nowhere, increment.without_row[number])
+        for p, force in zip(np.flatnonzero(index == number), forces, strict=True):
+            at = int(np.flatnonzero(seen.rows == increment.points[p][1])[0])
+            if force @ seen.normal[at] > 1e-6 * np.abs(forces).max():
+                apart = moves[seen.rows[at]] - np.einsum("m,min->in", seen.weights[at], moves)
+                rows.append(seen.normal[at] @ apart)
+                pressing.append(int(p))
+    if not rows:
+        return []
+    # Shares c >= 0 that add up to 1 and whose forces cancel.
+    matrix = np.vstack([1e5 * np.transpose(rows), np.ones(len(rows))])
+    share, left = least_squares_in_cone(matrix, np.append(np.zeros(len(matrix) - 1), 1.0))
+    return [p for p, c in zip(pressing, share, strict=True) if c > 1e-6] if left < 1e-3 else []
+
+
+def holds_without(loop, scene, path, increment, when):
+    """Whether there is a solution in which one point of a self-stress does not press.
+
+    Of the least reactions one at least is 0.
+    """
+    for p in loop:
+        increment.left_out = {p}
+        found = increment.solve(scene.tolerance)
+        findings = judge_solution(scene, path, increment, found, *when)
+        increment.left_out = set()
+        if not findings:
+            return True
+    return False
 
 
 def gained_share(increment, solution, stored):

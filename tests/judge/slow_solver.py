@@ -13,7 +13,14 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from held_points import Freedom, follow_ties, free_directions, points_that_cannot_part
+from held_points import (
+    LEFT,
+    Freedom,
+    follow_ties,
+    free_directions,
+    held_with_their_weights,
+    points_that_cannot_part,
+)
 from joints import Joints
 from mortar import LEAST_KEPT, LEAST_SHARE
 from obstacles import chords, locate, shift_of, turned
@@ -181,6 +188,7 @@ class Increment:
         self.surfaces = [Surface(scene, pair) for pair in scene.pairs]
         self.freedom = Freedom(scene, self.held)
         self.kept = set()  # points that had a place on a surface
+        self.left_out = set()  # points that are not to press
         for index, pair in enumerate(scene.pairs):
             obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
             for row in scene.side_rows(pair.part, pair.side):
@@ -195,6 +203,16 @@ class Increment:
             return obstacle
         return turned(obstacle, self.rotations[1][at], self.scene.points[at])
 
+    def face(self, surface, none, u):
+        """Seen nodes of a pair; what is held with its weights joins `none`, rows without a row."""
+        while True:
+            seen = surface.place(u, self.rotations[1], none)
+            held = held_with_their_weights(surface, self.freedom, seen, LEFT[1])
+            more = {int(row) for row in seen.rows[held]} - none
+            if not more:
+                return seen
+            none |= more
+
     def place(self, u):
         """Rows B (3P, n) in frames at `u`, frames, gaps, and which rows count."""
         count = len(self.points)
@@ -207,7 +225,7 @@ class Increment:
         answers = [points_that_cannot_part(s, self.freedom, u, self.rotations[1])
                    if s.has_faces else {} for s in self.surfaces]  # fmt: skip
         self.without_row = [{row for row, one in of.items() if one[1]} for of in answers]
-        seen = [s.place(u, self.rotations[1], none) if s.has_faces else None
+        seen = [self.face(s, none, u) if s.has_faces else None
                 for s, none in zip(self.surfaces, self.without_row, strict=True)]  # fmt: skip
         for p, (index, row, obstacle, mu) in enumerate(self.points):
             mirror = np.zeros(3)
@@ -238,6 +256,7 @@ class Increment:
             elif mu == 0:
                 counts[p, 1:] = False
             counts[p] &= np.abs(frames[p] @ mirror) < 0.5
+            counts[p] &= p not in self.left_out
         return self.body.reduced(b.T).T, frames, gaps, counts
 
     def before_surface(self, p, seen, u):
@@ -282,8 +301,8 @@ class Increment:
     # -- solution -----------------------------------------------------------------------------
 
     def solve(self, tolerance, seed=0, seconds=20.0):
-        """The best Solution found; after so many seconds nothing new is begun."""
-        deadline = time.monotonic() + seconds
+        """The best Solution found; after so many of the processor nothing new is begun."""
+        deadline = time.process_time() + seconds
         rng = np.random.default_rng(seed)
         u = np.where(self.held, self.target, self.before)
         force = np.zeros((len(self.points), 3))
@@ -298,7 +317,7 @@ class Increment:
             done = residual <= tolerance
             if best is None or done or residual < best.residual:
                 best = Solution(new, self.by_pair(force), done, residual, drift)
-            if drift > 0 or time.monotonic() > deadline:
+            if drift > 0 or time.process_time() > deadline:
                 break
             u = new
             # Once more from where nothing moves: that is refinement.
@@ -490,7 +509,7 @@ class Contact:
             size = self.residual(r, a)
             if size < best[2]:
                 best = (r, a, size)
-            if size <= goal or time.monotonic() > deadline:
+            if size <= goal or time.process_time() > deadline:
                 break
             if left <= 1e3 * goal and np.linalg.norm(e) > 1e-6 * np.linalg.norm(self.q):
                 drift = max(drift, float(np.linalg.norm(self.g @ a, np.inf)))
@@ -565,7 +584,7 @@ class Problem(Contact):
         best = self.newton(r, a, 1e-3 * goal)
         drift = 0.0
         for attempt in range(4):
-            if best[2] <= goal or drift > 0 or time.monotonic() > deadline:
+            if best[2] <= goal or drift > 0 or time.process_time() > deadline:
                 break
             start = (np.zeros(n), np.zeros_like(a)) if attempt == 0 else best[:2]
             if attempt == 2:

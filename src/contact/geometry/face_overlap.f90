@@ -181,9 +181,14 @@ contains
     integer, intent(in) :: corner          !! 1 to 4
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) its nodes [length]
     real(wp) :: n(4)
+    real(wp), parameter :: rounding = 1.0e-9_wp !! of the face
+    real(wp) :: seen(2, size(master, 2)), left(2)
 
-    n = shape_at(map_of_face(in_plane(plane, master)), size(master, 2) == 3, &
-      plane%corner(:, corner))
+    seen = in_plane(plane, master)
+    n = shape_at(map_of_face(seen), size(master, 2) == 3, plane%corner(:, corner))
+    ! Beyond some line in the plane a face's map reaches nothing: Newton's method ends anywhere.
+    left = matmul(seen, n(:size(seen, 2))) - plane%corner(:, corner)
+    if (.not. norm2(left) <= rounding*norm2(seen(:, 3) - seen(:, 1))) n = -1.0_wp
   end function opposite_weights
 
   !> Add the integrals over one triangle of an overlap, its edges halved so many times.

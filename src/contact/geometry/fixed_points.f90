@@ -12,7 +12,7 @@ module fixed_points_mod
   implicit none
   private
 
-  public :: find_fixed
+  public :: find_fixed, are_held
 
   real(wp), parameter :: nearly_all = 0.95_wp
   !! of what lies opposite must be held [-]
@@ -43,18 +43,29 @@ contains
     do a = 1, 3
       axis = 0.0_wp
       axis(a) = 1.0_wp
-      still(a) = are_held(freedom, node, opposite, axis) .or. are_joined(freedom, node, opposite, a)
+      still(a) = opposite_is_held(axis) .or. are_joined(freedom, node, opposite, a)
     end do
     is_fixed = all(still .or. abs(normal) <= straight)
-    if (.not. is_fixed) is_fixed = are_held(freedom, node, opposite, normal) .or. &
-      are_one(freedom, node, opposite, normal, straight)
+    if (.not. is_fixed) is_fixed = opposite_is_held(normal) .or. are_one(freedom, node, opposite, &
+      normal, straight)
+
+  contains
+
+    pure logical function opposite_is_held(direction)
+      real(wp), intent(in) :: direction(3)
+
+      opposite_is_held = are_held(freedom, node, opposite%node(:opposite%n), &
+        opposite%weight(:opposite%n), direction)
+    end function opposite_is_held
+
   end subroutine find_fixed
 
-  !> Whether supports and constraints hold both sides along a direction.
-  pure logical function are_held(freedom, node, opposite, direction)
+  !> Whether supports and constraints hold a node and nearly all that weighs for its master along a
+  !> direction.
+  pure logical function are_held(freedom, node, masters, weight, direction)
     type(node_freedom_t), intent(in) :: freedom
-    integer, intent(in) :: node
-    type(opposite_t), intent(in) :: opposite
+    integer, intent(in) :: node, masters(:)
+    real(wp), intent(in) :: weight(:)    !! of the masters [-]
     real(wp), intent(in) :: direction(3)
     real(wp) :: held
     integer :: k
@@ -62,10 +73,10 @@ contains
     are_held = is_held(freedom, node, direction)
     if (.not. are_held) return
     held = 0.0_wp
-    do k = 1, opposite%n
-      if (is_held(freedom, opposite%node(k), direction)) held = held + opposite%weight(k)
+    do k = 1, size(masters)
+      if (is_held(freedom, masters(k), direction)) held = held + abs(weight(k))
     end do
-    are_held = held >= nearly_all
+    are_held = held >= nearly_all*sum(abs(weight))
   end function are_held
 
   !> Whether a node cannot move along a direction.

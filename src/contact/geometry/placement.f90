@@ -5,15 +5,11 @@ module placement_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
-  use local_refinement_mod, only: hanging_of
-  use surfaces_mod, only: nodes_of
-  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, faces_of_side, &
-    find_side_points, face_one
-  use local_frame_mod, only: local_frame, straight
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
-  use fixed_points_mod, only: find_fixed
-  use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
-    reach_of_all_facets
+  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, find_side_points
+  use local_frame_mod, only: local_frame
+  use mortar_mod, only: mortar_t, enough
+  use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
+    turn_into_plane, replace_rows
   implicit none
   private
 
@@ -60,10 +56,6 @@ module placement_mod
   ! How much of its node's area a surface must cover for a point that counted in the same increment:
   ! else points at the edge of the master come and go.
   real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
-  ! By how much of the sum of its weights those of a joined point may differ from the ones that it
-  ! keeps. Between sheets that slide on each other by a twentieth of an element those of the sheets
-  ! differ by as much.
-  real(wp), parameter :: joined = 0.05_wp !! [-]
   ! More than that no deck's digits make of edges that are flush.
   real(wp), parameter :: a_little = 1.0e-4_wp !! [-]
 
@@ -211,22 +203,30 @@ contains
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     logical, intent(in) :: stay
     type(placement_t), intent(inout) :: placement
-    type(mortar_t) :: mortar
+    type(faced_side_t) :: faced
     type(weights_t) :: rows
     integer :: i, k, j, first, last
 
     call find_side_points(points, pair, side, first, last)
-    call face_surface(scene, points, pair, side, u, mortar, placement)
+    call face_surface(scene, points, pair, side, u, faced)
+    placement%is_fixed(first:last) = faced%is_fixed
+    placement%driven_in(first:last) = faced%driven_in
+    associate (weights => placement%weights)
+      if (any(faced%still) .and. .not. allocated(weights%still)) allocate (weights%still(3, &
+        points%n), source=.false.)
+      if (allocated(weights%still)) weights%still(:, first:last) = faced%still
+    end associate
     if (allocated(points%is_joined)) then
       if (any(points%is_joined(first:last))) call keep_joined(scene, points, pair, side, u, &
-        placement, mortar)
+        faced%mortar)
     end if
-    call place_covered(points, first, stay, mortar, placement)
-    allocate (rows%first(last - first + 2), rows%node(size(mortar%weights%node)), &
-      rows%weight(size(mortar%weights%node)))
+    call place_covered(points, first, stay, faced%mortar, placement)
+    associate (n => size(faced%mortar%weights%node))
+      allocate (rows%first(last - first + 2), rows%node(n), rows%weight(n))
+    end associate
     k = 0
     do i = first, last
-      associate (here => i - first + 1)
+      associate (here => i - first + 1, mortar => faced%mortar)
         rows%first(here) = k + 1
         if (.not. placement%weights%covers(i)) cycle
         placement%reference(:, i) = u(:, points%node(i))
@@ -348,262 +348,5 @@ contains
       end associate
     end do
   end function find_partly_covered
-
-  !> What the nodes of a slave surface face of one side of an obstacle of facets where it stands.
-  pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair, side
-    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    type(obstacle_t), intent(in) :: obstacle !! as it has turned
-    type(mortar_t), intent(out) :: mortar !! of the points before the side
-    real(wp) :: x(3, scene%mesh%n_nodes), shift(3), reach
-    real(wp), allocatable :: way(:, :)    !! (3,n) of the corners of the side [length]
-    integer, allocatable :: facets(:)     !! of the side; not allocated: all
-    type(facet_pair_t) :: now
-    integer :: first, last
-
-    call find_side_points(points, pair, side, first, last)
-    call faces_of_side(points, pair, side, facets)
-    shift = shift_of(obstacle, u)
-    associate (of => scene%pairs(pair), mesh => scene%mesh, s => points%node(first:last))
-      way = obstacle%corner + spread(shift, 2, size(obstacle%corner, 2)) - &
-        scene%obstacles(of%master)%corner
-      if (allocated(facets)) way = way(:, corners_of(obstacle%facet(:, facets)))
-      ! What came to overlap has moved as far.
-      x = 0.0_wp
-      x(:, s) = mesh%coordinates(:, s) + u(:, s)
-      now = join_facets(slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, obstacle, shift, facets)
-      reach = reach_of_facets(now) + of%overlap + &
-        norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
-      call face_facets(now, reach, mortar)
-      ! What moves freely may fall any way.
-      if (any(mortar%area > 0.0_wp)) return
-      call face_facets(now, reach + reach_of_all_facets(now), mortar, behind=reach)
-    end associate
-  end subroutine face_obstacle
-
-  !> What the nodes of a slave surface face of one side of a surface where `u` takes them, or with
-  !> small sliding where they are in the mesh; a second time where some have no multiplier.
-  pure subroutine face_surface(scene, points, pair, side, u, mortar, placement)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair, side
-    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    type(mortar_t), intent(out) :: mortar !! of the points before the side
-    type(placement_t), intent(inout) :: placement !! gets is_fixed, driven_in, still
-    real(wp) :: x(3, scene%mesh%n_nodes), reach, far
-    type(slave_t) :: slave
-    integer, allocatable :: master(:, :), faces(:), m(:)
-    integer :: first, last
-
-    call find_side_points(points, pair, side, first, last)
-    call faces_of_side(points, pair, side, faces)
-    associate (of => scene%pairs(pair), mesh => scene%mesh, &
-               slave_nodes => points%node(first:last), &
-               s => scene%surfaces(scene%pairs(pair)%surface)%nodes)
-      slave = slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), slave_nodes, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
-      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
-        mesh%connectivity))
-      m = scene%surfaces(of%master_surface)%nodes
-      if (allocated(faces)) then
-        master = master(:, faces)
-        m = corners_of(master)
-      end if
-      x = 0.0_wp
-      x(:, s) = mesh%coordinates(:, s)
-      x(:, m) = mesh%coordinates(:, m)
-      reach = reach_of_faces(slave%faces, master, x) + of%overlap
-      if (.not. of%small_sliding) then
-        ! What came to overlap has moved as far.
-        reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
-          maxval(u(:, m), 2) - minval(u(:, s), 2)))
-        x(:, s) = mesh%coordinates(:, s) + u(:, s)
-        ! A node of both surfaces is displaced once.
-        x(:, m) = mesh%coordinates(:, m) + u(:, m)
-      end if
-      if (allocated(points%freedom)) then
-        slave%asks = points%freedom%is_bound(slave_nodes)
-        if (allocated(mesh%hangs)) slave%asks = slave%asks .and. .not. mesh%hangs(slave_nodes)
-        if (.not. any(slave%asks)) deallocate (slave%asks)
-      end if
-      far = reach + reach_of_all(s, m, x)
-      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
-      if (.not. allocated(mortar%opposite)) return
-      call find_fixed_points(scene, points, first, u, mortar, placement)
-      associate (is_fixed => placement%is_fixed(first:last))
-        if (.not. any(is_fixed)) return
-        slave%is_fixed = is_fixed
-      end associate
-      deallocate (slave%asks)
-      call face_faces(slave, master, x, [reach, far], of%small_sliding, mortar)
-    end associate
-  end subroutine face_surface
-
-  !> What lies opposite within reach. What is placed once for all faces whatever lies opposite. So
-  !> do bodies that are apart: what moves freely may fall any way.
-  pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
-    type(slave_t), intent(in) :: slave
-    integer, intent(in) :: master(:, :)  !! (4,n_master)
-    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
-    real(wp), intent(in) :: reach(2)     !! near, and of everything [length]
-    logical, intent(in) :: is_placed_once
-    type(mortar_t), intent(out) :: mortar
-
-    if (.not. is_placed_once) then
-      call make_mortar(slave, master, x, reach(1), mortar)
-      if (any(mortar%area > 0.0_wp)) return
-    end if
-    call make_mortar(slave, master, x, reach(2), mortar, behind=reach(1))
-  end subroutine face_faces
-
-  !> Which points before a surface have two sides that cannot move apart, along the normal or along
-  !> an axis across it, and how deep prescribed motion took them in.
-  pure subroutine find_fixed_points(scene, points, first, u, mortar, placement)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: first          !! of the points
-    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
-    type(mortar_t), intent(in) :: mortar  !! of these, with what lies opposite
-    type(placement_t), intent(inout) :: placement
-    real(wp), parameter :: same_faces = 0.995_wp !! cosine of normals then and now: 6 degrees
-    real(wp) :: normal(3), before(3), frame(3, 3), apart(3), moved(3), gap
-    logical :: still(3), counts
-    integer :: i, k
-
-    if (.not. allocated(placement%weights%still)) allocate (placement%weights%still(3, points%n), &
-      source=.false.)
-    do i = first, first + size(mortar%opposite) - 1
-      associate (here => mortar%opposite(i - first + 1), node => points%node(i))
-        placement%is_fixed(i) = .false.
-        placement%driven_in(i) = 0.0_wp
-        placement%weights%still(:, i) = .false.
-        if (here%n == 0 .or. .not. mortar%area(i - first + 1) > 0.0_wp) cycle
-        normal = mortar%normal(:, i - first + 1)
-        call turn_into_plane(is_across(points, i), normal, counts)
-        if (.not. counts) cycle
-        ! Inclination that deformation makes of flat faces is none: it would come and go.
-        before = normal
-        if (dot_product(normal, points%freedom%normal(:, i)) > same_faces) before = &
-          points%freedom%normal(:, i)
-        call find_fixed(points%freedom, node, here, before, still, placement%is_fixed(i))
-        if (.not. placement%is_fixed(i)) then
-          ! An axis that is a tangent.
-          frame = local_frame(normal)
-          placement%weights%still(:, i) = still .and. abs(normal) <= straight .and. &
-            maxval(abs(frame(:, 2:)), dim=2) >= 1.0_wp - straight
-          cycle
-        end if
-        apart = scene%mesh%coordinates(:, node)
-        moved = 0.0_wp
-        do k = 1, here%n
-          apart = apart - here%weight(k)*scene%mesh%coordinates(:, here%node(k))
-          where (.not. points%freedom%can_move(:, here%node(k))) moved = moved + here%weight(k)* &
-            (u(:, node) - u(:, here%node(k)))
-        end do
-        where (points%freedom%can_move(:, node)) moved = 0.0_wp
-        gap = dot_product(normal, apart) + points%extra_gap(i)
-        placement%driven_in(i) = max(0.0_wp, -dot_product(normal, moved) - max(0.0_wp, gap))
-      end associate
-    end do
-  end subroutine find_fixed_points
-
-  !> Have points that constraints join to what they face stay as they are in the undeformed mesh,
-  !> where weights are nearly those of there.
-  !>
-  !> What joins them is linear in the displacements, with coefficients of the undeformed mesh. Were
-  !> their weights and normals not, contact would contradict it by what these change: by forces of
-  !> any size. docs/theory.md (11.20).
-  pure subroutine keep_joined(scene, points, pair, side, u, placement, mortar)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: pair, side
-    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
-    type(placement_t), intent(in) :: placement
-    type(mortar_t), intent(inout) :: mortar  !! of the points before the side, as u has them
-    type(placement_t) :: at_rest
-    type(mortar_t) :: undeformed
-    integer, allocatable :: old(:), new(:)
-    real(wp), dimension(3, size(u, 2)) :: nothing, moved
-    real(wp), allocatable :: weights(:)
-    real(wp) :: weight(size(u, 2)), changed
-    integer :: i, k, first, last
-
-    allocate (old(0), new(0))
-    call find_side_points(points, pair, side, first, last)
-    nothing = 0.0_wp
-    weight = 0.0_wp
-    if (scene%pairs(pair)%small_sliding) then
-      undeformed = mortar
-      moved = nothing
-    else
-      at_rest = placement
-      call face_surface(scene, points, pair, side, nothing, undeformed, at_rest)
-      moved = u
-    end if
-    do i = first, last
-      if (.not. points%is_joined(i)) cycle
-      associate (here => i - first + 1, before => undeformed%weights, &
-                 now => mortar%weights)
-        if (undeformed%area(here) <= enough*undeformed%whole_area(here)) cycle
-        old = [(k, k=before%first(here), before%first(here + 1) - 1)]
-        new = [(k, k=now%first(here), now%first(here + 1) - 1)]
-        weight(now%node(new)) = now%weight(new)
-        changed = sum(abs(before%weight(old) - weight(before%node(old))))
-        weight(now%node(new)) = 0.0_wp
-        if (changed > joined*sum(abs(before%weight(old)))) cycle
-        mortar%normal(:, here) = undeformed%normal(:, here)
-        mortar%area(here) = undeformed%area(here)
-        weights = before%weight(old)
-        call face_one(weights)
-        ! Apart from each other places that are far from the origin, and motions, keep their digits.
-        associate (x => scene%mesh%coordinates, node => points%node(i), masters => before%node(old))
-          mortar%apart(:, here) = (x(:, node) - matmul(x(:, masters), weights)) + &
-            (moved(:, node) - matmul(moved(:, masters), weights))
-        end associate
-        call replace_rows(now, here, [1, size(old) + 1], before%node(old), weights)
-      end associate
-    end do
-  end subroutine keep_joined
-
-  !> A normal on planes of symmetry lies in them. One that does not has no direction there.
-  pure subroutine turn_into_plane(across, normal, is_in_plane)
-    logical, intent(in) :: across(3)
-    real(wp), intent(inout) :: normal(3)
-    logical, intent(out) :: is_in_plane
-    real(wp) :: length
-
-    is_in_plane = .true.
-    if (.not. any(across)) return
-    where (across) normal = 0.0_wp
-    length = norm2(normal)
-    is_in_plane = length > 0.0_wp
-    if (is_in_plane) normal = normal/length
-  end subroutine turn_into_plane
-
-  !> Put other rows in the place of those of some points that stand together.
-  pure subroutine replace_rows(weights, point, first, node, weight)
-    type(weights_t), intent(inout) :: weights
-    integer, intent(in) :: point              !! the first of them
-    integer, intent(in) :: first(:)           !! (n+1) where each row begins, from 1
-    integer, intent(in) :: node(:)            !! (n_entries)
-    real(wp), intent(in) :: weight(:)         !! (n_entries) [-]
-    integer :: before, n_old, behind
-
-    behind = point + size(first) - 1 ! the first point behind them
-    before = weights%first(point) - 1
-    n_old = weights%first(behind) - 1 - before
-    if (n_old /= size(node)) then
-      weights%node = [weights%node(:before), node, weights%node(before + n_old + 1:)]
-      weights%weight = [weights%weight(:before), weight, weights%weight(before + n_old + 1:)]
-      weights%first(behind + 1:) = weights%first(behind + 1:) + size(node) - n_old
-    else
-      weights%node(before + 1:before + n_old) = node
-      weights%weight(before + 1:before + n_old) = weight
-    end if
-    weights%first(point:behind) = before + first
-  end subroutine replace_rows
 
 end module placement_mod
