@@ -24,7 +24,7 @@ module certificate_mod
   !> Of numbers that are none.
   type(certificate_t), parameter :: nothing_true = certificate_t(huge(1.0_wp), huge(1.0_wp), &
     huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), huge(1.0_wp), .false., huge(1.0_wp), huge(1.0_wp), &
-    huge(1.0_wp), huge(1.0_wp))
+    huge(1.0_wp), huge(1.0_wp), huge(1.0_wp))
 
   real(wp), parameter :: held = 16.0_wp*epsilon(1.0_wp)    !! what is prescribed is kept to this [-]
   real(wp), parameter :: last_bits = 1.0_wp/8.0_wp
@@ -309,10 +309,11 @@ contains
     end do
   end function is_prescribed_apart
 
-  !> The five entries that concern contact, of reactions and the gaps and slips that belong to them.
+  !> The six entries that concern contact, of reactions and the gaps and slips that belong to them.
   !>
   !> In the law points count as their reactions, none for more than the scale of forces: one that is
-  !> larger would hide the others.
+  !> larger would hide the others. Friction does no work at any point: the law, a mean
+  !> over the points, sees what it does at all of them together, but little of one among many.
   pure function judge_contact(mu, r, x, f, u, way) result(certificate)
     real(wp), intent(in) :: mu(:)    !! (n_points) [-]
     real(wp), intent(in) :: r(:, :)  !! (3,n_points) n, t1, t2 [force]
@@ -344,6 +345,8 @@ contains
         ! A point that sticks under much friction slips by rounding: beside the force that could
         ! hold it.
         total = total + weight*max(force, mu(i)*normal)
+        c%dissipation = max(c%dissipation, ratio(ratio(weight*dot_product(r(2:, i), x(2:, i)), &
+          f(i)), longest(i)))
       end associate
     end do
     certificate%law = ratio(defect, total)

@@ -92,6 +92,8 @@ contains
         'at the same state, of the larger', c%energy)
       call ratio('certificate/undetermined', 'largest reaction that equilibrium does not '// &
         'determine, of the largest load or force of an element', c%undetermined)
+      call ratio('certificate/dissipation', 'largest work that friction does instead of losing '// &
+        'it', c%dissipation)
     end associate
 
     associate (e => report%energy)
