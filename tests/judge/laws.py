@@ -601,14 +601,16 @@ class Judge:
 
     def check_moments(self, row, points, u):
         """Moments and torques in the file are those of the reactions."""
+        if not any("moment" in p["stored"] for p in points):  # an own solution
+            return
         on = np.zeros_like(u)
+        reach = np.abs(self.scene.points).max() + np.abs(u).max()
         for p in points:
             stored, strength = p["stored"], np.abs(p["force"]).sum()
             if "moment" not in stored:  # an own solution, or a wall
                 continue
             arm = self.scene.points[p["rows"]]
             moment = np.cross(arm, p["force"]).sum(axis=0)
-            reach = np.abs(self.scene.points).max() + np.abs(u).max()
             self.note("moment wrong by", row, np.abs(stored["moment"][row] - moment).max(),
                       max(1e-11 * strength * reach, 1e-300))  # fmt: skip
             if p["pair"].master is not None and not p["pair"].small:
