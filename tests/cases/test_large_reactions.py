@@ -1,4 +1,4 @@
-"""Contact forces that are many times the loads are right, certified, and reported with their cause."""
+"""Contact forces many times the loads are right, certified, and reported with their cause."""
 
 import unittest
 

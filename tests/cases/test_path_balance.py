@@ -1,4 +1,4 @@
-"""The balance of energy along the load path: what no size of increments makes smaller is refused."""
+"""The balance of energy along the path: what no size of increments makes smaller is refused."""
 
 import re
 import unittest
