@@ -184,8 +184,8 @@ contains
           words = words//'Supports at rest balance them, as guides of a wedge do'
         end if
         associate (gap => first_gap(points%first(one%pair):points%first(one%pair + 1) - 1))
-          if (any(gap < -rounding_of_places(scene, state%displacement))) words = words//'; its surfaces overlap by up to '// &
-            to_text(maxval(-gap), 3)//' in the undeformed mesh'
+          if (any(gap < -rounding_of_places(scene, state%displacement))) words = words// &
+            '; its surfaces overlap by up to '//to_text(maxval(-gap), 3)//' in the undeformed mesh'
         end associate
         call add_note(notes, increment, .false., words//'. Such forces are sensitive to small '// &
           'changes of the shape')
