@@ -35,6 +35,7 @@ module mesh_sequence_mod
     real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
     logical :: is_kept = .true.           !! its result is in the file
     real(wp) :: theory = 0.0_wp           !! error of small strain, the largest; in no sum [-]
+    integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
   end type mesh_run_t
 
   !> Runs that differ in the size of all bricks alone.
@@ -296,6 +297,7 @@ contains
       call archive(list, run%balls)
       call archive(list, run%near)
       call archive(list, run%theory)
+      call archive(list, run%in_double)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 

@@ -38,9 +38,10 @@ contains
   !> derivative by a difference, and by what the last step has done. Nothing where normals do not
   !> turn.
   !>
-  !> The difference takes reactions as they are. Where bodies are thin these change more than
-  !> normals do, as surfaces that are not flat any more slide over each other. Where a step has left
-  !> too much the derivative takes Broyden's correction. docs/theory.md section 9.
+  !> Residual and derivative are those of where the bodies are now. The difference takes reactions
+  !> as they are. Where bodies are thin these change more than normals do, as surfaces that are not
+  !> flat any more slide over each other. Where a step has left too much the derivative takes
+  !> Broyden's correction. docs/theory.md section 9.
   subroutine neutral_step(scene, points, motions, neutral, placement, state, residual, led)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -50,42 +51,56 @@ contains
     type(state_t), intent(in) :: state      !! its reactions, displacement and rotations
     real(wp), intent(in) :: residual(:)     !! (k) what turned normals leave on them [force]
     type(led_t), intent(inout) :: led       !! the last step in, this one out
-    real(wp) :: along(size(residual))
+    real(wp), dimension(size(residual)) :: along, left, here
     real(wp) :: stiffness(size(residual), size(residual)), moved(3, scene%mesh%n_nodes)
     type(placement_t) :: turned
-    real(wp) :: local(3), force(3), motion(3), step
-    integer :: i, j, k
+    real(wp) :: step
+    integer :: k
 
     step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
       scene%mesh%coordinates, dim=2))
-    stiffness = 0.0_wp
+    ! While places settle bodies are not where the reactions were found.
     turned = placement
+    call place_curved(scene, points, state%displacement, turned, state%rotation)
+    here = along_neutral(turned)
+    left = residual + here - along_neutral(placement)
     do k = 1, size(residual)
       moved = state%displacement
       call add_motions(motions, scene%mesh, step*neutral(:, k), moved)
       call place_curved(scene, points, moved, turned, state%rotation)
-      do i = 1, points%n
-        if (.not. points%is_curved(i) .or. .not. any(abs(state%reaction(:, i)) > 0.0_wp)) cycle
-        local = matmul(state%reaction(:, i), placement%frame(:, :, i))
-        force = (matmul(turned%frame(:, :, i), local) - state%reaction(:, i))/step
-        do j = 1, motions%n
-          motion = motion_of_point(scene%mesh, points, turned%weights, motions, i, j)
-          ! As normals turn, so may the weights change.
-          stiffness(:, k) = stiffness(:, k) - (dot_product(force, motion) + &
-            dot_product(state%reaction(:, i), motion - motion_of_point(scene%mesh, points, &
-            placement%weights, motions, i, j))/step)*neutral(j, :)
-        end do
-      end do
+      stiffness(:, k) = (here - along_neutral(turned))/step
     end do
     if (allocated(led%step)) then
       along = matmul(led%step, neutral)
-      if (norm2(residual) > too_much*norm2(matmul(led%from, neutral)) .and. &
+      if (norm2(left) > too_much*norm2(matmul(led%from, neutral)) .and. &
         any(abs(along) > 0.0_wp)) stiffness = stiffness + spread(matmul(led%from, neutral) - &
-        residual - matmul(stiffness, along), 2, size(along))*spread(along, 1, size(along))/ &
+        left - matmul(stiffness, along), 2, size(along))*spread(along, 1, size(along))/ &
         dot_product(along, along)
     end if
-    led%step = matmul(neutral, solve_least_squares(stiffness, residual))
-    led%from = matmul(neutral, residual)
+    led%step = matmul(neutral, solve_least_squares(stiffness, left))
+    led%from = matmul(neutral, left)
+
+  contains
+
+    !> What the reactions do along the neutral motions where normals and weights are others [force].
+    pure function along_neutral(turned) result(along)
+      type(placement_t), intent(in) :: turned
+      real(wp) :: along(size(neutral, 2))
+      real(wp) :: force(3)
+      integer :: i, j
+
+      along = 0.0_wp
+      do i = 1, points%n
+        if (.not. points%is_curved(i) .or. .not. any(abs(state%reaction(:, i)) > 0.0_wp)) cycle
+        force = matmul(turned%frame(:, :, i), matmul(state%reaction(:, i), &
+          placement%frame(:, :, i)))
+        do j = 1, motions%n
+          along = along + dot_product(force, motion_of_point(scene%mesh, points, turned%weights, &
+            motions, i, j))*neutral(j, :)
+        end do
+      end do
+    end function along_neutral
+
   end subroutine neutral_step
 
   !> How far the neutral motions go until bodies are, on the average of their nodes, where they

@@ -88,6 +88,8 @@ module controls_mod
     !! of the linear algebra library while the stiffness is factorised; 1: as many as elsewhere
     logical  :: saves_time = .false.
     !! single_factor was chosen to save time: what it does not hold, double precision does
+    logical  :: keeps_double = .false.
+    !! single precision did not hold a coarser mesh: finer ones are conditioned worse
     character(:), allocatable :: scratch
     !! folder of a factor out of core, with its last slash; not allocated: MUMPS's own choice
   end type precision_controls_t

@@ -39,6 +39,7 @@ module increment_report_mod
     real(wp) :: support = 0.0_wp !! displacements beside what is prescribed
     real(wp) :: energy = 0.0_wp  !! of the strains beside the work of all nodal forces
     real(wp) :: undetermined = 0.0_wp !! reactions that equilibrium says nothing of
+    real(wp) :: dissipation = 0.0_wp  !! work that friction does instead of losing it
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it
@@ -152,11 +153,11 @@ contains
   pure function worst_entry(certificate) result(worst)
     type(certificate_t), intent(in) :: certificate
     real(wp) :: worst
-    real(wp) :: entries(9)
+    real(wp) :: entries(10)
 
     entries = [certificate%penetration, certificate%adhesion, certificate%complementarity, &
       certificate%cone, certificate%law, certificate%equilibrium, certificate%balance, &
-      certificate%energy, certificate%undetermined]
+      certificate%energy, certificate%undetermined, certificate%dissipation]
     worst = huge(worst)
     if (all(entries <= worst)) worst = maxval(entries)
   end function worst_entry

@@ -89,9 +89,11 @@ contains
       call ratio('certificate/support', 'largest departure from a prescribed displacement', &
         c%support)
       call ratio('certificate/energy', 'strain energy less half the work of all nodal forces '// &
-        'at the same state, of the larger', c%energy)
+        'at the same state, of the largest term', c%energy)
       call ratio('certificate/undetermined', 'largest reaction that equilibrium does not '// &
         'determine, of the largest load or force of an element', c%undetermined)
+      call ratio('certificate/dissipation', 'largest work that friction does instead of losing '// &
+        'it', c%dissipation)
     end associate
 
     associate (e => report%energy)

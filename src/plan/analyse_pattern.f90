@@ -133,6 +133,7 @@ contains
       real(wp) :: seconds_in_double, seconds_in_single
       integer :: pair
 
+      if (scene%precision%keeps_double) return
       if (.not. (is_exact(scene%precision) .and. single%single_factor .and. sizes%is_dense)) return
       if (.not. all([(has_fixed_normals(scene, pair), pair=1, size(scene%pairs))])) return
       seconds_in_double = seconds_at_fixed_rates(scene, sizes)

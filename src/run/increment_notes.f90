@@ -4,11 +4,14 @@ module increment_notes_mod
   use text_mod, only: to_text
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
   use faces_between_nodes_mod, only: face_entry_t
+  use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
+  use follow_points_mod, only: rounding_of_places
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use refuse_unsolved_mod, only: nodes_in_words
   implicit none
@@ -16,7 +19,7 @@ module increment_notes_mod
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
-    note_redundant
+    note_redundant, note_opposed_reactions
 
   !> A line for the console.
   type :: note_t
@@ -156,6 +159,48 @@ contains
       '), for constraints can carry the same forces: the least reactions are given, and left '// &
       'out of pressures')
   end subroutine note_redundant
+
+  !> Where contact forces are many times what drives them at the end of a *STEP.
+  subroutine note_opposed_reactions(scene, points, first_gap, increment, state, report, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: first_gap(:)    !! (n_points) of the undeformed mesh [length]
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(in) :: state      !! at its end
+    type(increment_report_t), intent(in) :: report
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(opposed_t), allocatable :: opposed(:)
+    character(:), allocatable :: words
+    integer :: i
+
+    call find_opposed_reactions(scene%mesh, points, report%contact, state, scene%constraints, &
+      opposed)
+    do i = 1, size(opposed)
+      associate (one => opposed(i), pair => scene%pairs(opposed(i)%pair))
+        ! Of two that balance each other one is enough.
+        if (one%other > 0) then
+          if (any(opposed(:i - 1)%pair == one%other .and. opposed(:i - 1)%other == one%pair)) cycle
+        end if
+        words = ': contact forces of '//pair%name//' add up to '//to_text(one%pressed, 3)//', '// &
+          to_text(one%pressed/one%driven_by, 2)//' times the loads and the forces of moving '// &
+          'supports. '
+        if (one%resultant < 0.5_wp*one%pressed) then
+          words = words//'They balance each other within the pair'
+        else if (one%other > 0) then
+          words = words//'They and those of '//scene%pairs(one%other)%name// &
+            ' balance each other, as on a wedge'
+        else
+          words = words//'Supports at rest balance them, as guides of a wedge do'
+        end if
+        associate (gap => first_gap(points%first(one%pair):points%first(one%pair + 1) - 1))
+          if (any(gap < -rounding_of_places(scene, state%displacement))) words = words// &
+            '; its surfaces overlap by up to '//to_text(maxval(-gap), 3)//' in the undeformed mesh'
+        end associate
+        call add_note(notes, increment, .false., words//'. Such forces are sensitive to small '// &
+          'changes of the shape')
+      end associate
+    end do
+  end subroutine note_opposed_reactions
 
   !> How deep obstacles were in faces between their nodes in a *STEP.
   pure subroutine note_entries(scene, increment, deepest, notes)

@@ -85,6 +85,7 @@ contains
       ! What load steps make is found by runs of several sizes of them.
       scene%accuracy%follows_steps = .not. (sequence%divides .and. sequence%wanted > 0.0_wp)
       scene%accuracy%runs_before = size(sequence%runs)
+      scene%precision%keeps_double = any(sequence%runs%in_double > 0)
       of_console = console_of(console, options, choice)
       call run_mesh(of_run, scene, began, of_console, error, sequence, choice)
       if (choice%is_replaced .and. .not. allocated(error)) cycle runs

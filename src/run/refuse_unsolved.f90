@@ -432,6 +432,8 @@ contains
       if (c%energy > 0.0_wp) words = words//', energy '//to_text(c%energy, 2)
       if (c%undetermined > 0.0_wp) words = words//', reactions that nothing determines '// &
         to_text(c%undetermined, 2)
+      if (c%dissipation > 0.0_wp) words = words//', work done by friction '// &
+        to_text(c%dissipation, 2)
       if (c%support > 0.0_wp) words = words//', supports kept to '//to_text(c%support, 2)
     end associate
   end function certificate_in_words

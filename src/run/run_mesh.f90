@@ -308,7 +308,7 @@ contains
       progress%worst_errors(1) >= not_known), progress%worst_errors(2), &
       progress%worst_errors(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
       balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept, &
-      progress%tally%theory))
+      progress%tally%theory, progress%in_double))
     sequence%repeated = 0.0_wp
     sequence%spent = sequence%earlier + cpu_seconds()
     sequence%room = real(plan%memory_left, wp)

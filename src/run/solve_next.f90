@@ -40,7 +40,7 @@ module solve_next_mod
     refuse_lost_energy, is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_unheld, &
     note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double, note_redundant
+    note_turn, note_double, note_redundant, note_opposed_reactions
   implicit none
   private
 
@@ -396,6 +396,8 @@ contains
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_redundant(scene, plan%points, increment, report, notes)
+        call note_opposed_reactions(scene, plan%points, solver%undeformed%gap, increment, &
+          solved%state, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)

@@ -19,6 +19,7 @@ class Decks(unittest.TestCase):
                 declared = DECLARED.search(deck.read_text())
                 run = Run(deck)
                 self.assertEqual(run.status, int(declared[1]) if declared else 0, run.errors)
+                self.assertNotIn("times the loads and the forces of moving supports", run.output)
                 if run.status == 0:
                     with run.result() as result:
                         self.assertTrue(np.all(result.history("certified") == 1))

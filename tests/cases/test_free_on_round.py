@@ -47,7 +47,7 @@ def dome(n, pressure=5.0, turned=False, held=False):
 
 
 class FreeBodies(unittest.TestCase):
-    """Domes whose pole presses alone."""
+    """Domes that stand on their pole, and on its neighbours."""
 
     def normal_forces(self, deck, name):
         """The normal reactions at the end of a run, which must be solved, and the resultant."""
@@ -60,6 +60,15 @@ class FreeBodies(unittest.TestCase):
     def test_as_if_held(self):
         """Supports that symmetry leaves without forces change nothing."""
         for n, pressure in ((2, 5.0), (4, 0.5)):
+            self.compare(n, pressure)
+
+    def test_as_if_held_where_more_than_the_pole_presses(self):
+        """The neighbours touch within the increment; what swings is brought to rest."""
+        for n, pressure in ((4, 5.0), (4, 20.0), (6, 5.0), (8, 2.0)):
+            self.compare(n, pressure)
+
+    def compare(self, n, pressure):
+        with self.subTest(n=n, pressure=pressure):
             free, force = self.normal_forces(dome(n, pressure), "free")
             held, _ = self.normal_forces(dome(n, pressure, held=True), "held")
             np.testing.assert_allclose(free, held, rtol=0, atol=1e-6 * held.max())
@@ -67,9 +76,10 @@ class FreeBodies(unittest.TestCase):
 
     def test_along_another_axis(self):
         """The pole of a coarse dome presses alone: all of the load, wherever it points."""
-        normal, force = self.normal_forces(dome(2, turned=True), "turned")
-        self.assertEqual(np.count_nonzero(normal), 1)
-        np.testing.assert_allclose(force, [5.0, 0.0, 0.0], rtol=0, atol=5e-7)
+        for n, n_pressed in ((2, 1), (4, 5)):
+            normal, force = self.normal_forces(dome(n, turned=True), "turned")
+            self.assertEqual(np.count_nonzero(normal), n_pressed)
+            np.testing.assert_allclose(force, [5.0, 0.0, 0.0], rtol=0, atol=5e-7)
 
 
 if __name__ == "__main__":

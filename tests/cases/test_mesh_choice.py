@@ -45,7 +45,34 @@ def fine_block():
         return [force[3::4] for force in friction_and_normal(fine)]
 
 
+BEAM = """*HEADING
+A cantilever, 20 times as long as high, of an element across: meshes that bend are ill-conditioned
+*BLOCK, NAME=A, NX=4, NY=1, NZ=1, TYPE=C3D8
+0., 0., 0.,  20., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=A, MATERIAL=M
+*ACCURACY, OF=DISPLACEMENT
+0.1
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+A-XMIN, 1, 3
+*DSLOAD
+A-ZMAX, P, 0.0005
+*END STEP
+"""
+
+
 class Reached(unittest.TestCase):
+    def test_precision_that_did_not_hold_is_not_tried_again(self):
+        """Two meshes and more are large enough for a factor in single precision to save time."""
+        run = Run(BEAM, name="beam")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertEqual(run.output.count("does not hold this scene"), 1, run.output)
+
     def test_a_promise_is_kept(self):
         """The block: normal force of itself, friction of mu times that, in each increment."""
         friction, normal = fine_block()
