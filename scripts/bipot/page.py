@@ -234,7 +234,7 @@ def forces(result: Result) -> str:
     rows = summarize(result)
     if not rows:
         return ""
-    status = {pair.name: pair.status for pair in result.pairs}
+    status = {pair.name: pair.status for pair in result.pairs.values()}
     ends = {int(result.history("step")[row]): row for row in result.step_ends}
     lines = []
     for row in rows:

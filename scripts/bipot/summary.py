@@ -39,7 +39,7 @@ class Summary(list[dict[str, Any]]):
 
 def summarize(result: Result) -> Summary:
     """Return a row for each pair at the end of each step."""
-    pairs = list(result.pairs)
+    pairs = list(result.pairs.values())
     rows = Summary()
     total = np.full(result.finished, -1.0)
     if "error/total" in result.history_names and not result.error_of_energy:
@@ -84,7 +84,7 @@ def errors_by_runs(result: Result, pair: Pair) -> dict[str, float]:
     if runs is None:
         return {}
     compared = runs.error >= 0
-    rubs = any(each.friction_coefficient > 0 for each in result.pairs)
+    rubs = any(each.friction_coefficient > 0 for each in result.pairs.values())
     if not compared.any() or runs.mesh < 0 or (rubs and runs.load_steps < 0):
         return {}
     # What is said of extrapolated values is not said of the result.

@@ -22,6 +22,7 @@ module read_deck_mod
   use local_origin_mod, only: move_origin
   use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
+  use named_sets_mod, only: keep_named_sets
   use obstacles_mod, only: obstacle_t
   use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
@@ -198,6 +199,7 @@ contains
     if (equations%list%n > 0) call note_unused_nodes(reader, model)
     call find_facets(reader, model, bodies)
     call read_surfaces(reader, model, surfaces)
+    call keep_named_sets(reader, model, surfaces, scene)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)

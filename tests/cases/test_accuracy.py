@@ -29,7 +29,7 @@ def resultants(run):
     """Contact resultants where the steps end."""
     step = run.history("step")
     ends = np.append(step[1:] != step[:-1], True)
-    return np.hstack([pair.resultant[ends] for pair in run.pairs])
+    return np.hstack([pair.resultant[ends] for pair in run.pairs.values()])
 
 
 class Told(unittest.TestCase):

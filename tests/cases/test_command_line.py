@@ -248,19 +248,17 @@ class ResultFiles(unittest.TestCase):
         usual = Run(BLOCK, **SMALL)
         text = BLOCK.read_text()
         self.assertEqual(text.count("*END STEP"), 2)
-        for cards, more in (
-            ("*EL FILE\nS\n", {"stress"}),
-            ("*NODE FILE\nU\n*EL FILE\nS\n", None),
+        for cards, left_out in (
+            ("*EL FILE\nS\n", set()),
+            ("*NODE FILE\nU\n*EL FILE\nS\n", set()),
+            ("*NODE FILE\nRF\n*EL FILE\nS\n", {"displacement"}),
         ):
             run = Run(text.replace("*END STEP", cards + "*END STEP", 1), name="block", **SMALL)
             self.assertEqual(run.status, 0, run.errors)
             with usual.result() as before, run.result() as now:
                 (points, cells), (was, _) = now.field_names, before.field_names
-                self.assertIn("stress", cells)
-                if more is not None:
-                    self.assertEqual(set(points), set(was))
-                else:
-                    self.assertEqual(set(points), {"displacement", "node_id"})
+                self.assertEqual(cells, {"stress", "von_mises", "element_id"})
+                self.assertEqual(points, was - left_out)
 
     def test_anything_else_is_kept(self):
         run = Run(BLOCK, **SMALL)

@@ -86,7 +86,7 @@ class Products(unittest.TestCase):
         """The forces of all increments are the same with W and without; without, none is formed."""
         runs = [self.solved(word, **changes) for word in ("DENSE", "PRODUCTS")]
         with runs[0].result() as dense, runs[1].result() as products:
-            for a, b in zip(dense.pairs, products.pairs, strict=True):
+            for a, b in zip(dense.pairs.values(), products.pairs.values(), strict=True):
                 largest = abs(a.reaction).max()
                 self.assertGreater(largest, 0.0)
                 np.testing.assert_allclose(b.reaction, a.reaction, rtol=0, atol=limit * largest)
