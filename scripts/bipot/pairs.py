@@ -164,10 +164,12 @@ class Pair:
 
         Points that are partly covered, and reactions that are not determined, are left out.
         """
-        left_out = self.partly_covered
-        if "undetermined" in self.result.file[f"/contact/{self.name}"]:
-            left_out = left_out | (self._over_time("undetermined") == 1)
-        return np.where(left_out, 0, self.pressure).max(axis=1, initial=0.0)
+        return self._over_time("largest_pressure")
+
+    @cached_property
+    def largest_slip(self) -> Array:
+        """Longest slip of the points since the start of the run: (T,)."""
+        return self._over_time("largest_slip")
 
     @cached_property
     def side(self) -> Array:
@@ -255,6 +257,16 @@ class Pair:
     def resultant(self) -> Array:
         """Sum of the reactions on the slave body in x, y, z: (T, 3)."""
         return self._over_time("resultant")
+
+    @cached_property
+    def normal_force(self) -> Array:
+        """Sum of the normal reactions on the slave body in x, y, z: (T, 3)."""
+        return self._over_time("forces")[:, 0]
+
+    @cached_property
+    def friction_force(self) -> Array:
+        """Sum of the friction on the slave body in x, y, z: (T, 3)."""
+        return self._over_time("forces")[:, 1]
 
     @cached_property
     def moment(self) -> Array:
