@@ -289,7 +289,8 @@ def errors_of_runs(runs: MeshSequence) -> str:
     reached = "reached" if runs.reached else "not reached"
     asked = f"; {short(runs.wanted)} was asked for and is {reached}" if runs.wanted else ""
     what = "extrapolated values" if runs.of_extrapolated else "result"
-    said = f"Of the {what}, relative, by {len(runs)} runs: {', '.join(parts)}{asked}."
+    said = (f"Estimated error of the {what}, relative, by {len(runs)} runs: "
+            f"{', '.join(parts)}{asked}.")
     return f"<p>{said}</p>\n" + table(
         "Runs, the last of which is the result", head, rows, key="estimates"
     )

@@ -361,8 +361,8 @@ contains
     end do
   end subroutine read_mesh_cards
 
-  !> *HEADING: the lines below the first one are the title. A mesh that is included may have one of
-  !> its own.
+  !> *HEADING: the lines below the first one are the title. Files that are included may have their
+  !> own, which say nothing of the deck.
   subroutine read_heading(reader, title)
     type(reader_t), intent(inout) :: reader
     character(:), allocatable, intent(out) :: title
@@ -376,7 +376,8 @@ contains
       call open_card(reader, k, card)
       call allow_options(reader, card, [character(1) ::])
       if (len(title) > 0) then
-        call note(reader, 'the title is that of the first *HEADING: another one is left out')
+        if (reader%source%file(reader%cards(k)%header) == 1) call note(reader, &
+          'the title is that of the first *HEADING: another one is left out')
         cycle
       end if
       do line = card%place%first, card%place%last

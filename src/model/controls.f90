@@ -214,7 +214,7 @@ contains
     case (accuracy_of_mises)
       words = 'the largest von Mises stress'
     case default
-      words = 'the contact resultants'
+      words = 'the contact forces'
     end select
   end function whole_in_words
 

@@ -160,7 +160,7 @@ class Asked(unittest.TestCase):
         self.assertEqual(run.status, 2)
         self.assertRegex(
             run.output,
-            r"step 1: the contact resultants are wrong by about 1\.2 %, "
+            r"step 1: the contact forces are wrong by about 1\.2 %, "
             r"not 0\.1 %; the mesh alone makes 1\.2 %: it takes bricks of about 0\.0",
         )
         self.assertIn("was not reached at the end of 2 of 2 steps", run.errors)
@@ -211,7 +211,7 @@ class Asked(unittest.TestCase):
             steps=1,
         )
         self.assertEqual(run.status, 0, run.errors)
-        self.assertIn("1 % of the contact resultants", run.output)
+        self.assertIn("1 % of the contact forces", run.output)
         with run.result() as result:
             self.assertIn("--accuracy 0.01", result.file["run/overrides"].asstr()[()])
 

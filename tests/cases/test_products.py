@@ -167,7 +167,7 @@ class Products(unittest.TestCase):
         run = self.solved("PRODUCTS", options=", SOLVER=SWEEPS")
         with run.result() as result:
             self.assertGreater(result.counters["contact_matrix_bytes"], 0)
-        self.assertIn("dense, double precision", run.output)
+        self.assertIn("dense, double precision", run.plan)
 
     def test_files_hold_it(self):
         """A contact problem that is written to a file has its W, and is solved like the deck."""

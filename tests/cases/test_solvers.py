@@ -177,7 +177,7 @@ class Automatic(unittest.TestCase):
                 self.assertRegex(run.errors, "node [24] is wedged: ")
 
     def test_the_file_says_what_was_used(self):
-        run = Run(BLOCK, n=4, **AUTO)
+        run = Run(BLOCK, "--verbose", n=4, **AUTO)
         with run.result() as result:
             self.assertTrue(np.all(result.history("solver") == 2))
             self.assertTrue(np.all(result.history("solver_stages") == 1))
