@@ -38,6 +38,7 @@ contains
     type(string_t), allocatable :: groups(:)
     integer :: i
 
+    allocate (groups(0))
     groups = groups_of_pairs(scene)
     allocate (pairs(size(groups)))
     call describe_group(file, '/contact', 'a group a contact pair, named '// &

@@ -48,6 +48,7 @@ contains
     integer, allocatable :: row(:), nodes(:)
     integer :: i
 
+    allocate (nodes(0))
     nodes = reference_nodes(scene)
     allocate (row(scene%mesh%n_nodes), source=0)
     row(nodes) = [(i, i=1, size(nodes))]

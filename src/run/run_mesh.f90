@@ -302,6 +302,7 @@ contains
     type(choice_t) :: choice
     real(wp), allocatable :: balls(:, :)
 
+    allocate (balls(0, 0))
     balls = balls_about(scene%mesh, progress%touched, scene%mesh_size%across)
     associate (sequence => progress%sequence, worst => progress%worst_errors)
       call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &

@@ -110,9 +110,9 @@ class Within(unittest.TestCase):
         run = run_block("--accuracy", "1e-5", "--memory", "60MB", mu=0)
         self.assertEqual(run.status, 2)
         self.assertRegex(run.errors, r"^accuracy 0.001 % of the contact forces was not "
-                         r"reached: within 60 MB of memory it is mesh .*; the next run, of elements "
-                         r".* times as small, takes it to some .* of memory; \d+ runs, .* of "
-                         r"CPU time; the result is that of \d+ elements of [\d.]+ times the "
+                         r"reached: within 60 MB of memory it is mesh .*; the next run, of "
+                         r"elements .* times as small, takes it to some .* of memory; \d+ runs, "
+                         r".* of CPU time; the result is that of \d+ elements of [\d.]+ times the "
                          r"deck's edges, and otherwise complete\n$")  # fmt: skip
         with run.result() as result:
             self.assertEqual(result.file["accuracy"].attrs["reached"], 0)

@@ -79,7 +79,7 @@ class CommandLine(unittest.TestCase):
         inside = "rows|residual|sweeps|Newton|linear solver|compliance|factor|recover|condense"
         self.assertNotRegex(run.output, inside)
         verbose = Run(BLOCK, "--verbose", **{**SMALL, "n": 2}).output
-        for word in inside.split("|")[:3] + ["linear solver", "compliance", "condense"]:
+        for word in (*inside.split("|")[:3], "linear solver", "compliance", "condense"):
             self.assertIn(word, verbose)
 
     def test_the_plan_alone_writes_nothing(self):

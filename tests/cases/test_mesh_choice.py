@@ -113,7 +113,8 @@ class Reached(unittest.TestCase):
                 sequence, finest = result.accuracy, friction_and_normal(result)
             self.assertEqual(sequence.of_extrapolated, bool(options))
             found[bool(options)] = sequence.bricks[-1]
-        self.assertRegex(run.output, "error of the extrapolated contact forces: .*; 0.6 % is reached")
+        reached = "error of the extrapolated contact forces: .*; 0.6 % is reached"
+        self.assertRegex(run.output, reached)
         self.assertLess(found[True], 0.5 * found[False])
         pressing = abs(sequence.extrapolated[:, 0] - normal).max() / scale
         self.assertLess(pressing, asked)

@@ -8,7 +8,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 from program import INPUT, PROGRAM, SOURCE, Result, Run
 
 ODD = SOURCE / "tests" / "deck" / "odd"

@@ -40,7 +40,7 @@ class Notes(unittest.TestCase):
     """One deck a note."""
 
     def plan(self, *changes, included=""):
-        """Plan the deck with pieces of it replaced, beside a file to be included: what is printed."""
+        """Plan the deck with pieces replaced, beside a file to be included: what is printed."""
         deck = DECK
         for old, new in changes:
             self.assertEqual(deck.count(old), 1, old)
