@@ -263,7 +263,7 @@ contains
 
     call open_dataset(file, path, dataset, extents, error)
     count = extents
-    start = 0*count
+    allocate (start(size(count)), source=0_hsize_t)
     associate (n => size(extents))
       if (.not. allocated(error)) then
         start(n) = min(int(row, i8), extents(n)) - 1

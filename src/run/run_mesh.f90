@@ -132,7 +132,8 @@ contains
     type(console_t), intent(in) :: console
     type(string_t), allocatable :: notes(:)
 
-    notes = overlaps(scene, plan%points)
+    allocate (notes(0))
+    notes = [notes, overlaps(scene, plan%points)]
     notes = [notes, held_normals(scene, plan%points)]
     notes = [notes, kept_overlaps(scene, plan%points)]
     call print_lines(console, notes, 'note: ')
