@@ -205,7 +205,7 @@ def warnings(result: Result) -> list[str]:
                      f"{counters['largest_rotation']:.2g} rad")
     for name, words in (
         ("increments_cut", "increments that were not solved, and tried again with half their size"),
-        ("kinks_inside_increments", "kinks of amplitudes inside increments"),
+        ("kinks_inside_increments", "breakpoints of amplitudes inside increments"),
         ("first_touches_inside_increments", "contact that begins inside increments"),
         ("solver_fallbacks", "times another solver took over"),
     ):

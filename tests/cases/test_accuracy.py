@@ -224,10 +224,10 @@ class Cut(unittest.TestCase):
         run = Run(deck("slope"), name="slope", n=2, margin=0.1)
         self.assertEqual(run.status, 2)
         self.assertIn("nothing balances the loads along", run.errors)
-        self.assertNotIn("half of it is tried", run.output)
+        self.assertNotIn("retrying with half the increment", run.output)
         direct = Run(deck("slope", direct=True), name="slope", n=2, margin=0.1)
         self.assertEqual(direct.status, 2)
-        self.assertNotIn("half of it is tried", direct.output)
+        self.assertNotIn("retrying with half the increment", direct.output)
 
 
 if __name__ == "__main__":

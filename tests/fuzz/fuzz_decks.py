@@ -306,7 +306,7 @@ class Fuzz:
         with h5py.File(file) as result:
             rows = int(result["history"].attrs["finished"])
             least, most = planned_increments(plan.output)
-            if not least <= rows or (rows > most and "was not solved" not in outcome.output):
+            if not least <= rows or (rows > most and "did not converge" not in outcome.output):
                 found.append(f"{rows} increments in the file, not those of the plan")
             uncertified = "STOP=CHANGE" in plan.output or "change" in plan.output
             if not uncertified and not result["history/certified"][:rows].all():
