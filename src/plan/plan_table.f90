@@ -143,33 +143,22 @@ contains
   subroutine describe_products(plan, why)
     type(plan_t), intent(inout) :: plan
     character(*), intent(in) :: why !! in words
-    integer :: i
 
-    do i = 1, size(plan%lines)
-      if (index(plan%lines(i)%text, compliance_line//' ') /= 1) cycle
-      plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-        to_text(sum(plan%rows))//' x '//to_text(sum(plan%rows))// &
-        ' in contact rows, not formed: each product with it is a solution with the factor ('// &
-        why//'; dense it would take '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
-        8.0_wp*real(sum(plan%rows), wp)**2)//')'
-    end do
+    call replace_words(plan, compliance_line, to_text(sum(plan%rows))//' x '// &
+      to_text(sum(plan%rows))// &
+      ' in contact rows, not formed: each product with it is a solution with the factor ('// &
+      why//'; dense it would take '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
+      8.0_wp*real(sum(plan%rows), wp)**2)//')')
   end subroutine describe_products
 
   !> Where bodies are solved for by iteration, and contact together with them.
   subroutine describe_iterative(scene, plan)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
-    integer :: i
 
-    do i = 1, size(plan%lines)
-      if (index(plan%lines(i)%text, compliance_line//' ') == 1) then
-        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-          'none: contact is solved together with the displacements'
-      else if (index(plan%lines(i)%text, factorisations//' ') == 1) then
-        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-          factorisations_in_words(plan, scene%precision)
-      end if
-    end do
+    call replace_words(plan, compliance_line, &
+      'none: contact is solved together with the displacements')
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision))
   end subroutine describe_iterative
 
   !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
@@ -177,15 +166,24 @@ contains
     type(scene_t), intent(in) :: scene    !! its precision as chosen
     character(*), intent(in) :: reasons   !! why nothing better, in words
     type(plan_t), intent(inout) :: plan
+
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision))
+    call add_line(plan, 'chosen', 0, where_in_words(scene%precision)//': '//reasons)
+  end subroutine describe_choice
+
+  !> Give the line of a name other words, where it is there.
+  subroutine replace_words(plan, name, words)
+    type(plan_t), intent(inout) :: plan
+    character(*), intent(in) :: name, words
     integer :: i
 
     do i = 1, size(plan%lines)
-      if (index(plan%lines(i)%text, factorisations//' ') /= 1) cycle
-      plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-        factorisations_in_words(plan, scene%precision)
+      associate (line => plan%lines(i))
+        if (index(line%text, name//' ') == 1) line%text = line%text(:name_width + bound_width)// &
+          words
+      end associate
     end do
-    call add_line(plan, 'chosen', 0, where_in_words(scene%precision)//': '//reasons)
-  end subroutine describe_choice
+  end subroutine replace_words
 
   !> A line of the table; without a bound (0) its column stays empty.
   subroutine add_line(plan, name, bound, words, brief)
