@@ -125,7 +125,7 @@ The circle is a polygon of 4 n sides in a quarter, so a coarse mesh carries less
 def stack(runs):
     """Statics of a stack whose middle block is held by contact alone."""
     with runs("stack") as result:
-        above, below = (result.pairs[name] for name in sorted(p.name for p in result.pairs))
+        above, below = (result.pairs[name] for name in sorted(result.pairs))
         rows = [
             [pair.name, *(f"{value:.6f}" for value in pair.resultant[-1]),
              f"{pair.friction_sum[-1] / pair.normal_sum[-1]:.6f}"]

@@ -425,7 +425,8 @@ def statics(runs, folder):
         with runs("patch", element=element) as result:
             stress = abs(result.field("stress", -1) - np.array([0, 0, -10.0, 0, 0, 0])).max() / 10
             pressure = max(
-                abs(pair.reaction[-1, :, 0] / pair.area / 10 - 1).max() for pair in result.pairs
+                abs(pair.reaction[-1, :, 0] / pair.area / 10 - 1).max()
+                for pair in result.pairs.values()
             )
         worst.append([element, f"{stress:.1e}", f"{pressure:.1e}"])
     with runs("slope") as result:
@@ -433,7 +434,7 @@ def statics(runs, folder):
     with runs("rest") as result:
         weight = result.pairs[0].resultant[-1, 2]
     with runs("corner") as result:
-        parts = [pair.normal_sum[-1] for pair in result.pairs]
+        parts = [pair.normal_sum[-1] for pair in result.pairs.values()]
     with runs("bend") as result:
         left, right, top = (
             result.pairs[name].resultant[-1]

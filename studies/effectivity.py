@@ -69,7 +69,7 @@ def at_step_ends(result, energy):
     if energy:
         values = result.history("energy/strain")[ends, None]
     else:
-        values = np.hstack([pair.resultant[ends] for pair in result.pairs])
+        values = np.hstack([pair.resultant[ends] for pair in result.pairs.values()])
     return result.history("error/total")[ends], values
 
 

@@ -72,7 +72,7 @@ def run(program, n, steps, card, folder):
     if done.returncode != 0:
         raise StudyError(f"n = {n}: status {done.returncode}: {done.stderr}")
     with Result(path) as result:
-        found = row_of(result), [pair.reaction[:] for pair in result.pairs]
+        found = row_of(result), [pair.reaction[:] for pair in result.pairs.values()]
     path.unlink()
     return found
 

@@ -54,7 +54,7 @@ def run(n, ranks, options, folder):
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
     with Result(result) as file:
         counters = file.counters
-        reactions = [pair.reaction[:] for pair in file.pairs]
+        reactions = [pair.reaction[:] for pair in file.pairs.values()]
     seconds = {name: counters.get(f"seconds_{name}") for name in PHASES}
     # Solutions with the factor are most of these two.
     seconds["solve"] = counters["seconds_loads"] + counters["seconds_recover"]

@@ -146,7 +146,7 @@ def measure(programs, side, folder):
     path = Path(folder) / "result.vtkhdf"
     _, seconds = call(run_words(programs[0], deck, path, side.settings))
     with Result(path) as result:
-        forces = [pair.force for pair in result.pairs]
+        forces = [pair.force for pair in result.pairs.values()]
         return Measured(
             seconds,
             result.counters["peak_memory_bytes"],

@@ -150,8 +150,8 @@ def run(program, scene, folder, parameters, *options, direct=True, of="", limit=
         raise SystemExit(f"{' '.join(map(str, command))}\n{done.stderr}")
     with Result(result) as found:
         kept = found.history("extra") == 0
-        pairs = [forces(pair, kept) for pair in found.pairs]
-        names = tuple(pair.name for pair in found.pairs)
+        pairs = [forces(pair, kept) for pair in found.pairs.values()]
+        names = tuple(found.pairs)
         largest = largest_values(found, kept) if of else {}
         times, sequence = found.history("time")[kept], found.accuracy
         seconds = found.counters["cpu_seconds"]
@@ -178,7 +178,8 @@ def largest_values(found, kept):
     return {
         "ENERGY": [found.history("energy/strain")[kept]],
         "DISPLACEMENT": [np.array(moved)],
-        "SLIP": [np.linalg.norm(pair.slip[kept], axis=2).max(axis=1) for pair in found.pairs],
-        "PRESSURE": [pair.pressure[kept].max(axis=1) for pair in found.pairs],
+        "SLIP": [np.linalg.norm(pair.slip[kept], axis=2).max(axis=1)
+                 for pair in found.pairs.values()],
+        "PRESSURE": [pair.pressure[kept].max(axis=1) for pair in found.pairs.values()],
         "MISES": [np.array(stress)],
     }

@@ -45,10 +45,8 @@ OF_THE_MACHINE = (
     (re.compile(r"\b[\d.]+ (?:kB|MB|GB)\b"), "MEMORY"),
     (re.compile(r"(?<!certified to )(?<!tolerance )\b\d(?:\.\d+)?[eE]-(?:0?[7-9]|[1-9]\d)\b"),
      "ROUNDING"),
-    (re.compile(r"\bto rounding\b"), "to ROUNDING"),
     (re.compile(r"\(increment \d+\)"), "(INCREMENT)"),
-    (re.compile(r" \d+\.\d\d(?=  [a-z])"), " TIME"),
-    (re.compile(r"  \d+ of \d+(?:, [\w. ]+ left)?$"), ""),
+    (re.compile(r" \d+\.\d\d  \d+ of \d+(?:, [\w. ]+ left)?$"), " TIME"),
 )
 # A line of the table of increments: step, number and time come first, and name it.
 INCREMENT = re.compile(r"\s*\d+\s+\d+\s+[\d.]+\s")

@@ -205,7 +205,7 @@ def warnings(result: Result) -> list[str]:
                      f"{counters['largest_rotation']:.2g} rad")
     for name, words in (
         ("increments_cut", "increments that were not solved, and tried again with half their size"),
-        ("kinks_inside_increments", "kinks of amplitudes inside increments"),
+        ("kinks_inside_increments", "breakpoints of amplitudes inside increments"),
         ("first_touches_inside_increments", "contact that begins inside increments"),
         ("solver_fallbacks", "times another solver took over"),
     ):
@@ -234,7 +234,7 @@ def forces(result: Result) -> str:
     rows = summarize(result)
     if not rows:
         return ""
-    status = {pair.name: pair.status for pair in result.pairs}
+    status = {pair.name: pair.status for pair in result.pairs.values()}
     ends = {int(result.history("step")[row]): row for row in result.step_ends}
     lines = []
     for row in rows:
@@ -289,7 +289,8 @@ def errors_of_runs(runs: MeshSequence) -> str:
     reached = "reached" if runs.reached else "not reached"
     asked = f"; {short(runs.wanted)} was asked for and is {reached}" if runs.wanted else ""
     what = "extrapolated values" if runs.of_extrapolated else "result"
-    said = f"Of the {what}, relative, by {len(runs)} runs: {', '.join(parts)}{asked}."
+    said = (f"Estimated error of the {what}, relative, by {len(runs)} runs: "
+            f"{', '.join(parts)}{asked}.")
     return f"<p>{said}</p>\n" + table(
         "Runs, the last of which is the result", head, rows, key="estimates"
     )

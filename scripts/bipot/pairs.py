@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, overload
 
@@ -18,27 +18,31 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 
-class Pairs(Sequence["Pair"]):
-    """The contact pairs of a result: pairs[0], pairs["BODY-ZMIN:GROUND"], or one after the other.
+class Pairs(Mapping[str, "Pair"]):
+    """The contact pairs of a result by name: pairs["BODY-ZMIN:GROUND"], in any case, or pairs[0].
 
-    Names are those of the deck, "<slave surface>:<master>", in any case. A name that is not there
+    Names are those of the deck, "<slave surface>:<master>". It is a mapping: `for name in pairs`
+    goes through the names, `for pair in pairs.values()` through the pairs. A name that is not there
     raises ResultError.
     """
 
     def __init__(self, result: Result, names: list[str]):
         self._result = result
-        self._pairs = [Pair(result, name) for name in names]
+        self._pairs = {name.upper(): Pair(result, name) for name in names}
 
     @property
     def names(self) -> list[str]:
         """The names of the pairs."""
-        return [pair.name for pair in self._pairs]
+        return [pair.name for pair in self._pairs.values()]
 
     def __len__(self) -> int:
         return len(self._pairs)
 
-    def __iter__(self) -> Iterator[Pair]:
-        return iter(self._pairs)
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and _key(name) in self._pairs
 
     @overload
     def __getitem__(self, which: int | str) -> Pair: ...
@@ -48,15 +52,25 @@ class Pairs(Sequence["Pair"]):
 
     def __getitem__(self, which: int | str | slice) -> Pair | list[Pair]:
         if not isinstance(which, str):
-            return self._pairs[which]
-        for pair in self._pairs:
-            if pair.name.upper() == which.upper().replace("/", "_"):
-                return pair
+            return list(self._pairs.values())[which]
+        if which in self:
+            return self._pairs[_key(which)]
         there = f"; it has {', '.join(self.names)}" if self._pairs else ""
         raise ResultError(f"{self._result.path}: no contact pair '{which}'{there}")
 
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the pair of a name, or `default` where there is none."""
+        try:
+            return self[name]
+        except ResultError:
+            return default
+
     def __repr__(self) -> str:
         return f"<Pairs {', '.join(self.names)}>"
+
+
+def _key(name: str) -> str:
+    return name.upper().replace("/", "_")
 
 
 class Pair:
@@ -150,10 +164,12 @@ class Pair:
 
         Points that are partly covered, and reactions that are not determined, are left out.
         """
-        left_out = self.partly_covered
-        if "redundant" in self.result.file[f"/contact/{self.name}"]:
-            left_out = left_out | (self._over_time("redundant") == 1)
-        return np.where(left_out, 0, self.pressure).max(axis=1, initial=0.0)
+        return self._over_time("largest_pressure")
+
+    @cached_property
+    def largest_slip(self) -> Array:
+        """Longest slip of the points since the start of the run: (T,)."""
+        return self._over_time("largest_slip")
 
     @cached_property
     def side(self) -> Array:
@@ -241,6 +257,16 @@ class Pair:
     def resultant(self) -> Array:
         """Sum of the reactions on the slave body in x, y, z: (T, 3)."""
         return self._over_time("resultant")
+
+    @cached_property
+    def normal_force(self) -> Array:
+        """Sum of the normal reactions on the slave body in x, y, z: (T, 3)."""
+        return self._over_time("forces")[:, 0]
+
+    @cached_property
+    def friction_force(self) -> Array:
+        """Sum of the friction on the slave body in x, y, z: (T, 3)."""
+        return self._over_time("forces")[:, 1]
 
     @cached_property
     def moment(self) -> Array:

@@ -41,7 +41,7 @@ def has_bodies(result: Result) -> bool:
 def has_quantity(result: Result, quantity: str) -> bool:
     """Return whether the bodies can be drawn in the colours of a quantity."""
     if quantity == "pressure":
-        return any(len(pair.nodes) for pair in result.pairs)
+        return any(len(pair.nodes) for pair in result.pairs.values())
     return any(quantity in names for names in result.field_names)
 
 
@@ -58,7 +58,7 @@ def pictures_of(result: Result, scale: float | None = None) -> Iterator[Picture]
             when = result.label(result.field_rows[-1])
             text = f"The bodies at {when}, coloured by {label}; {bodies.words()}."
             yield Picture(name, text, draw_bodies(result, bodies, quantity), True)
-    for pair in result.pairs:
+    for pair in result.pairs.values():
         if len(pair.nodes) == 0:
             continue
         suffix = "" if len(result.pairs) == 1 else "-" + re.sub(r"[^A-Za-z0-9]+", "-", pair.name)
@@ -83,7 +83,7 @@ def pictures_of(result: Result, scale: float | None = None) -> Iterator[Picture]
 
 def animate(result: Result, path, writer, scale: float | None = None) -> None:
     """Save the animation of the bodies, with the pair that has the largest surface beside them."""
-    pairs = [pair for pair in result.pairs if len(pair.nodes)]
+    pairs = [pair for pair in result.pairs.values() if len(pair.nodes)]
     largest = max(pairs, key=lambda pair: pair.area.sum(), default=None)
     draw_animation(result, Bodies(result, scale), largest, path, writer)
 

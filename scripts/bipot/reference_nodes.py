@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import ResultError
+from bipot.named_sets import NamedSets
 
 if TYPE_CHECKING:
     from bipot.result import Description, Result
@@ -58,6 +59,18 @@ class ReferenceNodes:
     def quantities(self) -> list[str]:
         """Which of displacement, rotation, reaction_force, ... the file has."""
         return [name for name in QUANTITIES if f"{GROUP}/{name}" in self.result.file]
+
+    @cached_property
+    def sets(self) -> NamedSets:
+        """The deck's sets that have reference nodes, by name: places of these in the arrays.
+
+        A reference node that a brick has, too, is not among them: it is a node of the mesh.
+        """
+        return NamedSets(self.result, "reference_nodes")
+
+    def of_set(self, name: str) -> list[ReferenceNode]:
+        """Return the reference nodes of a set of the deck; raise ResultError where it has none."""
+        return [ReferenceNode(self, int(self.node_ids[row]), int(row)) for row in self.sets[name]]
 
     def row(self, node_id: int) -> int:
         """Return the place of a node in the arrays; raise ResultError where it is none of them."""

@@ -30,6 +30,7 @@ from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
 from bipot.mesh_sequence import GROUP as ACCURACY
 from bipot.mesh_sequence import MeshSequence
+from bipot.named_sets import NamedSets
 from bipot.pairs import Pair, Pairs
 from bipot.reference_nodes import ReferenceNode, ReferenceNodes
 from bipot.summary import Summary, summarize
@@ -40,14 +41,26 @@ if TYPE_CHECKING:
     import pyvista
 
 __all__ = (
-    "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "MeshSequence", "Pair",
-    "Pairs", "ReferenceNode", "ReferenceNodes", "Result", "ResultError", "von_mises",
+    "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "MeshSequence",
+    "NamedSets", "Pair", "Pairs", "ReferenceNode", "ReferenceNodes", "Result", "ResultError",
+    "von_mises",
 )
 
 Array = NDArray[Any]
 
 OPEN, STICK, SLIDE = 0, 1, 2
 STATUS_NAMES = ("open", "stick", "slide")
+
+
+# What of a deck asks for a field that not every result has.
+ASKED_BY = {
+    "displacement": "U of *NODE FILE", "applied_force": "CF of *NODE FILE",
+    "contact_penetration": "COPEN of *CONTACT FILE", "stress": "S of *EL FILE",
+    "strain": "E of *EL FILE", "von_mises": "S of *EL FILE", "principal_stress": "SP of *EL FILE",
+    "principal_strain": "EP of *EL FILE", "mesh_error": "ERR of *EL FILE",
+    "contact_force": "*CONTACT PAIR", "contact_pressure": "*CONTACT PAIR",
+    "contact_status": "*CONTACT PAIR",
+}
 
 
 class Description(NamedTuple):
@@ -171,7 +184,7 @@ class Result:
         import pandas
 
         columns = {name: self.history(name) for name in self.history_names}
-        for pair in self.pairs:
+        for pair in self.pairs.values():
             for axis, letter in enumerate("xyz"):
                 columns[f"{pair.name}/resultant_{letter}"] = pair.resultant[:, axis]
         for node in self.reference_nodes:
@@ -294,6 +307,30 @@ class Result:
         faces = outer_faces(self.bricks)
         return face_nodes(self.bricks, faces), faces[:, 0]
 
+    # --- Sets ---------------------------------------------------------------------------------
+
+    @cached_property
+    def node_sets(self) -> NamedSets:
+        """The deck's sets of nodes, and its surfaces of nodes, by name: rows of `points`, (n,).
+
+        Nodes of a set that no brick has are not among them: reference nodes are found by
+        `reference_nodes.of_set`. A set without nodes of bricks is left out.
+        """
+        return NamedSets(self, "nodes")
+
+    @cached_property
+    def element_sets(self) -> NamedSets:
+        """The deck's sets of bricks by name: rows of `bricks`, (n,)."""
+        return NamedSets(self, "elements")
+
+    @cached_property
+    def face_sets(self) -> NamedSets:
+        """The deck's surfaces of faces by name: (F, 2), row of `bricks` and face 0 to 5 (S1 to S6).
+
+        `bipot.brick_faces.face_nodes(result.bricks, result.face_sets["TOP"])` are their nodes.
+        """
+        return NamedSets(self, "faces")
+
     # --- Fields -------------------------------------------------------------------------------
 
     @cached_property
@@ -321,14 +358,28 @@ class Result:
         groups = (self.file["VTKHDF"].get(name, ()) for name in ("PointData", "CellData"))
         return tuple(set(group) for group in groups)
 
-    def field(self, name: str, index: int = -1, on: str | None = None) -> Array:
+    def field(
+        self, name: str, index: int = -1, on: str | None = None, *,
+        nodes: str | ArrayLike | None = None, elements: str | ArrayLike | None = None,
+    ) -> Array:
         """Return a field of the stored increment `index` (0 to S-1): (N, ...) or (E, ...).
 
         `on` is "nodes" or "elements" (the bricks); it may be left out unless the run has the field
-        on both, as it may have stress and strain. Negative indices count from the end;
+        on both, as it may have stress and strain. `nodes` or `elements` is the name of a set of
+        the deck, or rows, of which the values are wanted. Negative indices count from the end;
         `field_rows[index]` is the increment of the run. Raises ResultError where there is no such
-        field or increment, or where `on` is needed.
+        field, increment or set, or where `on` is needed.
         """
+        if nodes is not None and elements is not None:
+            raise ValueError("nodes or elements, not both")
+        for place, chosen, sets in (
+            ("nodes", nodes, self.node_sets), ("elements", elements, self.element_sets)
+        ):
+            if chosen is not None:
+                if on not in (None, place):
+                    raise ValueError(f"on is {on!r}, and {place} are given")
+                rows = sets[chosen] if isinstance(chosen, str) else np.asarray(chosen)
+                return self.field(name, index, place)[rows]
         self.field_row(index)
         places = ("nodes", "elements")
         if on not in (None, *places):
@@ -336,7 +387,7 @@ class Result:
         found = [place for place, names in zip(places, self.field_names, strict=True)
                  if name in names and on in (None, place)]
         if not found:
-            raise ResultError(f"{self.path}: no field '{name}'" + (f" on {on}" if on else ""))
+            raise ResultError(self._missing_field(name, on))
         if len(found) > 1:
             raise ResultError(
                 f"{self.path}: '{name}' is on nodes and on elements; say on='nodes' or 'elements'"
@@ -348,6 +399,38 @@ class Result:
         offsets = self._dataset(f"/VTKHDF/Steps/{kind}DataOffsets/{name}")
         start = int(offsets[index % len(self.field_rows)])
         return self._dataset(f"/VTKHDF/{kind}Data/{name}")[start : start + size]
+
+    def _missing_field(self, name: str, on: str | None) -> str:
+        """Return words for a field that is not there: those that are, and how to ask for it."""
+        words = f"{self.path}: no field '{name}'" + (f" on {on}" if on else "")
+        there = [f"{', '.join(sorted(names))} on {place}"
+                 for place, names in zip(("nodes", "elements"), self.field_names, strict=True)
+                 if names and on in (None, place)]
+        if there:
+            words += f"; it has {'; '.join(there)}"
+        plain = name.removesuffix("_gauss_points")
+        if plain in ASKED_BY:
+            words += f"; {ASKED_BY[plain]} in the deck asks for it"
+            if plain != name:
+                words += ", with POSITION=INTEGRATION POINTS"
+            elif on == "nodes" and ASKED_BY[plain].endswith("*EL FILE"):
+                words += ", with POSITION=AVERAGED AT NODES"
+        return words
+
+    def reaction(self, nodes: str, index: int = -1) -> Array:
+        """Return the sum of the forces of the supports on a set of nodes, in x, y, z: (3,).
+
+        `nodes` is the set's name, `index` the stored increment, as for `field`. Reference nodes of
+        the set count, too. Raises ResultError where there is no such set or increment.
+        """
+        row = self.field_row(index)
+        references = self.reference_nodes.sets.get(nodes, [])
+        total = np.zeros(3)
+        if nodes in self.node_sets or len(references) == 0:
+            total += self.field("reaction_force", index, nodes=nodes).sum(axis=0)
+        if len(references):
+            total += self.reference_nodes.reaction_force[row, references].sum(axis=0)
+        return total
 
     # --- Contact ------------------------------------------------------------------------------
 
@@ -450,7 +533,7 @@ class Result:
             "mesh": f"{len(self.points)} nodes, {len(self.bricks)} bricks",
         }
         if self.finished:
-            for pair in self.pairs:
+            for pair in self.pairs.values():
                 force = ", ".join(f"{value:.6g}" for value in pair.resultant[-1])
                 lines[f"force of {pair.name} at the end"] = force
         lines |= {f"note {number}": note for number, note in enumerate(self.notes, 1)}

@@ -238,7 +238,7 @@ class Plan:
     @property
     def bricks(self) -> int | None:
         """Elements of the mesh."""
-        return self._count("mesh", r"(?P<number>\d+) brick")
+        return self._count("mesh", r"(?P<number>\d+) element")
 
     @property
     def equations(self) -> int | None:
@@ -288,7 +288,7 @@ def _read_plan(text: str, status: int, said: str) -> Plan:
     """Return the plan of a table in columns of 16 and 9 letters."""
     lines = []
     for line in text.splitlines()[1:]:
-        if line[:1].strip():
+        if line[:1].strip() and not line.startswith("note: "):
             lines.append(PlanLine(line[:16].strip(), line[16:25].strip(), line[25:].strip()))
     return Plan(tuple(lines), text, status == 0, said.strip() if status else "")
 

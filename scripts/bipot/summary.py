@@ -39,7 +39,7 @@ class Summary(list[dict[str, Any]]):
 
 def summarize(result: Result) -> Summary:
     """Return a row for each pair at the end of each step."""
-    pairs = list(result.pairs)
+    pairs = list(result.pairs.values())
     rows = Summary()
     total = np.full(result.finished, -1.0)
     if "error/total" in result.history_names and not result.error_of_energy:
@@ -49,30 +49,24 @@ def summarize(result: Result) -> Summary:
         step, increment, time = (
             result.history(name)[row].item() for name in ("step", "increment", "time")
         )
-        forces = [force_sums(pair, row) for pair in pairs]
         of_forces = math.nan
         if total[row] >= 0 and pairs:
-            of_forces = float(total[row]) * max(np.linalg.norm(n + f) for n, f in forces)
-        for pair, (normal, friction), errors in zip(pairs, forces, by_runs, strict=True):
+            of_forces = float(total[row] * max(
+                np.linalg.norm(pair.normal_force[row] + pair.friction_force[row]) for pair in pairs
+            ))
+        for pair, errors in zip(pairs, by_runs, strict=True):
             rows.append({
                 "step": step, "increment": increment, "time": time, "pair": pair.name,
-                **vector("normal_force", normal),
+                **vector("normal_force", pair.normal_force[row]),
                 "normal_force_error": errors.get("normal_force_x", of_forces),
-                **vector("friction_force", friction),
+                **vector("friction_force", pair.friction_force[row]),
                 "friction_force_error": errors.get("friction_force_x", of_forces),
                 "largest_pressure": float(pair.largest_pressure[row]),
                 "largest_pressure_error": errors.get("largest_pressure", math.nan),
-                "largest_slip": float(np.linalg.norm(pair.slip[row], axis=1).max(initial=0)),
+                "largest_slip": float(pair.largest_slip[row]),
                 "largest_slip_error": errors.get("largest_slip", math.nan),
             })
     return rows
-
-
-def force_sums(pair: Pair, row: int) -> tuple[Array, Array]:
-    """Return the sums of the normal reactions and of the friction, each in x, y, z."""
-    normal = pair.reaction[row, :, 0] @ pair.frame[row, :, 0]
-    friction = np.einsum("pa,pax->x", pair.reaction[row, :, 1:], pair.frame[row, :, 1:])
-    return normal, friction
 
 
 def errors_by_runs(result: Result, pair: Pair) -> dict[str, float]:
@@ -84,7 +78,7 @@ def errors_by_runs(result: Result, pair: Pair) -> dict[str, float]:
     if runs is None:
         return {}
     compared = runs.error >= 0
-    rubs = any(each.friction_coefficient > 0 for each in result.pairs)
+    rubs = any(each.friction_coefficient > 0 for each in result.pairs.values())
     if not compared.any() or runs.mesh < 0 or (rubs and runs.load_steps < 0):
         return {}
     # What is said of extrapolated values is not said of the result.

@@ -59,9 +59,9 @@ def mean_slip(pair):
 
 # What a run is asked for at the ends of its *STEPs, one row each, as columns of the csv file.
 QUANTITIES = {
-    "resultant": lambda result, ends: [pair.resultant[ends] for pair in result.pairs],
-    "friction": lambda result, ends: [pair.friction_sum[ends] for pair in result.pairs],
-    "slip": lambda result, ends: [mean_slip(pair)[ends] for pair in result.pairs],
+    "resultant": lambda result, ends: [pair.resultant[ends] for pair in result.pairs.values()],
+    "friction": lambda result, ends: [pair.friction_sum[ends] for pair in result.pairs.values()],
+    "slip": lambda result, ends: [mean_slip(pair)[ends] for pair in result.pairs.values()],
     "energy/strain": lambda result, ends: [result.history("energy/strain")[ends]],
     "energy/dissipation": lambda result, ends: [result.history("energy/dissipation")[ends]],
 }

@@ -8,7 +8,8 @@ module quantity_values_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, largest_slip
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
-  use increment_report_mod, only: increment_report_t, contact_fields_t, largest_pressure
+  use increment_report_mod, only: increment_report_t, contact_fields_t, force_sums, &
+    largest_pressure
   use step_fields_mod, only: tensor_field_t
   use patch_recovery_mod, only: edge_ends
   use mesh_fields_mod, only: fill_tensors_of
@@ -29,7 +30,7 @@ contains
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(in) :: report
     real(wp), intent(out) :: values(:) !! of all components
-    real(wp) :: pressing, along(3)
+    real(wp) :: sums(3, 2)
     integer :: k
 
     values = 0.0_wp
@@ -48,15 +49,16 @@ contains
       associate (quantity => list(k), a => list(k)%first)
         select case (quantity%name(index(quantity%name, '/', back=.true.) + 1:))
         case ('pressing_force')
-          call sum_normals(quantity%pair, values(a), along)
+          values(a) = sum(report%contact%reaction(1, points%first(quantity%pair): &
+            points%first(quantity%pair + 1) - 1))
         case ('normal_force')
-          call sum_normals(quantity%pair, pressing, values(a:a + 2))
-        case ('friction_force')
-          call sum_normals(quantity%pair, pressing, along)
-          associate (first => points%first(quantity%pair), last => &
+          sums = force_sums(report%contact, points%first(quantity%pair), &
             points%first(quantity%pair + 1) - 1)
-            values(a:a + 2) = sum(state%reaction(:, first:last), dim=2) - along
-          end associate
+          values(a:a + 2) = sums(:, 1)
+        case ('friction_force')
+          sums = force_sums(report%contact, points%first(quantity%pair), &
+            points%first(quantity%pair + 1) - 1)
+          values(a:a + 2) = sums(:, 2)
         case ('largest_pressure')
           values(a) = largest_pressure(report%contact, points%first(quantity%pair), &
             points%first(quantity%pair + 1) - 1)
@@ -79,22 +81,6 @@ contains
     end do
 
   contains
-
-    !> Of the normal reactions of a pair the sum, and that as vectors.
-    subroutine sum_normals(pair, pressing, vector)
-      integer, intent(in) :: pair
-      real(wp), intent(out) :: pressing, vector(3)
-      integer :: j
-
-      pressing = 0.0_wp
-      vector = 0.0_wp
-      do j = points%first(pair), points%first(pair + 1) - 1
-        associate (normal => report%contact%reaction(1, j))
-          pressing = pressing + normal
-          vector = vector + normal*report%contact%frame(:, 1, j)
-        end associate
-      end do
-    end subroutine sum_normals
 
     !> Of the means of the bricks the largest, and the least next to it, in the same material.
     subroutine find_mises(largest, beside)

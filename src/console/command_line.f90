@@ -2,8 +2,9 @@
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
 !>                [--memory SIZE] [--refine K] [--nlgeom no] [--plan | --check | --flat] [--force]
-!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet]
-!>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite] [--quiet]
+!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
+!>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
+!>                [--quiet | --verbose]
 !>     bipot --help | --version
 module command_line_mod
   use kinds_mod, only: wp
@@ -46,6 +47,7 @@ module command_line_mod
     logical :: overwrite = .false.
     logical :: continues = .false.               !! --continue: goes on with a stopped run
     logical :: quiet = .false.
+    logical :: verbose = .false.
     logical :: help = .false.
     logical :: version = .false.
   end type options_t
@@ -89,6 +91,8 @@ contains
         options%continues = .true.
       case ('--quiet', '-q')
         options%quiet = .true.
+      case ('--verbose', '-v')
+        options%verbose = .true.
       case ('-o', '--output')
         call take_value(word, i, options%output, error)
       case ('--set')
@@ -140,6 +144,10 @@ contains
     if (options%continues .and. options%overwrite) then
       call raise(error, exit_wrong_input, 'bipot: error: --continue and '// &
         '--overwrite exclude each other')
+      return
+    end if
+    if (options%quiet .and. options%verbose) then
+      call raise(error, exit_wrong_input, 'bipot: error: --quiet and --verbose exclude each other')
       return
     end if
     if (count([options%plan, options%check, options%flat]) > 1) then
@@ -307,7 +315,7 @@ contains
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
         '--memory', '--refine', '--extrapolated', '--nlgeom', &
-        '--quiet', '--output', '--set', '--export-fclib', '--acceleration', &
+        '--quiet', '--verbose', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
@@ -406,54 +414,65 @@ contains
   !> What --help prints.
   function help_text() result(text)
     character(:), allocatable :: text
-    character(*), parameter :: nl = new_line('a')
+    integer, parameter :: width = 89
+    character(width), parameter :: lines(*) = [character(width) :: &
+      'bipot: static contact with Coulomb friction of elastic solids, every increment certified', &
+      '', &
+      'usage: bipot DECK [options]', &
+      '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s format', &
+      '', &
+      '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);', &
+      '                      .vtkhdf is added to a name without an ending', &
+      '  --set name=value    change the value of a parameter of the deck; may be repeated', &
+      '  -q, --quiet         print warnings and the closing line only', &
+      '  -v, --verbose       print the whole plan, solvers and residuals, CPU time of each phase', &
+      '  --plan              check the deck, print what a run would do and cost, and stop', &
+      '  --check             check the deck only, one error a line, for editors;', &
+      '                      of a folder: which decks are accepted, or why not', &
+      '  --flat              print the deck without includes, parameters and blocks, for other', &
+      '                      programs, and stop', &
+      '', &
+      'mesh and accuracy:', &
+      '  --accuracy X        allowed error of the contact forces, 0.01 for 1 %: the program', &
+      '                      chooses mesh and increments, and says if X is not reached', &
+      '  --extrapolated      the accuracy is that of values extrapolated from all runs', &
+      '  --time S            CPU time of all runs together, in seconds: the program chooses', &
+      '                      the most accurate mesh and increments within it', &
+      '  --memory SIZE       memory of each run, as 4GB or 500MB; likewise', &
+      '  --refine K          divide each element into eight, K times (0 to 6); sets, surfaces', &
+      '                      and loads follow; --accuracy, --time and --memory keep this mesh', &
+      '  --nlgeom no         run a deck that says NLGEOM with small strain', &
+      '', &
+      'runs:', &
+      '  --continue          resume the run that left an unfinished result', &
+      '  --overwrite         replace a result file that is unfinished, or of another deck or', &
+      '                      other parameters', &
+      '  --force             run what does not fit in memory or on the disk', &
+      '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32', &
+      '                      or all, to NAME-<increment>.fclib.hdf5', &
+      '', &
+      '  -h, --help          print this', &
+      '  --version           print the version', &
+      '', &
+      'for a contact problem (in a deck: *CONTACT SOLVER):', &
+      '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential', &
+      '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration', &
+      '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)', &
+      '', &
+      'exit status:', &
+      '    0  every increment certified', &
+      '    1  error in the command line or the deck: nothing was computed', &
+      '    2  an increment did not converge or is not certified, or the accuracy is not reached', &
+      '    3  the machine failed: memory, disk, a library', &
+      '  130  stopped by SIGINT (Ctrl-C); 143: by SIGTERM (kill)', &
+      '', &
+      'docs/deck.md, docs/results.md and docs/fclib.md describe the files.']
+    integer :: i
 
-    text = 'bipot: three-dimensional contact with friction, every increment certified'//nl// &
-      nl// &
-      'usage: bipot DECK [options]'//nl// &
-      '       bipot PROBLEM.hdf5 [options]   a contact problem in FCLIB''s layout'//nl//nl// &
-      '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);'//nl// &
-      '                      a name without an ending gets .vtkhdf'//nl// &
-      '  --set name=value    change the value of a parameter of the deck; may be repeated'//nl// &
-      '  --accuracy X        error allowed in the contact resultants, 0.01 for 1 %; the program'// &
-      nl// &
-      '                      chooses mesh and increments, and says where it is not reached'// &
-      nl// &
-      '  --extrapolated      the accuracy is that of values extrapolated from all its runs'//nl// &
-      '  --time S            seconds of the processor that all runs together may take: the'//nl// &
-      '                      program chooses the most accurate mesh and increments for them'//nl// &
-      '  --memory SIZE       memory that a run may take, as 4GB or 500MB; the same for it'//nl// &
-      '  --refine K          cut every brick into eight, K times (0 to 6); what the deck says'// &
-      nl// &
-      '                      of sets, surfaces and loads is said of the finer mesh, which'//nl// &
-      '                      --accuracy, --time and --memory then keep'//nl// &
-      '  --nlgeom no         run a deck that says NLGEOM by the theory of small strain'//nl// &
-      '  --plan              check the deck, print what a run would do and cost, and stop'//nl// &
-      '  --check             only check the deck: each error in a line, for editors;'//nl// &
-      '                      of a folder all decks: which are accepted, or why not'//nl// &
-      '  --flat              print the deck as one text, without includes, parameters and'//nl// &
-      '                      blocks, for other programs, and stop'//nl// &
-      '  --force             run even what does not fit in memory or on the disk'//nl// &
-      '  --export-fclib LIST write the contact problems of these increments, as 1,15,30-32'//nl// &
-      '                      or all, to NAME-<increment>.fclib.hdf5'//nl// &
-      '  --continue          resume the run that left an unfinished result'//nl// &
-      '  --overwrite         replace a result file that is unfinished, of another deck, or'//nl// &
-      '                      of other parameters'//nl// &
-      '  -q, --quiet         print only the closing line'//nl// &
-      '  -h, --help          print this'//nl// &
-      '  --version           print the version'//nl//nl// &
-      'for a contact problem (a deck has *CONTACT SOLVER):'//nl// &
-      '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential'//nl// &
-      '  --local uzawa|newton|newton6|exact   --rho X   --relaxation X   --acceleration'//nl// &
-      '  --tolerance X   --max-sweeps N   -o FILE (default: PROBLEM.solution.hdf5)'//nl//nl// &
-      'exit status:'//nl// &
-      '    0  every increment certified'//nl// &
-      '    1  wrong command line or deck: nothing was computed'//nl// &
-      '    2  an increment was not solved or not certified, or the accuracy asked for not '// &
-      'reached'//nl// &
-      '    3  the machine failed: memory, disk, a library'//nl// &
-      '  130  stopped by SIGINT (Ctrl-C); 143: by SIGTERM (kill)'//nl//nl// &
-      'docs/deck.md, docs/results.md and docs/fclib.md describe the files.'
+    text = trim(lines(1))
+    do i = 2, size(lines)
+      text = text//new_line('a')//trim(lines(i))
+    end do
   end function help_text
 
 end module command_line_mod

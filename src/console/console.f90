@@ -1,6 +1,6 @@
-!> What a run prints: the plan, a line an increment, the closing sentence. How far it is and how
-!> long it will still take stands below the lines on a terminal, with a bar, and else in them. There
-!> are no colours.
+!> What a run prints: the plan, a line an increment, the closing sentence. Progress and the time
+!> left stand below the lines on a terminal, with a bar, and else at their ends. There are no
+!> colours.
 module console_mod
   use kinds_mod, only: wp, i8
   use text_mod, only: string_t, to_text, percent
@@ -21,9 +21,9 @@ module console_mod
   !> Where and how to print.
   type :: console_t
     logical  :: quiet = .false.
-    logical  :: silent = .false.       !! not even the closing line is printed
+    logical  :: verbose = .false.
+    logical  :: is_one_of = .false.    !! of several runs, which have one table
     logical  :: terminal = .false.
-    logical  :: tells_errors = .true.  !! those that a run estimates: several runs tell of one
     logical  :: of_energy = .false.    !! they are of the energy, not of the contact force
     real(wp) :: started = 0.0_wp
     logical  :: headed = .false.
@@ -37,11 +37,12 @@ module console_mod
 contains
 
   !> A console for a run that starts now.
-  function open_console(quiet) result(console)
-    logical, intent(in) :: quiet
+  function open_console(quiet, verbose) result(console)
+    logical, intent(in) :: quiet, verbose
     type(console_t) :: console
 
     console%quiet = quiet
+    console%verbose = verbose
     console%started = wall_seconds()
     if (quiet) return
     console%terminal = output_is_terminal()
@@ -68,14 +69,19 @@ contains
   end subroutine say
 
   !> Print lines unless quiet.
-  subroutine print_lines(console, lines)
+  subroutine print_lines(console, lines, before)
     type(console_t), intent(in) :: console
     type(string_t), intent(in) :: lines(:)
+    character(*), intent(in), optional :: before !! what each of them begins with
     integer :: i
 
     if (console%quiet) return
     do i = 1, size(lines)
-      call say(lines(i)%text)
+      if (present(before)) then
+        call say(before//lines(i)%text)
+      else
+        call say(lines(i)%text)
+      end if
     end do
   end subroutine print_lines
 
@@ -88,7 +94,8 @@ contains
     call say('warning: '//text)
   end subroutine print_warning
 
-  !> One line for an increment, how much of the run is done, and the time left.
+  !> One line for an increment, how much of the run is done, and the time left. One of several runs
+  !> only shows how far it is, on a terminal.
   subroutine print_increment(console, increment, done, report)
     type(console_t), intent(inout) :: console
     type(increment_t), intent(in) :: increment
@@ -102,31 +109,40 @@ contains
     ! The first one has the factorisation in it, which those that follow do not: it tells no time.
     if (.not. console%headed) call count_from(console, done, console%total)
     progress = progress_in_words(console, done)
-    if (.not. console%headed) call say( &
-      'step   inc        time    open   stick   slide  iterations   residual  worst error'// &
-      '      s  solver')
-    console%headed = .true.
-    associate (status => report%contact%status)
-      write (line, '(i4,i6,a12,3i8,i12,2es11.1,f11.2)') increment%step, increment%number, &
-        to_text(increment%time), count(status == status_open), count(status == status_stick), &
-        count(status == status_slide), report%contact_iterations, report%residual, &
-        worst_entry(report%certificate), report%wall_time
-    end associate
-    line = trim(line)//'  '//solver_name(report%solver)
-    if (report%solver_stages == 2) line = trim(line)//', after one that missed the tolerance'
-    if (report%solver_stages > 2) line = trim(line)//', after '// &
-      to_text(report%solver_stages - 1)//' that missed the tolerance'
-    if (.not. report%certificate%certified) line = trim(line)//'  not certified'
-    if (console%terminal) then
+    if (console%verbose .or. .not. console%is_one_of) then
+      if (.not. console%headed) call say( &
+        'step   inc        time    open   stick   slide  iterations  worst error      s'// &
+        trim(merge('   residual  solver', repeat(' ', 19), console%verbose)))
+      associate (status => report%contact%status)
+        write (line, '(i4,i6,a12,3i8,i12,es13.1,f7.2)') increment%step, increment%number, &
+          to_text(increment%time), count(status == status_open), count(status == status_stick), &
+          count(status == status_slide), report%contact_iterations, &
+          worst_entry(report%certificate), report%wall_time
+      end associate
+      if (console%verbose) line = trim(line)//solver_in_words(report)
+      if (.not. report%certificate%certified) line = trim(line)//'  not certified'
+      if (.not. console%terminal) line = trim(line)//'  '//progress
       call say(trim(line))
-    else
-      call say(trim(line)//'  '//progress)
     end if
-    if (console%tells_errors .and. report%errors%mesh >= 0.0_wp) call say( &
+    console%headed = .true.
+    if (report%errors%mesh >= 0.0_wp .and. .not. console%is_one_of) call say( &
       '      estimated error of the '//trim(merge('energy       ', 'contact force', &
       console%of_energy))//': '//errors_in_words(report%errors))
     if (console%terminal .and. done < console%total) call draw_bar(done/console%total, progress)
   end subroutine print_increment
+
+  !> The residual of contact, and the solver that reached it.
+  function solver_in_words(report) result(words)
+    type(increment_report_t), intent(in) :: report
+    character(:), allocatable :: words
+    character(11) :: residual
+
+    write (residual, '(es11.1)') report%residual
+    words = residual//'  '//solver_name(report%solver)
+    if (report%solver_stages == 2) words = words//', after one that missed the tolerance'
+    if (report%solver_stages > 2) words = words//', after '// &
+      to_text(report%solver_stages - 1)//' that missed the tolerance'
+  end function solver_in_words
 
   !> 7 of 50, 3 min 20 s left.
   function progress_in_words(console, done) result(words)

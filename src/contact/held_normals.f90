@@ -60,7 +60,7 @@ contains
           line%text = 'supports hold the normal of '//to_text(n)//' points of '// &
             scene%pairs(pair)%name
         end if
-        line%text = 'note: step '//to_text(step)//': '//line%text
+        line%text = 'step '//to_text(step)//': '//line%text
         line%text = line%text//': there is no reaction and no friction there'
         if (overlap > rounding*maxval(abs(scene%mesh%coordinates))) line%text = line%text// &
           '; their overlap of up to '//to_text(overlap, 4)//' is not carried'
@@ -86,7 +86,7 @@ contains
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
         if (.not. any(points%uncarried(first:last) > least)) cycle
         deepest = first - 1 + maxloc(points%uncarried(first:last), dim=1)
-        line%text = 'note: constraints keep '//to_text(count(points%uncarried(first:last) > &
+        line%text = 'constraints keep '//to_text(count(points%uncarried(first:last) > &
           least))//' points of '//scene%pairs(pair)%name//' in their master, by up to '// &
           to_text(points%uncarried(deepest), 3)//' (node '// &
           to_text(scene%mesh%node_id(points%node(deepest)))//'): this overlap is not carried'

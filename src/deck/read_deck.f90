@@ -22,6 +22,7 @@ module read_deck_mod
   use local_origin_mod, only: move_origin
   use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
+  use named_sets_mod, only: keep_named_sets
   use obstacles_mod, only: obstacle_t
   use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
@@ -198,6 +199,7 @@ contains
     if (equations%list%n > 0) call note_unused_nodes(reader, model)
     call find_facets(reader, model, bodies)
     call read_surfaces(reader, model, surfaces)
+    call keep_named_sets(reader, model, surfaces, scene)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
@@ -359,8 +361,8 @@ contains
     end do
   end subroutine read_mesh_cards
 
-  !> *HEADING: the lines below the first one are the title. A mesh that is included may have one of
-  !> its own.
+  !> *HEADING: the lines below the first one are the title. Files that are included may have their
+  !> own, which say nothing of the deck.
   subroutine read_heading(reader, title)
     type(reader_t), intent(inout) :: reader
     character(:), allocatable, intent(out) :: title
@@ -374,7 +376,8 @@ contains
       call open_card(reader, k, card)
       call allow_options(reader, card, [character(1) ::])
       if (len(title) > 0) then
-        call note(reader, 'the title is that of the first *HEADING: another one is left out')
+        if (reader%source%file(reader%cards(k)%header) == 1) call note(reader, &
+          'the title is that of the first *HEADING: another one is left out')
         cycle
       end if
       do line = card%place%first, card%place%last

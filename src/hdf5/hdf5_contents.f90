@@ -39,7 +39,7 @@ contains
 
     sum = 0
     inquire (file=file%path, size=file_bytes)
-    n_left = 10000 ! more than any file has; one that holds itself has no end
+    n_left = 20000 ! more than any file has; one that holds itself has no end
     if (allocated(error)) return
     call add_group('', 0)
 
@@ -172,7 +172,7 @@ contains
       call h5tget_size_f(type_id, one, status)
       if (status < 0) return
       status = -1
-      ! Nothing of this kind is compressed.
+      ! Nothing of this kind is compressed but sets, and these are smaller than the mesh.
       if (n < 0 .or. one < 1 .or. one > file_bytes/max(1_hsize_t, n)) return
       if (.not. has_memory(n*one)) then
         call fail_to_hold(error, file, path)

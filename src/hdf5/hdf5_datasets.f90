@@ -2,9 +2,10 @@
 module hdf5_datasets_mod
   use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_ptr
   use hdf5, only: hid_t, hsize_t, size_t, h5dclose_f, h5dcreate_f, h5dget_space_f, &
-    h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5sclose_f, h5sget_simple_extent_dims_f, &
-    h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, h5tclose_f, h5tget_size_f, &
-    h5tis_variable_str_f, H5S_SELECT_SET_F
+    h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5pclose_f, h5pcreate_f, h5pset_chunk_f, &
+    h5pset_deflate_f, h5pset_fletcher32_f, h5pset_shuffle_f, h5sclose_f, &
+    h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sselect_hyperslab_f, &
+    h5tclose_f, h5tget_size_f, h5tis_variable_str_f, H5P_DATASET_CREATE_F, H5S_SELECT_SET_F
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_unsigned_byte, bytes_of
   use errors_mod, only: error_t
   use hdf5_attributes_mod, only: describe
@@ -17,7 +18,7 @@ module hdf5_datasets_mod
   implicit none
   private
 
-  public :: write_dataset, rewrite_dataset, write_text
+  public :: write_dataset, write_squeezed, rewrite_dataset, write_text
   public :: dataset_extents, dataset_kind, read_dataset, read_row, read_text
 
   !> Write a dataset of fixed extents:
@@ -85,6 +86,22 @@ contains
     call describe(file, path, description, quantity, error)
   end subroutine write_integers
 
+  !> Write integers shuffled and deflated, where they take more than a page, with a checksum that
+  !> every reader checks.
+  subroutine write_squeezed(file, path, values, extents, description, quantity, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: path
+    integer(i4), intent(in), contiguous, target :: values(:) !! flat, first index fastest
+    integer, intent(in) :: extents(:)
+    character(*), intent(in) :: description, quantity
+    type(error_t), allocatable, intent(inout) :: error
+    integer, parameter :: page = 4096 !! [byte]
+
+    call create_fixed(file, path, of_integer, extents, c_loc(values), error, &
+      bytes_of(of_integer)*size(values, kind=i8) > page)
+    call describe(file, path, description, quantity, error)
+  end subroutine write_squeezed
+
   subroutine write_longs(file, path, values, description, quantity, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -150,31 +167,42 @@ contains
     call describe(file, path, description, 'text', error)
   end subroutine write_text
 
-  subroutine create_fixed(file, path, kind, extents, address, error)
+  subroutine create_fixed(file, path, kind, extents, address, error, squeezed)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
     integer, intent(in) :: kind
     integer, intent(in) :: extents(:)
     type(c_ptr), intent(in) :: address
     type(error_t), allocatable, intent(inout) :: error
+    logical, intent(in), optional :: squeezed !! left out: as it is
 
     if (allocated(error)) return
     call put_dataset(file, path, [type_in_file(kind), type_in_memory(kind)], extents, address, &
-                     error)
+                     error, squeezed)
   end subroutine create_fixed
 
-  subroutine put_dataset(file, path, types, extents, address, error)
+  subroutine put_dataset(file, path, types, extents, address, error, squeezed)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
     integer(hid_t), intent(in) :: types(2) !! in the file, in memory
     integer, intent(in) :: extents(:)      !! none: a scalar
     type(c_ptr), intent(in) :: address
     type(error_t), allocatable, intent(inout) :: error
-    integer(hid_t) :: space, dataset
+    logical, intent(in), optional :: squeezed !! in one chunk, of numbers of several bytes
+    integer(hid_t) :: space, dataset, creation
     integer :: status, ignored
 
     space = new_space(int(extents, hsize_t))
-    call h5dcreate_f(file%id, path, types(1), space, dataset, status)
+    call h5pcreate_f(H5P_DATASET_CREATE_F, creation, status)
+    if (present(squeezed)) then
+      if (squeezed) then
+        call h5pset_chunk_f(creation, size(extents), int(extents, hsize_t), status)
+        call h5pset_shuffle_f(creation, status)
+        call h5pset_deflate_f(creation, 1, status)
+        call h5pset_fletcher32_f(creation, status)
+      end if
+    end if
+    call h5dcreate_f(file%id, path, types(1), space, dataset, status, creation)
     if (status >= 0) then
       if (all(extents > 0)) call h5dwrite_f(dataset, types(2), address, status)
       if (status < 0) call fail_to_write(error, file, path)
@@ -182,6 +210,7 @@ contains
     else
       call fail_to_write(error, file, path)
     end if
+    call h5pclose_f(creation, ignored)
     call h5sclose_f(space, ignored)
   end subroutine put_dataset
 
@@ -234,7 +263,7 @@ contains
 
     call open_dataset(file, path, dataset, extents, error)
     count = extents
-    start = 0*count
+    allocate (start(size(count)), source=0_hsize_t)
     associate (n => size(extents))
       if (.not. allocated(error)) then
         start(n) = min(int(row, i8), extents(n)) - 1

@@ -133,12 +133,12 @@ module controls_mod
   !> *NODE FILE, *EL FILE, *CONTACT FILE: which fields the result file holds at each increment.
   type :: output_controls_t
     logical :: displacement = .true.
-    logical :: reaction = .true.      !! reaction_force of the supports
-    logical :: contact = .true.       !! contact_force, contact_pressure, contact_status
+    logical :: reaction = .true.      !! reaction_force of the supports; a deck always has it
+    logical :: contact = .true.       !! contact_force, contact_pressure, contact_status; likewise
     logical :: stress = .false.       !! *EL FILE, S
     logical :: strain = .false.       !! *EL FILE, E
     logical :: mesh_error = .false.   !! *EL FILE, ERR
-    logical :: mises = .false.            !! *EL FILE, MISES
+    logical :: mises = .false.            !! *EL FILE, MISES or S
     logical :: principal_stress = .false. !! *EL FILE, SP
     logical :: principal_strain = .false. !! *EL FILE, EP
     logical :: loads = .false.            !! *NODE FILE, CF: applied_force
@@ -216,7 +216,7 @@ contains
     case (accuracy_of_mises)
       words = 'the largest von Mises stress'
     case default
-      words = 'the contact resultants'
+      words = 'the contact forces'
     end select
   end function whole_in_words
 

@@ -11,7 +11,7 @@ module increment_report_mod
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach, ended_passed
-  public :: worst_entry, largest_pressure, is_redundant_at, count_redundant
+  public :: worst_entry, force_sums, largest_pressure, is_redundant_at, count_redundant
 
   ! How a contact solver that has not converged ended.
   integer, parameter :: ended_well = 0       !! it did converge
@@ -177,6 +177,22 @@ contains
         contact%reaction(1, i)/contact%covered_area(i))
     end do
   end function largest_pressure
+
+  !> Sums over points of the normal reactions and of the friction, x, y, z.
+  pure function force_sums(contact, first, last) result(sums)
+    type(contact_fields_t), intent(in) :: contact
+    integer, intent(in) :: first, last !! points
+    real(wp) :: sums(3, 2) !! [force]
+    integer :: i
+
+    sums = 0.0_wp
+    do i = first, last
+      associate (r => contact%reaction(:, i), frame => contact%frame(:, :, i))
+        sums(:, 1) = sums(:, 1) + r(1)*frame(:, 1)
+        sums(:, 2) = sums(:, 2) + r(2)*frame(:, 2) + r(3)*frame(:, 3)
+      end associate
+    end do
+  end function force_sums
 
   !> Whether the reaction of a point is not determined.
   pure logical function is_redundant_at(contact, i) result(is_redundant)

@@ -46,7 +46,8 @@ module plan_mod
     real(wp) :: scratch_size = 0.0_wp    !! of a factor out of core, beside it [bytes]
     integer(i8) :: disk_left = huge(1_i8) !! where the result goes [bytes]
     type(figure_t), allocatable :: figures(:) !! what the run is held against
-    type(string_t), allocatable :: lines(:)   !! the table as printed and stored
+    type(string_t), allocatable :: lines(:)   !! the table, as stored and as --plan prints it
+    type(string_t), allocatable :: brief(:)   !! of it what every run prints
   end type plan_t
 
 contains

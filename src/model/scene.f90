@@ -15,7 +15,7 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    local_axes_t, master_name, pair_turns, reference_nodes, has_rotations, turn_local
+    local_axes_t, named_set_t, master_name, pair_turns, reference_nodes, has_rotations, turn_local
 
   !> A law, and what warmth and gravity need beside it.
   type :: material_t
@@ -24,6 +24,12 @@ module scene_mod
     real(wp) :: density = 0.0_wp   !! > 0 where gravity acts, 0 where not given [mass/length^3]
     real(wp) :: expansion = 0.0_wp !! coefficient of thermal expansion [1/temperature]
   end type material_t
+
+  !> A named set of the deck, of nodes or of elements.
+  type :: named_set_t
+    character(:), allocatable :: name   !! upper case
+    integer, allocatable :: members(:)  !! node or element numbers, ascending, each once
+  end type named_set_t
 
   !> Elements that a load names.
   type :: region_t
@@ -85,6 +91,10 @@ module scene_mod
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)
     type(surface_t),      allocatable :: surfaces(:)
+    integer :: n_named_surfaces = 0         !! the first so many: of *SURFACE and *BLOCK
+    type(named_set_t),    allocatable :: node_sets(:)
+    !! those that have members, surfaces of nodes among them
+    type(named_set_t),    allocatable :: element_sets(:)  !! likewise
     type(obstacle_t),     allocatable :: obstacles(:)
     type(contact_pair_t), allocatable :: pairs(:)
     type(contact_gap_t),  allocatable :: gaps(:)

@@ -7,7 +7,8 @@ module pair_fields_mod
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use contact_points_mod, only: n_sides, find_side_points
-  use increment_report_mod, only: status_open, largest_pressure, is_redundant_at
+  use increment_report_mod, only: status_open, force_sums, largest_pressure, &
+    is_redundant_at
   use state_mod, only: largest_slip
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, first_time, at_start
@@ -61,6 +62,13 @@ contains
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
+    call add_field(list, field_t('forces', of_real, [3, 2], 'force', &
+      'sum of the normal reactions and sum of the friction on the slave body, each x, y, z', &
+      compute=forces))
+    call add_field(list, field_t('largest_pressure', of_real, one_number, 'pressure', &
+      'normal reaction over the area of its point, the largest', compute=pair_pressure))
+    call add_field(list, field_t('largest_slip', of_real, one_number, 'length', &
+      'sum of the slip increments of a point, the longest', compute=pair_slip))
     call add_master_fields(scene, i, list)
     if (is_before_faces(scene%pairs(i), scene%obstacles)) then
       call add_field(list, field_t('covered_area', of_real, [n], 'area', &
@@ -90,10 +98,6 @@ contains
       call add_field(list, field_t('contact_area', of_real, one_number, 'area', &
         'of the points that do not stand open, as far as the master covers it', &
         compute=contact_area))
-      call add_field(list, field_t('largest_pressure', of_real, one_number, 'pressure', &
-        'normal reaction over the area of its point, the largest', compute=pair_pressure))
-      call add_field(list, field_t('largest_slip', of_real, one_number, 'length', &
-        'sum of the slip increments of a point, the longest', compute=pair_slip))
     end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
@@ -212,6 +216,13 @@ contains
 
     values(1, :) = sum(source%state%reaction(:, source%first:source%last), dim=2)
   end subroutine resultant
+
+  subroutine forces(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, 2)
+
+    values = reshape(force_sums(source%report%contact, source%first, source%last), shape(values))
+  end subroutine forces
 
   subroutine moment(source, values)
     type(field_source_t), intent(inout) :: source

@@ -40,13 +40,13 @@ contains
     end if
   end function time_in_words
 
-  !> 60 s of the processor and 4 GB of memory.
+  !> 60 s of CPU time and 4 GB of memory.
   function bounds_in_words(accuracy) result(words)
     type(accuracy_controls_t), intent(in) :: accuracy !! with a bound
     character(:), allocatable :: words
 
     words = ''
-    if (accuracy%time > 0.0_wp) words = to_text(accuracy%time, 3)//' s of the processor'
+    if (accuracy%time > 0.0_wp) words = to_text(accuracy%time, 3)//' s of CPU time'
     if (accuracy%memory <= 0.0_wp) return
     if (words /= '') words = words//' and '
     words = words//bytes_in_words(accuracy%memory)//' of memory'

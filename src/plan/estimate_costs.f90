@@ -108,7 +108,7 @@ contains
     type(file_size_t), intent(in) :: file
     real(wp), intent(in) :: memory           !! [bytes]
     type(seconds_t), intent(in) :: seconds   !! where the plan is analysed
-    character(:), allocatable :: least
+    character(:), allocatable :: least, room, time
 
     least = 'more than '
     if (plan%is_analysed) least = ''
@@ -118,13 +118,15 @@ contains
     if (sizes%ranks > 1.0_wp .or. sizes%fraction_here < 1.0_wp) call add_line(plan, 'ranks', &
       bound_fixed, to_text(nint(sizes%ranks/sizes%fraction_here))//', '// &
       to_text(nint(sizes%ranks))//' of them on this machine, whose memory follows')
-    call add_line(plan, 'memory', bound_about, least//bytes_in_words(memory)// &
-      left_in_words(plan%memory_left))
-    if (plan%is_analysed) call add_line(plan, 'time', bound_about, &
-      time_in_words(cpu_seconds() + total_seconds(seconds))//' of one processor: factorise '// &
-      time_in_words(seconds%prepare + seconds%factorise + seconds%condense)//', contact '// &
-      time_in_words(seconds%contact)//', recover '//time_in_words(seconds%recover)//', write '// &
-      time_in_words(seconds%write))
+    room = least//bytes_in_words(memory)//left_in_words(plan%memory_left)
+    call add_line(plan, 'memory', bound_about, room, 'about '//room)
+    if (plan%is_analysed) then
+      time = time_in_words(cpu_seconds() + total_seconds(seconds))//' of CPU time'
+      call add_line(plan, 'time', bound_about, time//': factorise '// &
+        time_in_words(seconds%prepare + seconds%factorise + seconds%condense)//', contact '// &
+        time_in_words(seconds%contact)//', recover '//time_in_words(seconds%recover)// &
+        ', write '//time_in_words(seconds%write), 'about '//time)
+    end if
     call add_line(plan, 'file', bound_about, bytes_in_words(file%size)//', at most '// &
       bytes_in_words(file%most)//left_in_words(plan%disk_left))
   end subroutine describe_costs

@@ -55,6 +55,7 @@ contains
     file%datasets = size(fields) + other_datasets
     ! The mesh without what is in the table of fields.
     once = 24.0_wp*size(scene%mesh%brick_nodes) + 73.0_wp*sizes%bricks + real(len(scene%deck), wp)
+    once = once + bytes_of_sets(scene)
     call list_view_fields(scene, plan%points%n > 0, fields)
     file%datasets = file%datasets + size(fields) ! their offsets
     call add_fields(fields, nonzero_bytes(fields, scene, sizes), sizes%outputs, once, file)
@@ -82,6 +83,25 @@ contains
     file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%dense + file%varying + &
       file%zeros + 2.0_wp*bytes_to_continue(scene%mesh%n_nodes, plan%points%n)
   end function size_of_file
+
+  !> The named sets, each a dataset of rows [bytes]; long ones are squeezed, mostly to less.
+  pure real(wp) function bytes_of_sets(scene) result(bytes)
+    type(scene_t), intent(in) :: scene
+    real(wp), parameter :: dataset = 700.0_wp, row = 4.0_wp
+    integer :: i
+
+    bytes = 0.0_wp
+    if (.not. allocated(scene%node_sets) .or. .not. allocated(scene%element_sets)) return
+    do i = 1, size(scene%node_sets)
+      bytes = bytes + dataset + row*size(scene%node_sets(i)%members)
+    end do
+    do i = 1, size(scene%element_sets)
+      bytes = bytes + dataset + row*size(scene%element_sets(i)%members)
+    end do
+    do i = 1, scene%n_named_surfaces
+      bytes = bytes + dataset + row*size(scene%surfaces(i)%faces)
+    end do
+  end function bytes_of_sets
 
   !> The bytes of each field that are not 0 throughout: of what there is at supports and in contact
   !> those of the nodes there; codes are squeezed to next to nothing.

@@ -39,10 +39,10 @@ contains
     if (scene%accuracy%time <= 0.0_wp) return
     seconds = figure_of(plan, 'cpu_seconds')
     if (seconds <= scene%accuracy%time) return
-    text = 'the run takes about '//time_in_words(seconds)//' of the processor, and --time '// &
+    text = 'the run takes about '//time_in_words(seconds)//' of CPU time, and --time '// &
       'allows '//time_in_words(scene%accuracy%time)
     if (scene%accuracy%keeps_mesh) then
-      text = text//'; bricks '//to_text((seconds/scene%accuracy%time)**(1.0_wp/growth), 3)// &
+      text = text//'; elements '//to_text((seconds/scene%accuracy%time)**(1.0_wp/growth), 3)// &
         ' times as large would do'
     else
       text = text//'; there is no coarser mesh'
@@ -73,7 +73,7 @@ contains
     left = real(plan%memory_left, wp) - fixed
     if (left < 1.0_wp .or. .not. plan%is_analysed) return
     coarser = max(1.0_wp, ((plan%more_memory - fixed)/left)**0.25_wp)
-    text = text//'; bricks '//to_text(1.05_wp*coarser, 3)//' times as large would fit (about '// &
+    text = text//'; elements '//to_text(1.05_wp*coarser, 3)//' times as large would fit (about '// &
       to_text(nint(real(plan%n_equations, wp)/(1.05_wp*coarser)**3))//' equations instead of '// &
       to_text(plan%n_equations)//')'
   end function memory_misfit

@@ -4,7 +4,7 @@
 module plan_table_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text, percent
-  use scene_mod, only: scene_t, contact_pair_t
+  use scene_mod, only: scene_t
   use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
                           solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
@@ -37,14 +37,16 @@ contains
     type(scene_t), intent(in) :: scene
     type(free_motions_t), intent(in) :: motions !! that the supports of the first step leave
     type(plan_t), intent(inout) :: plan
+    character(:), allocatable :: mesh, accuracy
     integer :: bound
     real(wp) :: copy !! of the rows in single precision, a number [bytes]
 
-    allocate (plan%lines(0))
+    allocate (plan%lines(0), plan%brief(0))
     bound = bound_at_most
     if (plan%is_constant) bound = bound_fixed
-    call add_line(plan, 'mesh', bound_fixed, to_text(size(scene%mesh%brick_nodes))// &
-      ' nodes, '//to_text(scene%mesh%n_elements)//' bricks')
+    mesh = to_text(size(scene%mesh%brick_nodes))//' nodes, '//to_text(scene%mesh%n_elements)// &
+      ' elements'
+    call add_line(plan, 'mesh', bound_fixed, mesh, mesh)
     call describe_bodies(scene, motions, plan)
     call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', '// &
       to_text(plan%n_interface)//' of them on contact nodes')
@@ -62,9 +64,11 @@ contains
     end if
     call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
       scene%precision))
-    call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, plan))
+    call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
+      plan), to_text(plan%n_increments)//' in '//steps_in_words(scene))
+    accuracy = accuracy_in_words(scene)
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
-      'accuracy', 0, accuracy_in_words(scene))
+      'accuracy', 0, accuracy, accuracy)
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
@@ -89,23 +93,30 @@ contains
     if (all(scene%steps%direct)) bound_of_increments = bound_fixed
   end function bound_of_increments
 
-  !> 50 in 2 steps, at most 4 more that end at kinks and first touches, cut where they are not
-  !> solved.
+  !> 50 in 2 steps; up to 4 more at breakpoints of amplitudes or first contact; halved if not
+  !> converged.
   pure function increments_in_words(scene, plan) result(words)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: words
 
-    words = to_text(plan%n_increments)//' in '//to_text(size(scene%steps))// &
-      plural(' step', ' steps', size(scene%steps))
+    words = to_text(plan%n_increments)//' in '//steps_in_words(scene)
     if (all(scene%steps%direct)) return
-    if (plan%n_cuts > 0) words = words//', '//to_text(plan%n_cuts)// &
-      ' more by cutting them, as an accuracy or obstacles that turn want it'
-    if (plan%n_events > 0) words = words//', at most '//to_text(plan%n_events)// &
-      ' more that end at kinks of amplitudes or where contact begins'
-    words = words//', cut where they are not solved'
+    if (plan%n_cuts > 0) words = words//'; '//to_text(plan%n_cuts)// &
+      ' more for the accuracy or for obstacles that turn'
+    if (plan%n_events > 0) words = words//'; up to '//to_text(plan%n_events)// &
+      ' more at breakpoints of amplitudes or first contact'
+    words = words//'; halved if not converged'
     if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
   end function increments_in_words
+
+  !> 2 steps.
+  pure function steps_in_words(scene) result(words)
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: words
+
+    words = to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps))
+  end function steps_in_words
 
   !> 1 % of the contact resultants, on a mesh that is to be found, within 60 s of the processor.
   function accuracy_in_words(scene) result(words)
@@ -113,16 +124,16 @@ contains
     character(:), allocatable :: words
 
     associate (accuracy => scene%accuracy)
-      words = 'as it comes'
+      words = 'any'
       if (accuracy%wanted > 0.0_wp) then
         words = percent(accuracy%wanted)//' of '//subject_in_words(accuracy)
         if (accuracy%keeps_mesh) then
           words = words//', at the end of each step'
         else
-          words = words//', on a mesh that is to be found'
+          words = words//'; the mesh is chosen for it'
         end if
       else if (.not. accuracy%keeps_mesh) then
-        words = 'the best of '//subject_in_words(accuracy)//', on such a mesh after coarser ones'
+        words = 'the best of '//subject_in_words(accuracy)//'; the mesh is chosen for it'
       end if
       if (is_bounded(accuracy)) words = words//', within '//bounds_in_words(accuracy)
     end associate
@@ -132,33 +143,22 @@ contains
   subroutine describe_products(plan, why)
     type(plan_t), intent(inout) :: plan
     character(*), intent(in) :: why !! in words
-    integer :: i
 
-    do i = 1, size(plan%lines)
-      if (index(plan%lines(i)%text, compliance_line//' ') /= 1) cycle
-      plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-        to_text(sum(plan%rows))//' x '//to_text(sum(plan%rows))// &
-        ' in contact rows, not formed: each product with it is a solution with the factor ('// &
-        why//'; dense it would take '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
-        8.0_wp*real(sum(plan%rows), wp)**2)//')'
-    end do
+    call replace_words(plan, compliance_line, to_text(sum(plan%rows))//' x '// &
+      to_text(sum(plan%rows))// &
+      ' in contact rows, not formed: each product with it is a solution with the factor ('// &
+      why//'; dense it would take '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
+      8.0_wp*real(sum(plan%rows), wp)**2)//')')
   end subroutine describe_products
 
   !> Where bodies are solved for by iteration, and contact together with them.
   subroutine describe_iterative(scene, plan)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
-    integer :: i
 
-    do i = 1, size(plan%lines)
-      if (index(plan%lines(i)%text, compliance_line//' ') == 1) then
-        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-          'none: contact is solved together with the displacements'
-      else if (index(plan%lines(i)%text, factorisations//' ') == 1) then
-        plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-          factorisations_in_words(plan, scene%precision)
-      end if
-    end do
+    call replace_words(plan, compliance_line, &
+      'none: contact is solved together with the displacements')
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision))
   end subroutine describe_iterative
 
   !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
@@ -166,31 +166,50 @@ contains
     type(scene_t), intent(in) :: scene    !! its precision as chosen
     character(*), intent(in) :: reasons   !! why nothing better, in words
     type(plan_t), intent(inout) :: plan
-    integer :: i
 
-    do i = 1, size(plan%lines)
-      if (index(plan%lines(i)%text, factorisations//' ') /= 1) cycle
-      plan%lines(i)%text = plan%lines(i)%text(:name_width + bound_width)// &
-        factorisations_in_words(plan, scene%precision)
-    end do
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision))
     call add_line(plan, 'chosen', 0, where_in_words(scene%precision)//': '//reasons)
   end subroutine describe_choice
 
+  !> Give the line of a name other words, where it is there.
+  subroutine replace_words(plan, name, words)
+    type(plan_t), intent(inout) :: plan
+    character(*), intent(in) :: name, words
+    integer :: i
+
+    do i = 1, size(plan%lines)
+      associate (line => plan%lines(i))
+        if (index(line%text, name//' ') == 1) line%text = line%text(:name_width + bound_width)// &
+          words
+      end associate
+    end do
+  end subroutine replace_words
+
   !> A line of the table; without a bound (0) its column stays empty.
-  subroutine add_line(plan, name, bound, words)
+  subroutine add_line(plan, name, bound, words, brief)
     type(plan_t), intent(inout) :: plan
     character(*), intent(in) :: name, words
     integer, intent(in) :: bound
+    character(*), intent(in), optional :: brief !! in the words that every run prints
     character(name_width) :: column
     character(bound_width) :: meant
-    type(string_t) :: line
 
     column = name
     meant = ''
     if (bound > 0) meant = bound_in_words(bound)
-    line%text = column//meant//trim(words)
-    plan%lines = [plan%lines, line]
+    plan%lines = [plan%lines, string_t(column//meant//trim(words))]
+    if (present(brief)) call add_brief(plan, name, brief)
   end subroutine add_line
+
+  !> A line of what every run prints.
+  subroutine add_brief(plan, name, words)
+    type(plan_t), intent(inout) :: plan
+    character(*), intent(in) :: name, words
+    character(name_width) :: column
+
+    column = name
+    plan%brief = [plan%brief, string_t(column//words)]
+  end subroutine add_brief
 
   !> Which bodies their supports hold, which contact must hold, and which nothing can.
   subroutine describe_bodies(scene, motions, plan)
@@ -226,63 +245,69 @@ contains
       to_text(listed - most_listed)//' more bodies or obstacles: '//to_text(motions%n)//' in all')
   end subroutine describe_bodies
 
-  !> A line a pair: its points by the rows they have.
+  !> A line a pair: its points by the rows they have. In brief a line in all.
   subroutine describe_pairs(scene, plan)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
-    integer :: i, a, b, listed
+    integer :: i, listed
 
     listed = min(size(scene%pairs), most_listed)
     do i = 1, listed
-      a = plan%points%first(i)
-      b = plan%points%first(i + 1) - 1
-      call add_line(plan, 'contact', bound_at_most, scene%pairs(i)%name//': '// &
-        points_in_words(scene%pairs(i), plan%rows(a:b), plan%points%in_reach(a:b), &
-        n_sides(plan%points, i)))
+      if (size(scene%pairs) == 1) then
+        call add_line(plan, 'contact', bound_at_most, points_in_words(scene, plan, i, .true.), &
+          points_in_words(scene, plan, i, .false.))
+      else
+        call add_line(plan, 'contact', bound_at_most, points_in_words(scene, plan, i, .true.))
+      end if
     end do
-    if (listed < size(scene%pairs)) then
-      a = plan%points%first(listed + 1)
-      call add_line(plan, 'contact', bound_at_most, to_text(size(scene%pairs) - listed)// &
-        ' more pairs: '//to_text(count(plan%points%in_reach(a:)))//' points, '// &
-        to_text(sum(plan%rows(a:)))// &
-        ' rows')
-    end if
+    associate (a => plan%points%first(listed + 1))
+      if (listed < size(scene%pairs)) call add_line(plan, 'contact', bound_at_most, &
+        to_text(size(scene%pairs) - listed)//' more pairs: '// &
+        to_text(count(plan%points%in_reach(a:)))//' points, '//to_text(sum(plan%rows(a:)))//' rows')
+    end associate
+    if (size(scene%pairs) > 1) call add_brief(plan, 'contact', to_text(size(scene%pairs))// &
+      ' pairs, '//to_text(count(plan%points%in_reach))//' points')
   end subroutine describe_pairs
 
-  !> 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows (one
-  !> tangent prescribed); and how many cannot reach the obstacle.
-  pure function points_in_words(pair, rows, in_reach, sides) result(words)
-    type(contact_pair_t), intent(in) :: pair
-    integer, intent(in) :: rows(:)      !! of the points
-    logical, intent(in) :: in_reach(:)
-    integer, intent(in) :: sides        !! of the master
+  !> top:tool: 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows
+  !> (one tangent prescribed); and how many cannot reach the obstacle.
+  pure function points_in_words(scene, plan, i, with_rows) result(words)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    integer, intent(in) :: i !! the pair
+    logical, intent(in) :: with_rows
     character(:), allocatable :: words
     integer, allocatable :: kept(:)
     integer :: n, of_kind
 
-    kept = pack(rows, in_reach)
-    words = to_text(size(kept))//plural(' point', ' points', size(kept))
-    if (size(kept) < size(rows)) words = words//' of '//to_text(size(rows))// &
-      ' (the others cannot reach it)'
-    if (sides > 1) words = words//' before '//to_text(sides)// &
-      ' sides of the master, which concave edges divide'
-    if (size(kept) == 0) return
-    if (pair%mu > 0.0_wp) words = words//', mu = '//to_text(pair%mu)
-    if (pair%mu <= 0.0_wp) words = words//', frictionless'
-    if (all(kept == kept(1)) .and. kept(1) > 0) then
-      words = words//', '//to_text(kept(1))//plural(' row', ' rows', kept(1))//' each'
-      return
-    end if
-    words = words//':'
-    do n = 3, 0, -1
-      of_kind = count(kept == n)
-      if (of_kind == 0) cycle
-      words = words//' '//to_text(of_kind)//' of '//to_text(n)//plural(' row', ' rows', n)
-      if (n == 0) words = words//' (normal prescribed)'
-      if (n == 2) words = words//' (one tangent prescribed)'
-      if (n == 1 .and. pair%mu > 0.0_wp) words = words//' (both prescribed)'
-      words = words//','
-    end do
+    associate (a => plan%points%first(i), b => plan%points%first(i + 1) - 1, &
+               sides => n_sides(plan%points, i), mu => scene%pairs(i)%mu)
+      kept = pack(plan%rows(a:b), plan%points%in_reach(a:b))
+      words = scene%pairs(i)%name//': '//to_text(size(kept))//plural(' point', ' points', &
+        size(kept))
+      if (size(kept) < b - a + 1) words = words//' of '//to_text(b - a + 1)// &
+        ' (the others cannot reach it)'
+      if (sides > 1) words = words//' before '//to_text(sides)// &
+        ' sides of the master, which concave edges divide'
+      if (size(kept) == 0) return
+      if (mu > 0.0_wp) words = words//', mu = '//to_text(mu)
+      if (mu <= 0.0_wp) words = words//', frictionless'
+      if (.not. with_rows) return
+      if (all(kept == kept(1)) .and. kept(1) > 0) then
+        words = words//', '//to_text(kept(1))//plural(' row', ' rows', kept(1))//' each'
+        return
+      end if
+      words = words//':'
+      do n = 3, 0, -1
+        of_kind = count(kept == n)
+        if (of_kind == 0) cycle
+        words = words//' '//to_text(of_kind)//' of '//to_text(n)//plural(' row', ' rows', n)
+        if (n == 0) words = words//' (normal prescribed)'
+        if (n == 2) words = words//' (one tangent prescribed)'
+        if (n == 1 .and. mu > 0.0_wp) words = words//' (both prescribed)'
+        words = words//','
+      end do
+    end associate
     words = words(:len(words) - 1)
   end function points_in_words
 

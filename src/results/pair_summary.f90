@@ -6,7 +6,7 @@ module pair_summary_mod
   use kinds_mod, only: wp, i4, i8
   use errors_mod, only: error_t
   use text_mod, only: string_t, to_text, in_known_digits
-  use hdf5_files_mod, only: hdf5_file_t, open_file, close_file, exists
+  use hdf5_files_mod, only: hdf5_file_t, open_file, close_file
   use hdf5_attributes_mod, only: read_attribute
   use hdf5_datasets_mod, only: read_dataset, read_row
   implicit none
@@ -83,7 +83,7 @@ contains
     end do
     do j = 1, size(ends)
       do i = 1, size(groups)
-        call add_up(file, groups(i)%text, ends(j), pairs(i), error)
+        call read_pair(file, groups(i)%text, ends(j), pairs(i), error)
         if (allocated(error)) return
       end do
       of_forces = -1.0_wp
@@ -108,43 +108,21 @@ contains
     where (errors(:of_friction) < 0.0_wp) errors(:of_friction) = of_forces
   end function errors_of
 
-  !> Sums and largest values over the points of a pair. Pressures of points that are partly covered,
-  !> and reactions that are not determined, are left out.
-  subroutine add_up(file, group, row, pair, error)
+  !> What the file has of a pair in a row.
+  subroutine read_pair(file, group, row, pair, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
     integer, intent(in) :: row
     type(pair_sums_t), intent(out) :: pair
     type(error_t), allocatable, intent(inout) :: error
-    real(wp), allocatable :: reaction(:), frame(:), slip(:), area(:), left_out(:), redundant(:)
-    integer :: i
+    real(wp), allocatable :: forces(:), pressure(:), slip(:)
 
-    call read_row(file, group//'/reaction', row, reaction, error)
-    call read_row(file, group//'/frame', row, frame, error)
-    call read_row(file, group//'/slip', row, slip, error)
-    left_out = 0.0_wp*reaction(::3)
-    if (exists(file, group//'/covered_area')) then
-      call read_row(file, group//'/covered_area', row, area, error)
-      call read_row(file, group//'/is_partly_covered', row, left_out, error)
-    else
-      call read_dataset(file, group//'/area', area, error)
-    end if
-    if (exists(file, group//'/redundant')) then
-      call read_row(file, group//'/redundant', row, redundant, error)
-      if (.not. allocated(error)) left_out = left_out + redundant
-    end if
+    call read_row(file, group//'/forces', row, forces, error)
+    call read_row(file, group//'/largest_pressure', row, pressure, error)
+    call read_row(file, group//'/largest_slip', row, slip, error)
     if (allocated(error)) return
-    do i = 1, size(reaction)/3
-      associate (r => reaction(3*i - 2:3*i), n => frame(9*i - 8:9*i - 6), &
-                 t1 => frame(9*i - 5:9*i - 3), t2 => frame(9*i - 2:9*i))
-        pair%normal = pair%normal + r(1)*n
-        pair%friction = pair%friction + r(2)*t1 + r(3)*t2
-        pair%slip = max(pair%slip, norm2(slip(2*i - 1:2*i)))
-        if (area(i) > 0.0_wp .and. .not. left_out(i) > 0.0_wp) pair%pressure = &
-          max(pair%pressure, r(1)/area(i))
-      end associate
-    end do
-  end subroutine add_up
+    pair = pair_sums_t(forces(:3), forces(4:), pressure(1), slip(1))
+  end subroutine read_pair
 
   !> The cells of a line.
   pure subroutine fill_cells(step, name, pair, errors, cells)

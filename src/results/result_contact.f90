@@ -2,14 +2,14 @@
 module result_contact_mod
   use kinds_mod, only: i8
   use errors_mod, only: error_t
-  use text_mod, only: string_t, to_text
+  use text_mod, only: string_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use output_field_mod, only: field_t, field_source_t
   use pair_fields_mod, only: list_pair_fields
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: write_attribute, describe_group
-  use result_fields_mod, only: open_field_t, open_group, append_fields
+  use result_fields_mod, only: open_field_t, open_group, append_fields, free_path
   implicit none
   private
 
@@ -38,6 +38,7 @@ contains
     type(string_t), allocatable :: groups(:)
     integer :: i
 
+    allocate (groups(0))
     groups = groups_of_pairs(scene)
     allocate (pairs(size(groups)))
     call describe_group(file, '/contact', 'a group a contact pair, named '// &
@@ -72,28 +73,9 @@ contains
     if (allocated(scene%pairs)) n_pairs = size(scene%pairs)
     allocate (groups(n_pairs))
     do i = 1, n_pairs
-      groups(i)%text = free_path(scene%pairs(i)%name, groups(:i - 1))
+      groups(i)%text = free_path('/contact/', scene%pairs(i)%name, groups(:i - 1))
     end do
   end function groups_of_pairs
-
-  !> The path of a pair's group: its name, made fit for HDF5 and unlike those before it.
-  pure function free_path(name, before) result(path)
-    character(*), intent(in) :: name
-    type(string_t), intent(in) :: before(:)
-    character(:), allocatable :: path, plain
-    integer :: i, n
-
-    plain = name
-    do i = 1, len(plain)
-      if (plain(i:i) == '/') plain(i:i) = '_'
-    end do
-    path = '/contact/'//plain
-    n = 1
-    do while (any([(before(i)%text == path, i = 1, size(before))]))
-      n = n + 1
-      path = '/contact/'//plain//'-'//to_text(n)
-    end do
-  end function free_path
 
   !> The paths of the pairs' groups.
   pure subroutine pair_groups(pairs, groups)

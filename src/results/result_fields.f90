@@ -3,6 +3,7 @@ module result_fields_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_long
+  use text_mod, only: string_t, to_text
   use output_field_mod, only: field_t, field_source_t, block_shape, fill_field, first_time, &
     at_start, everywhere
   use hdf5_files_mod, only: hdf5_file_t, exists
@@ -12,7 +13,7 @@ module result_fields_mod
   implicit none
   private
 
-  public :: open_field_t, open_group, open_blocks, append_fields, write_at_start
+  public :: open_field_t, open_group, open_blocks, append_fields, write_at_start, free_path
 
   !> A field and its open dataset.
   type :: open_field_t
@@ -151,6 +152,27 @@ contains
       end if
     end associate
   end subroutine write_at_start
+
+  !> The path of what has a name of the deck: the name, made fit for HDF5 and unlike those before.
+  pure function free_path(group, name, before) result(path)
+    character(*), intent(in) :: group          !! its path, with a slash behind
+    character(*), intent(in) :: name
+    type(string_t), intent(in) :: before(:)    !! the paths that are taken
+    character(:), allocatable :: path, plain
+    integer :: i, n
+
+    plain = name
+    do i = 1, len(plain)
+      if (plain(i:i) == '/') plain(i:i) = '_'
+    end do
+    if (plain == '.') plain = '_' ! HDF5's name of the group itself
+    path = group//plain
+    n = 1
+    do while (any([(before(i)%text == path, i = 1, size(before))]))
+      n = n + 1
+      path = group//plain//'-'//to_text(n)
+    end do
+  end function free_path
 
   subroutine compute_values(field, source, values, error)
     type(field_t), intent(in) :: field

@@ -56,6 +56,7 @@ module result_file_mod
   use result_fields_mod, only: open_field_t, append_fields
   use result_limit_mod, only: check_limit
   use result_references_mod, only: create_references
+  use result_sets_mod, only: write_sets
   use result_print_mod, only: print_rows_t, create_prints, append_prints
   use print_table_mod, only: node_table_path, element_table_path, write_print_tables
   use contact_table_mod, only: contact_table_path, list_contact_table, write_contact_table
@@ -276,6 +277,7 @@ contains
     if (allocated(error)) return
     call create_references(file%hdf5, scene, n_rows, file%references, error)
     call create_prints(file%hdf5, scene, n_rows, file%prints, error)
+    call write_sets(file%hdf5, scene, error)
     if (allocated(error)) return
     call create_view(file%hdf5, scene, plan%points%n > 0, rows_at_most(scene, plan), n_steps, &
       file%view, error)

@@ -5,7 +5,7 @@ module close_run_mod
   use system_mod, only: peak_memory_bytes
   use parallel_mod, only: usage_t, usage_of_others
   use scene_mod, only: scene_t
-  use controls_mod, only: precision_controls_t, precision_in_words
+  use controls_mod, only: precision_in_words
   use tally_mod, only: tally_t
   use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words, &
     theory_in_words, theory_worth_naming
@@ -16,32 +16,15 @@ module close_run_mod
 
 contains
 
-  !> Phases and memory, then the one sentence that says how it went.
+  !> The one sentence that says how it went, behind warnings and notes.
   subroutine close_run(scene, console, tally, path)
     type(scene_t), intent(in) :: scene
     type(console_t), intent(in) :: console
     type(tally_t), intent(in) :: tally
     character(*), intent(in) :: path
-    type(usage_t) :: others
-    type(string_t) :: lines(4)
     real(wp) :: theory
 
-    if (console%silent) return
-    others = usage_of_others()
-    associate (s => tally%work)
-      lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &
-        seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
-        seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
-        seconds(s%loads)//','
-      lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
-        seconds(tally%step_time - tally%contact_time)//', estimate '// &
-        seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
-      lines(3)%text = 'accuracy        '//accuracy_in_words(scene%precision, tally%unrefined, &
-        tally%imbalance)
-      lines(4)%text = 'memory          at most '//to_text(real(peak_memory_bytes() + others%peak, &
-        wp)/1.0e6_wp, 3)//' MB'
-      call print_lines(console, lines)
-    end associate
+    if (console%verbose) call print_costs(scene, console, tally)
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
     call tell_theory(console, theory, tally)
     if (tally%certified < tally%increments) then
@@ -56,6 +39,31 @@ contains
              ' (increment '// &
              to_text(tally%worst_increment)//'), '//seconds_in_words(tally%total_time)//': '//path)
   end subroutine close_run
+
+  !> Phases, the linear solver and memory.
+  subroutine print_costs(scene, console, tally)
+    type(scene_t), intent(in) :: scene
+    type(console_t), intent(in) :: console
+    type(tally_t), intent(in) :: tally
+    type(usage_t) :: others
+    type(string_t) :: lines(4)
+
+    others = usage_of_others()
+    associate (s => tally%work)
+      lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &
+        seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
+        seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
+        seconds(s%loads)//','
+      lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
+        seconds(tally%step_time - tally%contact_time)//', estimate '// &
+        seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
+      lines(3)%text = 'linear solver   '//precision_in_words(scene%precision)//': residual '// &
+        or_rounding(tally%unrefined)//', '//or_rounding(tally%imbalance)//' after refinement'
+      lines(4)%text = 'memory          at most '//to_text(real(peak_memory_bytes() + others%peak, &
+        wp)/1.0e6_wp, 3)//' MB'
+    end associate
+    call print_lines(console, lines)
+  end subroutine print_costs
 
   !> How far strains and rotations went where the error of small strain is named. docs/theory.md
   !> (8.11).
@@ -72,20 +80,9 @@ contains
     call print_lines(console, line)
   end subroutine tell_theory
 
-  !> In which arithmetic, and what was out of balance before and after Newton-Raphson.
-  function accuracy_in_words(precision, before, after) result(words)
-    type(precision_controls_t), intent(in) :: precision
-    real(wp), intent(in) :: before, after !! largest out-of-balance force, of the largest force [-]
-    character(:), allocatable :: words
-
-    words = 'factor in '//precision_in_words(precision)
-    if (precision%iterative) words = 'solutions '//precision_in_words(precision)
-    words = words//': forces balance to '// &
-      or_rounding(before)//' as solved, to '//or_rounding(after)//' as refined'
-  end function accuracy_in_words
-
   pure function or_rounding(imbalance) result(text)
-    real(wp), intent(in) :: imbalance !! 0 where it is no more than internal forces round [-]
+    real(wp), intent(in) :: imbalance
+    !! largest out-of-balance force, of the largest force; 0 where it is no more than rounding [-]
     character(:), allocatable :: text
 
     text = 'rounding'

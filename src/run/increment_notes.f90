@@ -53,8 +53,8 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     character(:), allocatable :: words
 
-    words = ') was not solved: half of it is tried'
-    if (is_passed) words = ', where contact begins) was not solved: it is made to end later'
+    words = ') did not converge: retrying with half the increment'
+    if (is_passed) words = ', at first contact) did not converge: retrying with a later end'
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//words)
   end subroutine note_unsolved
 
@@ -87,7 +87,8 @@ contains
     end if
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//'): '// &
       master_name(scene, pair)//' would pass '//what//' of '// &
-      scene%surfaces(scene%pairs(pair)%surface)%name//' without contact: half of it is tried')
+      scene%surfaces(scene%pairs(pair)%surface)%name//' without contact: retrying with half '// &
+      'the increment')
   end subroutine note_passed
 
   !> A single factor that was chosen to save time does not hold the scene.
@@ -129,7 +130,7 @@ contains
     before = now
     if (now == '') now = 'none any more'
     call add_note(notes, increment, .true., &
-      ': rigid motions that nothing holds and nothing drives are left as they are: '//now)
+      ': rigid-body modes that are unconstrained and not loaded are left as they are: '//now)
   end subroutine note_unheld
 
   !> Where reactions are not determined at the end of a *STEP.
@@ -266,10 +267,11 @@ contains
     associate (step => scene%steps(increment%step))
       if (step%direct) then
         call add_note(notes, increment, .false., &
-          ': kinks of amplitudes inside increments: '//to_text(size(kinks))// &
+          ': breakpoints of amplitudes inside increments: '//to_text(size(kinks))// &
           '; without DIRECT increments would end there')
       else if (has_too_many(kinks, step)) then
-        call add_note(notes, increment, .false., ': kinks of amplitudes: '//to_text(size(kinks))// &
+        call add_note(notes, increment, .false., ': breakpoints of amplitudes: '// &
+          to_text(size(kinks))// &
           ' in '//to_text(step%n_increments)//' increments of the deck, too many for an '// &
           'increment to end at each; what that changes is not estimated: it takes smaller '// &
           'increments, or an accuracy that is asked for')

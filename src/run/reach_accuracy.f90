@@ -26,6 +26,8 @@ module reach_accuracy_mod
   use estimate_memory_mod, only: room_within
   use result_claims_mod, only: take_mesh_size
   use command_line_mod, only: options_t
+  use tally_mod, only: tally_t
+  use close_run_mod, only: close_run
   use console_mod, only: console_t, say, seconds_in_words, theory_in_words, theory_worth_naming
   use prepare_scene_mod, only: prepare_scene, result_path
   use run_mesh_mod, only: run_mesh, goes_on
@@ -53,8 +55,9 @@ contains
     type(sequence_error_t) :: errors
     type(choice_t) :: choice
     type(console_t) :: of_console
+    type(tally_t) :: tally
     integer :: n_skipped, across
-    logical :: continues
+    logical :: continues, is_again
 
     call check_options(options, error)
     if (allocated(error)) return
@@ -87,7 +90,8 @@ contains
       scene%accuracy%runs_before = size(sequence%runs)
       scene%precision%keeps_double = any(sequence%runs%in_double > 0)
       of_console = console_of(console, options, choice)
-      call run_mesh(of_run, scene, began, of_console, error, sequence, choice)
+      is_again = sequence%repeated > 0.0_wp
+      call run_mesh(of_run, scene, began, of_console, error, sequence, choice, tally)
       if (choice%is_replaced .and. .not. allocated(error)) cycle runs
       if (options%plan) return
       continues = .false.
@@ -105,16 +109,17 @@ contains
         if (size(sequence%runs) > 0 .and. .not. may_skip()) call tell_earlier(deck, sequence, &
           scene%mesh%n_elements, error)
         if (error%exit_status /= exit_not_solved .or. .not. may_skip()) return
-        if (.not. console%quiet) call say('accuracy        '// &
-          to_text(scene%mesh%n_elements)//' bricks are too coarse: '//error%message)
+        if (.not. console%quiet) call say('note: '//to_text(scene%mesh%n_elements)// &
+          ' elements are too few: '//error%message)
         deallocate (error)
         n_skipped = n_skipped + 1
         call skip_mesh(sequence, choice%mesh_size)
         cycle runs
       end if
-      if (.not. console%quiet) call say('accuracy        '//run_in_words(sequence))
+      call print_run(console, deck, sequence, is_again)
     end do runs
     call print_summary(result_path(options, deck), deck, console, sequence)
+    call close_run(scene, console, tally, result_path(options, deck))
     call tell_outcome(deck, sequence, errors, choice, error)
 
   contains
@@ -170,7 +175,7 @@ contains
     end if
   end subroutine check_options
 
-  !> Runs that are not expected to be the last one are told in a line.
+  !> Runs that are not expected to be the last one have no more than a line of the table.
   function console_of(console, options, choice) result(of_run)
     type(console_t), intent(in) :: console
     type(options_t), intent(in) :: options
@@ -178,35 +183,59 @@ contains
     type(console_t) :: of_run
 
     of_run = console
-    if (options%plan) return
-    of_run%silent = .not. choice%may_be_last
-    of_run%quiet = console%quiet .or. of_run%silent
+    of_run%is_one_of = .true.
+    if (.not. options%plan) of_run%quiet = console%quiet .or. .not. choice%may_be_last
   end function console_of
 
-  !> 64 bricks, half as large as the deck's, 0.3 s: mesh 3.1 %, load steps 0.2 %
-  function run_in_words(sequence) result(words)
+  !> The last run's line of the table of all runs, below its head where it is the first or where the
+  !> run has printed lines of its own.
+  subroutine print_run(console, deck, sequence, is_again)
+    type(console_t), intent(in) :: console
+    type(scene_t), intent(in) :: deck
     type(mesh_sequence_t), intent(in) :: sequence
-    character(:), allocatable :: words
+    logical, intent(in) :: is_again !! its result had not been kept, and now is
     type(sequence_error_t) :: errors
+    character(80) :: line
 
+    if (console%quiet) return
+    if (console%verbose .or. size(sequence%runs) == 1) then
+      call say('estimated error of '//subject_in_words(deck%accuracy)//', run by run '// &
+        '(edges: over those of the deck)')
+      call say(' run  elements      edges  increments    CPU time      mesh  load steps')
+    end if
     call estimate_sequence(sequence, errors)
     associate (run => sequence%runs(size(sequence%runs)))
-      words = settings_in_words(run)//': '//seconds_in_words(run%seconds)
-      if (errors%mesh >= 0.0_wp .or. errors%load_steps > 0.0_wp) words = words//'; '// &
-        errors_in_words(sequence, errors)
+      write (line, '(i4, i10, a11, i12, a12, a10, a12)') size(sequence%runs), run%n_bricks, &
+        edges_in_words(run), sequence%n_increments*run%divisions, seconds_in_words(run%seconds), &
+        known(errors%mesh), known(errors%load_steps)
     end associate
-  end function run_in_words
+    call say(trim(line)//trim(merge('  again, to keep it', repeat(' ', 19), is_again)))
+  end subroutine print_run
 
-  !> 64 bricks of 0.5 times the deck's edges, increments in 2
+  !> An error, or that it is not known.
+  function known(error) result(words)
+    real(wp), intent(in) :: error !! negative: not known [-]
+    character(:), allocatable :: words
+
+    words = '-'
+    if (error >= 0.0_wp) words = percent(error)
+  end function known
+
+  !> 0.5, or at contact a quarter of that: 0.5/4.
+  function edges_in_words(run) result(words)
+    type(mesh_run_t), intent(in) :: run
+    character(:), allocatable :: words
+
+    words = to_text(relative_size(run%mesh_size), 3)
+    if (run%mesh_size%zone%times > 0) words = words//'/'//to_text(2**run%mesh_size%zone%times)
+  end function edges_in_words
+
+  !> 64 elements of 0.5 times the deck's edges, increments in 2
   function settings_in_words(run) result(words)
     type(mesh_run_t), intent(in) :: run
     character(:), allocatable :: words
 
-    words = to_text(run%n_bricks)//' bricks of '//to_text(relative_size(run%mesh_size), 3)// &
-      ' times the deck''s edges'
-    associate (cuts => run%mesh_size%zone%times)
-      if (cuts > 0) words = words//', '//to_text(2**cuts)//' times smaller at contact'
-    end associate
+    words = to_text(run%n_bricks)//' elements of '//edges_in_words(run)//' times the deck''s edges'
     if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
   end function settings_in_words
 
@@ -241,10 +270,10 @@ contains
     if (sequence%wanted > 0.0_wp) then
       error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
         subject_in_words(deck%accuracy)//' was not reached'//known//'; then, on '// &
-        to_text(n_bricks)//' bricks: '//error%message
+        to_text(n_bricks)//' elements: '//error%message
     else
       error%message = 'after '//to_text(size(sequence%runs))//' runs'//known//', on '// &
-        to_text(n_bricks)//' bricks: '//error%message
+        to_text(n_bricks)//' elements: '//error%message
     end if
   end subroutine tell_earlier
 
@@ -278,19 +307,19 @@ contains
     words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
     runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
       size(sequence%runs) == 1))//', '//seconds_in_words(merge(sequence%spent, &
-      sum(sequence%runs%seconds), choice%outcome == is_finest))//' of the processor'
+      sum(sequence%runs%seconds), choice%outcome == is_finest))//' of CPU time'
     theory = theory_in_words(theory_worth_naming(sequence%runs(size(sequence%runs))%theory, &
       sequence%wanted))
     if (choice%outcome == is_reached) then
-      call say('accuracy        '//words//' is reached'//theory//': '//errors_in_words(sequence, &
-        errors)//runs)
+      call say('estimated error of '//subject_in_words(deck%accuracy)//': '//errors_in_words( &
+        sequence, errors)//'; '//percent(sequence%wanted)//' is reached'//theory//runs)
       return
     end if
     if (choice%outcome == is_finest) then
       words = errors_in_words(sequence, errors)
-      if (words == '') words = 'error not known, it takes two meshes'
+      if (words == '') words = 'not known, it takes two meshes'
       words = words//theory
-      call say('accuracy        of '//subject_in_words(deck%accuracy)//' within '// &
+      call say('estimated error of '//subject_in_words(deck%accuracy)//' within '// &
         bounds_in_words(deck%accuracy)//': '//words//runs)
       return
     end if
@@ -315,14 +344,14 @@ contains
       if (errors%mesh >= 0.0_wp) reason = 'within '//bounds_in_words(deck%accuracy)//' it is '// &
         errors_in_words(sequence, errors)
       reason = reason//'; the next run'
-      if (choice%finer > 1.0_wp) reason = reason//', of bricks '//to_text(choice%finer, 2)// &
+      if (choice%finer > 1.0_wp) reason = reason//', of elements '//to_text(choice%finer, 2)// &
         ' times as small,'
-      reason = reason//' takes it to some '//time_in_words(choice%seconds)//' of the '// &
-        'processor and '//bytes_in_words(choice%memory)//' of memory'
+      reason = reason//' takes it to some '//time_in_words(choice%seconds)//' of CPU '// &
+        'time and '//bytes_in_words(choice%memory)//' of memory'
     case default
       call estimate_sequence(sequence, of_result)
       reason = errors_in_words(sequence, of_result)
-      if (choice%memory > 0.0_wp) reason = reason//'; it takes bricks '// &
+      if (choice%memory > 0.0_wp) reason = reason//'; it takes elements '// &
         to_text(choice%finer, 2)//' times as small, some '//bytes_in_words(choice%memory)// &
         ' of memory'
     end select

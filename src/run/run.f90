@@ -11,10 +11,11 @@ module run_mod
   use read_deck_mod, only: read_deck
   use check_folder_mod, only: check_folder
   use command_line_mod, only: options_t
-  use console_mod, only: console_t, open_console
+  use console_mod, only: console_t, open_console, say, print_lines
   use prepare_scene_mod, only: prepare_scene
   use run_mesh_mod, only: run_mesh
   use reach_accuracy_mod, only: reach_accuracy
+  use version_mod, only: version
   implicit none
   private
 
@@ -43,9 +44,11 @@ contains
         return
       end if
     end if
-    console = open_console(options%quiet)
+    console = open_console(options%quiet, options%verbose)
     call prepare_scene(options, mesh_size_t(parts=2**max(0, options%refine)), 1, scene, error)
     if (allocated(error) .or. options%check) return
+    if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
+    call print_lines(console, scene%notes, 'note: ')
     if (chooses_mesh(scene%accuracy)) then
       call reach_accuracy(options, scene, began, console, error)
     else

@@ -42,7 +42,6 @@ module run_mesh_mod
   use run_increments_mod, only: run_increments, room_to_write
   use close_run_mod, only: close_run
   use print_summary_mod, only: print_summary
-  use version_mod, only: version
   implicit none
   private
 
@@ -54,7 +53,7 @@ contains
   !>
   !> Where the sequence has bounds, a mesh may turn out too fine for them, or too coarse to use
   !> them, once it is planned: then nothing is run, and the choice is another.
-  subroutine run_mesh(options, scene, began, console, error, sequence, choice)
+  subroutine run_mesh(options, scene, began, console, error, sequence, choice, tally)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(processor_time_t), intent(in) :: began !! when the program did
@@ -63,9 +62,12 @@ contains
     type(mesh_sequence_t), intent(inout), optional :: sequence
     !! the runs before this one, on other meshes or with other increments; gets this one
     type(choice_t), intent(inout), optional :: choice !! that led to it; there with a sequence
+    type(tally_t), intent(inout), optional :: tally
+    !! the same; what the run adds up to, which the caller prints
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
+    type(progress_t) :: progress
     logical :: is_first, continues, is_repeated
 
     call make_plan(scene, plan, error)
@@ -90,12 +92,14 @@ contains
       began, scene%precision, plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
-    if (present(choice) .and. .not. (console%quiet .or. options%plan)) then
+    if (present(choice) .and. console%verbose .and. .not. options%plan) then
       if (.not. is_first .and. has_bound(sequence)) call say(foreseen_in_words(scene, choice))
     end if
-    if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
-    call print_lines(console, scene%notes)
-    call print_lines(console, plan%lines)
+    if (options%plan .or. console%verbose) then
+      call print_lines(console, plan%lines)
+    else if (.not. present(sequence)) then
+      call print_lines(console, plan%brief)
+    end if
     call note_contact(scene, plan, console)
     ! A run that is made again, for its result to be kept, is known to fit.
     if (.not. is_repeated) call refuse_misfit(scene, plan, is_first, options%force, console, error)
@@ -104,7 +108,21 @@ contains
       continues = goes_on(options, scene)
       sequence%writes = continues .or. is_to_be_written(sequence, choice, plan%seconds)
     end if
-    call run_scene(options, scene, plan, exports, solver, console, error, sequence)
+    call start_run(scene, plan, progress)
+    if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
+    call run_scene(options, scene, plan, exports, solver, console, progress, error)
+    if (allocated(error)) return
+    if (present(sequence)) then
+      sequence = progress%sequence
+      tally = progress%tally
+    else
+      call print_summary(result_path(options, scene), scene, console)
+      call close_run(scene, console, progress%tally, result_path(options, scene))
+    end if
+    if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
+      percent(scene%accuracy%wanted)//' was not reached at the end of '// &
+      to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
+      ' steps; the result is otherwise complete')
   end subroutine run_mesh
 
   !> Print what is to be noted of the contact, and keep it with the notes of the deck.
@@ -119,7 +137,7 @@ contains
     notes = [notes, more]
     more = kept_overlaps(scene, plan%points)
     notes = [notes, more]
-    call print_lines(console, notes)
+    call print_lines(console, notes, 'note: ')
     scene%notes = [scene%notes, notes]
   end subroutine note_contact
 
@@ -179,26 +197,26 @@ contains
     type(choice_t), intent(in) :: choice
     character(:), allocatable :: words
 
-    words = 'foreseen        '//to_text(scene%mesh%n_elements)//' bricks'
+    words = 'next run        '//to_text(scene%mesh%n_elements)//' elements'
     if (choice%divisions > 1) words = words//', increments in '//to_text(choice%divisions)
     if (choice%error >= 0.0_wp) words = words//': error '//percent(choice%error)
     words = words//merge(', ', ': ', choice%error >= 0.0_wp)//time_in_words(choice%seconds)// &
-      ' of the processor with all runs before'
+      ' of CPU time with all runs before'
     if (scene%accuracy%time > 0.0_wp) words = words//', of '//time_in_words(scene%accuracy%time)
   end function foreseen_in_words
 
   !> Open the file, go through the increments, close the file whatever happened.
-  subroutine run_scene(options, scene, plan, exports, solver, console, error, sequence)
+  subroutine run_scene(options, scene, plan, exports, solver, console, progress, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(inout) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(step_solver_t), intent(inout) :: solver !! its factor holds the symbolic analysis
     type(console_t), intent(inout) :: console
+    type(progress_t), intent(inout) :: progress
+    !! the beginning, and the end; its sequence, where there is one, gets this run when it is done
     type(error_t), allocatable, intent(out) :: error
-    type(mesh_sequence_t), intent(inout), optional :: sequence !! gets this run, when it is done
     type(result_file_t) :: file
-    type(progress_t) :: progress
     type(error_t), allocatable :: closing
     character(:), allocatable :: path, status
     integer(i8) :: written
@@ -210,11 +228,9 @@ contains
     call check_library_room(3*room_to_write(scene, plan), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
-    call start_run(scene, plan, progress)
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
-    if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
     file%is_kept = .true.
-    if (present(sequence)) file%is_kept = sequence%writes
+    if (allocated(progress%sequence)) file%is_kept = progress%sequence%writes
     if (file%is_kept) then
       call begin_file(options, scene, plan, solver%body%inverse%factor, file, progress, error)
     else
@@ -227,7 +243,6 @@ contains
       ' was damaged in the file and is computed again')
     if (file%n_damaged > 1) call say('note: increments '//to_text(file%n_rows + 1)//' to '// &
       to_text(file%n_rows + file%n_damaged)//' were damaged in the file and are computed again')
-    console%tells_errors = .not. present(sequence)
     console%of_energy = scene%accuracy%of == accuracy_of_energy .or. plan%points%n == 0
     call run_increments(scene, plan, exports, solver, file, console, progress, error)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
@@ -237,8 +252,8 @@ contains
       progress%tally%file_bytes = real(max(0_i8, written), wp)
     end if
 
-    if (present(sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
-      cpu_seconds() - began, goes_on(options, scene), file, progress, sequence, error)
+    if (allocated(progress%sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
+      cpu_seconds() - began, goes_on(options, scene), file, progress, error)
     status = run_finished
     if (allocated(error)) then
       status = run_failed
@@ -262,17 +277,7 @@ contains
       end if
       return
     end if
-    if (allocated(closing)) then
-      call move_alloc(closing, error)
-      return
-    end if
-    ! Of several runs the last one is told of.
-    if (.not. present(sequence)) call print_summary(path, scene, console)
-    call close_run(scene, console, progress%tally, path)
-    if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &
-      percent(scene%accuracy%wanted)//' was not reached at the end of '// &
-      to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
-      ' steps; the result is otherwise complete')
+    if (allocated(closing)) call move_alloc(closing, error)
   end subroutine run_scene
 
   !> Room for what an accuracy is of.
@@ -287,35 +292,35 @@ contains
   end subroutine begin_values
 
   !> Add the run to the sequence, and keep what that says of it.
-  subroutine end_values(scene, plan, seconds, was_continued, file, progress, sequence, error)
+  subroutine end_values(scene, plan, seconds, was_continued, file, progress, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     real(wp), intent(in) :: seconds !! of the processor, in this session [s]
     logical, intent(in) :: was_continued !! the seconds are not those of the whole run
     type(result_file_t), intent(inout) :: file
-    type(progress_t), intent(in) :: progress
-    type(mesh_sequence_t), intent(inout) :: sequence
+    type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
     type(sequence_error_t) :: errors, of_choice
     type(choice_t) :: choice
     real(wp), allocatable :: balls(:, :)
 
-    sequence = progress%sequence
+    allocate (balls(0, 0))
     balls = balls_about(scene%mesh, progress%touched, scene%mesh_size%across)
-    call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
-      scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
-      seconds + sequence%repeated, merge(-1.0_wp, progress%worst_errors(1), &
-      progress%worst_errors(1) >= not_known), progress%worst_errors(2), &
-      progress%worst_errors(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
-      balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept, &
-      progress%tally%theory, progress%in_double))
-    sequence%repeated = 0.0_wp
-    sequence%spent = sequence%earlier + cpu_seconds()
-    sequence%room = real(plan%memory_left, wp)
-    call choose_next(sequence, sequence%room, of_choice, choice)
-    call estimate_sequence(sequence, errors)
-    call keep_accuracy(file, sequence, errors, (choice%outcome == is_reached .and. &
-      choice%of_run == size(sequence%runs)) .or. sequence%wanted <= 0.0_wp, error)
+    associate (sequence => progress%sequence, worst => progress%worst_errors)
+      call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
+        scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
+        seconds + sequence%repeated, merge(-1.0_wp, worst(1), worst(1) >= not_known), worst(2), &
+        worst(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
+        balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept, &
+        progress%tally%theory, progress%in_double))
+      sequence%repeated = 0.0_wp
+      sequence%spent = sequence%earlier + cpu_seconds()
+      sequence%room = real(plan%memory_left, wp)
+      call choose_next(sequence, sequence%room, of_choice, choice)
+      call estimate_sequence(sequence, errors)
+      call keep_accuracy(file, sequence, errors, (choice%outcome == is_reached .and. &
+        choice%of_run == size(sequence%runs)) .or. sequence%wanted <= 0.0_wp, error)
+    end associate
   end subroutine end_values
 
   !> Open the result file, that of a run to be continued where there is one.

@@ -43,7 +43,7 @@ contains
     character(:), allocatable :: path
     real(wp) :: seconds, processor, processor_now !! of the solver, with what it prepares [s]
 
-    console = open_console(options%quiet)
+    console = open_console(options%quiet, options%verbose)
     path = output_name(options%output, solution_path(options%deck), '.hdf5')
     call keep_problem(options%deck, path, error)
     if (allocated(error)) return

@@ -45,3 +45,9 @@ class Run:
     def result(self):
         """Open the result file; the run must have left one."""
         return Result(self.file)
+
+    @property
+    def plan(self):
+        """The table of the plan, as the result file has it."""
+        with self.result() as result:
+            return result.run_text("plan")

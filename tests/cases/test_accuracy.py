@@ -29,7 +29,7 @@ def resultants(run):
     """Contact resultants where the steps end."""
     step = run.history("step")
     ends = np.append(step[1:] != step[:-1], True)
-    return np.hstack([pair.resultant[ends] for pair in run.pairs])
+    return np.hstack([pair.resultant[ends] for pair in run.pairs.values()])
 
 
 class Told(unittest.TestCase):
@@ -160,7 +160,7 @@ class Asked(unittest.TestCase):
         self.assertEqual(run.status, 2)
         self.assertRegex(
             run.output,
-            r"step 1: the contact resultants are wrong by about 1\.2 %, "
+            r"step 1: the contact forces are wrong by about 1\.2 %, "
             r"not 0\.1 %; the mesh alone makes 1\.2 %: it takes bricks of about 0\.0",
         )
         self.assertIn("was not reached at the end of 2 of 2 steps", run.errors)
@@ -211,7 +211,7 @@ class Asked(unittest.TestCase):
             steps=1,
         )
         self.assertEqual(run.status, 0, run.errors)
-        self.assertIn("1 % of the contact resultants", run.output)
+        self.assertIn("1 % of the contact forces", run.output)
         with run.result() as result:
             self.assertIn("--accuracy 0.01", result.file["run/overrides"].asstr()[()])
 
@@ -224,10 +224,10 @@ class Cut(unittest.TestCase):
         run = Run(deck("slope"), name="slope", n=2, margin=0.1)
         self.assertEqual(run.status, 2)
         self.assertIn("nothing balances the loads along", run.errors)
-        self.assertNotIn("half of it is tried", run.output)
+        self.assertNotIn("retrying with half the increment", run.output)
         direct = Run(deck("slope", direct=True), name="slope", n=2, margin=0.1)
         self.assertEqual(direct.status, 2)
-        self.assertNotIn("half of it is tried", direct.output)
+        self.assertNotIn("retrying with half the increment", direct.output)
 
 
 if __name__ == "__main__":

@@ -230,7 +230,7 @@ class Refusals(unittest.TestCase):
         run = Run(SLIDING.format(pull=0.31 / 4), name="sliding")
         self.assertEqual(run.status, 2, run.errors)
         self.assertIn("nothing balances the loads along body 1", run.errors)
-        self.assertNotIn("half of it is tried", run.output + run.errors)
+        self.assertNotIn("retrying with half the increment", run.output + run.errors)
         run = Run(SLIDING.format(pull=0.29 / 4), name="sliding")
         self.assertEqual(run.status, 0, run.errors)
 

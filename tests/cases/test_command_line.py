@@ -23,7 +23,7 @@ class CommandLine(unittest.TestCase):
     def test_help_and_version(self):
         answer = self.call("--help")
         self.assertEqual(answer.returncode, 0)
-        for option in ("--set", "--plan", "--overwrite", "--quiet", "--output"):
+        for option in ("--set", "--plan", "--overwrite", "--quiet", "--verbose", "--output"):
             self.assertIn(option, answer.stdout)
         for status in (0, 1, 2, 3, 130):
             self.assertRegex(answer.stdout, rf"(?m)^ +{status}  \w")
@@ -43,6 +43,7 @@ class CommandLine(unittest.TestCase):
             (("nowhere.inp",), "nowhere.inp"),
             ((str(INPUT),), "input"),
             (("--plan", "--flat", str(BLOCK)), "exclude each other"),
+            (("--quiet", "--verbose", str(BLOCK)), "exclude each other"),
         ):
             with self.subTest(words=words):
                 answer = self.call(*words)
@@ -64,6 +65,22 @@ class CommandLine(unittest.TestCase):
         run = Run(BLOCK, "--quiet", **SMALL)
         self.assertEqual(len(run.output.strip().split("\n")), 1)
         self.assertIn("10 of 10 increments certified", run.output)
+
+    def test_a_run_prints_two_dozen_lines(self):
+        """Title, five lines of plan, a line an increment, errors, forces, the file: no more."""
+        run = Run(BLOCK, **{**SMALL, "n": 2})
+        lines = run.output.splitlines()
+        self.assertLessEqual(sum(not line.startswith("note: ") for line in lines), 24)
+        names = ["mesh", "contact", "increments", "memory", "time"]
+        self.assertEqual([line.split()[0] for line in lines[1:6]], names)
+        self.assertEqual(len(re.findall(r"^ +[12] +\d+ .* of 10\b", run.output, re.MULTILINE)), 10)
+        self.assertTrue(lines[-1].endswith(": block.vtkhdf"), lines[-1])
+        # How it is solved is for those who ask.
+        inside = "rows|residual|sweeps|Newton|linear solver|compliance|factor|recover|condense"
+        self.assertNotRegex(run.output, inside)
+        verbose = Run(BLOCK, "--verbose", **{**SMALL, "n": 2}).output
+        for word in (*inside.split("|")[:3], "linear solver", "compliance", "condense"):
+            self.assertIn(word, verbose)
 
     def test_the_plan_alone_writes_nothing(self):
         run = Run(BLOCK, "--plan")
@@ -248,19 +265,17 @@ class ResultFiles(unittest.TestCase):
         usual = Run(BLOCK, **SMALL)
         text = BLOCK.read_text()
         self.assertEqual(text.count("*END STEP"), 2)
-        for cards, more in (
-            ("*EL FILE\nS\n", {"stress"}),
-            ("*NODE FILE\nU\n*EL FILE\nS\n", None),
+        for cards, left_out in (
+            ("*EL FILE\nS\n", set()),
+            ("*NODE FILE\nU\n*EL FILE\nS\n", set()),
+            ("*NODE FILE\nRF\n*EL FILE\nS\n", {"displacement"}),
         ):
             run = Run(text.replace("*END STEP", cards + "*END STEP", 1), name="block", **SMALL)
             self.assertEqual(run.status, 0, run.errors)
             with usual.result() as before, run.result() as now:
                 (points, cells), (was, _) = now.field_names, before.field_names
-                self.assertIn("stress", cells)
-                if more is not None:
-                    self.assertEqual(set(points), set(was))
-                else:
-                    self.assertEqual(set(points), {"displacement", "node_id"})
+                self.assertEqual(cells, {"stress", "von_mises", "element_id"})
+                self.assertEqual(points, was - left_out)
 
     def test_anything_else_is_kept(self):
         run = Run(BLOCK, **SMALL)

@@ -81,7 +81,7 @@ class Corners(unittest.TestCase):
         m = min(len(moved), len(moved_too))
         largest = np.abs(moved_too).max()
         self.assertLess(np.abs(moved[:m] - moved_too[:m]).max(), 1e-8 * largest)
-        resultant = sum(p.resultant[-1] for p in two.pairs)
+        resultant = sum(p.resultant[-1] for p in two.pairs.values())
         self.assertGreater(np.abs(resultant).max(), 0)
         difference = np.abs(one.pairs[0].resultant[-1] - resultant).max()
         self.assertLess(difference, 1e-8 * np.abs(resultant).max())
@@ -100,7 +100,7 @@ class Angles(Corners):
                 self.assertEqual(n, 2)
                 self.assertEqual(set(one.pairs[0].side), {1, 2})
                 # Every point is that of the pair which stands for its side.
-                for side, twin in enumerate(two.pairs, 1):
+                for side, twin in enumerate(two.pairs.values(), 1):
                     chosen = one.pairs[0].side == side
                     forces = one.pairs[0].force[-1][chosen]
                     np.testing.assert_array_equal(one.pairs[0].nodes[chosen], twin.nodes)

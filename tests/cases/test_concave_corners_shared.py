@@ -35,7 +35,8 @@ class Finds(unittest.TestCase):
     def check_twins(self, name):
         """One pair is as two are, to 1e-8; return its resultant and least gap."""
         one, two = (self.solve(f"concave_corner_{name}{n}") for n in ("one_pair", "two_pairs"))
-        forces = [np.sum([p.resultant[-1] for p in result.pairs], axis=0) for result in (one, two)]
+        forces = [np.sum([p.resultant[-1] for p in result.pairs.values()], axis=0)
+                  for result in (one, two)]
         np.testing.assert_allclose(*forces, rtol=0, atol=1e-8 * np.abs(forces[1]).max())
         return forces[0], one.pairs[0].gap[-1].min()
 

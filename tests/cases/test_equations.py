@@ -65,7 +65,8 @@ class Periodic(unittest.TestCase):
         self.assertLess(self.stress_error(result, 10), 1e-12)
         self.assertAlmostEqual(of_node(result, 900, "reaction_force")[0], 10, delta=1e-10)
         # It is held by nothing. Its sides move alike, so that it turns about its axis alone.
-        self.assertRegex(result.output, r"free motions +at most +4 of body 1 \(of node 901\)")
+        plan = result.run_text("plan")
+        self.assertRegex(plan, r"free motions +at most +4 of body 1 \(of node 901\)")
         self.assertIn("translation along z, rotation about x", result.output)
 
     def test_a_force_on_the_node_is_carried(self):
@@ -140,7 +141,7 @@ class AgainstTies(unittest.TestCase):
         one = self.blocks(tie("UP-ZMIN, LOW-ZMAX"), *cards)
         other = self.blocks(SIDES, *cards)
         self.alike(one, other)
-        self.assertRegex(other.output, r"bodies +fixed +1, held by its supports")
+        self.assertRegex(other.run_text("plan"), r"bodies +fixed +1, held by its supports")
 
     def test_free_bodies(self):
         """Blocks that friction alone holds under their weight and a push."""
@@ -153,7 +154,7 @@ class AgainstTies(unittest.TestCase):
         u, v = at_end(one, "displacement"), at_end(other, "displacement")
         # Which node stands for a free motion is another: that is rounding of the way.
         self.assertLess(np.abs(u - v).max(), 1e-9 * np.abs(u).max())
-        self.assertRegex(other.output, r"free motions +at most +6 of body 1 ")
+        self.assertRegex(other.run_text("plan"), r"free motions +at most +6 of body 1 ")
 
     def test_chains_and_the_order_of_terms(self):
         """A middle node between the two sides, and the other side as the dependent one."""
@@ -198,7 +199,7 @@ class Joints(unittest.TestCase):
     def test_a_smooth_joint_carries_pressure_alone(self):
         run = Run(self.blocks(loaded("UP-ZMAX, 3, -1.")), name="deck")
         self.assertEqual(run.status, 0, run.errors)
-        self.assertRegex(run.output, r"free motions +at most +3 of body 1 ")
+        self.assertRegex(run.plan, r"free motions +at most +3 of body 1 ")
         self.assertIn("translation along x, translation along y, rotation about z", run.output)
         result = run.result()
         self.addCleanup(result.close)

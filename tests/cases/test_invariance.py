@@ -70,7 +70,7 @@ def solve(scene, text=None):
     with run.result() as result:
         forces, statuses = [], []
         row_of = {int(i): row for row, i in enumerate(scene.ids())}
-        for pair in result.pairs:
+        for pair in result.pairs.values():
             rows = [row_of[int(result.node_ids[node])] for node in pair.nodes]
             forces.append(pair.force[:, np.argsort(rows)])
             statuses.append(pair.status[:, np.argsort(rows)])

@@ -86,7 +86,7 @@ class Patch(unittest.TestCase):
         stress = result.field("stress", -1, on="elements")
         expected = np.broadcast_to([0, 0, -10.0, 0, 0, 0], stress.shape)
         np.testing.assert_allclose(stress, expected, atol=10 * tolerance)
-        for of in result.pairs:
+        for of in result.pairs.values():
             pressure = of.pressure[-1]
             # Nodes that hang touch by those about them. Areas are those of faces that have grown.
             pressed = pressure[pressure > 0]

@@ -8,7 +8,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 from program import INPUT, PROGRAM, SOURCE, Result, Run
 
 ODD = SOURCE / "tests" / "deck" / "odd"
@@ -128,10 +127,8 @@ class Kept(unittest.TestCase):
         self.assertGreater(run[0]["factor_entries"], 1.1 * held[0]["factor_entries"])
 
     def test_the_plan_is_printed_as_it_is_stored(self):
-        run = Run(INPUT / "block.inp", n=2, steps=10)
-        with h5py.File(run.file) as file:
-            stored = file["run/plan"][()].decode()
-        for line in stored.strip().split("\n"):
+        run = Run(INPUT / "block.inp", "--verbose", n=2, steps=10)
+        for line in run.plan.strip().split("\n"):
             self.assertIn(line, run.output)
 
 
@@ -226,7 +223,7 @@ class Refused(Limited):
         answer = self.call(32, 560, "--plan")
         self.assertEqual(answer.returncode, 3)
         found = re.search(
-            r"needs about (\d+) MB of memory, and (\d+) MB are free.* bricks ([\d.]+) times",
+            r"needs about (\d+) MB of memory, and (\d+) MB are free.* elements ([\d.]+) times",
             answer.stderr,
         )
         self.assertIsNotNone(found, answer.stderr)
@@ -291,9 +288,10 @@ class Chosen(Limited):
             self.assertEqual(answer.returncode, 0, answer.stderr)
             kept = sorted(os.listdir(folder))
             self.assertEqual(kept, ["block.inp", "block.vtkhdf", "block.xdmf"])
-            factor = re.search(r"LDL\^T, (.*?core)", answer.stdout)
-            why = re.search(r"^chosen +(.*)", answer.stdout, re.MULTILINE)
             with Result(Path(folder) / "block.vtkhdf") as result:
+                plan = result.run_text("plan")
+                factor = re.search(r"LDL\^T, (.*?core)", plan)
+                why = re.search(r"^chosen +(.*)", plan, re.MULTILINE)
                 self.assertTrue(result.history("certified").all())
                 return factor[1], why and why[1], result.pairs[0].reaction
 

@@ -124,20 +124,20 @@ class Precision(unittest.TestCase):
                 self.assertRegex(run.errors, "FACTOR=DOUBLE|did not reach the tolerance")
 
     def test_the_run_tells_its_precision(self):
-        run = solve("block", "FACTOR=SINGLE, BLOCK LOW RANK=1e-3, COMPLIANCE=SINGLE")
+        run = solve("block", "FACTOR=SINGLE, BLOCK LOW RANK=1e-3, COMPLIANCE=SINGLE", "--verbose")
         self.assertRegex(
-            run.output,
+            run.plan,
             r"factorisations .*LDL\^T, single precision, block low rank 0.001, in core, refined",
         )
         self.assertRegex(
             run.output,
-            r"accuracy +factor in single precision, block low rank 0.001: forces balance to "
-            r"\S+ as solved, to \S+ as refined",
+            r"linear solver +single precision, block low rank 0.001: residual \S+, \S+ after "
+            r"refinement",
         )
-        self.assertRegex(run.output, r"compliance .*single precision")
+        self.assertRegex(run.plan, r"compliance .*single precision")
         plain = solve("block", "")
-        self.assertRegex(plain.output, r"factorisations .*LDL\^T, double precision, in core\n")
-        self.assertNotRegex(plain.output, r"single precision")
+        self.assertRegex(plain.plan, r"factorisations .*LDL\^T, double precision, in core\n")
+        self.assertNotRegex(plain.plan, r"single precision")
 
 
 class FewIncrements(unittest.TestCase):
@@ -177,13 +177,13 @@ BODY-ZMAX, 3, 3, -0.01
         text = text.replace("*STEP\n", "*PRECISION, FACTOR=DOUBLE\n*STEP\n", 1)
         run = Run(text, name="deck", **settings)
         self.assertEqual(run.status, 0, run.errors)
-        self.assertNotIn("chosen ", run.output)
+        self.assertNotIn("chosen ", run.plan)
         return run
 
     def test_they_are_solved_in_single_precision(self):
         run = Run(self.HELD, name="deck")
         self.assertEqual(run.status, 0, run.errors)
-        self.assertRegex(run.output, r"chosen +single precision, in core: a share of 0\.\d+ of the")
+        self.assertRegex(run.plan, r"chosen +single precision, in core: a share of 0\.\d+ of the")
         with run.result() as one, self.in_double(self.HELD).result() as other:
             self.assertEqual(one.run["single_factor"], 1)
             self.assertEqual(other.run["single_factor"], 0)
@@ -202,7 +202,7 @@ BODY-ZMAX, 3, 3, -0.01
         for nu in ("0.49999999", "0.499999999"):
             run = Run(self.ROUGH, name="deck", nu=nu)
             self.assertEqual(run.status, 0, run.errors)
-            self.assertRegex(run.output, r"chosen +single precision")
+            self.assertRegex(run.plan, r"chosen +single precision")
             self.assertIn("it is factorised in double precision from here on", run.output)
             self.assertNotIn("the plan said", run.output)
             with run.result() as one, self.in_double(self.ROUGH, nu=nu).result() as other:

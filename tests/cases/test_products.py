@@ -86,7 +86,7 @@ class Products(unittest.TestCase):
         """The forces of all increments are the same with W and without; without, none is formed."""
         runs = [self.solved(word, **changes) for word in ("DENSE", "PRODUCTS")]
         with runs[0].result() as dense, runs[1].result() as products:
-            for a, b in zip(dense.pairs, products.pairs, strict=True):
+            for a, b in zip(dense.pairs.values(), products.pairs.values(), strict=True):
                 largest = abs(a.reaction).max()
                 self.assertGreater(largest, 0.0)
                 np.testing.assert_allclose(b.reaction, a.reaction, rtol=0, atol=limit * largest)
@@ -167,7 +167,7 @@ class Products(unittest.TestCase):
         run = self.solved("PRODUCTS", options=", SOLVER=SWEEPS")
         with run.result() as result:
             self.assertGreater(result.counters["contact_matrix_bytes"], 0)
-        self.assertIn("dense, double precision", run.output)
+        self.assertIn("dense, double precision", run.plan)
 
     def test_files_hold_it(self):
         """A contact problem that is written to a file has its W, and is solved like the deck."""

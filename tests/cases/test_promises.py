@@ -220,7 +220,8 @@ class LoadPaths(unittest.TestCase):
 
     def test_a_plain_run_says_what_it_goes_across(self):
         run = Run(dragged(zigzag(8)), name="path")
-        self.assertIn("kinks of amplitudes: 16 in 1 increments of the deck, too many", run.output)
+        self.assertIn("breakpoints of amplitudes: 16 in 1 increments of the deck, too many",
+                      run.output)  # fmt: skip
         with run.result() as result:
             self.assertEqual(result.history("error/load_steps")[-1], -1)
         # As many as increments end at are followed, and so is what comes of them.

@@ -229,7 +229,7 @@ class Patch(Case):
                 stress = result.field("stress", -1)
                 error = abs(stress - np.array([0, 0, -10.0, 0, 0, 0])).max()
                 self.assertLess(error / 10, 1e-10)
-                for pair in result.pairs:
+                for pair in result.pairs.values():
                     pressure = pair.reaction[-1, :, 0] / pair.area
                     self.assertLess(abs(pressure / 10 - 1).max(), 1e-10)
                 self.assertLess(abs(result.field("reaction_force", -1)).max(), 1e-10)
@@ -341,7 +341,8 @@ class Corner(Case):
     def test_each_plane_carries_its_part(self):
         for n in (1, 2, 4, 8):
             pairs = self.result(n=n).pairs
-            for pair, direction, part in zip(pairs, np.eye(3), (4.8, 3.6, 8.0), strict=True):
+            parts = zip(pairs.values(), np.eye(3), (4.8, 3.6, 8.0), strict=True)
+            for pair, direction, part in parts:
                 np.testing.assert_allclose(pair.resultant[-1], part * direction, atol=1e-7)
 
 

@@ -47,7 +47,8 @@ class SameScene(unittest.TestCase):
         self.assertGreater(np.abs(expected).max(), 0)
         np.testing.assert_allclose(places, expected_places, atol=1e-12)
         np.testing.assert_allclose(found, expected, atol=tolerance * np.abs(expected).max())
-        for pair_of_one, pair_of_other in zip(one.pairs, other.pairs, strict=True):
+        for pair_of_one, pair_of_other in zip(one.pairs.values(), other.pairs.values(),
+                                              strict=True):
             size = np.abs(pair_of_other.resultant[row]).max()
             np.testing.assert_allclose(pair_of_one.resultant[row], pair_of_other.resultant[row],
                                        atol=tolerance * size)  # fmt: skip

@@ -92,7 +92,7 @@ class GlobalNewton(unittest.TestCase):
             run = Run(deck.replace("SOLVER=AUTO", f"SOLVER={solver}"), name="corner")
             self.assertEqual(run.status, 0, run.errors)
             with run.result() as result:
-                carried.append(np.array([pair.resultant[-1] for pair in result.pairs]))
+                carried.append(np.array([pair.resultant[-1] for pair in result.pairs.values()]))
                 if solver == "AUTO":
                     self.assertLess(result.history("contact_iterations").max(), 120)
         np.testing.assert_allclose(carried[0], carried[1], rtol=1e-5)
@@ -177,7 +177,7 @@ class Automatic(unittest.TestCase):
                 self.assertRegex(run.errors, "node [24] is wedged: ")
 
     def test_the_file_says_what_was_used(self):
-        run = Run(BLOCK, n=4, **AUTO)
+        run = Run(BLOCK, "--verbose", n=4, **AUTO)
         with run.result() as result:
             self.assertTrue(np.all(result.history("solver") == 2))
             self.assertTrue(np.all(result.history("solver_stages") == 1))
@@ -195,7 +195,7 @@ class SharedNodes(unittest.TestCase):
             run = Run(changed, name="wall", n=6, mu=0.221, steps=steps)
             self.assertEqual(run.status, 0, run.errors)
             with run.result() as result:
-                wall = next(pair for pair in result.pairs if pair.name.endswith("WALL"))
+                wall = next(pair for pair in result.pairs.values() if pair.name.endswith("WALL"))
                 shares.append(wall.reaction[-1, :, 0].sum())
         self.assertLess(abs(shares[1] / shares[0] - 1), 1e-4)
         self.assertLess(abs(shares[2] / shares[3] - 1), 2e-3)

@@ -272,8 +272,8 @@ class Theory(unittest.TestCase):
     def test_an_accuracy_is_that_of_the_theory(self):
         run = Run(pressed(clamped=True), "--accuracy", "0.2", name="pressed", nu=0.3, mu=0.3)
         self.assertEqual(run.status, 0, run.errors)
-        self.assertRegex(run.output, r"is reached within small-strain theory, which may be "
-                                     r"off by \S+ % here: mesh")
+        self.assertRegex(run.output, r"20 % is reached within small-strain theory, which may be "
+                                     r"off by \S+ % here; ")
         # A small one is said beside an accuracy that is smaller.
         for accuracy, said in (("0.05", True), ("0.2", False)):
             run = Run(pressed(), "--refine", "0", "--accuracy", accuracy, name="pressed", down=0.02)

@@ -303,7 +303,7 @@ class TurnedScenes(unittest.TestCase):
     def test_the_file_has_the_nodes_of_the_deck(self):
         run = Run(self.block(SLANT, directions(SLANT)), name="deck")
         self.assertEqual(run.status, 0, run.errors)
-        self.assertRegex(run.output, r"36 nodes, 12 bricks")
+        self.assertRegex(run.output, r"36 nodes, 12 elements")
         with h5py.File(run.file) as file:
             np.testing.assert_array_equal(file["VTKHDF/PointData/node_id"], np.arange(1, 37))
             self.assertEqual(file["VTKHDF/NumberOfPoints"][0], 36)

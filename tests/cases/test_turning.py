@@ -208,7 +208,7 @@ class Turning(unittest.TestCase):
     def test_a_wheel_drives_a_plate_that_lies_on_another_body(self):
         run = self.solved(PLATE_ON_BASE)
         with run.result() as result:
-            on_wheel, on_base = result.pairs
+            on_wheel, on_base = result.pairs.values()
             self.assertTrue(np.all(result.history("certified") == 1))
             normal = on_wheel.reaction[-1][:, 0].sum()
             self.assertAlmostEqual(on_wheel.torque[-1][1], -0.2 * 5.0 * normal, delta=1e-8)

@@ -613,7 +613,7 @@ class Overhanging(unittest.TestCase):
 
     SURFACES = "UP-ZMIN, LOW-ZMAX"
 
-    def run_block(self, start, bricks=2, surfaces=SURFACES, held=""):
+    def run_block(self, start, bricks=2, surfaces=SURFACES, held="", options=()):
         text = deck(
             block("LOW", 3, (0, 0, -1), (1, 1, 1)),
             block("UP", bricks, (start, 0, 0), (1, 1, 1)),
@@ -621,7 +621,7 @@ class Overhanging(unittest.TestCase):
             "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 0.1\n*END STEP\n",
             held=f"LOW-ZMIN, 1, 3\n{held}",
         )
-        return Run(text, name="deck")
+        return Run(text, *options, name="deck")
 
     def test_over_its_base_it_rests(self):
         for surfaces in (self.SURFACES, "LOW-ZMAX, UP-ZMIN"):
@@ -640,8 +640,9 @@ class Overhanging(unittest.TestCase):
         for run in (self.run_block(0.7, 10), self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN")):
             self.assertEqual(run.status, 2, run.output)
             self.assertIn("nothing balances the loads", run.errors)
-            # A master is held by its slave no less than the other way round.
-            self.assertIn("6 of body 2 (of node 65), held by contact alone", run.output)
+        # A master is held by its slave no less than the other way round.
+        plan = self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN", options=["--plan"])
+        self.assertIn("6 of body 2 (of node 65), held by contact alone", plan.output)
 
     def test_what_supports_keep_upright_may_lean(self):
         self.assertEqual(self.run_block(0.7, held="UP-XMAX, 1, 2").status, 0)

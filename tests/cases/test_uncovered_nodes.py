@@ -61,7 +61,7 @@ class UncoveredNodes(unittest.TestCase):
         """No support moves the sole: smaller increments are tried; what does not settle is told."""
         run = Run(DRAGGED, name="dragged")
         self.assertNotIn("is prescribed to move", run.errors)
-        self.assertIn("half of it is tried", run.output + run.errors)
+        self.assertIn("retrying with half the increment", run.output + run.errors)
         if run.status != 0:
             self.assertEqual(run.status, 2, run.errors)
             self.assertIn("smaller increments may help", run.errors)

@@ -163,7 +163,7 @@ class Instances(unittest.TestCase):
         with run.result() as result:
             found = [
                 result.points, result.bricks, result.field("displacement", -1),
-                [pair.resultant[-1] for pair in result.pairs],
+                [pair.resultant[-1] for pair in result.pairs.values()],
             ]
         return found, run
 

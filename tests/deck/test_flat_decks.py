@@ -77,7 +77,7 @@ class FlatDecks(unittest.TestCase):
             np.testing.assert_array_equal(a.points, b.points)
             np.testing.assert_array_equal(a.bricks, b.bricks)
             np.testing.assert_array_equal(a.field("displacement", -1), b.field("displacement", -1))
-            for pair in a.pairs:
+            for pair in a.pairs.values():
                 found = b.pairs[pair.name]
                 np.testing.assert_array_equal(pair.reaction, found.reaction)
 

@@ -53,7 +53,7 @@ def resultants(*options, **changes):
     run = Run(DECK.format(**{**PLAIN, **changes}), *options, name="deck")
     assert run.status == 0, run.errors
     with run.result() as result:
-        return [pair.resultant[-1] for pair in result.pairs], run.output
+        return [pair.resultant[-1] for pair in result.pairs.values()], run.output
 
 
 class SameDeck(unittest.TestCase):

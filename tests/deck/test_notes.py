@@ -39,8 +39,8 @@ SECTION = "*SOLID SECTION, ELSET=B, MATERIAL=M\n"
 class Notes(unittest.TestCase):
     """One deck a note."""
 
-    def plan(self, *changes):
-        """Plan the deck with pieces of it replaced: what is printed."""
+    def plan(self, *changes, included=""):
+        """Plan the deck with pieces replaced, beside a file to be included: what is printed."""
         deck = DECK
         for old, new in changes:
             self.assertEqual(deck.count(old), 1, old)
@@ -48,6 +48,7 @@ class Notes(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "deck.inp"
             path.write_text(deck)
+            path.with_name("mesh.inc").write_text(included)
             done = subprocess.run(
                 [BIPOT, str(path), "--plan"],
                 cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT, check=False,
@@ -109,6 +110,16 @@ class Notes(unittest.TestCase):
         printed = self.plan((
             "*MATERIAL", "*HEADING\nof the deck\n*HEADING\nof the mesh\n*MATERIAL"))
         self.assertIn("the title is that of the first *HEADING", printed)
+        self.assertNotIn("of the mesh", printed)
+
+    def test_the_title_of_a_file_that_is_included(self):
+        """Programs that write meshes give them one: it says nothing of the deck, and is no note."""
+        printed = self.plan(
+            ("*MATERIAL", "*HEADING\nof the deck\n*INCLUDE, INPUT=mesh.inc\n*MATERIAL"),
+            included="*HEADING\nof the mesh\n",
+        )
+        self.assertNotIn("HEADING", printed)
+        self.assertIn(": of the deck\n", printed)
         self.assertNotIn("of the mesh", printed)
 
     def test_tables_of_gmsh_that_meshio_writes_as_sets(self):

@@ -125,8 +125,8 @@ def figures(output):
 def planned_increments(output):
     """The fewest and the most increments of a plan; those that are not solved are cut beside."""
     match = re.search(r"^increments\s+\w+\s+(\d+).*$", output, re.M)
-    turns = re.search(r", (\d+) more that turn", match.group())
-    more = re.search(r"at most (\d+) more", match.group())
+    turns = re.search(r"; (\d+) more for", match.group())
+    more = re.search(r"; up to (\d+) more", match.group())
     least = int(match.group(1)) + (int(turns.group(1)) if turns else 0)
     return least, least + (int(more.group(1)) if more else 0)
 
@@ -306,7 +306,7 @@ class Fuzz:
         with h5py.File(file) as result:
             rows = int(result["history"].attrs["finished"])
             least, most = planned_increments(plan.output)
-            if not least <= rows or (rows > most and "was not solved" not in outcome.output):
+            if not least <= rows or (rows > most and "did not converge" not in outcome.output):
                 found.append(f"{rows} increments in the file, not those of the plan")
             uncertified = "STOP=CHANGE" in plan.output or "change" in plan.output
             if not uncertified and not result["history/certified"][:rows].all():

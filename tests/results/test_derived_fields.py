@@ -87,7 +87,7 @@ class DerivedFields(unittest.TestCase):
         """At the points of the quadrature the faces overlap where the slave's nodes only touch."""
         found = self.result.field("contact_penetration", -1)
         want = np.zeros_like(found)
-        for pair in self.result.pairs:
+        for pair in self.result.pairs.values():
             group = self.result.file[f"contact/{pair.name}"]
             gap = group["least_gap" if "least_gap" in group else "gap"][-1]
             np.maximum.at(want, group["node"][:], -gap)

@@ -266,6 +266,19 @@ class Page(unittest.TestCase):
         self.check("reference_nodes", listed, self.sizes | {"R": 3})
         self.assertEqual(self.file["reference_nodes/node_id"][:].tolist(), [1, 2, 3])
 
+    def test_sets(self):
+        listed = listed_shapes(section("/sets"))
+        kinds = [name.removesuffix("/<name>") for name in listed]
+        self.assertEqual(sorted(self.file["sets"]), sorted(kinds))
+        for name, item in self.datasets("sets").items():
+            with self.subTest(set=name):
+                (shape,) = listed[f"{name.partition('/')[0]}/<name>"]
+                self.assertEqual(item.shape[1:], (2,) if shape == "n, 2" else ())
+                self.assertGreater(len(item), 0)
+                self.assertTrue(item.attrs["description"])
+                self.assertEqual(item.attrs["quantity"], b"index")
+        self.assertEqual(self.file["sets/reference_nodes/CENTRE"][:].tolist(), [0, 1, 2])
+
     def test_accuracy(self):
         listed = listed_shapes(section("/accuracy"))
         runs = len(self.asked["accuracy/bricks"])

@@ -215,9 +215,9 @@ class Tensors(ResultFile):
     """The same with C3D8I, and with stress and strain wherever they can be."""
 
     options = ("--set", "element=C3D8I", "--set", "nu=0.3")
-    point_fields = ResultFile.point_fields | {"stress", "strain"}
-    cell_fields = ResultFile.cell_fields | {"stress", "strain"}
-    cell_fields |= {"stress_gauss_points", "strain_gauss_points"}
+    point_fields = ResultFile.point_fields | {"stress", "strain", "von_mises"}
+    cell_fields = ResultFile.cell_fields | {"stress", "strain", "von_mises"}
+    cell_fields |= {f"{name}_gauss_points" for name in ("stress", "strain", "von_mises")}
     cards = """*NODE FILE
 U, RF
 *CONTACT FILE

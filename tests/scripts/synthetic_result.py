@@ -138,4 +138,8 @@ def write_contact(file, points, rows, finished):
     status[:finished] = np.where(points[nodes, 0] > 0, 2, 1)
     pair["status"] = status
     pair["resultant"] = reaction.sum(axis=1)[:, [1, 2, 0]]
+    normal_and_friction = reaction[..., None] * np.array([[1, 0], [0, 1], [0, 1]])
+    pair["forces"] = normal_and_friction.sum(axis=1).swapaxes(1, 2)[..., [1, 2, 0]]
+    pair["largest_pressure"] = reaction[:, :, 0].max(axis=1)
+    pair["largest_slip"] = with_unfinished(rows, ())
     pair["moment"] = with_unfinished(rows, (3,))

@@ -67,7 +67,7 @@ def same(test, one, other):
     np.testing.assert_array_equal(one.points, other.points)
     np.testing.assert_array_equal(one.bricks, other.bricks)
     test.assertEqual(one.pairs.names, other.pairs.names)
-    for pair in one.pairs:
+    for pair in one.pairs.values():
         np.testing.assert_array_equal(pair.reaction, other.pairs[pair.name].reaction)
 
 

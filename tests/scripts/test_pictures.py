@@ -191,7 +191,7 @@ class Obstacles(WithFolder):
     def test_a_pair_of_bodies_has_none(self):
         result = bipot.run(ROOT / "input" / "foundation.inp", n=1, base=2, steps=3, quiet=True)
         self.addCleanup(result.close)
-        (pair,) = result.pairs
+        (pair,) = result.pairs.values()
         self.assertIsNone(pair.obstacle)
         masters = result.points[pair.master_nodes]
         np.testing.assert_array_equal(masters[:, 2], 0.0)

@@ -1,5 +1,6 @@
 """bipot.run, plan, check and flat: results, plans and errors of the real program."""
 
+import collections.abc
 import os
 import signal
 import sys
@@ -264,7 +265,12 @@ class Results(WithFolder):
         pairs = self.run_block().pairs
         self.assertIs(pairs["body-zmin:ground"], pairs[0])
         self.assertEqual((len(pairs), pairs.names), (1, ["BODY-ZMIN:GROUND"]))
-        self.assertEqual([pair.name for pair in pairs], pairs.names)
+        self.assertEqual([pair.name for pair in pairs.values()], pairs.names)
+        self.assertIsInstance(pairs, collections.abc.Mapping)
+        self.assertEqual(list(pairs), pairs.names)
+        self.assertIn("body-zmin:Ground", pairs)
+        self.assertNotIn("X", pairs)
+        self.assertIsNone(pairs.get("X"))
         with self.assertRaisesRegex(bipot.ResultError, "no contact pair 'X'; it has BODY-ZMIN:GR"):
             pairs["X"]
 

@@ -98,7 +98,7 @@ class Bodies:
         `partly_covered`: with that of points that their master covers by less than half.
         """
         found, row = np.full(len(self.result.points), np.nan), self.result.field_rows[index]
-        for pair in self.result.pairs:
+        for pair in self.result.pairs.values():
             found[pair.nodes] = np.nan_to_num(found[pair.nodes])
             counts = partly_covered | ~pair.partly_covered[row]
             np.add.at(found, pair.nodes, np.where(counts, pair.pressure[row], 0))
@@ -115,7 +115,7 @@ class Bodies:
         low, high = still.min(axis=0), still.max(axis=0)
         if self.box:
             low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
-        for pair in self.result.pairs:
+        for pair in self.result.pairs.values():
             obstacle = pair.obstacle_at(index, self.scale)
             if obstacle is None or len(pair.nodes) == 0:
                 continue
@@ -146,7 +146,7 @@ class Bodies:
         if largest == 0 or 0.04 * size <= largest <= 0.6 * size:
             return 1.0
         wanted = 0.15 * size / largest
-        for pair in self.result.pairs:
+        for pair in self.result.pairs.values():
             touched = (pair.reaction[:, :, 0] > 0).any(axis=0)
             # How far pressed points are drawn from what they touch, and others in it, to scale.
             wrong = max(
@@ -175,7 +175,7 @@ class Bodies:
     def choose_direction(self, apart):
         """Return elevation and azimuth; with `apart` also pull the bodies apart."""
         points = self.places(-1)
-        surfaces = [views.ContactFaces(pair, points) for pair in self.result.pairs]
+        surfaces = [views.ContactFaces(pair, points) for pair in self.result.pairs.values()]
         before_bodies = [one for one in surfaces if len(one.pair.master_nodes)]
         if not apart or not before_bodies:
             # Before another body nothing is seen of it.
@@ -212,7 +212,7 @@ class Bodies:
     def box_about_the_contact(self):
         """Return the corners of a box about the nodes that are pressed, None if it is large."""
         points, row = self.places(-1), self.result.field_rows[-1]
-        pressed = [pair.nodes[pair.reaction[row, :, 0] > 0] for pair in self.result.pairs]
+        pressed = [pair.nodes[pair.reaction[row, :, 0] > 0] for pair in self.result.pairs.values()]
         touched = points[np.concatenate([np.zeros(0, dtype=int), *pressed])]
         if len(touched) == 0:
             return None
@@ -375,7 +375,7 @@ class Bodies:
             said += "; close-up of the contact"
         if not self.apart and not self.box:
             said += "; dashed: before loading"
-        if any(pair.obstacle is not None for pair in self.result.pairs):
+        if any(pair.obstacle is not None for pair in self.result.pairs.values()):
             said += "; grey: obstacles"
         return said
 

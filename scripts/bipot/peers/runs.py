@@ -316,7 +316,7 @@ def run_getfem(python, problem, reference, scene, folder, options):
 def largest_pressure(result):
     """Return the largest normal reaction over the area of its point, or over the mean area."""
     found = [1e-30]
-    for pair in result.pairs:
+    for pair in result.pairs.values():
         area = np.where(pair.area > 0, pair.area, max(pair.area.mean(), 1e-30))
         found.append(float((pair.reaction[:, :, 0] / area).max(initial=0.0)))
     return max(found)

@@ -48,7 +48,7 @@ contains
         end associate
       end do
       if (n == 0) cycle
-      line%text = 'note: '//to_text(n)//' nodes of '//scene%pairs(pair)%name// &
+      line%text = to_text(n)//' nodes of '//scene%pairs(pair)%name// &
         ' overlap before the first step, by up to '//to_text(deepest, 4)//' at node '// &
         to_text(scene%mesh%node_id(node))//'; ADJUST= of *CONTACT PAIR closes overlaps'
       lines = [lines, line]

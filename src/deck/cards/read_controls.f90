@@ -83,8 +83,9 @@ contains
     end if
   end subroutine note_unused
 
-  !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together. Without *NODE FILE and *CONTACT FILE
-  !> the defaults hold at the nodes; *EL FILE adds to them.
+  !> *NODE FILE, *EL FILE, *CONTACT FILE of all steps together. Only displacements may be left out,
+  !> by a *NODE FILE or a *CONTACT FILE that does not name them: forces of the supports and of
+  !> contact are 0 at most nodes, and take next to nothing. With stresses von Mises' is written.
   subroutine read_output_controls(reader, controls)
     type(reader_t), intent(inout) :: reader
     type(output_controls_t), intent(out) :: controls
@@ -94,8 +95,6 @@ contains
     logical :: nodal, frequency_given, ok
 
     named%displacement = .false.
-    named%reaction = .false.
-    named%contact = .false.
     named%at_centroids = .false.
     nodal = .false.
     frequency_given = .false.
@@ -109,7 +108,6 @@ contains
         if (ok .and. frequency_given .and. named%frequency /= before) call note(reader, &
           'FREQUENCY='//to_text(named%frequency)//', the last in the deck, applies to all results')
         frequency_given = frequency_given .or. ok
-        if (card%keyword == 'CONTACT FILE') named%contact = .true.
         if (card%keyword == 'EL FILE') call read_position(reader, card, named)
         nodal = nodal .or. card%keyword /= 'EL FILE'
         call read_variables(reader, card, named)
@@ -123,11 +121,8 @@ contains
         cycle
       end select
     end do
-    if (.not. nodal) then
-      named%displacement = .true.
-      named%reaction = .true.
-      named%contact = .true.
-    end if
+    named%displacement = named%displacement .or. .not. nodal
+    named%mises = named%mises .or. named%stress
     controls = named
     if (named%stress .or. named%strain .or. named%mises .or. named%principal_stress .or. &
       named%principal_strain) return
@@ -195,7 +190,7 @@ contains
         case ('NODE FILE U')
           controls%displacement = .true.
         case ('NODE FILE RF')
-          controls%reaction = .true.
+          continue ! always
         case ('EL FILE S')
           controls%stress = .true.
         case ('EL FILE E')
