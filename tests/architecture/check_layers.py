@@ -45,7 +45,7 @@ MAY_USE = {
     },
     "deck/cards": {"base", "machine", "laws", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
-    "certificate": {"base", "algebra", "laws", "model", "elements"},
+    "certificate": {"base", "algebra", "laws", "model"},
     "contact": _BODY | _CONTACT,
     "contact/geometry": {"base", "algebra", "laws", "model", "elements"},
     "contact/solvers": {"base", "algebra", "model"},
@@ -82,6 +82,7 @@ WORDS = {
     r"obstacle_(plane|sphere|cylinder|facets)|obstacles?(\(\w+\))?%kind": {
         "model/obstacles.f90",
         "contact/geometry/obstacle_shapes.f90",
+        "certificate/obstacle_gaps.f90",  # of its own: it shares nothing
         "deck/cards/read_obstacles.f90",
     },
     # contact points are placed pair by pair: all else asks a placement
