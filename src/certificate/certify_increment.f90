@@ -8,6 +8,7 @@ module certify_increment_mod
   use increment_forces_mod, only: imposed_t, increment_forces_t
   use stress_forces_mod, only: find_stress_forces
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
+  use facing_surfaces_mod, only: face_surfaces
   use turned_slips_mod, only: slips_of_turns
   use certificate_mod, only: certify
   implicit none
@@ -19,9 +20,10 @@ contains
 
   !> Judge an increment.
   !>
-  !> Internal forces, and gaps and frames before planes, spheres and cylinders, are computed anew.
-  !> Taken as they are: loads, extra gaps, overlaps that constraints keep, and which points a
-  !> surface or facets cover.
+  !> Internal forces, and gaps and frames before planes, spheres and cylinders, are computed anew;
+  !> weights, normals and gaps before surfaces and facets are held against integrals. Taken as they
+  !> are: loads, friction coefficients, extra gaps, the sides of masters, and overlaps that
+  !> constraints keep.
   pure function certify_increment(scene, points, said, old, new, imposed) result(certificate)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -37,6 +39,7 @@ contains
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
     call face_obstacles(scene, points, old, new, contact)
+    call face_surfaces(scene, points, old, new, contact)
     certificate = certify(scene%mesh, points, contact, old, new, forces, &
       scene%contact%tolerance, slips_of_turns(scene, points, contact%frame, old, new))
   end function certify_increment

@@ -175,32 +175,39 @@ contains
   !> The symmetric part of du/dx at the points.
   pure subroutine find_strains(batch)
     type(batch_t), intent(inout) :: batch
-    real(wp) :: part
-    integer :: g, j, l
+    integer :: g, j
 
     do g = 1, 8
-      associate (b => batch%b(:, :, :, g), strain => batch%strain(:, :, g), &
-                 volume => batch%volume(:, g), x => batch%x, edge => edge_of(g, :))
-        call find_cofactors(x(:, :, edge(1), 1), x(:, :, edge(2), 2), x(:, :, edge(3), 3), b, &
-          volume)
-        strain = 0.0_wp
+      associate (edge => edge_of(g, :))
+        call find_cofactors(batch%x(:, :, edge(1), 1), batch%x(:, :, edge(2), 2), &
+          batch%x(:, :, edge(3), 3), batch%b(:, :, :, g), batch%volume(:, g))
+        batch%strain(:, :, g) = 0.0_wp
         do j = 1, 3
-          associate (u => batch%u(:, :, edge(j), j))
-            do l = 1, lanes
-              part = 1.0_wp/volume(l)
-              strain(l, 1) = strain(l, 1) + part*u(l, 1)*b(l, 1, j)
-              strain(l, 2) = strain(l, 2) + part*u(l, 2)*b(l, 2, j)
-              strain(l, 3) = strain(l, 3) + part*u(l, 3)*b(l, 3, j)
-              part = 0.5_wp*part
-              strain(l, 4) = strain(l, 4) + part*(u(l, 1)*b(l, 2, j) + u(l, 2)*b(l, 1, j))
-              strain(l, 5) = strain(l, 5) + part*(u(l, 2)*b(l, 3, j) + u(l, 3)*b(l, 2, j))
-              strain(l, 6) = strain(l, 6) + part*(u(l, 1)*b(l, 3, j) + u(l, 3)*b(l, 1, j))
-            end do
-          end associate
+          call add_strain(batch%u(:, :, edge(j), j), batch%b(:, :, j, g), batch%volume(:, g), &
+            batch%strain(:, :, g))
         end do
       end associate
     end do
   end subroutine find_strains
+
+  !> Add sym(u b^T)/volume.
+  pure subroutine add_strain(u, b, volume, strain)
+    real(wp), intent(in) :: u(lanes, 3), b(lanes, 3), volume(lanes)
+    real(wp), intent(inout) :: strain(lanes, 6)
+    real(wp) :: part
+    integer :: l
+
+    do l = 1, lanes
+      part = 1.0_wp/volume(l)
+      strain(l, 1) = strain(l, 1) + part*u(l, 1)*b(l, 1)
+      strain(l, 2) = strain(l, 2) + part*u(l, 2)*b(l, 2)
+      strain(l, 3) = strain(l, 3) + part*u(l, 3)*b(l, 3)
+      part = 0.5_wp*part
+      strain(l, 4) = strain(l, 4) + part*(u(l, 1)*b(l, 2) + u(l, 2)*b(l, 1))
+      strain(l, 5) = strain(l, 5) + part*(u(l, 2)*b(l, 3) + u(l, 3)*b(l, 2))
+      strain(l, 6) = strain(l, 6) + part*(u(l, 1)*b(l, 3) + u(l, 3)*b(l, 1))
+    end do
+  end subroutine add_strain
 
   !> C3D8B: the mean of the dilatation at all points.
   pure subroutine average_dilatation(batch)
@@ -319,46 +326,58 @@ contains
   !> Stresses, what they do along the edges, and the energy of the strains.
   pure subroutine find_forces(batch)
     type(batch_t), intent(inout) :: batch
-    real(wp) :: s1, s2, s3, s4, s5, s6, pressure, twice
-    integer :: g, l, j
+    real(wp) :: stress(lanes, 6)
+    integer :: g, j
 
     batch%force = 0.0_wp
     batch%energy = 0.0_wp
     do g = 1, 8
-      associate (strain => batch%strain(:, :, g), b => batch%b(:, :, :, g), &
-                 f1 => batch%force(:, :, edge_of(g, 1), 1), &
-                 f2 => batch%force(:, :, edge_of(g, 2), 2), &
-                 f3 => batch%force(:, :, edge_of(g, 3), 3))
-        do l = 1, lanes
-          twice = 2.0_wp*batch%shear(l)
-          pressure = batch%lambda(l)*(strain(l, 1) + strain(l, 2) + strain(l, 3))
-          s1 = pressure + twice*strain(l, 1)
-          s2 = pressure + twice*strain(l, 2)
-          s3 = pressure + twice*strain(l, 3)
-          s4 = twice*strain(l, 4)
-          s5 = twice*strain(l, 5)
-          s6 = twice*strain(l, 6)
-          batch%energy(l) = batch%energy(l) + 0.5_wp*batch%volume(l, g)*(s1*strain(l, 1) + &
-            s2*strain(l, 2) + s3*strain(l, 3) + 2.0_wp*(s4*strain(l, 4) + s5*strain(l, 5) + &
-            s6*strain(l, 6)))
-          f1(l, 1) = f1(l, 1) + s1*b(l, 1, 1) + s4*b(l, 2, 1) + s6*b(l, 3, 1)
-          f1(l, 2) = f1(l, 2) + s4*b(l, 1, 1) + s2*b(l, 2, 1) + s5*b(l, 3, 1)
-          f1(l, 3) = f1(l, 3) + s6*b(l, 1, 1) + s5*b(l, 2, 1) + s3*b(l, 3, 1)
-          f2(l, 1) = f2(l, 1) + s1*b(l, 1, 2) + s4*b(l, 2, 2) + s6*b(l, 3, 2)
-          f2(l, 2) = f2(l, 2) + s4*b(l, 1, 2) + s2*b(l, 2, 2) + s5*b(l, 3, 2)
-          f2(l, 3) = f2(l, 3) + s6*b(l, 1, 2) + s5*b(l, 2, 2) + s3*b(l, 3, 2)
-          f3(l, 1) = f3(l, 1) + s1*b(l, 1, 3) + s4*b(l, 2, 3) + s6*b(l, 3, 3)
-          f3(l, 2) = f3(l, 2) + s4*b(l, 1, 3) + s2*b(l, 2, 3) + s5*b(l, 3, 3)
-          f3(l, 3) = f3(l, 3) + s6*b(l, 1, 3) + s5*b(l, 2, 3) + s3*b(l, 3, 3)
-        end do
-      end associate
+      call find_stress(batch%lambda, batch%shear, batch%strain(:, :, g), batch%volume(:, g), &
+        stress, batch%energy)
+      do j = 1, 3
+        call add_force(stress, batch%b(:, :, j, g), batch%force(:, :, edge_of(g, j), j))
+      end do
     end do
     ! From the points back to the edges: the map of `to_points` is symmetric.
     call to_points(batch%force)
-    do j = 1, 3
-      batch%force(:, :, :, j) = 0.5_wp*batch%force(:, :, :, j)
-    end do
+    batch%force = 0.5_wp*batch%force
   end subroutine find_forces
+
+  !> The stress at a point, and half its work on the strain.
+  pure subroutine find_stress(lambda, shear, strain, volume, stress, energy)
+    real(wp), intent(in) :: lambda(lanes), shear(lanes), strain(lanes, 6), volume(lanes)
+    real(wp), intent(out) :: stress(lanes, 6)
+    real(wp), intent(inout) :: energy(lanes)
+    real(wp) :: pressure, twice
+    integer :: l
+
+    do l = 1, lanes
+      twice = 2.0_wp*shear(l)
+      pressure = lambda(l)*(strain(l, 1) + strain(l, 2) + strain(l, 3))
+      stress(l, 1) = pressure + twice*strain(l, 1)
+      stress(l, 2) = pressure + twice*strain(l, 2)
+      stress(l, 3) = pressure + twice*strain(l, 3)
+      stress(l, 4) = twice*strain(l, 4)
+      stress(l, 5) = twice*strain(l, 5)
+      stress(l, 6) = twice*strain(l, 6)
+      energy(l) = energy(l) + 0.5_wp*volume(l)*(stress(l, 1)*strain(l, 1) + &
+        stress(l, 2)*strain(l, 2) + stress(l, 3)*strain(l, 3) + 2.0_wp*(stress(l, 4)*strain(l, 4) &
+        + stress(l, 5)*strain(l, 5) + stress(l, 6)*strain(l, 6)))
+    end do
+  end subroutine find_stress
+
+  !> Add sigma b.
+  pure subroutine add_force(stress, b, force)
+    real(wp), intent(in) :: stress(lanes, 6), b(lanes, 3)
+    real(wp), intent(inout) :: force(lanes, 3)
+    integer :: l
+
+    do l = 1, lanes
+      force(l, 1) = force(l, 1) + stress(l, 1)*b(l, 1) + stress(l, 4)*b(l, 2) + stress(l, 6)*b(l, 3)
+      force(l, 2) = force(l, 2) + stress(l, 4)*b(l, 1) + stress(l, 2)*b(l, 2) + stress(l, 5)*b(l, 3)
+      force(l, 3) = force(l, 3) + stress(l, 6)*b(l, 1) + stress(l, 5)*b(l, 2) + stress(l, 3)*b(l, 3)
+    end do
+  end subroutine add_force
 
   !> Add the forces of the elements to the nodes, and what is kept of each body.
   pure subroutine scatter(mesh, u, before, batch, forces)
