@@ -20,7 +20,7 @@ module facing_surfaces_mod
 
   public :: face_surfaces
 
-  real(wp), parameter :: of_quadrature = 1.0e-4_wp
+  real(wp), parameter :: of_quadrature = 1.0e-5_wp
   !! what weights and normals may differ by, and gaps beside the width of a node; quadratures in
   !! distorted faces differ by 1e-6 [-]
   real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most

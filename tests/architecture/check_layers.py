@@ -58,7 +58,8 @@ MAY_USE = {
     "console": {"base", "machine", "model", "deck", "deck/language"},
     "run": _BODY
     | _CONTACT
-    | {"accuracy", "certificate", "output", "deck", "increment", "plan", "hdf5", "results", "fclib", "console"},
+    | {"accuracy", "certificate", "output", "deck", "increment", "plan", "hdf5", "results"}
+    | {"fclib", "console"},
     "app": _BODY | {"fclib", "console", "run"},
 }
 MAIN = "app/main.f90"
