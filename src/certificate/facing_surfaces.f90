@@ -30,8 +30,9 @@ module facing_surfaces_mod
 
   !> A slave surface and a master where both are.
   type :: two_sides_t
-    integer, allocatable :: slave(:, :)  !! (4,n) rows, the points of a side from 1
-    integer, allocatable :: master(:, :) !! (4,n) places; the fourth is 0 in a triangle
+    integer, allocatable :: slave(:, :)
+    !! (4,n) rows, the points of a side from 1; the fourth is 0 in a triangle
+    integer, allocatable :: master(:, :) !! (4,n) places; the same
     integer, allocatable :: node(:)      !! of places, where they are nodes; else not allocated
     logical :: stays = .false.           !! both are where they are in the mesh
     real(wp), allocatable :: x(:, :)     !! (3,n_rows) [length]
@@ -95,7 +96,7 @@ contains
     integer, intent(in) :: pair, side
     type(state_t), intent(in) :: new
     type(two_sides_t), intent(out) :: sides
-    integer :: row_of(scene%mesh%n_nodes), first, last, i, k
+    integer :: row_of(0:scene%mesh%n_nodes), first, last, i, k
     integer, allocatable :: faces(:), place_of(:)
     real(wp), allocatable :: way(:, :)  !! of the places [length]
     real(wp) :: reach, axes(3, 3)
@@ -103,6 +104,7 @@ contains
     call find_side_points(points, pair, side, first, last)
     call faces_of_side(points, pair, side, faces)
     associate (mesh => scene%mesh, of => scene%pairs(pair), node => points%node(first:last))
+      row_of(0) = 0
       row_of(node) = [(i, i=1, size(node))]
       sides%slave = nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity)
       do i = 1, size(sides%slave, 2)
@@ -181,7 +183,6 @@ contains
   !> Boxes and normals of the master's faces, and their order along the longest axis.
   pure subroutine note_masters(sides)
     type(two_sides_t), intent(inout) :: sides
-    real(wp) :: d(3, 2)
     integer :: f, k, n
 
     n = size(sides%master, 2)
@@ -191,11 +192,7 @@ contains
       associate (y => sides%y(:, sides%master(:k, f)))
         sides%low(:, f) = minval(y, 2)
         sides%high(:, f) = maxval(y, 2)
-        ! Of a triangle its edges, of four corners the diagonals.
-        d(:, 1) = y(:, 3) - y(:, 1)
-        d(:, 2) = y(:, k) - y(:, 2)
-        if (k == 3) d(:, 2) = y(:, 1) - y(:, 2)
-        sides%normal(:, f) = cross(d(:, 1), d(:, 2))
+        sides%normal(:, f) = area_vector(y)
         sides%normal(:, f) = sides%normal(:, f)/max(norm2(sides%normal(:, f)), tiny(1.0_wp))
       end associate
     end do
@@ -205,6 +202,18 @@ contains
     sides%sorted = [(f, f=1, n)]
     call sort_by(sides%low(sides%axis, :), sides%sorted)
   end subroutine note_masters
+
+  !> The area of a face along its outward normal: of the diagonals, or of a triangle's edges.
+  pure function area_vector(x) result(vector)
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
+    real(wp) :: vector(3)           !! [length^2]
+
+    if (size(x, 2) == 3) then
+      vector = 0.5_wp*cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
+    else
+      vector = 0.5_wp*cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
+    end if
+  end function area_vector
 
   !> Order numbers by keys, runs merged from the bottom up.
   pure subroutine sort_by(key, number)
@@ -258,7 +267,7 @@ contains
       rows%whole = 0.0_wp
       rows%normal = 0.0_wp
       do f = 1, size(sides%slave, 2)
-        call add_face(sides, sides%slave(:, f), parts, rows)
+        call add_face(sides, sides%slave(:count(sides%slave(:, f) > 0), f), parts, rows)
       end do
       if (any(rows%area > 0.0_wp) .or. sides%before > 0.5_wp*huge(1.0_wp)) exit
       sides%before = huge(1.0_wp)
@@ -281,14 +290,15 @@ contains
   !> Find what a slave face shares with the masters before it.
   pure subroutine find_parts(sides, x, axes, area, parts)
     type(two_sides_t), intent(in) :: sides
-    real(wp), intent(in) :: x(3, 4), axes(3, 3), area !! the face; its normal is the third axis
+    real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the face [length]
+    real(wp), intent(in) :: axes(3, 3), area !! unit vectors, the third its normal; [length^2]
     type(parts_t), intent(inout) :: parts
-    real(wp) :: middle(3), flat(2, 4), place(2, 4), height(4), low(3), high(3), along, aside
+    real(wp) :: middle(3), flat(2, size(x, 2)), place(2, 4), height(4), low(3), high(3), along, aside
     type(shared_t) :: shared
     integer :: i, k, f, a
 
-    middle = sum(x, dim=2)/4.0_wp
-    do a = 1, 4
+    middle = sum(x, dim=2)/real(size(x, 2), wp)
+    do a = 1, size(x, 2)
       flat(:, a) = matmul(x(:, a) - middle, axes(:, :2))
     end do
     ! What covers the face lies in the prism over it.
@@ -340,32 +350,36 @@ contains
   !> Add what a slave face and the masters before it share.
   pure subroutine add_face(sides, row, parts, rows)
     type(two_sides_t), intent(in) :: sides
-    integer, intent(in) :: row(4)
+    integer, intent(in) :: row(:)         !! of its corners
     type(parts_t), intent(inout) :: parts !! to work with
     type(rows_t), intent(inout) :: rows
-    real(wp) :: x(3, 4), axes(3, 3), area, dual(4, 4), mass(4, 4), lumped(4), unit(4)
-    integer :: i, k, a
+    real(wp), dimension(size(row), size(row)) :: dual, mass
+    real(wp), dimension(size(row)) :: lumped, unit
+    real(wp) :: x(3, size(row)), axes(3, 3), area
+    integer :: i, k, a, n
     logical :: regular
 
+    n = size(row)
     x = sides%x(:, row)
-    axes(:, 3) = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
-    area = 0.5_wp*norm2(axes(:, 3))
+    axes(:, 3) = area_vector(x)
+    area = norm2(axes(:, 3))
     if (.not. area > 0.0_wp) return
-    axes(:, 3) = axes(:, 3)/(2.0_wp*area)
-    axes(:, 1) = x(:, 3) - x(:, 1)
+    axes(:, 3) = axes(:, 3)/area
+    ! A diagonal, or an edge of a triangle, less what of it is not in the plane.
+    axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
     axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
     axes(:, 2) = cross(axes(:, 3), axes(:, 1))
-    rows%whole(row) = rows%whole(row) + 0.25_wp*area
+    rows%whole(row) = rows%whole(row) + area/real(n, wp)
     call find_parts(sides, x, axes, area, parts)
     if (parts%n == 0) return
     mass = 0.0_wp
     lumped = 0.0_wp
     do i = 1, parts%n
-      mass = mass + parts%shared(i)%mass
-      lumped = lumped + parts%shared(i)%lumped
+      mass = mass + parts%shared(i)%mass(:n, :n)
+      lumped = lumped + parts%shared(i)%lumped(:n)
     end do
     if (sum(lumped) < 1.0e-9_wp*area) return
-    do a = 1, 4
+    do a = 1, n
       unit = 0.0_wp
       unit(a) = 1.0_wp
       call solve_small(mass, unit, dual(a, :), regular)
@@ -375,11 +389,11 @@ contains
     rows%area(row) = rows%area(row) + lumped
     do i = 1, parts%n
       associate (master => sides%master(:, parts%master(i)), shared => parts%shared(i))
-        do a = 1, 4
+        do a = 1, n
           rows%normal(:, row(a)) = rows%normal(:, row(a)) + shared%lumped(a)* &
             sides%normal(:, parts%master(i))
           do k = 1, count(master > 0)
-            call append(row(a), master(k), dot_product(dual(a, :), shared%mixed(:, k)), rows)
+            call append(row(a), master(k), dot_product(dual(a, :), shared%mixed(:n, k)), rows)
           end do
         end do
       end associate
@@ -442,7 +456,9 @@ contains
       end associate
     end do
     do f = 1, size(sides%slave, 2)
-      if (any(is_other(sides%slave(:, f)))) left(sides%slave(:, f)) = .true.
+      associate (row => sides%slave(:count(sides%slave(:, f) > 0), f))
+        if (any(is_other(row))) left(row) = .true.
+      end associate
     end do
     if (allocated(scene%mesh%hangs)) then
       ! What a node has that hangs goes to nodes that other faces have, too.

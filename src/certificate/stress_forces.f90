@@ -35,7 +35,7 @@ module stress_forces_mod
   !> Elements of one kind side by side: lane, then components.
   type :: batch_t
     integer :: n = 0                        !! elements in it
-    integer :: element(lanes) = 0
+    integer :: node(8, lanes) = 0
     real(wp) :: lambda(lanes) = 0.0_wp, shear(lanes) = 0.0_wp !! [force/length^2]
     real(wp) :: x(lanes, 3, 4, 3) = 0.0_wp  !! dx/dxi_j: component, edge, j [length]
     real(wp) :: u(lanes, 3, 4, 3) = 0.0_wp  !! du/dxi_j [length]
@@ -96,15 +96,15 @@ contains
     batch%n = n
     do l = 1, lanes
       e = first + min(l, n) - 1
-      batch%element(l) = e
+      batch%node(:, l) = mesh%connectivity(:, e)
       associate (elastic => materials(mesh%material(e))%law%elastic)
         batch%lambda(l) = elastic%lambda
         batch%shear(l) = elastic%shear
       end associate
       do j = 1, 3
         do k = 1, 4
-          a = mesh%connectivity(from(k, j), e)
-          b = mesh%connectivity(to(k, j), e)
+          a = batch%node(from(k, j), l)
+          b = batch%node(to(k, j), l)
           batch%x(l, :, k, j) = 0.5_wp*(mesh%coordinates(:, b) - mesh%coordinates(:, a))
           batch%u(l, :, k, j) = 0.5_wp*(u(:, b) - u(:, a))
         end do
@@ -397,20 +397,22 @@ contains
           f(:, to(k, j)) = f(:, to(k, j)) + batch%force(l, :, k, j)
         end do
       end do
-      associate (nodes => mesh%connectivity(:, batch%element(l)))
-        largest_motion = 0.0_wp
-        do a = 1, 8
-          associate (node => nodes(a))
-            forces%internal(:, node) = forces%internal(:, node) + f(:, a)
-            forces%stiffness(node) = forces%stiffness(node) + batch%stiffness(l)
-            largest_motion = max(largest_motion, maxval(abs(u(:, node))), &
-              maxval(abs(before(:, node))))
-          end associate
-        end do
-        forces%rounding(nodes) = forces%rounding(nodes) + operations*epsilon(1.0_wp)* &
-          batch%stiffness(l)*largest_motion
-        body = mesh%body(nodes(1))
-      end associate
+      largest_motion = 0.0_wp
+      do a = 1, 8
+        associate (node => batch%node(a, l))
+          largest_motion = max(largest_motion, maxval(abs(u(:, node))), &
+            maxval(abs(before(:, node))))
+        end associate
+      end do
+      do a = 1, 8
+        associate (node => batch%node(a, l))
+          forces%internal(:, node) = forces%internal(:, node) + f(:, a)
+          forces%stiffness(node) = forces%stiffness(node) + batch%stiffness(l)
+          forces%rounding(node) = forces%rounding(node) + operations*epsilon(1.0_wp)* &
+            batch%stiffness(l)*largest_motion
+        end associate
+      end do
+      body = mesh%body(batch%node(1, l))
       associate (of => forces%of_elements)
         of%largest(body) = max(of%largest(body), sqrt(maxval(f(1, :)**2 + f(2, :)**2 + &
           f(3, :)**2)))

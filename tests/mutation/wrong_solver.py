@@ -252,7 +252,8 @@ def outcome_of(program: Path, deck: str, folder: Path, true: Path) -> str:
     if not entries:
         return f"{done.returncode}, not solved"
     worst = max(entries, key=lambda name: entries[name])
-    return f"{done.returncode}, {worst} {entries[worst]:.1g}"
+    size = f"{entries[worst]:.1g}" if entries[worst] < 1e9 else "> 1e9"
+    return f"{done.returncode}, {worst} {size}"
 
 
 def main() -> int:
