@@ -14,7 +14,7 @@ module congruent_forces_mod
   implicit none
   private
 
-  public :: add_brick_forces, element_sums_t
+  public :: add_brick_forces
 
   integer,  parameter :: n_remembered = 64        !! shapes: a row of a graded block has no more
   integer,  parameter :: often = 32               !! bricks of a shape from which on it pays
@@ -33,31 +33,19 @@ module congruent_forces_mod
     real(wp) :: u(n_factors, together) = 0.0_wp   !! the factors of their displacements [length]
   end type shape_t
 
-  !> Of the elements of each body, before their forces are summed at nodes.
-  type :: element_sums_t
-    real(wp), allocatable :: largest(:) !! (0:n_bodies) force of an element at a node [force]
-    real(wp), allocatable :: energy(:)  !! (0:n_bodies) of the strains [energy]
-  end type element_sums_t
-
 contains
 
   !> Add int B^T sigma of every brick.
-  pure subroutine add_brick_forces(mesh, materials, u, f, of_bodies)
+  pure subroutine add_brick_forces(mesh, materials, u, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
     real(wp), intent(inout) :: f(:, :)   !! (3,n_nodes) [force]
-    type(element_sums_t), intent(out), optional :: of_bodies
     type(shape_t), allocatable :: shapes(:)
     real(wp) :: x(3, 8), force(3, 8), rounding
     integer :: e, i, n, next, nodes(8)
 
     allocate (shapes(n_remembered))
-    if (present(of_bodies)) then
-      allocate (of_bodies%largest(0:mesh%n_bodies), of_bodies%energy(0:mesh%n_bodies))
-      of_bodies%largest = 0.0_wp
-      of_bodies%energy = 0.0_wp
-    end if
     rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     n = 0
     next = 1
@@ -69,7 +57,7 @@ contains
         i = next
         next = mod(i, n_remembered) + 1
         n = max(n, i)
-        call finish(mesh, u, shapes(i), f, of_bodies)
+        call finish(shapes(i), f)
         shapes(i)%kind = mesh%element_kind(e)
         shapes(i)%material = mesh%material(e)
         shapes(i)%n_met = 0
@@ -80,18 +68,17 @@ contains
         if (shape%n_met < often) then
           force = force_of_brick(shape, materials, x, u(:, nodes))
           f(:, nodes) = f(:, nodes) + force
-          if (present(of_bodies)) call add_sums(mesh%body(nodes(1)), u(:, nodes), force, of_bodies)
           cycle
         end if
         if (shape%n_met == often) call find_forces(materials, x, shape)
         shape%n_waiting = shape%n_waiting + 1
         shape%nodes(:, shape%n_waiting) = nodes
         shape%u(:, shape%n_waiting) = factors_of(u(:, nodes))
-        if (shape%n_waiting == together) call finish(mesh, u, shape, f, of_bodies)
+        if (shape%n_waiting == together) call finish(shape, f)
       end associate
     end do
     do i = 1, n
-      call finish(mesh, u, shapes(i), f, of_bodies)
+      call finish(shapes(i), f)
     end do
   end subroutine add_brick_forces
 
@@ -173,12 +160,9 @@ contains
   end function factors_of
 
   !> Add the forces of the bricks that wait.
-  pure subroutine finish(mesh, u, shape, f, of_bodies)
-    type(mesh_t), intent(in) :: mesh
-    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
+  pure subroutine finish(shape, f)
     type(shape_t), intent(inout) :: shape
     real(wp), intent(inout) :: f(:, :)   !! (3,n_nodes) [force]
-    type(element_sums_t), intent(inout), optional :: of_bodies
     real(wp) :: force(24, together)
     integer :: k
 
@@ -187,28 +171,9 @@ contains
     do k = 1, shape%n_waiting
       associate (nodes => shape%nodes(:, k))
         f(:, nodes) = f(:, nodes) + reshape(force(:, k), [3, 8])
-        if (present(of_bodies)) call add_sums(mesh%body(nodes(1)), u(:, nodes), &
-          reshape(force(:, k), [3, 8]), of_bodies)
       end associate
     end do
     shape%n_waiting = 0
   end subroutine finish
-
-  !> Add the force and energy of an element. Its forces balance, so that less their mean the
-  !> displacements of bodies that have moved far lose no digits.
-  pure subroutine add_sums(body, u, force, of_bodies)
-    integer, intent(in) :: body
-    real(wp), intent(in) :: u(3, 8)      !! [length]
-    real(wp), intent(in) :: force(3, 8)  !! [force]
-    type(element_sums_t), intent(inout) :: of_bodies
-    real(wp) :: mean(3)
-
-    mean = 0.125_wp*(((u(:, 1) + u(:, 2)) + (u(:, 3) + u(:, 4))) + &
-      ((u(:, 5) + u(:, 6)) + (u(:, 7) + u(:, 8))))
-    associate (largest => of_bodies%largest(body), energy => of_bodies%energy(body))
-      largest = max(largest, sqrt(maxval(force(1, :)**2 + force(2, :)**2 + force(3, :)**2)))
-      energy = energy + 0.5_wp*sum(force*(u - spread(mean, 2, 8)))
-    end associate
-  end subroutine add_sums
 
 end module congruent_forces_mod

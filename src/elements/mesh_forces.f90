@@ -6,26 +6,25 @@ module mesh_forces_mod
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
   use brick8_mod, only: node_volumes, stiffness_length
-  use congruent_forces_mod, only: add_brick_forces, element_sums_t
+  use congruent_forces_mod, only: add_brick_forces
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
   private
 
-  public :: internal_force, force_rounding, nodal_stiffness, pressure_force, gravity_force, &
+  public :: internal_force, force_rounding, pressure_force, gravity_force, &
     add_nodal_areas
 
 contains
 
-  !> f_int = int B^T sigma, summed over the elements; also their sums for each body.
-  pure subroutine internal_force(mesh, materials, u, f, of_bodies)
+  !> f_int = int B^T sigma, summed over the elements.
+  pure subroutine internal_force(mesh, materials, u, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in)  :: u(:, :)  !! (3,n_nodes) displacement [length]
     real(wp), intent(out) :: f(:, :)  !! (3,n_nodes) [force]
-    type(element_sums_t), intent(out), optional :: of_bodies
 
     f = 0.0_wp
-    call add_brick_forces(mesh, materials, u, f, of_bodies)
+    call add_brick_forces(mesh, materials, u, f)
   end subroutine internal_force
 
   !> The rounding that the internal force of each node carries: what the last bits of the
@@ -47,21 +46,6 @@ contains
         materials, e)*maxval(abs(u(:, nodes)))
     end do
   end function force_rounding
-
-  !> About what force moves each node by 1 while all others are held, a little more in bricks that
-  !> are not oblique; 0 of nodes without a brick.
-  pure function nodal_stiffness(mesh, materials) result(stiffness)
-    type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
-    real(wp) :: stiffness(mesh%n_nodes)    !! [force/length]
-    integer :: e, nodes(8)
-
-    stiffness = 0.0_wp
-    do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
-      stiffness(nodes) = stiffness(nodes) + brick_stiffness(mesh, materials, e)
-    end do
-  end function nodal_stiffness
 
   !> The part of a brick in the stiffness of each of its nodes, (lambda + 2 G) int |g_a|^2 dV.
   pure real(wp) function brick_stiffness(mesh, materials, e)

@@ -22,10 +22,10 @@ module advance_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled, ended_passed
-  use mesh_forces_mod, only: nodal_stiffness
-  use certificate_mod, only: certify, energy_balance
+  use certificate_mod, only: energy_balance
+  use certify_increment_mod, only: certify_increment
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
-  use turned_slips_mod, only: work_of_torques, slips_of_turns
+  use turned_slips_mod, only: work_of_torques
   use drag_points_mod, only: drag_points
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
@@ -169,12 +169,8 @@ contains
       call watch_inactive(scene, points, solver%body%prescribed, solver%contact, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
-      trial%forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
-      if (.not. allocated(trial%forces%stiffness)) trial%forces%stiffness = nodal_stiffness( &
-        scene%mesh, scene%materials)
-      report%certificate = certify(scene%mesh, points, report%contact, old, new, &
-        trial%forces, scene%contact%tolerance, &
-        slips_of_turns(scene, points, report%contact%frame, old, new))
+      report%certificate = certify_increment(scene, points, report%contact, old, new, &
+        trial%forces%imposed_t)
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.

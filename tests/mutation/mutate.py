@@ -44,6 +44,7 @@ MANY_TIMES, AND_SECONDS = 5.0, 20.0  # a test that takes longer than that of its
 # a file that are run.
 CASES = {
     "equations": ["cases/test_slab.py", "cases/test_savings.py", "cases/test_whole_bodies.py"],
+    "certificate": ["cases/test_slab.py", "cases/test_whole_bodies.py"],
     "contact": ["cases/test_slab.py", "cases/test_whole_bodies.py", "cases/test_held_tangents.py"],
     "contact/geometry": [
         "cases/test_slab.py",

@@ -1,20 +1,29 @@
-!> The forces of an increment, as the certificate takes them.
+!> The forces of an increment: what is imposed on it, and what its stresses answer.
 module increment_forces_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t
-  use congruent_forces_mod, only: element_sums_t
   implicit none
   private
 
-  public :: increment_forces_t
+  public :: imposed_t, increment_forces_t, element_sums_t
 
-  !> The forces of an increment, and what its supports ask for; all (3,n_nodes) in x, y, z.
-  type :: increment_forces_t
-    real(wp), allocatable :: internal(:, :)   !! from the stresses [force]
+  !> Of the elements of each body, before their forces are summed at nodes.
+  type :: element_sums_t
+    real(wp), allocatable :: largest(:) !! (0:n_bodies) force of an element at a node [force]
+    real(wp), allocatable :: energy(:)  !! (0:n_bodies) of the strains [energy]
+  end type element_sums_t
+
+  !> Loads, and what supports and constraints ask for; all (3,n_nodes) in x, y, z.
+  type :: imposed_t
     real(wp), allocatable :: external(:, :)   !! loads [force]
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
     type(constraints_t) :: constraints        !! those of the scene, whatever supports hold
+  end type imposed_t
+
+  !> The same, with the forces from the stresses.
+  type, extends(imposed_t) :: increment_forces_t
+    real(wp), allocatable :: internal(:, :) !! (3,n_nodes) from the stresses [force]
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]

@@ -11,7 +11,7 @@ module turned_slips_mod
   implicit none
   private
 
-  public :: turned_slips_t, slips_of_turns, work_of_torques
+  public :: turned_slips_t, slips_of_turns, work_of_torques, orientation
 
   !> Slips past obstacles that turn.
   type :: turned_slips_t

@@ -1,0 +1,47 @@
+!> The certificate of an increment, from the scene, displacements and reactions: what it holds
+!> against each other it computes itself. docs/theory.md section 6.
+module certify_increment_mod
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: certificate_t, contact_fields_t
+  use increment_forces_mod, only: imposed_t, increment_forces_t
+  use stress_forces_mod, only: find_stress_forces
+  use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
+  use facing_surfaces_mod, only: face_surfaces
+  use turned_slips_mod, only: slips_of_turns
+  use certificate_mod, only: certify
+  implicit none
+  private
+
+  public :: certify_increment
+
+contains
+
+  !> Judge an increment.
+  !>
+  !> Internal forces, and gaps and frames before planes, spheres and cylinders, are computed anew;
+  !> weights, normals and gaps before surfaces and facets are held against integrals. Taken as they
+  !> are: loads, friction coefficients, extra gaps, the sides of masters, and overlaps that
+  !> constraints keep.
+  pure function certify_increment(scene, points, said, old, new, imposed) result(certificate)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: said  !! of contact by what solved the increment
+    type(state_t), intent(in) :: old, new       !! before and after it
+    type(imposed_t), intent(in) :: imposed
+    type(certificate_t) :: certificate
+    type(contact_fields_t) :: contact
+    type(increment_forces_t) :: forces
+
+    forces%imposed_t = imposed
+    call find_stress_forces(scene%mesh, scene%materials, new%displacement, old%displacement, forces)
+    forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
+    contact = said
+    call face_obstacles(scene, points, old, new, contact)
+    call face_surfaces(scene, points, old, new, contact)
+    certificate = certify(scene%mesh, points, contact, old, new, forces, &
+      scene%contact%tolerance, slips_of_turns(scene, points, contact%frame, old, new))
+  end function certify_increment
+
+end module certify_increment_mod

@@ -1,0 +1,219 @@
+!> Integrals over what two flat faces share, for the certificate.
+!>
+!> Corners of the overlap are collected (corners of either face inside the other, crossings of
+!> edges) and put in order about their mean; each triangle between the mean and two of them has
+!> products of Gauss points. docs/theory.md (11.1), (11.2).
+module face_integrals_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: shared_t, integrate_shared
+
+  !> Integrals of the slave's shape functions N and the master's over what two faces share.
+  type :: shared_t
+    real(wp) :: area = 0.0_wp        !! [length^2]
+    real(wp) :: lumped(4) = 0.0_wp   !! int N_a [length^2]
+    real(wp) :: mass(4, 4) = 0.0_wp  !! int N_a N_b [length^2]
+    real(wp) :: mixed(4, 4) = 0.0_wp !! int N_a N_k, k of the master's corners [length^2]
+  end type shared_t
+
+  !> A flat face: x = c_1 + c_2 xi + c_3 eta + c_4 xi eta, from 0 to 1 (of a triangle c_4 = 0).
+  type :: flat_t
+    integer :: n = 0
+    logical :: is_affine = .false.
+    real(wp) :: c(2, 4) = 0.0_wp     !! [length]
+  end type flat_t
+
+  integer, parameter :: most = 16 !! corners that are collected
+  real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of a face [-]
+  ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions.
+  real(wp), parameter :: point_3(3) = 0.5_wp + 0.5_wp*sqrt(0.6_wp)*[-1, 0, 1]
+  real(wp), parameter :: weight_3(3) = [5, 8, 5]/18.0_wp
+  real(wp), parameter :: half_6(3) = 0.5_wp*[0.2386191860831969_wp, 0.6612093864662645_wp, &
+    0.9324695142031521_wp]
+  real(wp), parameter :: weights_6(3) = 0.5_wp*[0.4679139345726910_wp, 0.3607615730481386_wp, &
+    0.1713244923791704_wp]
+  real(wp), parameter :: point_6(6) = [0.5_wp - half_6, 0.5_wp + half_6]
+  real(wp), parameter :: weight_6(6) = [weights_6, weights_6]
+
+contains
+
+  !> The integrals; all 0 where the faces share nothing. Either face may go round either way.
+  pure function integrate_shared(slave, master) result(shared)
+    real(wp), intent(in) :: slave(:, :)  !! (2,4) corners in a plane, one after the other [length]
+    real(wp), intent(in) :: master(:, :) !! (2,3) or (2,4) [length]
+    type(shared_t) :: shared
+    type(flat_t) :: of_slave, of_master
+    real(wp) :: corner(2, most), mean(2)
+    integer :: n, i
+
+    call collect_corners(slave, master, corner, n)
+    if (n < 3) return
+    mean = sum(corner(:, :n), dim=2)/real(n, wp)
+    call put_in_order(mean, corner(:, :n))
+    of_slave = flat_face(slave)
+    of_master = flat_face(master)
+    do i = 1, n
+      if (of_slave%is_affine .and. of_master%is_affine) then
+        call add_triangle(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), &
+          point_3, weight_3, shared)
+      else
+        call add_triangle(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), &
+          point_6, weight_6, shared)
+      end if
+    end do
+  end function integrate_shared
+
+  !> Corners of either face inside the other, and where edges cross. Some may be there twice.
+  pure subroutine collect_corners(a, b, corner, n)
+    real(wp), intent(in) :: a(:, :), b(:, :)   !! (2,n) [length]
+    real(wp), intent(out) :: corner(2, most)   !! [length]
+    integer, intent(out) :: n
+    real(wp) :: p(2), q(2), apart(2), det, s, t
+    integer :: i, j
+
+    corner = 0.0_wp
+    n = 0
+    do i = 1, size(a, 2)
+      if (is_inside(a(:, i), b)) call append(a(:, i), corner, n)
+    end do
+    do i = 1, size(b, 2)
+      if (is_inside(b(:, i), a)) call append(b(:, i), corner, n)
+    end do
+    do i = 1, size(a, 2)
+      p = a(:, 1 + mod(i, size(a, 2))) - a(:, i)
+      do j = 1, size(b, 2)
+        q = b(:, 1 + mod(j, size(b, 2))) - b(:, j)
+        det = p(1)*q(2) - p(2)*q(1)
+        if (abs(det) <= rounding*norm2(p)*norm2(q)) cycle
+        apart = b(:, j) - a(:, i)
+        s = (apart(1)*q(2) - apart(2)*q(1))/det
+        t = (apart(1)*p(2) - apart(2)*p(1))/det
+        if (min(s, t) > 0.0_wp .and. max(s, t) < 1.0_wp) call append(a(:, i) + s*p, corner, n)
+      end do
+    end do
+
+  end subroutine collect_corners
+
+  pure subroutine append(x, corner, n)
+    real(wp), intent(in) :: x(2)
+    real(wp), intent(inout) :: corner(2, most)
+    integer, intent(inout) :: n
+
+    if (n == most) return
+    n = n + 1
+    corner(:, n) = x
+  end subroutine append
+
+  !> Whether a point lies in a convex face, or on its edge but for rounding.
+  pure logical function is_inside(x, face)
+    real(wp), intent(in) :: x(2)
+    real(wp), intent(in) :: face(:, :)  !! (2,n) [length]
+    real(wp) :: edge(2), arm(2), side, lowest, highest
+    integer :: i, n
+
+    n = size(face, 2)
+    lowest = 0.0_wp
+    highest = 0.0_wp
+    do i = 1, n
+      edge = face(:, 1 + mod(i, n)) - face(:, i)
+      arm = x - face(:, i)
+      side = edge(1)*arm(2) - edge(2)*arm(1)
+      if (abs(side) <= rounding*norm2(edge)*(norm2(edge) + norm2(arm))) cycle
+      lowest = min(lowest, side)
+      highest = max(highest, side)
+    end do
+    is_inside = lowest >= 0.0_wp .or. highest <= 0.0_wp
+  end function is_inside
+
+  !> Sort corners by the angle at which they are seen from their mean.
+  pure subroutine put_in_order(mean, corner)
+    real(wp), intent(in) :: mean(2)
+    real(wp), intent(inout) :: corner(:, :) !! (2,n) [length]
+    real(wp) :: angle(size(corner, 2)), here(2), at
+    integer :: i, j
+
+    angle = atan2(corner(2, :) - mean(2), corner(1, :) - mean(1))
+    do i = 2, size(angle)
+      here = corner(:, i)
+      at = angle(i)
+      do j = i - 1, 1, -1
+        if (angle(j) <= at) exit
+        angle(j + 1) = angle(j)
+        corner(:, j + 1) = corner(:, j)
+      end do
+      angle(j + 1) = at
+      corner(:, j + 1) = here
+    end do
+  end subroutine put_in_order
+
+  !> Add the integrals over a triangle.
+  pure subroutine add_triangle(slave, master, mean, one, other, point, weight, shared)
+    type(flat_t), intent(in) :: slave, master
+    real(wp), intent(in) :: mean(2), one(2), other(2)  !! its corners [length]
+    real(wp), intent(in) :: point(:), weight(:)        !! on the unit interval
+    type(shared_t), intent(inout) :: shared
+    real(wp) :: p(2), q(2), x(2), n(4), m(4), twice, part
+    integer :: i, j, b
+
+    p = one - mean
+    q = other - mean
+    twice = abs(p(1)*q(2) - p(2)*q(1))
+    if (.not. twice > 0.0_wp) return
+    do i = 1, size(point)
+      do j = 1, size(point)
+        x = mean + point(i)*((1.0_wp - point(j))*p + point(j)*q)
+        part = twice*weight(i)*weight(j)*point(i)
+        n = shapes_at(slave, x)
+        m = shapes_at(master, x)
+        shared%area = shared%area + part
+        shared%lumped = shared%lumped + part*n
+        do b = 1, 4
+          shared%mass(:, b) = shared%mass(:, b) + part*n(b)*n
+          shared%mixed(:, b) = shared%mixed(:, b) + part*m(b)*n
+        end do
+      end do
+    end do
+  end subroutine add_triangle
+
+  pure function flat_face(x) result(flat)
+    real(wp), intent(in) :: x(:, :)  !! (2,n) corners [length]
+    type(flat_t) :: flat
+
+    flat%n = size(x, 2)
+    flat%c(:, 1) = x(:, 1)
+    flat%c(:, 2) = x(:, 2) - x(:, 1)
+    flat%c(:, 3) = x(:, flat%n) - x(:, 1)
+    if (flat%n == 4) flat%c(:, 4) = (x(:, 3) - x(:, 4)) - (x(:, 2) - x(:, 1))
+    flat%is_affine = norm2(flat%c(:, 4)) <= rounding*(norm2(flat%c(:, 2)) + norm2(flat%c(:, 3)))
+  end function flat_face
+
+  !> Shape functions at a place; the fourth of a triangle is 0.
+  pure function shapes_at(face, x) result(n)
+    type(flat_t), intent(in) :: face
+    real(wp), intent(in) :: x(2)   !! [length]
+    real(wp) :: n(4)
+    real(wp) :: s(2), step(2), left(2), a(2), b(2), det
+    integer :: i
+
+    s = 0.5_wp
+    if (face%is_affine) s = 0.0_wp
+    do i = 1, 30
+      left = x - face%c(:, 1) - s(1)*face%c(:, 2) - s(2)*(face%c(:, 3) + s(1)*face%c(:, 4))
+      a = face%c(:, 2) + s(2)*face%c(:, 4)
+      b = face%c(:, 3) + s(1)*face%c(:, 4)
+      det = a(1)*b(2) - a(2)*b(1)
+      if (.not. abs(det) > 0.0_wp) exit
+      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      s = s + step
+      if (face%is_affine .or. maxval(abs(step)) < 1.0e-9_wp) exit
+    end do
+    if (face%n == 3) then
+      n = [1.0_wp - s(1) - s(2), s(1), s(2), 0.0_wp]
+    else
+      n = [(1.0_wp - s(1))*(1.0_wp - s(2)), s(1)*(1.0_wp - s(2)), s(1)*s(2), (1.0_wp - s(1))*s(2)]
+    end if
+  end function shapes_at
+
+end module face_integrals_mod

@@ -1,0 +1,128 @@
+!> Gaps, normals, slips and local reactions before planes, spheres and cylinders, from where nodes
+!> and obstacles are. docs/theory.md sections 6 and 9.
+module obstacle_gaps_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
+  use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: contact_fields_t
+  use turned_slips_mod, only: orientation
+  implicit none
+  private
+
+  public :: face_obstacles, frame_of, rounding_of_places
+
+contains
+
+  !> Put what points before these obstacles come to in the place of what was said of it. Points
+  !> before facets and surfaces stay as they are.
+  pure subroutine face_obstacles(scene, points, old, new, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old, new
+    type(contact_fields_t), intent(inout) :: contact
+    real(wp) :: axes(3, 3), place(3), along(3), moved(3), way(3), arm(3), gap, normal(3)
+    integer :: pair, i
+
+    do pair = 1, size(scene%pairs)
+      if (scene%pairs(pair)%master == 0) cycle
+      associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
+                 turn => new%rotation(:, scene%pairs(pair)%master))
+        if (.not. has_closest_point(obstacle)) cycle
+        place = obstacle%point
+        along = obstacle%normal
+        moved = 0.0_wp
+        way = 0.0_wp
+        if (obstacle%ref_node > 0) then
+          associate (pivot => scene%mesh%coordinates(:, obstacle%ref_node))
+            moved = new%displacement(:, obstacle%ref_node)
+            way = moved - old%displacement(:, obstacle%ref_node)
+            if (any(abs(turn) > 0.0_wp)) then
+              axes = orientation(turn)
+              place = pivot + matmul(axes, place - pivot)
+              along = matmul(axes, along)
+            end if
+          end associate
+        end if
+        do i = points%first(pair), points%first(pair + 1) - 1
+          associate (node => points%node(i), frame => contact%frame(:, :, i))
+            normal = along
+            if (obstacle%kind == obstacle_plane) then
+              ! Places in the mesh, and motions beside them, keep the digits of small motions.
+              gap = dot_product(along, scene%mesh%coordinates(:, node) - place) + &
+                dot_product(along, new%displacement(:, node) - moved)
+            else
+              normal = frame(:, 1)
+              arm = scene%mesh%coordinates(:, node) + new%displacement(:, node) - place - moved
+              call find_closest(obstacle, along, arm, gap, normal)
+            end if
+            frame = frame_of(normal)
+            contact%gap(i) = gap + points%extra_gap(i)
+            contact%reaction(:, i) = matmul(new%reaction(:, i), frame)
+            contact%slip_increment(:, i) = matmul(new%displacement(:, node) - &
+              old%displacement(:, node) - way, frame(:, 2:))
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine face_obstacles
+
+  !> Whether gaps before an obstacle are those of single points.
+  elemental logical function has_closest_point(obstacle)
+    type(obstacle_t), intent(in) :: obstacle
+
+    has_closest_point = obstacle%kind == obstacle_plane .or. obstacle%kind == obstacle_sphere .or. &
+      obstacle%kind == obstacle_cylinder
+  end function has_closest_point
+
+  !> The signed distance of a point from a sphere or cylinder, and the unit normal towards it. At a
+  !> centre or on an axis any normal will do: the one that was there stays.
+  pure subroutine find_closest(obstacle, axis, arm, gap, normal)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: axis(3)   !! of a cylinder, as turned [-]
+    real(wp), intent(in) :: arm(3)    !! the point, from the obstacle's [length]
+    real(wp), intent(out) :: gap      !! [length]
+    real(wp), intent(inout) :: normal(3) !! [-]
+    real(wp) :: out(3), distance, inwards
+
+    out = arm
+    if (obstacle%kind == obstacle_cylinder) out = arm - dot_product(axis, arm)*axis
+    distance = norm2(out)
+    inwards = merge(-1.0_wp, 1.0_wp, obstacle%inner)
+    gap = inwards*(distance - obstacle%radius)
+    if (distance > 0.0_wp) normal = inwards*(out/distance)
+  end subroutine find_closest
+
+  !> A normal with two tangents.
+  pure function frame_of(normal) result(frame)
+    real(wp), intent(in) :: normal(3)  !! unit vector
+    real(wp) :: frame(3, 3)            !! columns
+    real(wp) :: axis(3)
+
+    axis = 0.0_wp
+    axis(minloc(abs(normal), dim=1)) = 1.0_wp
+    frame(:, 1) = normal
+    frame(:, 2) = cross(normal, axis)
+    frame(:, 2) = frame(:, 2)/norm2(frame(:, 2))
+    frame(:, 3) = cross(normal, frame(:, 2))
+  end function frame_of
+
+  !> A gap is a difference of places, and rounded as these are.
+  pure real(wp) function rounding_of_places(scene, u) result(rounding)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    integer :: i
+
+    rounding = maxval(abs(scene%mesh%coordinates)) + maxval(abs(u))
+    do i = 1, size(scene%obstacles)
+      associate (obstacle => scene%obstacles(i))
+        rounding = max(rounding, maxval(abs(obstacle%point)) + obstacle%radius)
+        if (allocated(obstacle%corner)) rounding = max(rounding, maxval(abs(obstacle%corner)))
+      end associate
+    end do
+    rounding = 8.0_wp*epsilon(1.0_wp)*rounding
+  end function rounding_of_places
+
+end module obstacle_gaps_mod
