@@ -19,7 +19,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 # Which room may use which, besides itself; lowest first.
-_LOW = {"base", "machine", "algebra", "laws", "model"}
+_LOW = {"base", "machine", "algebra", "laws", "cells", "model"}
 _BODY = _LOW | {"elements", "equations"}
 _CONTACT = {"contact", "contact/geometry", "contact/solvers"}
 MAY_USE = {
@@ -27,29 +27,31 @@ MAY_USE = {
     "machine": {"base"},
     "algebra": {"base", "machine"},
     "laws": {"base"},
-    "model": {"base", "laws"},
-    "elements": {"base", "algebra", "laws", "model"},
+    "cells": {"base"},
+    "model": {"base", "laws", "cells"},
+    "elements": {"base", "algebra", "laws", "cells", "model"},
     # contact/geometry: what is flat or curved
-    "output": {"base", "algebra", "model", "elements", "contact/geometry"},
+    "output": {"base", "algebra", "cells", "model", "elements", "contact/geometry"},
     "deck/language": {"base"},
     # elements: the check of the Jacobians; contact/geometry: where obstacles are, for ADJUST
     "deck": {
         "base",
         "machine",
         "algebra",
+        "cells",
         "model",
         "elements",
         "contact/geometry",
         "deck/language",
         "deck/cards",
     },
-    "deck/cards": {"base", "machine", "laws", "model", "deck/language", "deck"},
+    "deck/cards": {"base", "machine", "laws", "cells", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
     "contact": _BODY | _CONTACT,
-    "contact/geometry": {"base", "algebra", "laws", "model", "elements"},
+    "contact/geometry": {"base", "algebra", "laws", "cells", "model", "elements"},
     "contact/solvers": {"base", "algebra", "model"},
     "increment": _BODY | _CONTACT,
-    "accuracy": {"base", "model", "elements"},
+    "accuracy": {"base", "cells", "model", "elements"},
     "plan": _BODY | _CONTACT | {"output", "increment"},
     "hdf5": {"base", "machine"},
     "results": _LOW | {"output", "accuracy", "hdf5"},
@@ -85,7 +87,7 @@ CERTIFICATE = {
     "contact/certificate_scales.f90",
     "contact/undetermined_forces.f90",
 }
-CERTIFICATE_MAY_USE = {"base", "algebra", "model", "elements"}
+CERTIFICATE_MAY_USE = {"base", "algebra", "cells", "model", "elements"}
 PLAN = "model/plan.f90"
 PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
 # Words that stand in these files alone: what they mean is decided there.
