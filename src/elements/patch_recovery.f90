@@ -8,6 +8,7 @@
 !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
 module patch_recovery_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t
   use dense_mod, only: solve_least_squares, symmetric_eigenvectors
   use mesh_mod, only: mesh_t, elements_at_nodes
   use small_matrix_mod, only: determinant
@@ -30,30 +31,30 @@ contains
     real(wp), intent(out) :: smooth(:, :) !! (6,n_nodes) [force/length^2]
     real(wp), allocatable :: fit(:, :, :) !! (4,6,n_nodes) value and gradient
     real(wp), allocatable :: middle(:, :) !! (3,n_nodes) where that value is [length]
-    integer, allocatable :: start(:), elements(:)
+    type(lists_t) :: at
     integer :: n_bricks(mesh%n_nodes), node
     logical :: is_inside(mesh%n_nodes), has_fit(mesh%n_nodes)
 
-    call elements_at_nodes(mesh, start, elements, mesh%material == of_material)
-    n_bricks = start(2:) - start(:mesh%n_nodes)
+    at = elements_at_nodes(mesh, mesh%material == of_material)
+    n_bricks = at%first(2:) - at%first(:mesh%n_nodes)
     do node = 1, mesh%n_nodes
-      is_inside(node) = surrounded(mesh, node, elements(start(node):start(node + 1) - 1))
+      is_inside(node) = surrounded(mesh, node, at%item(at%first(node):at%first(node + 1) - 1))
     end do
     ! Fits are made where they are used.
     has_fit = .false.
     do node = 1, mesh%n_nodes
-      associate (bricks => elements(start(node):start(node + 1) - 1))
+      associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
         call mark_centres(mesh%connectivity(:, bricks), node)
       end associate
     end do
     allocate (fit(4, 6, mesh%n_nodes), middle(3, mesh%n_nodes))
     do node = 1, mesh%n_nodes
-      if (has_fit(node)) call make_fit(mesh, elements(start(node):start(node + 1) - 1), means, &
+      if (has_fit(node)) call make_fit(mesh, at%item(at%first(node):at%first(node + 1) - 1), means, &
         fit(:, :, node), middle(:, node))
     end do
     smooth = 0.0_wp
     do node = 1, mesh%n_nodes
-      associate (bricks => elements(start(node):start(node + 1) - 1))
+      associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
         if (size(bricks) > 0) smooth(:, node) = mean_of_fits(mesh%connectivity(:, bricks), node)
       end associate
     end do

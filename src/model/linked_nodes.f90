@@ -3,6 +3,7 @@
 module linked_nodes_mod
   use sorting_mod, only: sort_ascending
   use growing_lists_mod, only: append
+  use lists_mod, only: lists_t, lists_with
   use constraints_mod, only: constraints_t, constraint_of
   use mesh_mod, only: mesh_t
   implicit none
@@ -53,25 +54,11 @@ contains
     integer, intent(in) :: list(:)  !! the lists, one after the other; in each a node stands once
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each list
     integer, allocatable, intent(out) :: neighbours(:)
-    integer :: at_node(n_nodes + 1), marked(n_nodes), lists(size(list)), found(n_nodes)
-    integer :: i, k, l, n, node, pass
+    type(lists_t) :: at !! the lists that each node stands in
+    integer :: marked(n_nodes), found(n_nodes)
+    integer :: k, l, n, node, pass
 
-    ! The lists that each node stands in.
-    at_node = 0
-    do k = 1, size(list)
-      at_node(list(k) + 1) = at_node(list(k) + 1) + 1
-    end do
-    at_node(1) = 1
-    do node = 1, n_nodes
-      at_node(node + 1) = at_node(node) + at_node(node + 1)
-    end do
-    marked = at_node(:n_nodes)
-    do i = 1, size(first) - 1
-      do k = first(i), first(i + 1) - 1
-        lists(marked(list(k))) = i
-        marked(list(k)) = marked(list(k)) + 1
-      end do
-    end do
+    at = lists_with(first, list, n_nodes)
     ! Twice over the nodes: once to count, once to store.
     allocate (start(n_nodes + 1))
     do pass = 1, 2
@@ -79,8 +66,8 @@ contains
       start(1) = 1
       do node = 1, n_nodes
         n = 0
-        do l = at_node(node), at_node(node + 1) - 1
-          do k = first(lists(l)), first(lists(l) + 1) - 1
+        do l = at%first(node), at%first(node + 1) - 1
+          do k = first(at%item(l)), first(at%item(l) + 1) - 1
             if (marked(list(k)) == node) cycle
             marked(list(k)) = node
             n = n + 1

@@ -1,6 +1,7 @@
 !> The mesh: nodes, 8-node bricks, the bodies they form.
 module mesh_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t, columns_with
   use constraints_mod, only: constraints_t
   implicit none
   private
@@ -167,36 +168,14 @@ contains
     end do
   end subroutine find_root
 
-  !> Compressed lists of the elements that meet at each node, ascending.
-  pure subroutine elements_at_nodes(mesh, start, elements, counts)
+  !> The elements that meet at each node, ascending.
+  pure function elements_at_nodes(mesh, counts) result(at)
     type(mesh_t), intent(in) :: mesh
-    integer, allocatable, intent(out) :: start(:)    !! (n_nodes+1) first entry of each node's list
-    integer, allocatable, intent(out) :: elements(:) !! the lists, one after the other
-    logical, intent(in) :: counts(:)                 !! (n_elements) those that are listed
-    integer :: fill(mesh%n_nodes), e, k, node
+    logical, intent(in) :: counts(:) !! (n_elements) those that are listed
+    type(lists_t) :: at
 
-    allocate (start(mesh%n_nodes + 1), source=0)
-    do e = 1, mesh%n_elements
-      if (.not. counts(e)) cycle
-      do k = 1, 8
-        node = mesh%connectivity(k, e)
-        start(node + 1) = start(node + 1) + 1
-      end do
-    end do
-    start(1) = 1
-    do node = 1, mesh%n_nodes
-      start(node + 1) = start(node) + start(node + 1)
-    end do
-    allocate (elements(8*count(counts)))
-    fill = start(:mesh%n_nodes)
-    do e = 1, mesh%n_elements
-      if (.not. counts(e)) cycle
-      do k = 1, 8
-        node = mesh%connectivity(k, e)
-        elements(fill(node)) = e
-        fill(node) = fill(node) + 1
-      end do
-    end do
-  end subroutine elements_at_nodes
+    at = columns_with(merge(mesh%connectivity(:, :mesh%n_elements), 0, spread(counts, 1, 8)), &
+      mesh%n_nodes)
+  end function elements_at_nodes
 
 end module mesh_mod

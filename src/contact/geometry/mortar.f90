@@ -5,6 +5,7 @@
 module mortar_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: enlarge
+  use lists_mod, only: lists_t, lists_by_key
   use small_matrix_mod, only: solve_small
   use contact_points_mod, only: weights_t
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
@@ -549,28 +550,16 @@ contains
     integer, intent(in) :: row(:), node(:)
     real(wp), intent(in) :: weight(:)   !! [length^2]
     type(weights_t), intent(out) :: weights
-    integer :: start(size(area) + 1), at(size(area)), sorted(size(row)), i, k, m, n_entries
+    type(lists_t) :: of_row !! contributions to each row
+    integer :: i, k, m, n_entries
 
-    start = 0
-    do i = 1, size(row)
-      if (area(row(i)) > 0.0_wp) start(row(i) + 1) = start(row(i) + 1) + 1
-    end do
-    start(1) = 1
-    do i = 1, size(area)
-      start(i + 1) = start(i) + start(i + 1)
-    end do
-    at = start(:size(area))
-    do i = 1, size(row)
-      if (.not. area(row(i)) > 0.0_wp) cycle
-      sorted(at(row(i))) = i
-      at(row(i)) = at(row(i)) + 1
-    end do
+    of_row = lists_by_key(merge(row, 0, area(row) > 0.0_wp), size(area))
     allocate (weights%first(size(area) + 1), weights%node(size(row)), weights%weight(size(row)))
     n_entries = 0
     do i = 1, size(area)
       weights%first(i) = n_entries + 1
-      do k = start(i), start(i + 1) - 1
-        associate (entry => sorted(k))
+      do k = of_row%first(i), of_row%first(i + 1) - 1
+        associate (entry => of_row%item(k))
           do m = weights%first(i), n_entries
             if (weights%node(m) == node(entry)) exit
           end do

@@ -5,6 +5,7 @@
 !> docs/theory.md (10.6), (10.7).
 module smooth_faces_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t, columns_with
   use small_matrix_mod, only: cross
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, face_nodes
@@ -41,7 +42,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     type(smooth_faces_t) :: faces
-    integer, allocatable :: start(:), around(:) !! faces at each node, as compressed lists
+    type(lists_t) :: at !! the faces at each node
     real(wp) :: x(3, 4), n(3)
     integer :: f, n_faces
 
@@ -56,47 +57,21 @@ contains
       faces%normal(:, f) = n/max(norm2(n), tiny(1.0_wp))
       faces%half(:, f) = 0.5_wp*norm2(x(:, next) - x, dim=1)
     end do
-    call list_faces(faces%nodes, mesh%n_nodes, start, around)
+    at = columns_with(faces%nodes, mesh%n_nodes)
     do f = 1, n_faces
-      call bend_edges(mesh, faces, f, start, around)
+      call bend_edges(mesh, faces, f, at)
     end do
   end function make_smooth_faces
-
-  !> Compressed lists of the faces at each node.
-  pure subroutine list_faces(nodes, n_nodes, start, around)
-    integer, intent(in) :: nodes(:, :)             !! (4, n_faces)
-    integer, intent(in) :: n_nodes                 !! of the mesh
-    integer, allocatable, intent(out) :: start(:)  !! (n_nodes+1) first entry of each node's list
-    integer, allocatable, intent(out) :: around(:) !! the lists, one after the other
-    integer :: fill(n_nodes), f, k
-
-    allocate (start(n_nodes + 1), source=0)
-    allocate (around(size(nodes)))
-    do f = 1, size(nodes, 2)
-      start(nodes(:, f) + 1) = start(nodes(:, f) + 1) + 1
-    end do
-    start(1) = 1
-    do k = 1, n_nodes
-      start(k + 1) = start(k) + start(k + 1)
-    end do
-    fill = start(:n_nodes)
-    do f = 1, size(nodes, 2)
-      do k = 1, 4
-        around(fill(nodes(k, f))) = f
-        fill(nodes(k, f)) = fill(nodes(k, f)) + 1
-      end do
-    end do
-  end subroutine list_faces
 
   !> How far the arcs over a face's edges rise in their middle. docs/theory.md (10.7).
   !>
   !> Where the surface ends at a node, across the edge, its normal there says nothing about the
   !> edge: the arc is then as bent at that end as at the other.
-  pure subroutine bend_edges(mesh, faces, f, start, around)
+  pure subroutine bend_edges(mesh, faces, f, at)
     type(mesh_t), intent(in) :: mesh
     type(smooth_faces_t), intent(inout) :: faces !! gets bulge(:, :, f)
     integer, intent(in) :: f
-    integer, intent(in) :: start(:), around(:)   !! of list_faces
+    type(lists_t), intent(in) :: at              !! the faces at each node
     real(wp) :: normal(3, 4), along(3)
     logical :: goes_on(4) !! over the edge k, k+1 to another face
     integer :: k, a, b
@@ -142,8 +117,8 @@ contains
 
       node = faces%nodes(corner, f)
       n = 0.0_wp
-      do i = start(node), start(node + 1) - 1
-        g = around(i)
+      do i = at%first(node), at%first(node + 1) - 1
+        g = at%item(i)
         if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
         j = findloc(faces%nodes(:, g), node, dim=1)
         one = mesh%coordinates(:, faces%nodes(next(j), g)) - mesh%coordinates(:, node)
@@ -159,8 +134,8 @@ contains
       integer :: i, g
 
       has_neighbour = .false.
-      do i = start(one), start(one + 1) - 1
-        g = around(i)
+      do i = at%first(one), at%first(one + 1) - 1
+        g = at%item(i)
         if (g == f) cycle
         if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
         if (any(faces%nodes(:, g) == other)) has_neighbour = .true.
