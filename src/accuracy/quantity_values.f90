@@ -3,6 +3,7 @@ module quantity_values_mod
   use kinds_mod, only: wp
   use controls_mod, only: accuracy_of_pressure, accuracy_of_displacement, accuracy_of_mises, &
     accuracy_of_slip, accuracy_of_reaction, accuracy_of_contact_force
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
   use contact_points_mod, only: contact_points_t
@@ -112,7 +113,8 @@ contains
       associate (nodes => scene%mesh%connectivity, material => scene%mesh%material)
         do e = 1, scene%mesh%n_elements
           if (material(e) /= material(at)) cycle
-          if (n_shared(nodes(:, e), nodes(:, at)) == 4) beside = min(beside, mises(e))
+          if (n_shared(nodes_of_hexahedron(nodes, e), nodes_of_hexahedron(nodes, at)) == 4) &
+            beside = min(beside, mises(e))
         end do
       end associate
     end subroutine find_mises
@@ -205,7 +207,7 @@ contains
     type(contact_fields_t), intent(in) :: contact
     integer, intent(in) :: pair
     real(wp) :: pressure(mesh%n_nodes) !! negative where the pair has no point
-    integer :: i, e, k, at
+    integer :: i, e, k, at, nodes(8)
 
     pressure = -1.0_wp
     do i = points%first(pair), points%first(pair + 1) - 1
@@ -216,9 +218,10 @@ contains
     at = maxloc(pressure, dim=1)
     beside = max(0.0_wp, pressure(at))
     do e = 1, mesh%n_elements
-      k = findloc(mesh%connectivity(:, e), at, dim=1)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      k = findloc(nodes, at, dim=1)
       if (k == 0) cycle
-      associate (near => pressure(mesh%connectivity(edge_ends(:, k), e)))
+      associate (near => pressure(nodes(edge_ends(:, k))))
         beside = min(beside, minval(merge(near, beside, near >= 0.0_wp)))
       end associate
     end do

@@ -181,8 +181,8 @@ contains
           loose_body(mesh%body(scene%surfaces(s%face_pressures(i)%surface)%nodes)) = .true.
         end do
         do i = 1, size(s%gravity)
-          loose_body(mesh%body(mesh%connectivity(1, &
-            scene%regions(s%gravity(i)%region)%elements))) = .true.
+          loose_body(mesh%body(mesh%connectivity%node(mesh%connectivity%first( &
+            scene%regions(s%gravity(i)%region)%elements)))) = .true.
         end do
         if (allocated(s%temperatures)) loose_body(mesh%body(s%temperatures%node)) = .true.
       end associate

@@ -4,6 +4,8 @@ module build_mesh_mod
   use brick8_mod, only: eta_node, jacobian_determinants, xi_node, zeta_node
   use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
+  use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
+    some_elements
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
   use mesh_mod, only: find_bodies, mesh_t
   use sets_mod, only: model_t
@@ -25,7 +27,7 @@ contains
     model%used = .false.
     model%reference = .false.
     do e = 1, model%mesh%n_elements
-      model%used(model%mesh%connectivity(:, e)) = .true.
+      model%used(nodes_of_element(model%mesh%connectivity, e)) = .true.
     end do
   end subroutine mark_used_nodes
 
@@ -58,12 +60,13 @@ contains
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
     real(wp) :: x(3, 8), determinants(16), least
-    integer :: e
+    integer :: e, nodes(8)
 
     do e = 1, draft%n_elements
       ! Elements with undefined nodes were given one node eight times: they were reported.
-      if (draft%connectivity(1, e) == draft%connectivity(2, e)) cycle
-      x = draft%coordinates(:, draft%connectivity(:, e))
+      nodes = nodes_of_hexahedron(draft%connectivity, e)
+      if (nodes(1) == nodes(2)) cycle
+      x = draft%coordinates(:, nodes)
       if (any(x >= not_a_coordinate)) cycle
       if (is_box(x)) cycle
       determinants = jacobian_determinants(x)
@@ -101,6 +104,7 @@ contains
     type(constraints_t), intent(in) :: constraints
     integer, allocatable, intent(inout) :: material(:) !! (n_elements), given up
     type(mesh_t), intent(out) :: mesh
+    integer :: e
 
     mesh%n_nodes = draft%n_nodes
     mesh%n_stand_ins = draft%n_stand_ins
@@ -110,8 +114,8 @@ contains
     deallocate (draft%coordinates)
     mesh%node_id = draft%node_id(:draft%n_nodes)
     deallocate (draft%node_id)
-    mesh%connectivity = draft%connectivity(:, :draft%n_elements)
-    deallocate (draft%connectivity)
+    mesh%connectivity = some_elements(draft%connectivity, [(e, e=1, draft%n_elements)])
+    draft%connectivity = connectivity_t()
     if (allocated(draft%piece_id)) then
       call move_alloc(draft%piece_id, mesh%element_id)
     else

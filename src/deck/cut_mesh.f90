@@ -7,6 +7,7 @@
 module cut_mesh_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
+  use connectivity_mod, only: make_hexahedra
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
   use refine_bricks_mod, only: piece_faces, pieces_t, value_between
   use sets_mod, only: finish, model_t, set_t
@@ -66,7 +67,7 @@ contains
       mesh%element_id(:n) = mesh%element_id(origin)
       mesh%element_position(:n) = mesh%element_position(origin)
       mesh%element_kind(:n) = mesh%element_kind(origin)
-      mesh%connectivity(:, :n) = pieces%nodes
+      mesh%connectivity = make_hexahedra(pieces%nodes)
       mesh%piece_id = ids
       mesh%outer = mesh%outer(:, origin)
       do i = 1, n

@@ -1,9 +1,9 @@
 !> The faces that a set of nodes means.
 module find_faces_mod
   use growing_lists_mod, only: append
+  use connectivity_mod, only: nodes_of_element, nodes_of_face
   use mesh_draft_mod, only: mesh_draft_t
   use sorting_mod, only: order_of_columns, sort_ascending
-  use surfaces_mod, only: face_nodes
   implicit none
   private
 
@@ -23,7 +23,7 @@ contains
     call find_candidates(mesh, nodes, candidate)
     allocate (key(4, size(candidate, 2)), outer(size(candidate, 2)))
     do i = 1, size(candidate, 2)
-      key(:, i) = mesh%connectivity(face_nodes(:, candidate(2, i)), candidate(1, i))
+      key(:, i) = nodes_of_face(mesh%connectivity, candidate(1, i), candidate(2, i))
       call sort_ascending(key(:, i))
     end do
 
@@ -90,9 +90,9 @@ contains
     named(nodes) = .true.
     n = 0
     do e = 1, mesh%n_elements
-      if (count(named(mesh%connectivity(:, e))) < 4) cycle
+      if (count(named(nodes_of_element(mesh%connectivity, e))) < 4) cycle
       do face = 1, 6
-        if (.not. all(named(mesh%connectivity(face_nodes(:, face), e)))) cycle
+        if (.not. all(named(nodes_of_face(mesh%connectivity, e, face)))) cycle
         call append(faces, n, [e, face])
       end do
     end do

@@ -2,6 +2,7 @@
 !>
 !> What happens in a slice does not change across it, so it needs no more bricks there.
 module slice_axis_mod
+  use connectivity_mod, only: nodes_of_hexahedron
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use obstacle_shapes_mod, only: is_same_along
@@ -50,7 +51,7 @@ contains
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
     real(wp) :: low, high, close_by
-    integer :: along(1), e, a
+    integer :: along(1), nodes(8), e, a
     logical :: is_slice
 
     associate (mesh => scene%mesh)
@@ -60,10 +61,11 @@ contains
       allocate (opposite(mesh%n_nodes), source=0)
       is_slice = .true.
       do e = 1, mesh%n_elements
-        along = local_axes(mesh%coordinates, mesh%connectivity(:, e:e), axis)
+        nodes = nodes_of_hexahedron(mesh%connectivity, e)
+        along = local_axes(mesh%coordinates, reshape(nodes, [size(nodes), 1]), axis)
         do a = 1, size(along_edge)
           if (along_edge(a) /= along(1)) cycle
-          associate (ends => mesh%connectivity(edge_nodes(:, a), e))
+          associate (ends => nodes(edge_nodes(:, a)))
             is_slice = is_slice .and. are_opposite(mesh%coordinates(:, ends(1)), &
               mesh%coordinates(:, ends(2))) .and. all(opposite(ends) == 0 .or. opposite(ends) == &
               ends([2, 1]))

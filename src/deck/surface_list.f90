@@ -6,10 +6,11 @@ module surface_list_mod
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
   use lookup_mod, only: find_name, name_lookup_t
+  use connectivity_mod, only: nodes_of_face
   use mesh_draft_mod, only: mesh_draft_t, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: face_nodes, surface_t
+  use surfaces_mod, only: surface_t
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -145,7 +146,7 @@ contains
     allocate (on_face(mesh%n_nodes))
     on_face = .false.
     do i = 1, size(surface%faces, 2)
-      on_face(mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))) = .true.
+      on_face(nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))) = .true.
     end do
     n = count(.not. on_face(surface%nodes))
   end function count_without_face
@@ -161,7 +162,7 @@ contains
     allocate (surface%nodes(4*n))
     do i = 1, n
       surface%nodes(4*i - 3:4*i) = &
-        mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
+        nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
     end do
     call sort_unique(surface%nodes)
   end subroutine find_nodes

@@ -275,8 +275,7 @@ contains
 
     mesh%n_nodes = model%mesh%n_nodes
     mesh%n_elements = model%mesh%n_elements
-    allocate (mesh%connectivity(8, mesh%n_elements), &
-      source=model%mesh%connectivity(:, :mesh%n_elements))
+    mesh%connectivity = model%mesh%connectivity
     call find_bodies(mesh)
     thickness = huge(thickness)
     do k = 1, size(nodes)

@@ -13,6 +13,7 @@ module ties_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
@@ -154,11 +155,11 @@ contains
 
     reported = .false.
     do e = 1, model%mesh%n_elements
-      t = maxval(mover(model%mesh%connectivity(:, e)))
+      t = maxval(mover(nodes_of_element(model%mesh%connectivity, e)))
       if (t == 0) cycle
       if (reported(t)) cycle
-      if (all(jacobian_determinants(model%mesh%coordinates(:, model%mesh%connectivity(:, e))) &
-              > 0.0_wp)) cycle
+      if (all(jacobian_determinants(model%mesh%coordinates(:, nodes_of_hexahedron( &
+        model%mesh%connectivity, e))) > 0.0_wp)) cycle
       if (.not. keep_reading(reader)) return
       reported(t) = .true.
       call report(reader, ties(t)%position, 'tie '//quoted(ties(t)%name)//' turns element '// &

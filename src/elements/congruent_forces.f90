@@ -7,6 +7,7 @@
 !> have moved far as a whole lose no digits, nor do long thin bricks that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
   use brick8_mod, only: along_edges, xi_node, eta_node, zeta_node
@@ -62,7 +63,7 @@ contains
     n = 0
     next = 1
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       i = place_of(shapes(:n), mesh%element_kind(e), mesh%material(e), x, rounding)
       if (i == 0) then

@@ -3,6 +3,7 @@
 module expansion_mod
   use kinds_mod, only: wp, i8
   use elasticity_mod, only: thermal_stress_of
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
   use warming_mod, only: warms, warming_at
@@ -35,7 +36,8 @@ contains
     integer :: e
 
     do e = 1, mesh%n_elements
-      free(e) = materials(mesh%material(e))%expansion*sum(rise(mesh%connectivity(:, e)))/8.0_wp
+      free(e) = materials(mesh%material(e))%expansion*sum(rise(nodes_of_hexahedron( &
+        mesh%connectivity, e)))/8.0_wp
     end do
   end function free_strain
 
@@ -51,7 +53,7 @@ contains
 
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       call shape_gradients(mesh%coordinates(:, nodes), gradient, weight)
       stress = thermal_stress_of(free(e), materials(mesh%material(e))%law%elastic)
       do g = 1, 8
@@ -72,7 +74,7 @@ contains
       if (.not. abs(free(e)) > 0.0_wp) cycle
       energy = energy + 1.5_wp*thermal_stress_of(free(e), &
         materials(mesh%material(e))%law%elastic)*free(e)* &
-        volume(mesh%coordinates(:, mesh%connectivity(:, e)))
+        volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
     end do
   end function thermal_energy
 

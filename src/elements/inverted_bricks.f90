@@ -1,6 +1,7 @@
 !> Bricks that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
 module inverted_bricks_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use brick8_mod, only: shape_gradients, along_edges, jacobian_determinants
   implicit none
@@ -18,8 +19,8 @@ contains
     integer :: e
 
     do e = 1, mesh%n_elements
-      call shape_gradients(mesh%coordinates(:, mesh%connectivity(:, e)), gradient, weight, &
-        inverse_jacobian)
+      call shape_gradients(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)), &
+        gradient, weight, inverse_jacobian)
       reach(:, e) = 0.5_wp*maxval(norm2(inverse_jacobian, dim=2), dim=2)
     end do
   end function find_reach
@@ -41,7 +42,7 @@ contains
     element = 0
     least = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       along = along_edges(u(:, nodes))
       bound = 0.0_wp
       do j = 1, 3

@@ -1,8 +1,9 @@
 !> Sums over the whole mesh: internal forces, pressures, weight, surface areas.
 module mesh_forces_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
-  use surfaces_mod, only: surface_t, face_nodes
+  use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
   use brick8_mod, only: node_volumes, stiffness_length
@@ -42,7 +43,7 @@ contains
 
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*brick_stiffness(mesh, &
         materials, e)*maxval(abs(u(:, nodes)))
     end do
@@ -58,7 +59,7 @@ contains
 
     stiffness = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       stiffness(nodes) = stiffness(nodes) + brick_stiffness(mesh, materials, e)
     end do
   end function nodal_stiffness
@@ -70,7 +71,7 @@ contains
     integer, intent(in) :: e
 
     brick_stiffness = constrained_modulus(materials(mesh%material(e))%law%elastic)* &
-      stiffness_length(mesh%coordinates(:, mesh%connectivity(:, e)))
+      stiffness_length(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
   end function brick_stiffness
 
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
@@ -82,7 +83,7 @@ contains
     integer :: i, nodes(4)
 
     do i = 1, size(surface%faces, 2)
-      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
+      nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
       f(:, nodes) = f(:, nodes) - pressure*face_area_vectors(mesh%coordinates(:, nodes))
     end do
   end subroutine pressure_force
@@ -98,7 +99,7 @@ contains
     integer :: i, a, nodes(8)
 
     do i = 1, size(elements)
-      nodes = mesh%connectivity(:, elements(i))
+      nodes = nodes_of_hexahedron(mesh%connectivity, elements(i))
       mass = materials(mesh%material(elements(i)))%density*node_volumes(mesh%coordinates(:, nodes))
       do a = 1, 8
         f(:, nodes(a)) = f(:, nodes(a)) + mass(a)*acceleration
@@ -114,7 +115,7 @@ contains
     integer :: i, nodes(4)
 
     do i = 1, size(surface%faces, 2)
-      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
+      nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
       area(nodes) = area(nodes) + face_node_areas(mesh%coordinates(:, nodes))
     end do
   end subroutine add_nodal_areas

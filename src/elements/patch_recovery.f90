@@ -10,6 +10,7 @@ module patch_recovery_mod
   use kinds_mod, only: wp
   use lists_mod, only: lists_t
   use dense_mod, only: solve_least_squares, symmetric_eigenvectors
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, elements_at_nodes
   use small_matrix_mod, only: determinant
   implicit none
@@ -44,7 +45,7 @@ contains
     has_fit = .false.
     do node = 1, mesh%n_nodes
       associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
-        call mark_centres(mesh%connectivity(:, bricks), node)
+        call mark_centres(nodes_of(bricks), node)
       end associate
     end do
     allocate (fit(4, 6, mesh%n_nodes), middle(3, mesh%n_nodes))
@@ -55,11 +56,21 @@ contains
     smooth = 0.0_wp
     do node = 1, mesh%n_nodes
       associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
-        if (size(bricks) > 0) smooth(:, node) = mean_of_fits(mesh%connectivity(:, bricks), node)
+        if (size(bricks) > 0) smooth(:, node) = mean_of_fits(nodes_of(bricks), node)
       end associate
     end do
 
   contains
+
+    pure function nodes_of(bricks) result(nodes)
+      integer, intent(in) :: bricks(:)
+      integer :: nodes(8, size(bricks))
+      integer :: e
+
+      do e = 1, size(bricks)
+        nodes(:, e) = nodes_of_hexahedron(mesh%connectivity, bricks(e))
+      end do
+    end function nodes_of
 
     !> Say which fits a node takes: its own inside; else those around it that are inside, or else
     !> those where most bricks meet, if these are more than its own.
@@ -136,7 +147,7 @@ contains
 
     n = 0
     do e = 1, size(bricks)
-      associate (nodes => mesh%connectivity(:, bricks(e)))
+      associate (nodes => nodes_of_hexahedron(mesh%connectivity, bricks(e)))
         k = findloc(nodes, node, dim=1)
         do i = 1, 3
           associate (a => nodes(edge_ends(i, k)), b => nodes(edge_ends(mod(i, 3) + 1, k)))
@@ -164,9 +175,11 @@ contains
 
     a(:, 1) = 1.0_wp
     do e = 1, size(bricks)
-      do i = 1, 3
-        a(e, i + 1) = sum(mesh%coordinates(i, mesh%connectivity(:, bricks(e))))/8.0_wp
-      end do
+      associate (nodes => nodes_of_hexahedron(mesh%connectivity, bricks(e)))
+        do i = 1, 3
+          a(e, i + 1) = sum(mesh%coordinates(i, nodes))/8.0_wp
+        end do
+      end associate
     end do
     ! From their middle: what they do not span is then a column of zeros, apart from the constant.
     middle = sum(a(:, 2:), dim=1)/real(size(bricks), wp)
@@ -200,12 +213,14 @@ contains
     if (extent <= 0.0_wp) return
     of_corners = 0.0_wp
     do e = 1, size(bricks)
-      do a = 1, 8
-        arm = (mesh%coordinates(:, mesh%connectivity(a, bricks(e))) - middle)/extent
-        do i = 1, 3
-          of_corners(:, i) = of_corners(:, i) + 0.125_wp*arm*arm(i)
+      associate (nodes => nodes_of_hexahedron(mesh%connectivity, bricks(e)))
+        do a = 1, 8
+          arm = (mesh%coordinates(:, nodes(a)) - middle)/extent
+          do i = 1, 3
+            of_corners(:, i) = of_corners(:, i) + 0.125_wp*arm*arm(i)
+          end do
         end do
-      end do
+      end associate
     end do
     of_middles = matmul(transpose(apart/extent), apart/extent)
     ! The product of the three ratios, each below 1.

@@ -2,6 +2,7 @@
 module assembly_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t, constraint_of
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use linked_nodes_mod, only: nodes_of_brick
   use scene_mod, only: material_t
@@ -66,7 +67,7 @@ contains
     allocate (known%shape(3, 8, n_remembered), known%ke(24, 24, n_remembered))
     known%rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       call find_stiffness(mesh, materials, e, known, ke)
       if (any(constraint(:, nodes) > 0)) then
         call add_linked(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
@@ -160,7 +161,7 @@ contains
     real(wp) :: x(3, 8), shape(3, 8), rounding
     integer :: i
 
-    x = mesh%coordinates(:, mesh%connectivity(:, e))
+    x = mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e))
     shape = x - spread(x(:, 1), 2, 8)
     ! Bricks near the origin carry the rounding of edges far away; not so much that it is felt.
     rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))

@@ -11,6 +11,7 @@ module node_parts_mod
   use errors_mod, only: error_t
   use lists_mod, only: lists_t, lists_by_key
   use constraints_mod, only: constraint_of
+  use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
   use linked_nodes_mod, only: coupled_nodes, nodes_of_brick
   use scene_mod, only: material_t
@@ -146,7 +147,7 @@ contains
     is_own = row >= first .and. row < next
     if (map%constraints%n > 0) constraint = constraint_of(map%constraints, mesh%n_nodes)
     do e = 1, mesh%n_elements
-      associate (nodes => mesh%connectivity(:, e))
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
         acts(e) = any(is_own(nodes))
         if (map%constraints%n == 0 .or. acts(e)) cycle
         if (all(constraint(:, nodes) == 0)) cycle

@@ -8,10 +8,9 @@
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
-  use refine_bricks_mod, only: edge_nodes, n_pieces, pieces_t, refine_bricks
+  use refine_bricks_mod, only: edge_nodes, face_nodes, n_pieces, pieces_t, refine_bricks
   use sorting_mod, only: order_of_columns, sort_ascending
   use lists_mod, only: lists_t, columns_with
-  use surfaces_mod, only: face_nodes
   implicit none
   private
 

@@ -1,7 +1,8 @@
 !> The mesh: nodes, 8-node bricks, the bodies they form.
 module mesh_mod
   use kinds_mod, only: wp
-  use lists_mod, only: lists_t, columns_with
+  use lists_mod, only: lists_t, lists_with
+  use connectivity_mod, only: connectivity_t
   use constraints_mod, only: constraints_t
   implicit none
   private
@@ -20,8 +21,7 @@ module mesh_mod
     !! in the deck: places within the program are counted from it, files have those of the deck
     !! [length]
     integer,  allocatable :: node_id(:)         !! (n_nodes) the deck's ids
-    integer,  allocatable :: connectivity(:, :)
-    !! (8, n_elements) node numbers, order as in elements/
+    type(connectivity_t) :: connectivity        !! node numbers of each element
     integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
     integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8 and its kin
     integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
@@ -59,9 +59,11 @@ contains
 
     parent = [(node, node = 1, mesh%n_nodes)]
     do e = 1, mesh%n_elements
-      do k = 2, 8
-        call join(parent, mesh%connectivity(1, e), mesh%connectivity(k, e))
-      end do
+      associate (first => mesh%connectivity%first, node_of => mesh%connectivity%node)
+        do k = first(e) + 1, first(e + 1) - 1
+          call join(parent, node_of(first(e)), node_of(k))
+        end do
+      end associate
     end do
     call number_trees(mesh, parent, mesh%piece, mesh%n_pieces)
     mesh%brick_nodes = pack([(node, node = 1, mesh%n_nodes)], mesh%piece > 0)
@@ -95,8 +97,8 @@ contains
     allocate (number(mesh%n_nodes), source=0)
     n = 0
     do e = 1, mesh%n_elements
-      do k = 1, 8
-        node = mesh%connectivity(k, e)
+      do k = mesh%connectivity%first(e), mesh%connectivity%first(e + 1) - 1
+        node = mesh%connectivity%node(k)
         call find_root(parent, node, root)
         if (number(root) == 0) then
           n = n + 1
@@ -173,9 +175,14 @@ contains
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: counts(:) !! (n_elements) those that are listed
     type(lists_t) :: at
+    integer :: counted(size(mesh%connectivity%node)) !! 0 of elements that are not listed
+    integer :: e
 
-    at = columns_with(merge(mesh%connectivity(:, :mesh%n_elements), 0, spread(counts, 1, 8)), &
-      mesh%n_nodes)
+    counted = mesh%connectivity%node
+    do e = 1, mesh%n_elements
+      if (.not. counts(e)) counted(mesh%connectivity%first(e):mesh%connectivity%first(e + 1) - 1) = 0
+    end do
+    at = lists_with(mesh%connectivity%first, counted, mesh%n_nodes)
   end function elements_at_nodes
 
 end module mesh_mod

@@ -3,6 +3,7 @@ module print_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_byte, of_long, of_real
   use controls_mod, only: print_t
+  use connectivity_mod, only: some_elements
   use mesh_mod, only: mesh_t, shown_nodes
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
@@ -223,13 +224,12 @@ contains
     source%tensors_of = source%print
     associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
       n = size(asked%members)
-      allocate (nodes(8*n))
-      nodes = reshape(mesh%connectivity(:, asked%members), [8*n])
-      part%n_nodes = 8*n
+      part%connectivity = some_elements(mesh%connectivity, asked%members)
+      nodes = part%connectivity%node
+      part%n_nodes = size(nodes)
       part%n_elements = n
-      allocate (part%connectivity(8, n), part%coordinates(3, 8*n), part%element_kind(n), &
-        part%material(n))
-      part%connectivity = reshape([(i, i=1, 8*n)], [8, n])
+      allocate (part%coordinates(3, size(nodes)), part%element_kind(n), part%material(n))
+      part%connectivity%node = [(i, i=1, size(nodes))]
       part%coordinates = mesh%coordinates(:, nodes)
       part%element_kind = mesh%element_kind(asked%members)
       part%material = mesh%material(asked%members)

@@ -6,7 +6,7 @@ module contact_resolution_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use elasticity_mod, only: plane_strain_modulus
-  use surfaces_mod, only: face_nodes
+  use connectivity_mod, only: nodes_of_face
   use obstacle_shapes_mod, only: is_before_faces, is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
@@ -251,7 +251,7 @@ contains
       allocate (faces%element(n_faces), faces%nodes(4, n_faces), faces%normal(3, n_faces))
       do f = 1, n_faces
         faces%element(f) = surface%faces(1, f)
-        faces%nodes(:, f) = mesh%connectivity(face_nodes(:, surface%faces(2, f)), faces%element(f))
+        faces%nodes(:, f) = nodes_of_face(mesh%connectivity, faces%element(f), surface%faces(2, f))
         x = mesh%coordinates(:, faces%nodes(:, f))
         n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
         faces%normal(:, f) = n/max(norm2(n), tiny(1.0_wp))

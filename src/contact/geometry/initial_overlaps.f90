@@ -1,13 +1,14 @@
 !> Slave nodes that lie inside their obstacle before anything has moved.
 module initial_overlaps_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
   use text_mod, only: string_t, to_text
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open
-  use surfaces_mod, only: surface_t, face_nodes
+  use surfaces_mod, only: surface_t
   use brick8_mod, only: volume
   use face4_mod, only: face_node_areas
   use placement_mod, only: placement_t, place_undeformed
@@ -110,8 +111,8 @@ contains
 
     do f = 1, size(surface%faces, 2)
       e = surface%faces(1, f)
-      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, f)), e)
-      height = volume(mesh%coordinates(:, mesh%connectivity(:, e)))/ &
+      nodes = nodes_of_face(mesh%connectivity, e, surface%faces(2, f))
+      height = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))/ &
         sum(face_node_areas(mesh%coordinates(:, nodes)))
       do k = 1, 4
         if (height <= thickness(nodes(k))) cycle

@@ -7,8 +7,9 @@ module smooth_faces_mod
   use kinds_mod, only: wp
   use lists_mod, only: lists_t, columns_with
   use small_matrix_mod, only: cross
+  use connectivity_mod, only: nodes_of_face
   use mesh_mod, only: mesh_t
-  use surfaces_mod, only: surface_t, face_nodes
+  use surfaces_mod, only: surface_t
   implicit none
   private
 
@@ -51,7 +52,7 @@ contains
     allocate (faces%nodes(4, n_faces), faces%normal(3, n_faces), faces%half(4, n_faces))
     allocate (faces%bulge(3, 4, n_faces), source=0.0_wp)
     do f = 1, n_faces
-      faces%nodes(:, f) = mesh%connectivity(face_nodes(:, surface%faces(2, f)), surface%faces(1, f))
+      faces%nodes(:, f) = nodes_of_face(mesh%connectivity, surface%faces(1, f), surface%faces(2, f))
       x = mesh%coordinates(:, faces%nodes(:, f))
       n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
       faces%normal(:, f) = n/max(norm2(n), tiny(1.0_wp))

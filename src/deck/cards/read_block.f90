@@ -10,7 +10,9 @@
 module read_block_mod
   use block_mesh_mod, only: block_connectivity, block_coordinates, face_xmin, face_zmax, &
     graded_from_middle, graded_positions
+  use cells_mod, only: hexahedron_8
   use cards_mod, only: reader_t, report
+  use connectivity_mod, only: add_elements
   use diagnostics_mod, only: quoted
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, name_field, &
     next_data_line, real_field
@@ -236,7 +238,8 @@ contains
       draft%node_position(k + i) = card%position
     end do
     k = draft%n_elements
-    draft%connectivity(:, k + 1:k + n_bricks) = block_connectivity(block%n) + draft%highest_node
+    call add_elements(draft%connectivity, k, hexahedron_8, block_connectivity(block%n) + &
+      draft%highest_node)
     do i = 1, n_bricks
       draft%element_id(k + i) = draft%highest_element + i
       draft%element_position(k + i) = card%position

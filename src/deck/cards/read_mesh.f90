@@ -5,7 +5,9 @@
 !>     *ELEMENT, TYPE=C3D8, ELSET=BODY
 !>     1,  1, 2, 4, 3,  5, 6, 8, 7
 module read_mesh_mod
+  use cells_mod, only: hexahedron_8
   use cards_mod, only: keep_reading, note, reader_t, report
+  use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
   use fields_mod, only: any_number, fields_t, integer_field, limit_fields, looks_like_id, &
     next_data_line, real_field
@@ -250,10 +252,11 @@ contains
         return
       end if
       i = draft%n_elements + 1
+      call add_elements(draft%connectivity, draft%n_elements, hexahedron_8, &
+        reshape(entries(2:), [brick_entries - 1, 1]))
       draft%n_elements = i
       draft%element_id(i) = entries(1)
       draft%element_kind(i) = kind
-      draft%connectivity(:, i) = entries(2:)
       draft%element_position(i) = position
       draft%highest_element = max(draft%highest_element, entries(1))
     end do
@@ -357,19 +360,22 @@ contains
     n_wrong = 0
     do e = 1, draft%n_elements
       ok = .true.
-      do k = 1, 8
-        node = find_id(draft%nodes, draft%node_id, draft%connectivity(k, e))
-        if (node == 0 .and. ok .and. n_wrong < max_wrong) then
-          call report(reader, draft%element_position(e), 'element '// &
-            to_text(draft%element_id(e))//' names node '//to_text(draft%connectivity(k, e))// &
-            ', which is not defined')
-        end if
-        ok = ok .and. node > 0
-        draft%connectivity(k, e) = node
-      end do
-      if (.not. ok) n_wrong = n_wrong + 1
-      if (ok) call report_repeated_node(reader, draft, e, ok)
-      if (.not. ok) draft%connectivity(:, e) = min(1, draft%n_nodes)
+      associate (nodes => draft%connectivity%node(draft%connectivity%first(e): &
+                 draft%connectivity%first(e + 1) - 1))
+        do k = 1, size(nodes)
+          node = find_id(draft%nodes, draft%node_id, nodes(k))
+          if (node == 0 .and. ok .and. n_wrong < max_wrong) then
+            call report(reader, draft%element_position(e), 'element '// &
+              to_text(draft%element_id(e))//' names node '//to_text(nodes(k))// &
+              ', which is not defined')
+          end if
+          ok = ok .and. node > 0
+          nodes(k) = node
+        end do
+        if (.not. ok) n_wrong = n_wrong + 1
+        if (ok) call report_repeated_node(reader, draft, e, nodes, ok)
+        if (.not. ok) nodes = min(1, draft%n_nodes)
+      end associate
     end do
     if (n_wrong > max_wrong) call report(reader, draft%element_position(draft%n_elements), &
       to_text(n_wrong - max_wrong)//' more elements name nodes that are not defined')
@@ -390,18 +396,18 @@ contains
     end do
   end subroutine drop_elements
 
-  subroutine report_repeated_node(reader, draft, e, ok)
+  subroutine report_repeated_node(reader, draft, e, nodes, ok)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: e
-    logical, intent(out) :: ok !! all eight nodes are different
+    integer, intent(in) :: e, nodes(:)
+    logical, intent(out) :: ok !! all nodes are different
     integer :: k
 
     ok = .true.
-    do k = 2, 8
-      if (all(draft%connectivity(:k - 1, e) /= draft%connectivity(k, e))) cycle
+    do k = 2, size(nodes)
+      if (all(nodes(:k - 1) /= nodes(k))) cycle
       call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
-        ' names node '//to_text(draft%node_id(draft%connectivity(k, e)))//' twice')
+        ' names node '//to_text(draft%node_id(nodes(k)))//' twice')
       ok = .false.
       return
     end do
