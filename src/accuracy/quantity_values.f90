@@ -3,6 +3,7 @@ module quantity_values_mod
   use kinds_mod, only: wp
   use controls_mod, only: accuracy_of_pressure, accuracy_of_displacement, accuracy_of_mises, &
     accuracy_of_slip, accuracy_of_reaction, accuracy_of_contact_force
+  use cells_mod, only: face_corners, hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
@@ -113,18 +114,18 @@ contains
       associate (nodes => scene%mesh%connectivity, material => scene%mesh%material)
         do e = 1, scene%mesh%n_elements
           if (material(e) /= material(at)) cycle
-          if (n_shared(nodes_of_hexahedron(nodes, e), nodes_of_hexahedron(nodes, at)) == 4) &
-            beside = min(beside, mises(e))
+          if (n_shared(nodes_of_hexahedron(nodes, e), nodes_of_hexahedron(nodes, at)) == &
+            face_corners) beside = min(beside, mises(e))
         end do
       end associate
     end subroutine find_mises
 
     !> How many nodes two bricks share.
     pure integer function n_shared(one, other)
-      integer, intent(in) :: one(8), other(8)
+      integer, intent(in) :: one(:), other(:)
       integer :: i
 
-      n_shared = count([(any(one(i) == other), i=1, 8)])
+      n_shared = count([(any(one(i) == other), i=1, size(one))])
     end function n_shared
 
   end subroutine measure_quantities
@@ -207,7 +208,7 @@ contains
     type(contact_fields_t), intent(in) :: contact
     integer, intent(in) :: pair
     real(wp) :: pressure(mesh%n_nodes) !! negative where the pair has no point
-    integer :: i, e, k, at, nodes(8)
+    integer :: i, e, k, at, nodes(hexahedron_nodes)
 
     pressure = -1.0_wp
     do i = points%first(pair), points%first(pair + 1) - 1

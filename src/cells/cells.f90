@@ -20,6 +20,7 @@ module cells_mod
   private
 
   public :: cell_t, cells, face_corners
+  public :: hexahedron_nodes, hexahedron_points
   public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15
 
   integer, parameter :: most_nodes = 20, most_edges = 12, most_faces = 6, most_points = 27
@@ -131,5 +132,9 @@ module cells_mod
       places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, &
       reshape(points_9, [3, 27], pad=none), &
       reshape(sixth*spread(line_weight_3, 1, 3), [27], pad=none))]
+
+  ! What elements are computed as.
+  integer, parameter :: hexahedron_nodes = cells(hexahedron_8)%n_nodes
+  integer, parameter :: hexahedron_points = cells(hexahedron_8)%n_points
 
 end module cells_mod

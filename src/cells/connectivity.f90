@@ -1,15 +1,12 @@
 !> Which nodes the elements of a mesh have: a row an element, as long as its cell has nodes.
 module connectivity_mod
   use growing_lists_mod, only: enlarge
-  use cells_mod, only: cells, face_corners, hexahedron_8
+  use cells_mod, only: cells, face_corners, hexahedron_8, hexahedron_nodes
   implicit none
   private
 
   public :: connectivity_t, make_connectivity, make_hexahedra, add_elements, some_elements
   public :: nodes_of_element, nodes_of_hexahedron, table_of_hexahedra, nodes_of_face, corners_in
-  public :: hexahedron_nodes
-
-  integer, parameter :: hexahedron_nodes = cells(hexahedron_8)%n_nodes
 
   !> The nodes of element e are node(first(e):first(e + 1) - 1), in the order of its cell. There may
   !> be more room in the arrays.

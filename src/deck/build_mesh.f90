@@ -4,6 +4,7 @@ module build_mesh_mod
   use brick8_mod, only: eta_node, jacobian_determinants, xi_node, zeta_node
   use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
+  use cells_mod, only: hexahedron_nodes
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
@@ -59,8 +60,8 @@ contains
   subroutine check_bricks(reader, draft)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
-    real(wp) :: x(3, 8), determinants(16), least
-    integer :: e, nodes(8)
+    real(wp) :: x(3, hexahedron_nodes), determinants(2*hexahedron_nodes), least
+    integer :: e, nodes(hexahedron_nodes)
 
     do e = 1, draft%n_elements
       ! Elements with undefined nodes were given one node eight times: they were reported.
@@ -86,12 +87,12 @@ contains
   !> Whether a brick is a box along the axes, its corners in their order: then all is well with it,
   !> and its sixteen determinants need not be computed.
   pure function is_box(x)
-    real(wp), intent(in) :: x(3, 8) !! nodes [length]
+    real(wp), intent(in) :: x(3, hexahedron_nodes) !! nodes [length]
     logical :: is_box
     integer :: a
 
     is_box = all(x(:, 7) > x(:, 1))
-    do a = 1, 8
+    do a = 1, hexahedron_nodes
       is_box = is_box .and. abs(x(1, a) - x(1, merge(1, 7, xi_node(a) < 0.0_wp))) <= 0.0_wp &
         .and. abs(x(2, a) - x(2, merge(1, 7, eta_node(a) < 0.0_wp))) <= 0.0_wp &
         .and. abs(x(3, a) - x(3, merge(1, 7, zeta_node(a) < 0.0_wp))) <= 0.0_wp

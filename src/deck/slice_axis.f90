@@ -2,6 +2,7 @@
 !>
 !> What happens in a slice does not change across it, so it needs no more bricks there.
 module slice_axis_mod
+  use cells_mod, only: hexahedron_8, hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
@@ -33,7 +34,8 @@ contains
     axis = 0
     allocate (opposite(0))
     if (scene%constraints%n > 0 .or. allocated(scene%rotations) .or. allocated(scene%local_axes) &
-      .or. scene%mesh%n_elements == 0) return
+      .or. scene%mesh%n_elements == 0 .or. any(scene%mesh%connectivity%cell /= hexahedron_8)) &
+      return
     do axis = 3, 1, -1
       opposite = opposite_nodes(scene, axis)
       if (size(opposite) == 0) cycle
@@ -51,7 +53,7 @@ contains
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
     real(wp) :: low, high, close_by
-    integer :: along(1), nodes(8), e, a
+    integer :: along(1), nodes(hexahedron_nodes), e, a
     logical :: is_slice
 
     associate (mesh => scene%mesh)

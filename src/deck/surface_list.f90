@@ -6,11 +6,10 @@ module surface_list_mod
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
   use lookup_mod, only: find_name, name_lookup_t
-  use connectivity_mod, only: nodes_of_face
   use mesh_draft_mod, only: mesh_draft_t, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: surface_t
+  use surfaces_mod, only: nodes_of, surface_t
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -140,14 +139,11 @@ contains
   pure function count_without_face(mesh, surface) result(n)
     type(mesh_draft_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
-    integer :: n, i
+    integer :: n
     logical, allocatable :: on_face(:)
 
-    allocate (on_face(mesh%n_nodes))
-    on_face = .false.
-    do i = 1, size(surface%faces, 2)
-      on_face(nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))) = .true.
-    end do
+    allocate (on_face(0:mesh%n_nodes), source=.false.)
+    on_face([nodes_of(surface%faces, mesh%connectivity)]) = .true.
     n = count(.not. on_face(surface%nodes))
   end function count_without_face
 
@@ -155,15 +151,11 @@ contains
   subroutine find_nodes(mesh, surface)
     type(mesh_draft_t), intent(in) :: mesh
     type(surface_t), intent(inout) :: surface
-    integer :: i, n
+    integer, allocatable :: faces(:, :)
 
-    n = size(surface%faces, 2)
+    faces = nodes_of(surface%faces, mesh%connectivity)
     if (allocated(surface%nodes)) deallocate (surface%nodes)
-    allocate (surface%nodes(4*n))
-    do i = 1, n
-      surface%nodes(4*i - 3:4*i) = &
-        nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
-    end do
+    allocate (surface%nodes, source=pack(faces, faces > 0))
     call sort_unique(surface%nodes)
   end subroutine find_nodes
 

@@ -13,7 +13,8 @@ module ties_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
-  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
@@ -294,17 +295,17 @@ contains
   pure real(wp) function edge_of(model, surface) result(mean)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surface
-    integer :: nodes(4, size(surface%faces, 2)), f, k
+    integer :: nodes(face_corners, size(surface%faces, 2)), f, k
 
     nodes = nodes_of(surface%faces, model%mesh%connectivity)
     mean = 0.0_wp
     do f = 1, size(nodes, 2)
-      do k = 1, 4
+      do k = 1, corners_in(nodes(:, f))
         mean = mean + norm2(model%mesh%coordinates(:, nodes(k, f)) - &
-          model%mesh%coordinates(:, nodes(mod(k, 4) + 1, f)))
+          model%mesh%coordinates(:, nodes(mod(k, corners_in(nodes(:, f))) + 1, f)))
       end do
     end do
-    mean = mean/real(4*size(nodes, 2), wp)
+    mean = mean/real(count(nodes > 0), wp)
   end function edge_of
 
   !> Report ties whose faces face each other in a contact pair as well: nothing moves there.

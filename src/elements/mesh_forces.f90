@@ -1,7 +1,8 @@
 !> Sums over the whole mesh: internal forces, pressures, weight, surface areas.
 module mesh_forces_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: nodes_of_face, nodes_of_hexahedron
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
@@ -80,11 +81,13 @@ contains
     type(surface_t), intent(in) :: surface
     real(wp), intent(in) :: pressure       !! [force/length^2]
     real(wp), intent(inout) :: f(:, :)     !! (3,n_nodes) [force]
-    integer :: i, nodes(4)
+    integer :: i, nodes(face_corners)
 
     do i = 1, size(surface%faces, 2)
       nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
-      f(:, nodes) = f(:, nodes) - pressure*face_area_vectors(mesh%coordinates(:, nodes))
+      associate (corners => nodes(:corners_in(nodes)))
+        f(:, corners) = f(:, corners) - pressure*face_area_vectors(mesh%coordinates(:, corners))
+      end associate
     end do
   end subroutine pressure_force
 
@@ -112,11 +115,13 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     real(wp), intent(inout) :: area(:)     !! (n_nodes) [length^2]
-    integer :: i, nodes(4)
+    integer :: i, nodes(face_corners)
 
     do i = 1, size(surface%faces, 2)
       nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
-      area(nodes) = area(nodes) + face_node_areas(mesh%coordinates(:, nodes))
+      associate (corners => nodes(:corners_in(nodes)))
+        area(corners) = area(corners) + face_node_areas(mesh%coordinates(:, corners))
+      end associate
     end do
   end subroutine add_nodal_areas
 

@@ -6,6 +6,7 @@ module estimate_time_mod
   use kinds_mod, only: wp, i8
   use system_mod, only: cpu_seconds, wall_seconds
   use machine_speed_mod, only: machine_speed_t, measure_speed
+  use cells_mod, only: hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
@@ -223,7 +224,8 @@ contains
     real(wp), intent(out) :: stiffness_time, force_time !! [s]
     integer, parameter :: least = 100
     real(wp), parameter :: long_enough = 0.003_wp
-    real(wp) :: start, spent, x(3, 8), u(3, 8), f(3, 8), k(24, 24)
+    real(wp) :: start, spent, k(3*hexahedron_nodes, 3*hexahedron_nodes)
+    real(wp), dimension(3, hexahedron_nodes) :: x, u, f
     integer :: n
 
     stiffness_time = 0.0_wp

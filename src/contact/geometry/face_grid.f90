@@ -3,6 +3,7 @@
 module face_grid_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
+  use connectivity_mod, only: corners_in
   use lists_mod, only: lists_t, lists_by_key
   use sorting_mod, only: sort_unique
   implicit none
@@ -37,7 +38,7 @@ contains
     do f = 1, size(faces, 2)
       grid%box(:, 1, f) = x(:, faces(1, f))
       grid%box(:, 2, f) = x(:, faces(1, f))
-      do k = 2, merge(4, 3, faces(4, f) > 0)
+      do k = 2, corners_in(faces(:, f))
         grid%box(:, 1, f) = min(grid%box(:, 1, f), x(:, faces(k, f)))
         grid%box(:, 2, f) = max(grid%box(:, 2, f), x(:, faces(k, f)))
       end do

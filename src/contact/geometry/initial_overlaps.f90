@@ -1,7 +1,8 @@
 !> Slave nodes that lie inside their obstacle before anything has moved.
 module initial_overlaps_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: nodes_of_face, nodes_of_hexahedron
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
   use text_mod, only: string_t, to_text
   use mesh_mod, only: mesh_t
@@ -107,14 +108,14 @@ contains
     real(wp), intent(inout) :: thickness(:) !! (n_nodes) [length]
     integer, intent(inout) :: behind(:)     !! (n_nodes) the brick
     real(wp) :: height
-    integer :: f, k, e, nodes(4)
+    integer :: f, k, e, nodes(face_corners)
 
     do f = 1, size(surface%faces, 2)
       e = surface%faces(1, f)
       nodes = nodes_of_face(mesh%connectivity, e, surface%faces(2, f))
       height = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))/ &
-        sum(face_node_areas(mesh%coordinates(:, nodes)))
-      do k = 1, 4
+        sum(face_node_areas(mesh%coordinates(:, nodes(:corners_in(nodes)))))
+      do k = 1, corners_in(nodes)
         if (height <= thickness(nodes(k))) cycle
         thickness(nodes(k)) = height
         behind(nodes(k)) = e

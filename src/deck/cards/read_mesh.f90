@@ -5,7 +5,7 @@
 !>     *ELEMENT, TYPE=C3D8, ELSET=BODY
 !>     1,  1, 2, 4, 3,  5, 6, 8, 7
 module read_mesh_mod
-  use cells_mod, only: hexahedron_8
+  use cells_mod, only: hexahedron_8, hexahedron_nodes
   use cards_mod, only: keep_reading, note, reader_t, report
   use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
@@ -27,7 +27,7 @@ module read_mesh_mod
   ! What a type of element is to us, beside the kinds of bricks.
   integer, parameter :: unknown_type = 0, skipped_type = -1
 
-  integer, parameter :: brick_entries = 9 !! id and nodes
+  integer, parameter :: brick_entries = 1 + hexahedron_nodes !! id and nodes
   integer, parameter :: max_wrong = 5     !! elements with undefined nodes told one by one
 
 contains
