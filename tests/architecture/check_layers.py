@@ -105,6 +105,26 @@ WORDS = {
         "deck/adjust.f90",
     },
 }
+# How many nodes an element has is told by the table of cells: lists of 8 or 24 stand in rooms that
+# are below it, in kernels, and in what cuts hexahedra.
+KNOW_HEXAHEDRA = {
+    "base",
+    "machine",
+    "algebra",
+    "hdf5",
+    "cells",
+    "elements",
+    "model/block_mesh.f90",
+    "model/refine_bricks.f90",
+    "model/local_refinement.f90",
+    "deck/cut_mesh.f90",
+    "deck/refine_locally.f90",
+    "deck/refine_mesh.f90",
+}
+OF_HEXAHEDRA = re.compile(
+    r"^(real|integer|logical)\b.*\(([36], ?)?(8|24)\b[^_.]|^do \w+ = 1, ?(8|24)$"
+    r"|\ballocate ?\(.*\(([36], ?)?(8|24), |\[8, ?\w+\]"
+)
 # Types whose components no other file sees; the compiler holds others to it.
 OPAQUE = {
     "contact/solvers/compliance.f90": "compliance_t",  # the entries of W
@@ -505,6 +525,8 @@ class Checker:
         for s in source.statements:
             if source.path != MAIN and STOP.match(after_if(s.code)):
                 self.report(source.path, s.line, f"only {MAIN} may stop the program")
+            if not {source.path, source.room} & KNOW_HEXAHEDRA and OF_HEXAHEDRA.search(s.code):
+                self.report(source.path, s.line, "8 or 24 nodes: ask the table of cells")
             is_use = USE.match(s.code) is not None
             for word, homes in WORDS.items():
                 if source.path not in homes and (found := re.search(rf"\b({word})\b", s.code)):

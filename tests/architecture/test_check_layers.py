@@ -257,7 +257,7 @@ class CheckLayers(unittest.TestCase):
         self.plant("contact/solvers/solve", "  use controls_mod, only: n_controls")
 
     def test_the_certificate_is_independent(self) -> None:
-        message = "the certificate may use only algebra, base, elements, model"
+        message = "the certificate may use only algebra, base, cells, elements, model"
         use = "  use metis_graph_mod, only: n_metis_graph"
         self.plant("contact/certificate", use, f"use of metis_graph_mod: {message}")
         tree = clean_tree()
@@ -361,6 +361,12 @@ class CheckLayers(unittest.TestCase):
                 message = f"'{word}' may stand only in "
                 self.plant("contact/solvers/solve", "", message, procedures=f"  {line}")
         self.plant("contact/solvers/solve", "", procedures="  n = mesh%kind + is_obstacle_plane")
+
+    def test_numbers_of_nodes(self) -> None:
+        for line in ("real :: x(3, 8)", "integer, intent(in) :: nodes(8)", "do a = 1, 8"):
+            with self.subTest(line):
+                self.plant("run/run", "", "8 or 24 nodes: ask the table", procedures=f"  {line}")
+                self.plant("elements/cube", "", procedures=f"  {line}")
 
     def test_types_that_keep_their_entries(self) -> None:
         def tree_with(components: str) -> dict[str, str]:
