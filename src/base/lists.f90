@@ -53,8 +53,8 @@ contains
     lists%item = owner(lists%item)
   end function lists_with
 
-  !> For each number from 1 to n the columns of a table that have it, ascending. Entries of the table
-  !> that are 0 are none.
+  !> For each number from 1 to n the columns of a table that have it, ascending. Entries of the
+  !> table that are 0 are none.
   pure function columns_with(table, n) result(lists)
     integer, intent(in) :: table(:, :)
     integer, intent(in) :: n

@@ -40,6 +40,8 @@ module cells_mod
     integer :: n_face_corners(most_faces) !! 3 or 4
     integer :: face(face_nodes, most_faces)
     !! corners, anticlockwise from outside, then the mid-side nodes, that of corners 1 and 2 first
+    integer :: as_hexahedron(8)
+    !! the nodes of the 8-node hexahedron that it is where some of these are one; 0: it is none
     real(wp) :: point(3, most_points)  !! of the quadrature, natural coordinates [-]
     real(wp) :: weight(most_points)    !! their sum is the volume in natural coordinates [-]
   end type cell_t
@@ -111,25 +113,28 @@ module cells_mod
     cell_t('8-node hexahedron', 12, 8, 8, 12, 6, 8, [1, 2, 3], 3, &
       reshape(corners_of_hexahedron, [3, 20], pad=none), edges_of_hexahedron, spread(4, 1, 6), &
       merge(faces_of_hexahedron, 0, faces_of_hexahedron <= 8), &
+      [1, 2, 3, 4, 5, 6, 7, 8], &
       reshape(gauss_2*corners_of_hexahedron, [3, 27], pad=none), &
       reshape(spread(1.0_wp, 1, 8), [27], pad=none)), &
     cell_t('20-node hexahedron', 25, 20, 8, 12, 6, 27, [1, 2, 3], 5, &
       places_of_hexahedron, edges_of_hexahedron, spread(4, 1, 6), &
-      faces_of_hexahedron, points_27, weights_27), &
+      faces_of_hexahedron, spread(0, 1, 8), points_27, weights_27), &
     cell_t('4-node tetrahedron', 10, 4, 4, 6, 4, 1, [1, 1, 1], 1, &
       reshape(corners_of_tetrahedron, [3, 20], pad=none), edges_of_tetrahedron, &
       [3, 3, 3, 3, 0, 0], merge(faces_of_tetrahedron, 0, faces_of_tetrahedron <= 4), &
+      [1, 2, 3, 3, 4, 4, 4, 4], &
       reshape(spread(0.25_wp, 1, 3), [3, 27], pad=none), reshape([sixth], [27], pad=none)), &
     cell_t('10-node tetrahedron', 24, 10, 4, 6, 4, 4, [1, 1, 1], 2, &
       places_of_tetrahedron, edges_of_tetrahedron, [3, 3, 3, 3, 0, 0], faces_of_tetrahedron, &
+      spread(0, 1, 8), &
       reshape(near + (far - near)*corners_of_tetrahedron, [3, 27], pad=none), &
       reshape(spread(0.25_wp*sixth, 1, 4), [27], pad=none)), &
     cell_t('6-node wedge', 13, 6, 6, 9, 5, 6, [1, 1, 2], 2, &
       reshape(corners_of_wedge, [3, 20], pad=none), edges_of_wedge, [3, 3, 4, 4, 4, 0], &
-      merge(faces_of_wedge, 0, faces_of_wedge <= 6), &
+      merge(faces_of_wedge, 0, faces_of_wedge <= 6), [1, 2, 3, 3, 4, 5, 6, 6], &
       reshape(points_6, [3, 27], pad=none), reshape(spread(sixth, 1, 6), [27], pad=none)), &
     cell_t('15-node wedge', 26, 15, 6, 9, 5, 9, [1, 1, 2], 2, &
-      places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, &
+      places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, spread(0, 1, 8), &
       reshape(points_9, [3, 27], pad=none), &
       reshape(sixth*spread(line_weight_3, 1, 3), [27], pad=none))]
 

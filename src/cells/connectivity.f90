@@ -93,13 +93,14 @@ contains
     nodes = connectivity%node(connectivity%first(e):connectivity%first(e + 1) - 1)
   end function nodes_of_element
 
-  !> The nodes of an 8-node hexahedron, for kernels.
+  !> The nodes of the 8-node hexahedron that an element is for kernels: some are one where it has
+  !> fewer. What is summed at nodes must then be added one after the other.
   pure function nodes_of_hexahedron(connectivity, e) result(nodes)
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: e
     integer :: nodes(hexahedron_nodes)
 
-    nodes = connectivity%node(connectivity%first(e):connectivity%first(e) + hexahedron_nodes - 1)
+    nodes = connectivity%node(connectivity%first(e) - 1 + cells(connectivity%cell(e))%as_hexahedron)
   end function nodes_of_hexahedron
 
   !> The nodes of the first n elements of a mesh of 8-node hexahedra alone.

@@ -6,7 +6,7 @@ module refine_locally_mod
   use cards_mod, only: note, reader_t, report
   use connectivity_mod, only: nodes_of_element, table_of_hexahedra
   use constraints_mod, only: add_constraint, constraints_t
-  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_bricks
   use diagnostics_mod, only: any_mistakes
   use kinds_mod, only: i8, wp
   use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
@@ -50,6 +50,8 @@ contains
 
     if (max(zone%times, maxval([refinements%times, 0])) == 0 .or. model%mesh%n_elements == 0 .or. &
       any_mistakes(reader%diagnostics)) return
+    call refuse_other_cells(reader, model%mesh)
+    if (any_mistakes(reader%diagnostics)) return
     n_before = model%mesh%n_elements
     allocate (cuts(n_before), source=0)
     ok = fewest_bricks(model, refinements) < max_nodes

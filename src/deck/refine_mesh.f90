@@ -2,7 +2,7 @@
 module refine_mesh_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes
-  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_bricks
   use connectivity_mod, only: table_of_hexahedra
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
@@ -32,6 +32,8 @@ contains
     logical :: ok
 
     if (parts == 1 .or. model%mesh%n_elements == 0 .or. any_mistakes(reader%diagnostics)) return
+    call refuse_other_cells(reader, model%mesh)
+    if (any_mistakes(reader%diagnostics)) return
     n_elements = model%mesh%n_elements
     pieces = int(parts, i8)**merge(2, 3, across > 0)
     nodes = pieces*n_elements

@@ -34,8 +34,8 @@ contains
     axis = 0
     allocate (opposite(0))
     if (scene%constraints%n > 0 .or. allocated(scene%rotations) .or. allocated(scene%local_axes) &
-      .or. scene%mesh%n_elements == 0 .or. any(scene%mesh%connectivity%cell /= hexahedron_8)) &
-      return
+      .or. scene%mesh%n_elements == 0) return
+    if (any(scene%mesh%connectivity%cell /= hexahedron_8)) return
     do axis = 3, 1, -1
       opposite = opposite_nodes(scene, axis)
       if (size(opposite) == 0) cycle

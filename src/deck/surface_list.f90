@@ -2,6 +2,7 @@
 !> faces and nodes found when something needs them.
 module surface_list_mod
   use cards_mod, only: note, reader_t, report
+  use cells_mod, only: cells
   use diagnostics_mod, only: guess, quoted
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
@@ -14,7 +15,7 @@ module surface_list_mod
   implicit none
   private
 
-  public :: surface_list_t, add_surface, add_surface_of_sides, find_nodes, drop_unused
+  public :: surface_list_t, add_surface, add_surface_of_sides, check_side, find_nodes, drop_unused
   public :: find_surface, find_surface_or_set, find_faces_of_nodes, has_facets, sides_t
 
   !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
@@ -110,6 +111,28 @@ contains
     surfaces%list(index)%faces(2, :) = face
     call find_nodes(mesh, surfaces%list(index))
   end subroutine add_surface_of_sides
+
+  !> Report an element that has no such face.
+  subroutine check_side(reader, mesh, elements, face, position, ok)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: elements(:)
+    integer, intent(in) :: face      !! 1..6
+    integer, intent(in) :: position  !! in the deck
+    logical, intent(out) :: ok       !! all have it
+    integer :: i
+
+    do i = 1, size(elements)
+      associate (cell => cells(mesh%connectivity%cell(elements(i))))
+        ok = face <= cell%n_faces
+        if (ok) cycle
+        call report(reader, position, 'element '//to_text(mesh%element_id(elements(i)))// &
+          ' is a '//trim(cell%name)//': it has no face '//to_text(face))
+        return
+      end associate
+    end do
+    ok = .true.
+  end subroutine check_side
 
   !> Find the faces of a surface of nodes, when something needs them.
   subroutine find_faces_of_nodes(reader, model, surfaces, index)

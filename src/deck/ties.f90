@@ -6,7 +6,7 @@
 !> Weights give a place on the master only where the node is there: elsewhere bodies that turn would
 !> be strained. So what is not moved onto its master is not tied but refused.
 module ties_mod
-  use brick8_mod, only: jacobian_determinants
+  use inverted_bricks_mod, only: jacobians_of
   use cards_mod, only: keep_reading, note, reader_t, report
   use constraints_mod, only: constraints_t, add_constraint, constraint_on_cycle, constraint_of
   use diagnostics_mod, only: quoted
@@ -14,7 +14,7 @@ module ties_mod
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
   use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_hexahedron
+  use connectivity_mod, only: corners_in, nodes_of_element
   use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
@@ -159,8 +159,7 @@ contains
       t = maxval(mover(nodes_of_element(model%mesh%connectivity, e)))
       if (t == 0) cycle
       if (reported(t)) cycle
-      if (all(jacobian_determinants(model%mesh%coordinates(:, nodes_of_hexahedron( &
-        model%mesh%connectivity, e))) > 0.0_wp)) cycle
+      if (all(jacobians_of(model%mesh%coordinates, model%mesh%connectivity, e) > 0.0_wp)) cycle
       if (.not. keep_reading(reader)) return
       reported(t) = .true.
       call report(reader, ties(t)%position, 'tie '//quoted(ties(t)%name)//' turns element '// &

@@ -80,7 +80,7 @@ contains
         shape%n_met = shape%n_met + 1
         if (shape%n_met < often) then
           force = force_of_brick(shape, materials, x, u(:, nodes))
-          f(:, nodes) = f(:, nodes) + force
+          call add_at_nodes(nodes, force, f)
           if (present(of_bodies)) call add_sums(mesh%body(nodes(1)), u(:, nodes), force, of_bodies)
           cycle
         end if
@@ -187,13 +187,25 @@ contains
     force(:, :shape%n_waiting) = matmul(shape%force, shape%u(:, :shape%n_waiting))
     do k = 1, shape%n_waiting
       associate (nodes => shape%nodes(:, k))
-        f(:, nodes) = f(:, nodes) + reshape(force(:, k), [3, 8])
+        call add_at_nodes(nodes, force(:, k), f)
         if (present(of_bodies)) call add_sums(mesh%body(nodes(1)), u(:, nodes), &
           reshape(force(:, k), [3, 8]), of_bodies)
       end associate
     end do
     shape%n_waiting = 0
   end subroutine finish
+
+  !> Add forces to those of the nodes, some of which may be one.
+  pure subroutine add_at_nodes(nodes, force, f)
+    integer, intent(in) :: nodes(8)
+    real(wp), intent(in) :: force(3, 8) !! [force]
+    real(wp), intent(inout) :: f(:, :)  !! (3,n_nodes) [force]
+    integer :: a
+
+    do a = 1, 8
+      f(:, nodes(a)) = f(:, nodes(a)) + force(:, a)
+    end do
+  end subroutine add_at_nodes
 
   !> Add the force and energy of an element. Its forces balance, so that less their mean the
   !> displacements of bodies that have moved far lose no digits.

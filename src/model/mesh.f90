@@ -180,7 +180,8 @@ contains
 
     counted = mesh%connectivity%node
     do e = 1, mesh%n_elements
-      if (.not. counts(e)) counted(mesh%connectivity%first(e):mesh%connectivity%first(e + 1) - 1) = 0
+      if (.not. counts(e)) counted(mesh%connectivity%first(e): &
+        mesh%connectivity%first(e + 1) - 1) = 0
     end do
     at = lists_with(mesh%connectivity%first, counted, mesh%n_nodes)
   end function elements_at_nodes

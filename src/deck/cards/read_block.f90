@@ -49,11 +49,13 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     type(block_t) :: block
     type(box_t) :: box
-    integer :: axis, kind
+    integer :: axis, kind, cell
     logical :: ok, data_ok
 
     call allow_options(reader, card, ['NAME ', 'NX   ', 'NY   ', 'NZ   ', 'TYPE ', 'ELSET'])
-    call check_element_type(reader, card, .false., kind)
+    call check_element_type(reader, card, .false., kind, cell)
+    if (cell /= hexahedron_8) call report(reader, option_position(card, 'TYPE'), &
+      'a *BLOCK consists of hexahedra: TYPE=C3D8, C3D8I or C3D8B')
     call name_option(reader, card, 'NAME', .true., block%name, ok)
     block%position = card%position
     if (ok .and. len(block%name) > max_name - 5) then
