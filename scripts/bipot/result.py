@@ -271,8 +271,17 @@ class Result:
 
     @cached_property
     def bricks(self) -> Array:
-        """Nodes of the bricks as rows of `points`, (E, 8)."""
+        """Nodes of the bricks as rows of `points`, (E, 8).
+
+        Raises ResultError where elements are others: `to_pyvista` has them all.
+        """
+        if (self._dataset("/VTKHDF/Types")[()] != 12).any():
+            raise ResultError(f"{self.path}: not all elements are bricks")
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
+
+    @cached_property
+    def _n_elements(self) -> int:
+        return len(self._dataset("/VTKHDF/Types"))
 
     @cached_property
     def node_ids(self) -> Array:
@@ -282,7 +291,7 @@ class Result:
     @cached_property
     def element_ids(self) -> Array:
         """The deck's ids of the bricks, (E,)."""
-        return self._dataset("/VTKHDF/CellData/element_id")[: len(self.bricks)].ravel().astype(int)
+        return self._dataset("/VTKHDF/CellData/element_id")[: self._n_elements].ravel().astype(int)
 
     def node(self, node_id: int) -> int:
         """Return the row in `points` of the node that the deck calls `node_id`.
@@ -395,7 +404,7 @@ class Result:
         if found == ["nodes"]:
             kind, size = "Point", len(self.points)
         else:
-            kind, size = "Cell", len(self.bricks)
+            kind, size = "Cell", self._n_elements
         offsets = self._dataset(f"/VTKHDF/Steps/{kind}DataOffsets/{name}")
         start = int(offsets[index % len(self.field_rows)])
         return self._dataset(f"/VTKHDF/{kind}Data/{name}")[start : start + size]

@@ -1,6 +1,7 @@
 !> Where a run's contact acted: what an accuracy refines about.
 module contact_zone_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
   use mesh_size_mod, only: zone_t, is_near
   use contact_points_mod, only: contact_points_t
@@ -46,7 +47,7 @@ contains
     cut = [1, 2, 3] /= across
     radius = 0.0_wp
     do e = 1, mesh%n_elements
-      associate (nodes => mesh%connectivity(:, e))
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
         ! Half an edge of a cube with this diagonal; of a square in a slice.
         half = 0.5_wp/sqrt(real(count(cut), wp))*norm2(pack(maxval(mesh%coordinates(:, nodes), &
           2) - minval(mesh%coordinates(:, nodes), 2), cut))
@@ -101,7 +102,9 @@ contains
     zone = zone_t(1, balls)
     n = 0
     do e = 1, mesh%n_elements
-      if (is_near(zone, mesh%coordinates(:, mesh%connectivity(:, e)), across)) n = n + 1
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
+        if (is_near(zone, mesh%coordinates(:, nodes), across)) n = n + 1
+      end associate
     end do
     share = real(n, wp)/real(max(1, mesh%n_elements), wp)
   end function share_near

@@ -3,6 +3,8 @@ module quantity_values_mod
   use kinds_mod, only: wp
   use controls_mod, only: accuracy_of_pressure, accuracy_of_displacement, accuracy_of_mises, &
     accuracy_of_slip, accuracy_of_reaction, accuracy_of_contact_force
+  use cells_mod, only: cells
+  use connectivity_mod, only: connectivity_t, nodes_of_element
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
   use contact_points_mod, only: contact_points_t
@@ -11,7 +13,6 @@ module quantity_values_mod
   use increment_report_mod, only: increment_report_t, contact_fields_t, force_sums, &
     largest_pressure
   use step_fields_mod, only: tensor_field_t
-  use patch_recovery_mod, only: edge_ends
   use mesh_fields_mod, only: fill_tensors_of
   use invariants_mod, only: von_mises
   use measured_quantities_mod, only: quantity_t
@@ -98,18 +99,29 @@ contains
       associate (nodes => scene%mesh%connectivity, material => scene%mesh%material)
         do e = 1, scene%mesh%n_elements
           if (material(e) /= material(at)) cycle
-          if (n_shared(nodes(:, e), nodes(:, at)) == 4) beside = min(beside, mises(e))
+          if (share_a_face(nodes, e, at)) beside = min(beside, mises(e))
         end do
       end associate
     end subroutine find_mises
 
-    !> How many nodes two bricks share.
-    pure integer function n_shared(one, other)
-      integer, intent(in) :: one(8), other(8)
-      integer :: i
+    !> Whether all corners of a face of an element are those of another one.
+    pure logical function share_a_face(connectivity, e, other) result(they_do)
+      type(connectivity_t), intent(in) :: connectivity
+      integer, intent(in) :: e, other
+      integer :: face, k, n
 
-      n_shared = count([(any(one(i) == other), i=1, 8)])
-    end function n_shared
+      they_do = e /= other
+      if (.not. they_do) return
+      associate (nodes => nodes_of_element(connectivity, e), &
+                 others => nodes_of_element(connectivity, other), &
+                 cell => cells(connectivity%cell(e)))
+        do face = 1, cell%n_faces
+          n = cell%n_face_corners(face)
+          if (all([(any(others == nodes(cell%face(k, face))), k=1, n)])) return
+        end do
+      end associate
+      they_do = .false.
+    end function share_a_face
 
   end subroutine measure_quantities
 
@@ -202,10 +214,15 @@ contains
     at = maxloc(pressure, dim=1)
     beside = max(0.0_wp, pressure(at))
     do e = 1, mesh%n_elements
-      k = findloc(mesh%connectivity(:, e), at, dim=1)
-      if (k == 0) cycle
-      associate (near => pressure(mesh%connectivity(edge_ends(:, k), e)))
-        beside = min(beside, minval(merge(near, beside, near >= 0.0_wp)))
+      associate (cell => cells(mesh%connectivity%cell(e)), &
+                 nodes => nodes_of_element(mesh%connectivity, e))
+        if (all(nodes /= at)) cycle
+        do k = 1, cell%n_edges
+          if (all(nodes(cell%edge(:, k)) /= at)) cycle
+          associate (near => minval(pressure(nodes(cell%edge(:, k)))))
+            if (near >= 0.0_wp) beside = min(beside, near)
+          end associate
+        end do
       end associate
     end do
   end function pressure_beside

@@ -4,6 +4,7 @@
 !> section 6.
 module certificate_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -303,11 +304,11 @@ contains
 
     is_apart = .false.
     do e = 1, mesh%n_elements
-      associate (nodes => mesh%connectivity(:, e))
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
         if (count(forces%prescribed(:, nodes)) < 2) cycle
         directions: do i = 1, 3
           first = 0.0_wp
-          do a = 1, 8
+          do a = 1, size(nodes)
             associate (wanted => forces%displacement(i, nodes(a)))
               if (.not. (forces%prescribed(i, nodes(a)) .and. abs(wanted) > 0.0_wp)) cycle
               if (abs(first) > 0.0_wp .and. abs(wanted - first) > 0.0_wp) then

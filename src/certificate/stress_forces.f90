@@ -10,6 +10,7 @@
 !> displacements of a body as a whole cancel to the last bit. docs/theory.md, sections 6 and 8.
 module stress_forces_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use increment_forces_mod, only: increment_forces_t
@@ -96,7 +97,7 @@ contains
     batch%n = n
     do l = 1, lanes
       e = first + min(l, n) - 1
-      batch%node(:, l) = mesh%connectivity(:, e)
+      batch%node(:, l) = nodes_of_hexahedron(mesh%connectivity, e)
       associate (elastic => materials(mesh%material(e))%law%elastic)
         batch%lambda(l) = elastic%lambda
         batch%shear(l) = elastic%shear

@@ -5,6 +5,7 @@ module contact_interface_mod
   use errors_mod, only: error_t
   use loads_mod, only: amplitude_range
   use obstacles_mod, only: ref_nodes
+  use connectivity_mod, only: corners_in
   use surfaces_mod, only: nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
@@ -181,8 +182,8 @@ contains
           loose_body(mesh%body(scene%surfaces(s%face_pressures(i)%surface)%nodes)) = .true.
         end do
         do i = 1, size(s%gravity)
-          loose_body(mesh%body(mesh%connectivity(1, &
-            scene%regions(s%gravity(i)%region)%elements))) = .true.
+          loose_body(mesh%body(mesh%connectivity%node(mesh%connectivity%first( &
+            scene%regions(s%gravity(i)%region)%elements)))) = .true.
         end do
         if (allocated(s%temperatures)) loose_body(mesh%body(s%temperatures%node)) = .true.
       end associate
@@ -305,7 +306,8 @@ contains
         point(points%node(first:last)) = [(i, i=first, last)]
         near(first:last) = .false.
         do f = 1, size(slave, 2)
-          associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
+          associate (x => mesh%coordinates(:, slave(:corners_in(slave(:, f)), f)), &
+                     i => point(slave(:corners_in(slave(:, f)), f)))
             way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
             call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
             if (size(found) > 0) near(i) = .true.
@@ -314,13 +316,14 @@ contains
         if (.not. present(faced)) cycle
         reach = reach_of_faces(slave, of_side, places) + of%overlap
         do f = 1, size(slave, 2)
-          associate (x => mesh%coordinates(:, slave(:, f)), i => point(slave(:, f)))
+          associate (x => mesh%coordinates(:, slave(:corners_in(slave(:, f)), f)), &
+                     i => point(slave(:corners_in(slave(:, f)), f)))
             if (.not. any(near(i))) cycle
             way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
             along = (reach + way)*abs(outward_normal(x))
             call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
             do k = 1, size(found)
-              faced(of_side(:, found(k))) = .true.
+              faced(of_side(:corners_in(of_side(:, found(k))), found(k))) = .true.
             end do
           end associate
         end do

@@ -6,7 +6,7 @@
 !> Pair after pair in the order of the deck, each where the ones before it left the nodes.
 module adjust_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use brick8_mod, only: jacobian_determinants
+  use inverted_bricks_mod, only: jacobians_of
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
@@ -18,6 +18,7 @@ module adjust_mod
     reach_of_facets
   use options_mod, only: card_t, name_option, option_position
   use refine_locally_mod, only: place_hanging
+  use connectivity_mod, only: nodes_of_element
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
   use surfaces_mod, only: surface_t, nodes_of
@@ -188,11 +189,10 @@ contains
 
     reported = .false.
     do e = 1, model%mesh%n_elements
-      p = maxval(mover(model%mesh%connectivity(:, e)))
+      p = maxval(mover(nodes_of_element(model%mesh%connectivity, e)))
       if (p == 0) cycle
       if (reported(p)) cycle
-      if (all(jacobian_determinants(model%mesh%coordinates(:, model%mesh%connectivity(:, e))) &
-              > 0.0_wp)) cycle
+      if (all(jacobians_of(model%mesh%coordinates, model%mesh%connectivity, e) > 0.0_wp)) cycle
       if (.not. keep_reading(reader)) return
       reported(p) = .true.
       call report(reader, adjusts(p)%position, 'ADJUST of '//pairs(p)%name//' turns element '// &

@@ -7,16 +7,35 @@
 module cut_mesh_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
+  use cards_mod, only: reader_t, report
+  use cells_mod, only: cells, hexahedron_8
+  use connectivity_mod, only: make_hexahedra
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
   use refine_bricks_mod, only: piece_faces, pieces_t, value_between
   use sets_mod, only: finish, model_t, set_t
   use sorting_mod, only: order_of
+  use text_mod, only: to_text
   implicit none
   private
 
-  public :: nodes_by_id, replace_bricks
+  public :: nodes_by_id, refuse_other_cells, replace_bricks
 
 contains
+
+  !> Report a mesh that has other cells than those that can be cut.
+  subroutine refuse_other_cells(reader, mesh)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: mesh
+    integer :: e
+
+    do e = 1, mesh%n_elements
+      if (mesh%connectivity%cell(e) == hexahedron_8) cycle
+      call report(reader, mesh%element_position(e), 'element '//to_text(mesh%element_id(e))// &
+        ' is a '//trim(cells(mesh%connectivity%cell(e))%name)//': only meshes of 8-node '// &
+        'hexahedra are refined (C3D8, C3D8I, C3D8B)')
+      return
+    end do
+  end subroutine refuse_other_cells
 
   !> Nodes by ascending id, in whose order sets of an equation go together, and the place of each
   !> node in this; 0 stays 0.
@@ -66,7 +85,7 @@ contains
       mesh%element_id(:n) = mesh%element_id(origin)
       mesh%element_position(:n) = mesh%element_position(origin)
       mesh%element_kind(:n) = mesh%element_kind(origin)
-      mesh%connectivity(:, :n) = pieces%nodes
+      mesh%connectivity = make_hexahedra(pieces%nodes)
       mesh%piece_id = ids
       mesh%outer = mesh%outer(:, origin)
       do i = 1, n

@@ -5,6 +5,8 @@
 !> all unknowns are lengths and all forces forces. docs/theory.md section 11.
 module face_couplings_mod
   use cards_mod, only: reader_t, report
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in
   use dense_mod, only: invert_general
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
@@ -254,13 +256,14 @@ contains
     type(surface_t), intent(in) :: surface
     real(wp) :: share(size(surface%nodes))
     real(wp) :: area(model%mesh%n_nodes)
-    integer :: faces(4, size(surface%faces, 2)), f
+    integer :: faces(face_corners, size(surface%faces, 2)), f
 
     faces = nodes_of(surface%faces, model%mesh%connectivity)
     area = 0.0_wp
     do f = 1, size(faces, 2)
-      area(faces(:, f)) = area(faces(:, f)) + face_node_areas(model%mesh%coordinates(:, &
-        faces(:, f)))
+      associate (corners => faces(:corners_in(faces(:, f)), f))
+        area(corners) = area(corners) + face_node_areas(model%mesh%coordinates(:, corners))
+      end associate
     end do
     share = area(surface%nodes)/sum(area(surface%nodes))
   end function shares

@@ -1,9 +1,10 @@
 !> The faces that a set of nodes means.
 module find_faces_mod
   use growing_lists_mod, only: append
+  use cells_mod, only: cells, face_corners
+  use connectivity_mod, only: nodes_of_element, nodes_of_face
   use mesh_draft_mod, only: mesh_draft_t
   use sorting_mod, only: order_of_columns, sort_ascending
-  use surfaces_mod, only: face_nodes
   implicit none
   private
 
@@ -11,7 +12,7 @@ module find_faces_mod
 
 contains
 
-  !> The faces of bricks on the outside of the mesh whose four nodes are all among `nodes`.
+  !> The faces of elements on the outside of the mesh whose corners are all among `nodes`.
   subroutine find_outer_faces(mesh, nodes, faces)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
@@ -21,9 +22,9 @@ contains
     integer :: i, n
 
     call find_candidates(mesh, nodes, candidate)
-    allocate (key(4, size(candidate, 2)), outer(size(candidate, 2)))
+    allocate (key(face_corners, size(candidate, 2)), outer(size(candidate, 2)))
     do i = 1, size(candidate, 2)
-      key(:, i) = mesh%connectivity(face_nodes(:, candidate(2, i)), candidate(1, i))
+      key(:, i) = nodes_of_face(mesh%connectivity, candidate(1, i), candidate(2, i))
       call sort_ascending(key(:, i))
     end do
 
@@ -47,28 +48,28 @@ contains
   !> is a node that hangs.
   pure subroutine drop_divided(mesh, key, outer)
     type(mesh_draft_t), intent(in) :: mesh
-    integer, intent(in) :: key(:, :)     !! (4,n) nodes, ascending
+    integer, intent(in) :: key(:, :)     !! (4,n) nodes, ascending; the first of a triangle is 0
     logical, intent(out) :: outer(:)     !! (n)
     integer, allocatable :: middle(:, :), order(:), both(:, :)
-    logical :: in_middle(mesh%n_nodes)
+    logical :: in_middle(0:mesh%n_nodes)
     integer :: i, n, node
 
     outer = .true.
     if (.not. allocated(mesh%hangs)) return
     in_middle = .false.
     n = 0
-    allocate (middle(4, 0))
+    allocate (middle(face_corners, 0))
     do i = 1, size(mesh%hangs) - mesh%n_given
       node = mesh%n_given + i
       if (.not. mesh%hangs(node) .or. mesh%between(3, i) == 0) cycle
       in_middle(node) = .true.
-      call append(middle, n, mesh%between(:4, i))
+      call append(middle, n, mesh%between(:face_corners, i))
       call sort_ascending(middle(:, n))
     end do
     do i = 1, size(outer)
       outer(i) = .not. any(in_middle(key(:, i)))
     end do
-    both = reshape([middle(:, :n), key], [4, n + size(key, 2)])
+    both = reshape([middle(:, :n), key], [face_corners, n + size(key, 2)])
     call order_of_columns(both, order)
     do i = 2, size(order)
       if (order(i) <= n) cycle
@@ -77,7 +78,7 @@ contains
     end do
   end subroutine drop_divided
 
-  !> All faces of bricks whose four nodes are among `nodes`.
+  !> All faces of elements whose corners are among `nodes`.
   subroutine find_candidates(mesh, nodes, faces)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
@@ -85,16 +86,20 @@ contains
     logical, allocatable :: named(:)
     integer :: e, face, n
 
-    allocate (named(mesh%n_nodes), faces(2, 64))
+    allocate (named(0:mesh%n_nodes), faces(2, 64))
     named = .false.
     named(nodes) = .true.
+    named(0) = .true. ! behind the corners of a triangle
     n = 0
     do e = 1, mesh%n_elements
-      if (count(named(mesh%connectivity(:, e))) < 4) cycle
-      do face = 1, 6
-        if (.not. all(named(mesh%connectivity(face_nodes(:, face), e)))) cycle
-        call append(faces, n, [e, face])
-      end do
+      associate (cell => cells(mesh%connectivity%cell(e)))
+        if (count(named(nodes_of_element(mesh%connectivity, e))) < minval(cell%n_face_corners( &
+          :cell%n_faces))) cycle
+        do face = 1, cell%n_faces
+          if (.not. all(named(nodes_of_face(mesh%connectivity, e, face)))) cycle
+          call append(faces, n, [e, face])
+        end do
+      end associate
     end do
     faces = faces(:, :n)
   end subroutine find_candidates

@@ -12,6 +12,7 @@
 module flat_deck_mod
   use block_mesh_mod, only: block_face, block_side_nodes, face_xmin, face_zmax
   use cards_mod, only: is_data_line, reader_t
+  use connectivity_mod, only: nodes_of_element
   use deck_source_mod, only: add_line, source_t
   use diagnostics_mod, only: any_mistakes
   use keywords_mod, only: same_word
@@ -171,7 +172,8 @@ contains
     if (draft%element_kind(block%first_element) == kind_c3d8b) type_name = 'C3D8B'
     call put(flat, '*ELEMENT, TYPE='//type_name//', ELSET='//as_name(block%name))
     do brick = block%first_element, block%first_element + product(block%n) - 1
-      call add_ids([draft%element_id(brick), draft%connectivity(:, brick)], flat, a_line=9)
+      call add_ids([draft%element_id(brick), nodes_of_element(draft%connectivity, brick)], flat, &
+        a_line=9)
     end do
   end subroutine add_bricks
 

@@ -2,6 +2,7 @@
 module mesh_draft_mod
   use growing_lists_mod, only: append, enlarge
   use kinds_mod, only: i8, wp
+  use connectivity_mod, only: connectivity_t
   use mesh_size_mod, only: blocks_t
   use lookup_mod, only: find_id, id_lookup_t
   use resource_limits_mod, only: has_memory
@@ -63,7 +64,7 @@ module mesh_draft_mod
     integer, allocatable :: element_id(:)        !! of a refined brick that of the deck's
     integer, allocatable :: element_position(:)
     integer, allocatable :: element_kind(:)      !! kind_c3d8 and its kin
-    integer, allocatable :: connectivity(:, :)   !! ids, later numbers, of nodes
+    type(connectivity_t) :: connectivity         !! ids, later numbers, of nodes
     integer :: highest_element = 0
     logical :: taken_out = .false.
     !! elements seem to have been taken out of the deck: what names them is not a mistake
@@ -148,7 +149,7 @@ contains
     integer :: have, want
 
     if (.not. allocated(draft%element_id)) allocate (draft%element_id(0), &
-      draft%element_position(0), draft%element_kind(0), draft%connectivity(8, 0))
+      draft%element_position(0), draft%element_kind(0))
     have = size(draft%element_id)
     ok = draft%n_elements + int(more, i8) <= have
     if (ok) return
@@ -159,7 +160,6 @@ contains
     call enlarge(draft%element_id, draft%n_elements, want)
     call enlarge(draft%element_position, draft%n_elements, want)
     call enlarge(draft%element_kind, draft%n_elements, want)
-    call enlarge(draft%connectivity, draft%n_elements, want)
   end subroutine reserve_elements
 
   !> Whether a node, by its number, is one of a block.

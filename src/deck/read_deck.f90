@@ -5,7 +5,8 @@
 !> down. Every mistake is kept, and all are told at the end in the order of the deck.
 module read_deck_mod
   use adjust_mod, only: adjust_nodes, adjust_t
-  use build_mesh_mod, only: build_mesh, check_bricks, mark_used_nodes, note_unused_nodes
+  use build_mesh_mod, only: build_mesh, check_bricks, check_locking, mark_used_nodes, &
+    note_unused_nodes
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report, &
     report_missing_element
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
@@ -203,6 +204,7 @@ contains
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
+    call check_locking(reader, model%mesh, scene%materials, material)
     call find_weights(scene%materials, material, model%weighs)
     call read_ties(reader, model, surfaces, ties)
     call find_coupled_surfaces(reader, model, surfaces, couplings)

@@ -4,8 +4,9 @@
 !> docs/theory.md section 11.
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
+  use connectivity_mod, only: nodes_of_element, table_of_hexahedra
   use constraints_mod, only: add_constraint, constraints_t
-  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_bricks
   use diagnostics_mod, only: any_mistakes
   use kinds_mod, only: i8, wp
   use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
@@ -49,6 +50,8 @@ contains
 
     if (max(zone%times, maxval([refinements%times, 0])) == 0 .or. model%mesh%n_elements == 0 .or. &
       any_mistakes(reader%diagnostics)) return
+    call refuse_other_cells(reader, model%mesh)
+    if (any_mistakes(reader%diagnostics)) return
     n_before = model%mesh%n_elements
     allocate (cuts(n_before), source=0)
     ok = fewest_bricks(model, refinements) < max_nodes
@@ -59,8 +62,8 @@ contains
       chosen = choose_bricks(model, refinements, zone, pass, across)
       if (.not. any(chosen)) cycle
       if (allocated(model%mesh%between)) then
-        call cut_with(model%mesh%connectivity(:, :model%mesh%n_elements), model%mesh%n_nodes, &
-          model%mesh%between, model%mesh%n_given, cuts, chosen)
+        call cut_with(bricks_of(model%mesh), model%mesh%n_nodes, model%mesh%between, &
+          model%mesh%n_given, cuts, chosen)
       end if
       call cut_chosen(model, chosen, across, cuts, ok)
       if (.not. ok) call refuse()
@@ -68,8 +71,7 @@ contains
     end do
     if (.not. any(cuts > 0)) return
     associate (mesh => model%mesh)
-      mesh%hangs = find_hanging(mesh%n_nodes, mesh%connectivity(:, :mesh%n_elements), &
-        mesh%between, mesh%n_given)
+      mesh%hangs = find_hanging(mesh%n_nodes, bricks_of(mesh), mesh%between, mesh%n_given)
       if (.not. any(mesh%hangs)) deallocate (mesh%hangs)
       call note(reader, 'refined locally: '//to_text(n_before)//' bricks are '// &
         to_text(mesh%n_elements))
@@ -146,7 +148,7 @@ contains
     end do
     if (any(at)) then
       do e = 1, model%mesh%n_elements
-        chosen(e) = chosen(e) .or. any(at(model%mesh%connectivity(:, e)))
+        chosen(e) = chosen(e) .or. any(at(nodes_of_element(model%mesh%connectivity, e)))
       end do
     end if
     call choose_near(zone)
@@ -161,7 +163,7 @@ contains
       associate (mesh => model%mesh)
         do k = 1, mesh%n_elements
           if (.not. chosen(k)) chosen(k) = is_near(zone, mesh%coordinates(:, &
-            mesh%connectivity(:, k)), across)
+            nodes_of_element(mesh%connectivity, k)), across)
         end do
       end associate
     end subroutine choose_near
@@ -176,7 +178,7 @@ contains
     integer, allocatable, intent(inout) :: cuts(:) !! (n_elements) how often each was cut
     logical, intent(out) :: ok                     !! false: there is no room
     type(pieces_t) :: pieces
-    integer, allocatable :: node(:), rank(:), ids(:), between(:, :), added(:, :)
+    integer, allocatable :: node(:), rank(:), ids(:), between(:, :), added(:, :), bricks(:, :)
     integer :: n, n_nodes, highest, i
 
     n = model%mesh%n_elements
@@ -195,9 +197,9 @@ contains
     allocate (between(8, 0))
     if (allocated(model%mesh%between)) between = reshape(rank([model%mesh%between]), &
       shape(model%mesh%between))
-    call cut_some(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), between, &
-      chosen, local_axes(model%mesh%coordinates, model%mesh%connectivity(:, :n), across), pieces, &
-      added)
+    bricks = bricks_of(model%mesh)
+    call cut_some(n_nodes, reshape(rank([bricks]), shape(bricks)), between, chosen, &
+      local_axes(model%mesh%coordinates, bricks, across), pieces, added)
     node = [node, [(n_nodes + i, i=1, size(added, 2))]]
     pieces%nodes = reshape(node(1 + [pieces%nodes]), shape(pieces%nodes))
     ids = ids(pieces%origin)
@@ -210,6 +212,13 @@ contains
       middle_of(added), ok)
     if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen
+
+  pure function bricks_of(mesh) result(bricks)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer :: bricks(8, mesh%n_elements)
+
+    bricks = table_of_hexahedra(mesh%connectivity, mesh%n_elements)
+  end function bricks_of
 
   !> Where new nodes lie between others: in the middle.
   pure function middle_of(between) result(place)

@@ -2,7 +2,8 @@
 module refine_mesh_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes
-  use cut_mesh_mod, only: nodes_by_id, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_bricks
+  use connectivity_mod, only: table_of_hexahedra
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
   use refine_bricks_mod, only: local_axes, n_pieces, pieces_t, refine_bricks
@@ -31,6 +32,8 @@ contains
     logical :: ok
 
     if (parts == 1 .or. model%mesh%n_elements == 0 .or. any_mistakes(reader%diagnostics)) return
+    call refuse_other_cells(reader, model%mesh)
+    if (any_mistakes(reader%diagnostics)) return
     n_elements = model%mesh%n_elements
     pieces = int(parts, i8)**merge(2, 3, across > 0)
     nodes = pieces*n_elements
@@ -60,17 +63,18 @@ contains
     type(model_t), intent(inout) :: model
     integer, intent(in) :: parts, across
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: bricks(:, :), uncut(:), between(:, :), node(:), rank(:)
+    integer, allocatable :: given(:, :), bricks(:, :), uncut(:), between(:, :), node(:), rank(:)
     real(wp), allocatable :: place(:, :)
     integer :: pieces, n, n_nodes, e, k, i
 
     n = model%mesh%n_elements
     n_nodes = model%mesh%n_nodes
-    uncut = local_axes(model%mesh%coordinates, model%mesh%connectivity(:, :n), across)
+    given = table_of_hexahedra(model%mesh%connectivity, n)
+    uncut = local_axes(model%mesh%coordinates, given, across)
     pieces = n_pieces(parts, uncut)
     call nodes_by_id(model%mesh, node, rank)
-    call refine_bricks(n_nodes, reshape(rank([model%mesh%connectivity(:, :n)]), [8, n]), parts, &
-      uncut, bricks, between, place)
+    call refine_bricks(n_nodes, reshape(rank([given]), shape(given)), parts, uncut, bricks, &
+      between, place)
     node = [node, [(n_nodes + i, i=1, size(between, 2))]]
     call replace_bricks(model, pieces_t(reshape(node(1 + [bricks]), shape(bricks)), &
       [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], uncut, parts), &

@@ -2,6 +2,8 @@
 !>
 !> What happens in a slice does not change across it, so it needs no more bricks there.
 module slice_axis_mod
+  use cells_mod, only: hexahedron_8, hexahedron_nodes
+  use connectivity_mod, only: nodes_of_hexahedron
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use obstacle_shapes_mod, only: is_same_along
@@ -33,6 +35,7 @@ contains
     allocate (opposite(0))
     if (scene%constraints%n > 0 .or. allocated(scene%rotations) .or. allocated(scene%local_axes) &
       .or. scene%mesh%n_elements == 0) return
+    if (any(scene%mesh%connectivity%cell /= hexahedron_8)) return
     do axis = 3, 1, -1
       opposite = opposite_nodes(scene, axis)
       if (size(opposite) == 0) cycle
@@ -50,7 +53,7 @@ contains
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
     real(wp) :: low, high, close_by
-    integer :: along(1), e, a
+    integer :: along(1), nodes(hexahedron_nodes), e, a
     logical :: is_slice
 
     associate (mesh => scene%mesh)
@@ -60,10 +63,11 @@ contains
       allocate (opposite(mesh%n_nodes), source=0)
       is_slice = .true.
       do e = 1, mesh%n_elements
-        along = local_axes(mesh%coordinates, mesh%connectivity(:, e:e), axis)
+        nodes = nodes_of_hexahedron(mesh%connectivity, e)
+        along = local_axes(mesh%coordinates, reshape(nodes, [size(nodes), 1]), axis)
         do a = 1, size(along_edge)
           if (along_edge(a) /= along(1)) cycle
-          associate (ends => mesh%connectivity(edge_nodes(:, a), e))
+          associate (ends => nodes(edge_nodes(:, a)))
             is_slice = is_slice .and. are_opposite(mesh%coordinates(:, ends(1)), &
               mesh%coordinates(:, ends(2))) .and. all(opposite(ends) == 0 .or. opposite(ends) == &
               ends([2, 1]))

@@ -2,6 +2,7 @@
 !> faces and nodes found when something needs them.
 module surface_list_mod
   use cards_mod, only: note, reader_t, report
+  use cells_mod, only: cells
   use diagnostics_mod, only: guess, quoted
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
@@ -9,12 +10,12 @@ module surface_list_mod
   use mesh_draft_mod, only: mesh_draft_t, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: face_nodes, surface_t
+  use surfaces_mod, only: nodes_of, surface_t
   use text_mod, only: string_t, to_text
   implicit none
   private
 
-  public :: surface_list_t, add_surface, add_surface_of_sides, find_nodes, drop_unused
+  public :: surface_list_t, add_surface, add_surface_of_sides, check_side, find_nodes, drop_unused
   public :: find_surface, find_surface_or_set, find_faces_of_nodes, has_facets, sides_t
 
   !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
@@ -111,6 +112,28 @@ contains
     call find_nodes(mesh, surfaces%list(index))
   end subroutine add_surface_of_sides
 
+  !> Report an element that has no such face.
+  subroutine check_side(reader, mesh, elements, face, position, ok)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: elements(:)
+    integer, intent(in) :: face      !! 1..6
+    integer, intent(in) :: position  !! in the deck
+    logical, intent(out) :: ok       !! all have it
+    integer :: i
+
+    do i = 1, size(elements)
+      associate (cell => cells(mesh%connectivity%cell(elements(i))))
+        ok = face <= cell%n_faces
+        if (ok) cycle
+        call report(reader, position, 'element '//to_text(mesh%element_id(elements(i)))// &
+          ' is a '//trim(cell%name)//': it has no face '//to_text(face))
+        return
+      end associate
+    end do
+    ok = .true.
+  end subroutine check_side
+
   !> Find the faces of a surface of nodes, when something needs them.
   subroutine find_faces_of_nodes(reader, model, surfaces, index)
     type(reader_t), intent(inout) :: reader
@@ -139,14 +162,11 @@ contains
   pure function count_without_face(mesh, surface) result(n)
     type(mesh_draft_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
-    integer :: n, i
+    integer :: n
     logical, allocatable :: on_face(:)
 
-    allocate (on_face(mesh%n_nodes))
-    on_face = .false.
-    do i = 1, size(surface%faces, 2)
-      on_face(mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))) = .true.
-    end do
+    allocate (on_face(0:mesh%n_nodes), source=.false.)
+    on_face([nodes_of(surface%faces, mesh%connectivity)]) = .true.
     n = count(.not. on_face(surface%nodes))
   end function count_without_face
 
@@ -154,15 +174,11 @@ contains
   subroutine find_nodes(mesh, surface)
     type(mesh_draft_t), intent(in) :: mesh
     type(surface_t), intent(inout) :: surface
-    integer :: i, n
+    integer, allocatable :: faces(:, :)
 
-    n = size(surface%faces, 2)
+    faces = nodes_of(surface%faces, mesh%connectivity)
     if (allocated(surface%nodes)) deallocate (surface%nodes)
-    allocate (surface%nodes(4*n))
-    do i = 1, n
-      surface%nodes(4*i - 3:4*i) = &
-        mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
-    end do
+    allocate (surface%nodes, source=pack(faces, faces > 0))
     call sort_unique(surface%nodes)
   end subroutine find_nodes
 

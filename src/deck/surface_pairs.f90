@@ -2,6 +2,7 @@
 !> hold before anything may be computed.
 module surface_pairs_mod
   use cards_mod, only: note, reader_t, report
+  use connectivity_mod, only: corners_in
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
@@ -92,16 +93,17 @@ contains
     integer, intent(in) :: position         !! of the master in the deck
     logical, intent(inout) :: ok            !! false where it does
     integer, allocatable :: nodes(:, :) !! (4,n_faces)
-    real(wp) :: corner(3, 4), normal(3)
+    real(wp) :: normal(3)
     integer :: f
 
     if (.not. allocated(slave%faces)) return
     if (size(slave%faces, 2) == 0) return
     allocate (nodes, source=nodes_of(slave%faces, model%mesh%connectivity))
     do f = 1, size(slave%faces, 2)
-      corner = model%mesh%coordinates(:, nodes(:, f))
-      normal = sum(face_area_vectors(corner), 2)
-      if (.not. holds_turned_away(obstacle, corner, normal/norm2(normal))) return
+      associate (corner => model%mesh%coordinates(:, nodes(:corners_in(nodes(:, f)), f)))
+        normal = sum(face_area_vectors(corner), 2)
+        if (.not. holds_turned_away(obstacle, corner, normal/norm2(normal))) return
+      end associate
     end do
     ok = .false.
     call report(reader, position, quoted(slave%name)//' lies inside the obstacle '// &
@@ -117,11 +119,10 @@ contains
     integer, intent(in) :: position
     character(*), intent(in) :: what  !! for the message
     logical, intent(inout) :: ok      !! false where it does not
-    logical :: on_face(model%mesh%n_nodes)
+    logical :: on_face(0:model%mesh%n_nodes)
 
     on_face = .false.
-    on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
-      [4*size(surface%faces, 2)])) = .true.
+    on_face([nodes_of(surface%faces, model%mesh%connectivity)]) = .true.
     if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
     call report(reader, position, what//' has nodes without faces: it must consist of faces '// &
       '(*SURFACE, TYPE=ELEMENT)')
@@ -256,8 +257,10 @@ contains
       area = 0.0_wp
       n = 0
       do f = 1, size(faces, 2)
-        if (.not. all(takes_part(faces(:, f)))) cycle
-        area = area + norm2(sum(face_area_vectors(x(:, faces(:, f))), 2))
+        associate (corners => faces(:corners_in(faces(:, f)), f))
+          if (.not. all(takes_part(corners))) cycle
+          area = area + norm2(sum(face_area_vectors(x(:, corners)), 2))
+        end associate
         n = n + 1
       end do
       mean_edge = sqrt(area/max(n, 1))
@@ -275,8 +278,7 @@ contains
 
     mesh%n_nodes = model%mesh%n_nodes
     mesh%n_elements = model%mesh%n_elements
-    allocate (mesh%connectivity(8, mesh%n_elements), &
-      source=model%mesh%connectivity(:, :mesh%n_elements))
+    mesh%connectivity = model%mesh%connectivity
     call find_bodies(mesh)
     thickness = huge(thickness)
     do k = 1, size(nodes)

@@ -6,13 +6,15 @@
 !> Weights give a place on the master only where the node is there: elsewhere bodies that turn would
 !> be strained. So what is not moved onto its master is not tied but refused.
 module ties_mod
-  use brick8_mod, only: jacobian_determinants
+  use inverted_bricks_mod, only: jacobians_of
   use cards_mod, only: keep_reading, note, reader_t, report
   use constraints_mod, only: constraints_t, add_constraint, constraint_on_cycle, constraint_of
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_element
   use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
     face_each_other
@@ -154,11 +156,10 @@ contains
 
     reported = .false.
     do e = 1, model%mesh%n_elements
-      t = maxval(mover(model%mesh%connectivity(:, e)))
+      t = maxval(mover(nodes_of_element(model%mesh%connectivity, e)))
       if (t == 0) cycle
       if (reported(t)) cycle
-      if (all(jacobian_determinants(model%mesh%coordinates(:, model%mesh%connectivity(:, e))) &
-              > 0.0_wp)) cycle
+      if (all(jacobians_of(model%mesh%coordinates, model%mesh%connectivity, e) > 0.0_wp)) cycle
       if (.not. keep_reading(reader)) return
       reported(t) = .true.
       call report(reader, ties(t)%position, 'tie '//quoted(ties(t)%name)//' turns element '// &
@@ -293,17 +294,17 @@ contains
   pure real(wp) function edge_of(model, surface) result(mean)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surface
-    integer :: nodes(4, size(surface%faces, 2)), f, k
+    integer :: nodes(face_corners, size(surface%faces, 2)), f, k
 
     nodes = nodes_of(surface%faces, model%mesh%connectivity)
     mean = 0.0_wp
     do f = 1, size(nodes, 2)
-      do k = 1, 4
+      do k = 1, corners_in(nodes(:, f))
         mean = mean + norm2(model%mesh%coordinates(:, nodes(k, f)) - &
-          model%mesh%coordinates(:, nodes(mod(k, 4) + 1, f)))
+          model%mesh%coordinates(:, nodes(mod(k, corners_in(nodes(:, f))) + 1, f)))
       end do
     end do
-    mean = mean/real(4*size(nodes, 2), wp)
+    mean = mean/real(count(nodes > 0), wp)
   end function edge_of
 
   !> Report ties whose faces face each other in a contact pair as well: nothing moves there.

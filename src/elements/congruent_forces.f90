@@ -7,6 +7,7 @@
 !> have moved far as a whole lose no digits, nor do long thin bricks that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
   use brick8_mod, only: along_edges, xi_node, eta_node, zeta_node
@@ -50,7 +51,7 @@ contains
     n = 0
     next = 1
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       i = place_of(shapes(:n), mesh%element_kind(e), mesh%material(e), x, rounding)
       if (i == 0) then
@@ -67,7 +68,7 @@ contains
         shape%n_met = shape%n_met + 1
         if (shape%n_met < often) then
           force = force_of_brick(shape, materials, x, u(:, nodes))
-          f(:, nodes) = f(:, nodes) + force
+          call add_at_nodes(nodes, force, f)
           cycle
         end if
         if (shape%n_met == often) call find_forces(materials, x, shape)
@@ -170,10 +171,22 @@ contains
     force(:, :shape%n_waiting) = matmul(shape%force, shape%u(:, :shape%n_waiting))
     do k = 1, shape%n_waiting
       associate (nodes => shape%nodes(:, k))
-        f(:, nodes) = f(:, nodes) + reshape(force(:, k), [3, 8])
+        call add_at_nodes(nodes, reshape(force(:, k), [3, 8]), f)
       end associate
     end do
     shape%n_waiting = 0
   end subroutine finish
+
+  !> Add forces to those of the nodes, some of which may be one.
+  pure subroutine add_at_nodes(nodes, force, f)
+    integer, intent(in) :: nodes(8)
+    real(wp), intent(in) :: force(3, 8) !! [force]
+    real(wp), intent(inout) :: f(:, :)  !! (3,n_nodes) [force]
+    integer :: a
+
+    do a = 1, 8
+      f(:, nodes(a)) = f(:, nodes(a)) + force(:, a)
+    end do
+  end subroutine add_at_nodes
 
 end module congruent_forces_mod

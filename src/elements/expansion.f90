@@ -3,6 +3,7 @@
 module expansion_mod
   use kinds_mod, only: wp, i8
   use elasticity_mod, only: thermal_stress_of
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
   use warming_mod, only: warms, warming_at
@@ -35,7 +36,9 @@ contains
     integer :: e
 
     do e = 1, mesh%n_elements
-      free(e) = materials(mesh%material(e))%expansion*sum(rise(mesh%connectivity(:, e)))/8.0_wp
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
+        free(e) = materials(mesh%material(e))%expansion*sum(rise(nodes))/real(size(nodes), wp)
+      end associate
     end do
   end function free_strain
 
@@ -47,15 +50,17 @@ contains
     real(wp), intent(in) :: free(:)     !! (n_elements) [-]
     real(wp), intent(inout) :: f(:, :)  !! (3,n_nodes) [force]
     real(wp) :: gradient(3, 8, 8), weight(8), stress
-    integer :: e, g, nodes(8)
+    integer :: e, g, a, nodes(8)
 
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       call shape_gradients(mesh%coordinates(:, nodes), gradient, weight)
       stress = thermal_stress_of(free(e), materials(mesh%material(e))%law%elastic)
       do g = 1, 8
-        f(:, nodes) = f(:, nodes) + stress*weight(g)*gradient(:, :, g)
+        do a = 1, 8
+          f(:, nodes(a)) = f(:, nodes(a)) + stress*weight(g)*gradient(:, a, g)
+        end do
       end do
     end do
   end subroutine thermal_force
@@ -72,7 +77,7 @@ contains
       if (.not. abs(free(e)) > 0.0_wp) cycle
       energy = energy + 1.5_wp*thermal_stress_of(free(e), &
         materials(mesh%material(e))%law%elastic)*free(e)* &
-        volume(mesh%coordinates(:, mesh%connectivity(:, e)))
+        volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
     end do
   end function thermal_energy
 

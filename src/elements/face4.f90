@@ -1,4 +1,4 @@
-!> The 4-node face of a brick: its area vectors, for pressures and for the part of each node.
+!> Faces of 3 and 4 nodes: their area vectors, for pressures and for the part of each node.
 module face4_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
@@ -17,11 +17,15 @@ contains
   !>
   !> 2x2 Gauss points integrate this exactly for any quadrilateral, warped ones included.
   pure function face_area_vectors(x) result(vectors)
-    real(wp), intent(in) :: x(3, 4) !! nodes [length]
-    real(wp) :: vectors(3, 4)       !! [length^2]
+    real(wp), intent(in) :: x(:, :)          !! (3,3) or (3,4) nodes [length]
+    real(wp) :: vectors(3, size(x, 2))       !! [length^2]
     real(wp) :: n(4), normal(3)
     integer :: g, a
 
+    if (size(x, 2) == 3) then
+      vectors = spread(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))/6.0_wp, 2, 3)
+      return
+    end if
     vectors = 0.0_wp
     do g = 1, 4
       call shape_and_normal(x, g, n, normal)
@@ -33,11 +37,15 @@ contains
 
   !> int N_a dA for each node.
   pure function face_node_areas(x) result(areas)
-    real(wp), intent(in) :: x(3, 4) !! nodes [length]
-    real(wp) :: areas(4)            !! [length^2]
+    real(wp), intent(in) :: x(:, :)     !! (3,3) or (3,4) nodes [length]
+    real(wp) :: areas(size(x, 2))       !! [length^2]
     real(wp) :: n(4), normal(3)
     integer :: g
 
+    if (size(x, 2) == 3) then
+      areas = norm2(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)))/6.0_wp
+      return
+    end if
     areas = 0.0_wp
     do g = 1, 4
       call shape_and_normal(x, g, n, normal)

@@ -1,14 +1,29 @@
 !> Bricks that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
 module inverted_bricks_mod
   use kinds_mod, only: wp
+  use cells_mod, only: hexahedron_8
+  use connectivity_mod, only: connectivity_t, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use brick8_mod, only: shape_gradients, along_edges, jacobian_determinants
   implicit none
   private
 
-  public :: find_reach, find_inverted
+  public :: find_reach, find_inverted, jacobians_of
 
 contains
+
+  !> The determinants of the Jacobian that must be positive: at the Gauss points and, where the
+  !> nodes of the hexahedron that an element is are all different, at these.
+  pure function jacobians_of(coordinates, connectivity, e) result(determinants)
+    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
+    type(connectivity_t), intent(in) :: connectivity
+    integer, intent(in) :: e
+    real(wp), allocatable :: determinants(:)  !! [length^3/8]
+
+    allocate (determinants, source=jacobian_determinants(coordinates(:, &
+      nodes_of_hexahedron(connectivity, e))))
+    if (connectivity%cell(e) /= hexahedron_8) determinants = determinants(:8)
+  end function jacobians_of
 
   !> The most that an edge of each brick adds to grad u at its Gauss points, per change of the edge.
   pure function find_reach(mesh) result(reach)
@@ -18,8 +33,8 @@ contains
     integer :: e
 
     do e = 1, mesh%n_elements
-      call shape_gradients(mesh%coordinates(:, mesh%connectivity(:, e)), gradient, weight, &
-        inverse_jacobian)
+      call shape_gradients(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)), &
+        gradient, weight, inverse_jacobian)
       reach(:, e) = 0.5_wp*maxval(norm2(inverse_jacobian, dim=2), dim=2)
     end do
   end function find_reach
@@ -41,7 +56,7 @@ contains
     element = 0
     least = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       along = along_edges(u(:, nodes))
       bound = 0.0_wp
       do j = 1, 3

@@ -2,6 +2,7 @@
 !> largest strain and rotation.
 module mesh_fields_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
   use state_mod, only: state_t
@@ -48,7 +49,7 @@ contains
     if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
     if (allocated(stress%at_nodes)) stress%at_nodes = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       associate (elastic => materials(mesh%material(e))%law%elastic)
         values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
@@ -75,7 +76,7 @@ contains
     strain = 0.0_wp
     rotation = 0.0_wp
     do i = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, i)
+      nodes = nodes_of_hexahedron(mesh%connectivity, i)
       h = centre_gradient(mesh%coordinates(:, nodes), u(:, nodes))
       curl = [h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
       rotation = max(rotation, 0.5_wp*norm2(curl))
@@ -107,7 +108,9 @@ contains
 
     bricks = 0
     do e = 1, mesh%n_elements
-      bricks(mesh%connectivity(:, e)) = bricks(mesh%connectivity(:, e)) + 1
+      associate (nodes => nodes_of_hexahedron(mesh%connectivity, e))
+        bricks(nodes) = bricks(nodes) + 1
+      end associate
     end do
     do node = 1, mesh%n_nodes
       if (bricks(node) > 0) values(:, node) = values(:, node)/bricks(node)

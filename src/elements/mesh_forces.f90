@@ -1,8 +1,10 @@
 !> Sums over the whole mesh: internal forces, pressures, weight, surface areas.
 module mesh_forces_mod
   use kinds_mod, only: wp
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
-  use surfaces_mod, only: surface_t, face_nodes
+  use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
   use brick8_mod, only: node_volumes, stiffness_length
@@ -41,7 +43,7 @@ contains
 
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*brick_stiffness(mesh, &
         materials, e)*maxval(abs(u(:, nodes)))
     end do
@@ -54,7 +56,7 @@ contains
     integer, intent(in) :: e
 
     brick_stiffness = constrained_modulus(materials(mesh%material(e))%law%elastic)* &
-      stiffness_length(mesh%coordinates(:, mesh%connectivity(:, e)))
+      stiffness_length(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
   end function brick_stiffness
 
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
@@ -63,11 +65,13 @@ contains
     type(surface_t), intent(in) :: surface
     real(wp), intent(in) :: pressure       !! [force/length^2]
     real(wp), intent(inout) :: f(:, :)     !! (3,n_nodes) [force]
-    integer :: i, nodes(4)
+    integer :: i, nodes(face_corners)
 
     do i = 1, size(surface%faces, 2)
-      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
-      f(:, nodes) = f(:, nodes) - pressure*face_area_vectors(mesh%coordinates(:, nodes))
+      nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
+      associate (corners => nodes(:corners_in(nodes)))
+        f(:, corners) = f(:, corners) - pressure*face_area_vectors(mesh%coordinates(:, corners))
+      end associate
     end do
   end subroutine pressure_force
 
@@ -82,7 +86,7 @@ contains
     integer :: i, a, nodes(8)
 
     do i = 1, size(elements)
-      nodes = mesh%connectivity(:, elements(i))
+      nodes = nodes_of_hexahedron(mesh%connectivity, elements(i))
       mass = materials(mesh%material(elements(i)))%density*node_volumes(mesh%coordinates(:, nodes))
       do a = 1, 8
         f(:, nodes(a)) = f(:, nodes(a)) + mass(a)*acceleration
@@ -95,11 +99,13 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     real(wp), intent(inout) :: area(:)     !! (n_nodes) [length^2]
-    integer :: i, nodes(4)
+    integer :: i, nodes(face_corners)
 
     do i = 1, size(surface%faces, 2)
-      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, i)), surface%faces(1, i))
-      area(nodes) = area(nodes) + face_node_areas(mesh%coordinates(:, nodes))
+      nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
+      associate (corners => nodes(:corners_in(nodes)))
+        area(corners) = area(corners) + face_node_areas(mesh%coordinates(:, corners))
+      end associate
     end do
   end subroutine add_nodal_areas
 

@@ -8,17 +8,17 @@
 !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
 module patch_recovery_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t
   use dense_mod, only: solve_least_squares, symmetric_eigenvectors
+  use cells_mod, only: cells, face_corners
+  use connectivity_mod, only: connectivity_t, corners_in, nodes_of_element, nodes_of_face, &
+    some_elements
   use mesh_mod, only: mesh_t, elements_at_nodes
   use small_matrix_mod, only: determinant
   implicit none
   private
 
-  public :: recover_at_nodes, edge_ends
-
-  ! The nodes at the other ends of a brick's three edges at each of its nodes.
-  integer, parameter :: edge_ends(3, 8) = reshape([2, 4, 5, 1, 3, 6, 2, 4, 7, 1, 3, 8, 1, 6, 8, &
-    2, 5, 7, 3, 6, 8, 4, 5, 7], [3, 8])
+  public :: recover_at_nodes
 
 contains
 
@@ -30,68 +30,74 @@ contains
     real(wp), intent(out) :: smooth(:, :) !! (6,n_nodes) [force/length^2]
     real(wp), allocatable :: fit(:, :, :) !! (4,6,n_nodes) value and gradient
     real(wp), allocatable :: middle(:, :) !! (3,n_nodes) where that value is [length]
-    integer, allocatable :: start(:), elements(:)
+    type(lists_t) :: at
     integer :: n_bricks(mesh%n_nodes), node
     logical :: is_inside(mesh%n_nodes), has_fit(mesh%n_nodes)
 
-    call elements_at_nodes(mesh, start, elements, mesh%material == of_material)
-    n_bricks = start(2:) - start(:mesh%n_nodes)
+    at = elements_at_nodes(mesh, mesh%material == of_material)
+    n_bricks = at%first(2:) - at%first(:mesh%n_nodes)
     do node = 1, mesh%n_nodes
-      is_inside(node) = surrounded(mesh, node, elements(start(node):start(node + 1) - 1))
+      is_inside(node) = surrounded(mesh, node, at%item(at%first(node):at%first(node + 1) - 1))
     end do
     ! Fits are made where they are used.
     has_fit = .false.
     do node = 1, mesh%n_nodes
-      associate (bricks => elements(start(node):start(node + 1) - 1))
-        call mark_centres(mesh%connectivity(:, bricks), node)
+      associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
+        call mark_centres(nodes_of(bricks), node)
       end associate
     end do
     allocate (fit(4, 6, mesh%n_nodes), middle(3, mesh%n_nodes))
     do node = 1, mesh%n_nodes
-      if (has_fit(node)) call make_fit(mesh, elements(start(node):start(node + 1) - 1), means, &
-        fit(:, :, node), middle(:, node))
+      if (has_fit(node)) call make_fit(mesh, at%item(at%first(node):at%first(node + 1) - 1), &
+        means, fit(:, :, node), middle(:, node))
     end do
     smooth = 0.0_wp
     do node = 1, mesh%n_nodes
-      associate (bricks => elements(start(node):start(node + 1) - 1))
-        if (size(bricks) > 0) smooth(:, node) = mean_of_fits(mesh%connectivity(:, bricks), node)
+      associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
+        if (size(bricks) > 0) smooth(:, node) = mean_of_fits(nodes_of(bricks), node)
       end associate
     end do
 
   contains
 
+    !> The nodes of some bricks, one brick after the other.
+    pure function nodes_of(bricks) result(nodes)
+      integer, intent(in) :: bricks(:)
+      integer, allocatable :: nodes(:)
+      type(connectivity_t) :: some
+
+      some = some_elements(mesh%connectivity, bricks)
+      call move_alloc(some%node, nodes)
+    end function nodes_of
+
     !> Say which fits a node takes: its own inside; else those around it that are inside, or else
     !> those where most bricks meet, if these are more than its own.
     subroutine centres_of(around, node, list, n)
-      integer, intent(in) :: around(:, :) !! (8,n_bricks) nodes of its bricks
+      integer, intent(in) :: around(:)    !! nodes of its bricks
       integer, intent(in) :: node
       integer, intent(out) :: list(:)     !! a centre as often as bricks share it with the node
       integer, intent(out) :: n
-      integer :: e, k, most
+      integer :: k, most
 
       n = 0
       most = n_bricks(node)
       if (.not. is_inside(node)) then
-        do e = 1, size(around, 2)
-          most = max(most, maxval(n_bricks(around(:, e))))
-          do k = 1, 8
-            if (is_inside(around(k, e))) call take(around(k, e), list, n)
-          end do
+        do k = 1, size(around)
+          most = max(most, n_bricks(around(k)))
+          if (is_inside(around(k))) call take(around(k), list, n)
         end do
         if (n > 0) return
-        do e = 1, size(around, 2)
-          do k = 1, 8
-            if (n_bricks(around(k, e)) == most .and. most > n_bricks(node)) then
-              call take(around(k, e), list, n)
-            end if
-          end do
+        do k = 1, size(around)
+          if (n_bricks(around(k)) == most .and. most > n_bricks(node)) then
+            call take(around(k), list, n)
+          end if
         end do
       end if
       if (n == 0) call take(node, list, n)
     end subroutine centres_of
 
     subroutine mark_centres(around, node)
-      integer, intent(in) :: around(:, :), node
+      integer, intent(in) :: around(:), node
       integer :: list(max(1, size(around))), n
 
       if (size(around) == 0) return
@@ -100,7 +106,7 @@ contains
     end subroutine mark_centres
 
     function mean_of_fits(around, node) result(stress)
-      integer, intent(in) :: around(:, :), node
+      integer, intent(in) :: around(:), node
       real(wp) :: stress(6)
       integer :: list(size(around)), n, i
 
@@ -131,23 +137,25 @@ contains
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: node
     integer, intent(in) :: bricks(:) !! those that meet there
-    integer :: face(2, 3*size(bricks)), n, e, k, i
+    integer :: face(2, 3*size(bricks)) !! the nodes beside the node in each
+    integer :: corners(face_corners), n, e, k, m, i
 
     n = 0
     do e = 1, size(bricks)
-      associate (nodes => mesh%connectivity(:, bricks(e)))
-        k = findloc(nodes, node, dim=1)
-        do i = 1, 3
-          associate (a => nodes(edge_ends(i, k)), b => nodes(edge_ends(mod(i, 3) + 1, k)))
-            n = n + 1
-            face(:, n) = [min(a, b), max(a, b)]
-          end associate
-        end do
-      end associate
+      do i = 1, cells(mesh%connectivity%cell(bricks(e)))%n_faces
+        corners = nodes_of_face(mesh%connectivity, bricks(e), i)
+        k = findloc(corners, node, dim=1)
+        if (k == 0) cycle
+        m = corners_in(corners)
+        associate (a => corners(1 + modulo(k, m)), b => corners(1 + modulo(k - 2, m)))
+          n = n + 1
+          face(:, n) = [min(a, b), max(a, b)]
+        end associate
+      end do
     end do
     surrounded = n > 0
     do i = 1, n
-      if (count(face(1, :) == face(1, i) .and. face(2, :) == face(2, i)) < 2) surrounded = .false.
+      if (count(face(1, :n) == face(1, i) .and. face(2, :n) == face(2, i)) < 2) surrounded = .false.
     end do
   end function surrounded
 
@@ -163,9 +171,11 @@ contains
 
     a(:, 1) = 1.0_wp
     do e = 1, size(bricks)
-      do i = 1, 3
-        a(e, i + 1) = sum(mesh%coordinates(i, mesh%connectivity(:, bricks(e))))/8.0_wp
-      end do
+      associate (nodes => nodes_of_element(mesh%connectivity, bricks(e)))
+        do i = 1, 3
+          a(e, i + 1) = sum(mesh%coordinates(i, nodes))/real(size(nodes), wp)
+        end do
+      end associate
     end do
     ! From their middle: what they do not span is then a column of zeros, apart from the constant.
     middle = sum(a(:, 2:), dim=1)/real(size(bricks), wp)
@@ -199,12 +209,14 @@ contains
     if (extent <= 0.0_wp) return
     of_corners = 0.0_wp
     do e = 1, size(bricks)
-      do a = 1, 8
-        arm = (mesh%coordinates(:, mesh%connectivity(a, bricks(e))) - middle)/extent
-        do i = 1, 3
-          of_corners(:, i) = of_corners(:, i) + 0.125_wp*arm*arm(i)
+      associate (nodes => nodes_of_element(mesh%connectivity, bricks(e)))
+        do a = 1, size(nodes)
+          arm = (mesh%coordinates(:, nodes(a)) - middle)/extent
+          do i = 1, 3
+            of_corners(:, i) = of_corners(:, i) + arm*arm(i)/real(size(nodes), wp)
+          end do
         end do
-      end do
+      end associate
     end do
     of_middles = matmul(transpose(apart/extent), apart/extent)
     ! The product of the three ratios, each below 1.

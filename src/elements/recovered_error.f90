@@ -4,6 +4,7 @@
 !> bricks; the difference stands for the error. docs/theory.md section 10.
 module recovered_error_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use elasticity_mod, only: stress_of, thermal_stress_of, complementary_energy
@@ -42,7 +43,7 @@ contains
       associate (elastic => materials(material)%law%elastic)
         do e = 1, mesh%n_elements
           if (mesh%material(e) /= material) cycle
-          nodes = mesh%connectivity(:, e)
+          nodes = nodes_of_hexahedron(mesh%connectivity, e)
           stress(:, :, e) = stress_of(gauss_strain(mesh%element_kind(e), &
             mesh%coordinates(:, nodes), u(:, nodes), elastic), elastic)
           stress(:3, :, e) = stress(:3, :, e) - thermal_stress_of(free(e), elastic)
@@ -51,7 +52,7 @@ contains
         call recover_at_nodes(mesh, material, means, smooth)
         do e = 1, mesh%n_elements
           if (mesh%material(e) /= material) cycle
-          nodes = mesh%connectivity(:, e)
+          nodes = nodes_of_hexahedron(mesh%connectivity, e)
           weight = jacobian_determinants(mesh%coordinates(:, nodes))
           energy = energy + complementary_energy(stress(:, :, e), weight(:8), elastic)
           of_bricks(e) = complementary_energy(interpolate(smooth(:, nodes)) - stress(:, :, e), &

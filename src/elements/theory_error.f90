@@ -1,6 +1,7 @@
 !> What finite strain would change of a small-strain solution, bounded by one internal force.
 module theory_error_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus, stress_of
@@ -43,7 +44,7 @@ contains
     work = 0.0_wp
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       body = mesh%body(nodes(1))
       associate (law => materials(mesh%material(e))%law)
         call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), free(e), &

@@ -2,6 +2,8 @@
 module assembly_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t, constraint_of
+  use cells_mod, only: hexahedron_nodes
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use linked_nodes_mod, only: nodes_of_brick
   use scene_mod, only: material_t
@@ -13,6 +15,7 @@ module assembly_mod
   public :: triplets_t, assemble_stiffness, list_pattern, diagonal_of, diagonal_ratio, scales_of
 
   real(wp), parameter :: negligible = 1.0e-13_wp !! of a brick, in its shape [-]
+  integer, parameter :: n_freedoms = 3*hexahedron_nodes !! of an element
   integer, parameter :: n_remembered = 64 !! shapes: a row of a graded block has no more
 
   !> Bricks whose stiffness is known.
@@ -24,7 +27,7 @@ module assembly_mod
     integer :: kind(n_remembered) = 0
     integer :: material(n_remembered) = 0
     real(wp), allocatable :: shape(:, :, :) !! (3,8,n_remembered) corners less the first [length]
-    real(wp), allocatable :: ke(:, :, :)    !! (24,24,n_remembered) [force/length]
+    real(wp), allocatable :: ke(:, :, :)    !! (n_freedoms,n_freedoms,n_remembered) [force/length]
   end type known_bricks_t
 
   !> One triangle of a symmetric matrix, each entry once.
@@ -55,26 +58,27 @@ contains
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
     type(known_bricks_t) :: known
-    real(wp) :: ke(24, 24)
+    real(wp) :: ke(n_freedoms, n_freedoms)
     integer, allocatable :: constraint(:, :)
-    integer :: e, a, b, entry, nodes(8)
+    integer :: e, a, b, entry, nodes(hexahedron_nodes)
 
     allocate (constraint(3, mesh%n_nodes), source=constraint_of(map%constraints, mesh%n_nodes))
     lower_start = lower_lists(start, neighbours)
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
 
-    allocate (known%shape(3, 8, n_remembered), known%ke(24, 24, n_remembered))
+    allocate (known%shape(3, hexahedron_nodes, n_remembered), &
+      known%ke(n_freedoms, n_freedoms, n_remembered))
     known%rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     do e = 1, mesh%n_elements
-      nodes = mesh%connectivity(:, e)
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
       call find_stiffness(mesh, materials, e, known, ke)
       if (any(constraint(:, nodes) > 0)) then
         call add_linked(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
           blocks)
         cycle
       end if
-      do a = 1, 8
-        do b = 1, 8
+      do a = 1, hexahedron_nodes
+        do b = 1, hexahedron_nodes
           if (nodes(b) > nodes(a)) cycle
           entry = position_of(nodes(b), neighbours(start(nodes(a)):start(nodes(a) + 1) - 1))
           entry = lower_start(nodes(a)) + entry - 1
@@ -90,8 +94,8 @@ contains
   pure subroutine add_linked(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)
     type(constraints_t), intent(in) :: active
     integer, intent(in) :: constraint(:, :)  !! (3,n_nodes) of `constraint_of`
-    integer, intent(in) :: nodes(8)
-    real(wp), intent(in) :: ke(24, 24)       !! [force/length]
+    integer, intent(in) :: nodes(hexahedron_nodes)
+    real(wp), intent(in) :: ke(n_freedoms, n_freedoms)       !! [force/length]
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
     real(wp), intent(inout) :: blocks(:, :, :) !! (3,3,entries) [force/length]
     integer, allocatable :: linked(:)
@@ -99,8 +103,8 @@ contains
     integer :: a, b, i, l, c, entry
 
     allocate (linked, source=nodes_of_brick(active, constraint, nodes))
-    allocate (t(24, 3*size(linked)), source=0.0_wp)
-    do a = 1, 8
+    allocate (t(n_freedoms, 3*size(linked)), source=0.0_wp)
+    do a = 1, hexahedron_nodes
       do i = 1, 3
         c = constraint(i, nodes(a))
         if (c == 0) then
@@ -156,12 +160,12 @@ contains
     type(material_t), intent(in) :: materials(:)
     integer, intent(in) :: e
     type(known_bricks_t), intent(inout) :: known
-    real(wp), intent(out) :: ke(24, 24) !! [force/length]
-    real(wp) :: x(3, 8), shape(3, 8), rounding
+    real(wp), intent(out) :: ke(n_freedoms, n_freedoms) !! [force/length]
+    real(wp) :: x(3, hexahedron_nodes), shape(3, hexahedron_nodes), rounding
     integer :: i
 
-    x = mesh%coordinates(:, mesh%connectivity(:, e))
-    shape = x - spread(x(:, 1), 2, 8)
+    x = mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e))
+    shape = x - spread(x(:, 1), 2, hexahedron_nodes)
     ! Bricks near the origin carry the rounding of edges far away; not so much that it is felt.
     rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
     rounding = max(rounding, min(known%rounding, negligible*maxval(abs(shape))))

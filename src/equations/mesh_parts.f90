@@ -6,6 +6,7 @@
 module mesh_parts_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t
+  use connectivity_mod, only: make_connectivity, nodes_of_element, some_elements
   use mesh_mod, only: mesh_t
   use linked_nodes_mod, only: coupled_nodes
   use scene_mod, only: material_t
@@ -19,7 +20,7 @@ module mesh_parts_mod
   public :: assemble_parts, list_parts, assemble_own_part, list_own_part
   public :: bricks_of_rank, cut_part, send_part, receive_part
 
-  integer, parameter :: n_sizes = 6
+  integer, parameter :: n_sizes = 7
   !! nodes, bricks, unknowns of the whole mesh, materials, constraints and their masters
 
 contains
@@ -117,7 +118,7 @@ contains
 
     number = 0
     do e = 1, size(bricks)
-      number(mesh%connectivity(:, bricks(e))) = 1
+      number(nodes_of_element(mesh%connectivity, bricks(e))) = 1
     end do
     associate (active => map%constraints)
       before = -1
@@ -135,10 +136,8 @@ contains
     part%n_elements = size(bricks)
     part%coordinates = mesh%coordinates(:, used)
     part%origin = mesh%origin
-    allocate (part%connectivity(8, part%n_elements))
-    do e = 1, size(bricks)
-      part%connectivity(:, e) = number(mesh%connectivity(:, bricks(e)))
-    end do
+    part%connectivity = some_elements(mesh%connectivity, bricks)
+    part%connectivity%node = number(part%connectivity%node)
     part%element_kind = mesh%element_kind(bricks)
     part%material = mesh%material(bricks)
     part_map = part_of_map(map, used)
@@ -157,8 +156,9 @@ contains
     n_masters = 0
     if (n > 0) n_masters = part_map%constraints%first(n + 1) - 1
     call send_integers(n_sizes, [part%n_nodes, part%n_elements, part_map%n_free, &
-      size(materials), n, n_masters], rank)
-    call send_integers(8*part%n_elements, part%connectivity, rank)
+      size(materials), n, n_masters, size(part%connectivity%node)], rank)
+    call send_integers(part%n_elements, part%connectivity%cell, rank)
+    call send_integers(size(part%connectivity%node), part%connectivity%node, rank)
     call send_integers(part%n_elements, part%element_kind, rank)
     call send_integers(part%n_elements, part%material, rank)
     call send_integers(3*part%n_nodes, numbers_of(part_map), rank)
@@ -208,16 +208,18 @@ contains
     type(dof_map_t), intent(out) :: part_map
     integer :: sizes(n_sizes)
     type(constraints_t) :: active
-    integer, allocatable :: equation(:, :)
+    integer, allocatable :: equation(:, :), cell(:), node(:)
     real(wp), allocatable :: numbers(:)
 
     call receive_integers(n_sizes, sizes)
     part%n_nodes = sizes(1)
     part%n_elements = sizes(2)
-    allocate (part%connectivity(8, part%n_elements), part%element_kind(part%n_elements), &
+    allocate (cell(part%n_elements), node(sizes(7)), part%element_kind(part%n_elements), &
       part%material(part%n_elements), equation(3, part%n_nodes), &
       part%coordinates(3, part%n_nodes), materials(sizes(4)), numbers(sizes(4)))
-    call receive_integers(8*part%n_elements, part%connectivity)
+    call receive_integers(part%n_elements, cell)
+    call receive_integers(size(node), node)
+    part%connectivity = make_connectivity(cell, node)
     call receive_integers(part%n_elements, part%element_kind)
     call receive_integers(part%n_elements, part%material)
     call receive_integers(3*part%n_nodes, equation)

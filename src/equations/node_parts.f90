@@ -9,7 +9,9 @@
 module node_parts_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
+  use lists_mod, only: lists_t, lists_by_key
   use constraints_mod, only: constraint_of
+  use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
   use linked_nodes_mod, only: coupled_nodes, nodes_of_brick
   use scene_mod, only: material_t
@@ -113,7 +115,8 @@ contains
     integer, allocatable, intent(out) :: row(:)    !! (n_nodes) 0 without unknowns
     integer, allocatable, intent(out) :: first(:)  !! (ranks+1) row of each rank
     type(error_t), allocatable, intent(out) :: error !! METIS failed
-    integer, allocatable :: node_of(:), owner(:), next(:)
+    integer, allocatable :: node_of(:), owner(:)
+    type(lists_t) :: of_rank
     integer :: i, n
 
     node_of = pack([(i, i=1, size(start) - 1)], any(is_unknown(map), dim=1))
@@ -126,14 +129,9 @@ contains
     allocate (owner(n))
     call divide(row, node_of, start, neighbours, ranks, owner, error)
     if (allocated(error)) return
-    do i = 1, ranks
-      first(i + 1) = first(i) + count(owner == i)
-    end do
-    next = first
-    do i = 1, n
-      row(node_of(i)) = next(owner(i))
-      next(owner(i)) = next(owner(i)) + 1
-    end do
+    of_rank = lists_by_key(owner, ranks)
+    first(:) = of_rank%first
+    row(node_of(of_rank%item)) = [(i, i=1, n)]
   end subroutine number_rows
 
   !> The bricks that act on some rows.
@@ -149,7 +147,7 @@ contains
     is_own = row >= first .and. row < next
     if (map%constraints%n > 0) constraint = constraint_of(map%constraints, mesh%n_nodes)
     do e = 1, mesh%n_elements
-      associate (nodes => mesh%connectivity(:, e))
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
         acts(e) = any(is_own(nodes))
         if (map%constraints%n == 0 .or. acts(e)) cycle
         if (all(constraint(:, nodes) == 0)) cycle

@@ -11,6 +11,7 @@
 module rigid_modes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine, exit_not_solved
+  use lists_mod, only: lists_t, lists_by_key
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t, joined_nodes
   use small_matrix_mod, only: cross
@@ -60,7 +61,7 @@ contains
     !! those of the scene, none where left out: what depends is no pin
     logical :: preferred(mesh%n_nodes), barred(3, mesh%n_nodes)
     integer :: body, i, k
-    integer, allocatable :: first(:), nodes(:)
+    type(lists_t) :: nodes                   !! of each body
 
     ! Room for all there can be; what is not used is given back at the end.
     k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*size(ref_nodes)
@@ -86,9 +87,9 @@ contains
       end do
     end if
     if (any(motions%is_joined)) call begin_pieces(mesh, motions)
-    call list_nodes(mesh, first, nodes)
+    nodes = lists_by_key(mesh%body, mesh%n_bodies)
     do body = 1, mesh%n_bodies
-      associate (of_body => nodes(first(body):first(body + 1) - 1))
+      associate (of_body => nodes%item(nodes%first(body):nodes%first(body + 1) - 1))
         if (motions%is_joined(body)) then
           call find_joined_motions(mesh, of_body, prescribed, barred, preferred, constraints, &
             motions, error)
@@ -142,32 +143,6 @@ contains
     allocate (motions%piece_translation(3, n, size(motions%body)), motions%piece_rotation(3, n, &
       size(motions%body)), motions%piece_centre(3, n), motions%piece_extent(n), source=0.0_wp)
   end subroutine begin_pieces
-
-  !> The nodes of every body, ascending.
-  pure subroutine list_nodes(mesh, first, nodes)
-    type(mesh_t), intent(in) :: mesh
-    integer, allocatable, intent(out) :: first(:) !! (n_bodies+1) where the nodes of each begin
-    integer, allocatable, intent(out) :: nodes(:) !! one body after the other
-    integer :: next(mesh%n_bodies), node, body
-
-    allocate (first(mesh%n_bodies + 1), source=0)
-    do node = 1, mesh%n_nodes
-      body = mesh%body(node)
-      if (body > 0) first(body + 1) = first(body + 1) + 1
-    end do
-    first(1) = 1
-    do body = 1, mesh%n_bodies
-      first(body + 1) = first(body) + first(body + 1)
-    end do
-    next = first(:mesh%n_bodies)
-    allocate (nodes(first(mesh%n_bodies + 1) - 1))
-    do node = 1, mesh%n_nodes
-      body = mesh%body(node)
-      if (body == 0) cycle
-      nodes(next(body)) = node
-      next(body) = next(body) + 1
-    end do
-  end subroutine list_nodes
 
   !> The motions of one body.
   !>

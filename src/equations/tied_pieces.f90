@@ -37,7 +37,7 @@ contains
     if (active%n == 0) return
     apart%n_nodes = mesh%n_nodes
     apart%n_elements = mesh%n_elements
-    allocate (apart%connectivity(8, mesh%n_elements), source=mesh%connectivity)
+    apart%connectivity = mesh%connectivity
     call find_bodies(apart)
     allocate (of_body(apart%n_bodies), source=0)
     do n = 1, mesh%n_nodes

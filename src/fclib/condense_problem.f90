@@ -6,6 +6,7 @@ module condense_problem_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
   use text_mod, only: to_text
+  use lists_mod, only: lists_t, lists_by_key
   use system_mod, only: wall_seconds
   use resource_limits_mod, only: has_memory, memory_left
   use assembly_mod, only: triplets_t
@@ -206,38 +207,29 @@ contains
   subroutine list_neighbours(lower, start, neighbours)
     type(triplets_t), intent(in) :: lower
     integer, allocatable, intent(out) :: start(:), neighbours(:)
-    integer, allocatable :: first(:), other(:), seen(:)
+    integer :: ends(2, size(lower%value)), other(2*size(lower%value))
+    type(lists_t) :: entries !! of each equation, in `other`
+    integer, allocatable :: seen(:)
     integer :: i, k, n, pass
 
-    ! All of them, line by line.
-    allocate (first(lower%n + 2), source=0)
-    do k = 1, size(lower%value)
-      first(lower%row(k) + 2) = first(lower%row(k) + 2) + 1
-      first(lower%column(k) + 2) = first(lower%column(k) + 2) + 1
-    end do
-    first(1:2) = 1
-    do i = 2, lower%n + 1
-      first(i + 1) = first(i) + first(i + 1)
-    end do
-    allocate (other(first(lower%n + 2) - 1))
-    do k = 1, size(lower%value)
-      other(first(lower%row(k) + 1)) = lower%column(k)
-      first(lower%row(k) + 1) = first(lower%row(k) + 1) + 1
-      other(first(lower%column(k) + 1)) = lower%row(k)
-      first(lower%column(k) + 1) = first(lower%column(k) + 1) + 1
-    end do
-    ! Then each once: counted, and put down.
+    ends(1, :) = lower%row(:size(lower%value))
+    ends(2, :) = lower%column(:size(lower%value))
+    entries = lists_by_key([ends], lower%n)
+    other = [ends(2:1:-1, :)]
+    ! Each once: counted, and put down.
     allocate (start(lower%n + 1), seen(lower%n))
     do pass = 1, 2
       seen = 0
       n = 0
       do i = 1, lower%n
         start(i) = n + 1
-        do k = first(i), first(i + 1) - 1
-          if (seen(other(k)) == i .or. other(k) == i) cycle
-          seen(other(k)) = i
-          n = n + 1
-          if (pass == 2) neighbours(n) = other(k)
+        do k = entries%first(i), entries%first(i + 1) - 1
+          associate (found => other(entries%item(k)))
+            if (seen(found) == i .or. found == i) cycle
+            seen(found) = i
+            n = n + 1
+            if (pass == 2) neighbours(n) = found
+          end associate
         end do
       end do
       start(lower%n + 1) = n + 1
@@ -252,18 +244,18 @@ contains
     real(wp), intent(inout) :: w(:, :)
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: b(:, :)
-    integer, allocatable :: start(:), entry(:)
+    type(lists_t) :: entries !! of each column
     integer :: first, last, column, k
 
-    call entries_by_column(given%h, start, entry)
+    entries = lists_by_key(given%h%column, given%h%n)
     do first = 1, size(w, 2), block_size
       last = min(first + block_size - 1, size(w, 2))
       if (allocated(b)) deallocate (b)
       allocate (b(given%m%m, first:last), source=0.0_wp)
       do column = first, last
-        do k = start(column), start(column + 1) - 1
-          associate (row => given%h%row(entry(k)))
-            b(row, column) = b(row, column) + given%h%value(entry(k))
+        do k = entries%first(column), entries%first(column + 1) - 1
+          associate (entry => entries%item(k))
+            b(given%h%row(entry), column) = b(given%h%row(entry), column) + given%h%value(entry)
           end associate
         end do
       end do
@@ -278,27 +270,6 @@ contains
     if (allocated(error)) return
     condensed%q = given%q + transposed_times(given%h, b(:, 1))
   end subroutine condense_global
-
-  subroutine entries_by_column(a, start, entry)
-    type(sparse_matrix_t), intent(in) :: a
-    integer, allocatable, intent(out) :: start(:), entry(:)
-    integer :: k, column, position(a%n)
-
-    allocate (start(a%n + 1), source=0)
-    do k = 1, size(a%column)
-      start(a%column(k) + 1) = start(a%column(k) + 1) + 1
-    end do
-    start(1) = 1
-    do column = 1, a%n
-      start(column + 1) = start(column) + start(column + 1)
-    end do
-    position = start(:a%n)
-    allocate (entry(size(a%column)))
-    do k = 1, size(a%column)
-      entry(position(a%column(k))) = k
-      position(a%column(k)) = position(a%column(k)) + 1
-    end do
-  end subroutine entries_by_column
 
   ! ------------------------------------------------------------------ W
 

@@ -6,6 +6,7 @@ module meet_accuracy_mod
   use text_mod, only: to_text, percent
   use controls_mod, only: solver_sweeps, subject_in_words
   use scene_mod, only: scene_t
+  use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use brick8_mod, only: volume
   use increment_report_mod, only: error_parts_t, total_error
@@ -100,7 +101,7 @@ contains
     integer :: e
 
     e = maxloc(of_bricks, dim=1)
-    edge = volume(mesh%coordinates(:, mesh%connectivity(:, e)))**(1.0_wp/3.0_wp)
+    edge = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))**(1.0_wp/3.0_wp)
     words = 'bricks of about '//to_text(edge*(wanted/error)**(1.0_wp/order_of_mesh), 2)// &
       ' where they are '//to_text(edge, 2)//' now, around element '// &
       to_text(mesh%element_id(e))//' first'

@@ -3,6 +3,8 @@
 module linked_nodes_mod
   use sorting_mod, only: sort_ascending
   use growing_lists_mod, only: append
+  use lists_mod, only: lists_t, lists_with
+  use connectivity_mod, only: nodes_of_element
   use constraints_mod, only: constraints_t, constraint_of
   use mesh_mod, only: mesh_t
   implicit none
@@ -17,10 +19,9 @@ contains
     type(mesh_t), intent(in) :: mesh
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each node's list
     integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
-    integer :: e
 
-    call join_lists(mesh%n_nodes, [(8*e + 1, e=0, mesh%n_elements)], &
-      reshape(mesh%connectivity(:, :mesh%n_elements), [8*mesh%n_elements]), start, neighbours)
+    call join_lists(mesh%n_nodes, mesh%connectivity%first, mesh%connectivity%node, start, &
+      neighbours)
   end subroutine node_neighbours
 
   !> Compressed lists of the nodes that each node is coupled to, itself included, ascending.
@@ -40,7 +41,8 @@ contains
     n = 0
     do e = 1, mesh%n_elements
       first(e) = n + 1
-      call append(of_brick, n, nodes_of_brick(active, number, mesh%connectivity(:, e)))
+      call append(of_brick, n, nodes_of_brick(active, number, &
+        nodes_of_element(mesh%connectivity, e)))
     end do
     first(mesh%n_elements + 1) = n + 1
     call join_lists(mesh%n_nodes, first, of_brick(:n), start, neighbours)
@@ -53,25 +55,11 @@ contains
     integer, intent(in) :: list(:)  !! the lists, one after the other; in each a node stands once
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each list
     integer, allocatable, intent(out) :: neighbours(:)
-    integer :: at_node(n_nodes + 1), marked(n_nodes), lists(size(list)), found(n_nodes)
-    integer :: i, k, l, n, node, pass
+    type(lists_t) :: at !! the lists that each node stands in
+    integer :: marked(n_nodes), found(n_nodes)
+    integer :: k, l, n, node, pass
 
-    ! The lists that each node stands in.
-    at_node = 0
-    do k = 1, size(list)
-      at_node(list(k) + 1) = at_node(list(k) + 1) + 1
-    end do
-    at_node(1) = 1
-    do node = 1, n_nodes
-      at_node(node + 1) = at_node(node) + at_node(node + 1)
-    end do
-    marked = at_node(:n_nodes)
-    do i = 1, size(first) - 1
-      do k = first(i), first(i + 1) - 1
-        lists(marked(list(k))) = i
-        marked(list(k)) = marked(list(k)) + 1
-      end do
-    end do
+    at = lists_with(first, list, n_nodes)
     ! Twice over the nodes: once to count, once to store.
     allocate (start(n_nodes + 1))
     do pass = 1, 2
@@ -79,8 +67,8 @@ contains
       start(1) = 1
       do node = 1, n_nodes
         n = 0
-        do l = at_node(node), at_node(node + 1) - 1
-          do k = first(lists(l)), first(lists(l) + 1) - 1
+        do l = at%first(node), at%first(node + 1) - 1
+          do k = first(at%item(l)), first(at%item(l) + 1) - 1
             if (marked(list(k)) == node) cycle
             marked(list(k)) = node
             n = n + 1
@@ -101,13 +89,13 @@ contains
   pure function nodes_of_brick(active, number, nodes) result(all_nodes)
     type(constraints_t), intent(in) :: active
     integer, intent(in) :: number(:, :)  !! (3,n_nodes) of `constraint_of`
-    integer, intent(in) :: nodes(8)
+    integer, intent(in) :: nodes(:)
     integer, allocatable :: all_nodes(:)
     integer :: a, i, k, n
 
     n = 0
     call append(all_nodes, n, nodes)
-    do a = 1, 8
+    do a = 1, size(nodes)
       do i = 1, 3
         if (number(i, nodes(a)) == 0) cycle
         associate (c => number(i, nodes(a)))

@@ -8,20 +8,14 @@
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
-  use refine_bricks_mod, only: edge_nodes, n_pieces, pieces_t, refine_bricks
+  use refine_bricks_mod, only: edge_nodes, face_nodes, n_pieces, pieces_t, refine_bricks
   use sorting_mod, only: order_of_columns, sort_ascending
-  use surfaces_mod, only: face_nodes
+  use lists_mod, only: lists_t, columns_with
   implicit none
   private
 
   public :: cut_with, cut_some, find_hanging, parents_of, fold_to_parents, &
     hanging_of
-
-  !> Of every node the bricks that have it, one after the other.
-  type :: bricks_at_t
-    integer, allocatable :: first(:) !! (n_nodes+1)
-    integer, allocatable :: list(:)
-  end type bricks_at_t
 
 contains
 
@@ -41,11 +35,11 @@ contains
     integer, intent(in) :: n_given          !! nodes before those that lie between others
     integer, intent(in) :: cuts(:)          !! (n) how often each brick was cut so far
     logical, intent(inout) :: chosen(:)     !! (n)
-    type(bricks_at_t) :: at
+    type(lists_t) :: at !! the bricks at each node
     integer, allocatable :: queue(:)
     integer :: next, n, a, e
 
-    at = list_bricks(bricks, n_nodes)
+    at = columns_with(bricks, n_nodes)
     n = 0
     do e = 1, size(chosen)
       if (chosen(e)) call append(queue, n, e)
@@ -70,7 +64,7 @@ contains
       integer :: k, i
 
       do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
-        associate (other => at%list(k))
+        associate (other => at%item(k))
           if (chosen(other) .or. cuts(other) >= cuts(e)) cycle
           if (.not. all([(any(bricks(:, other) == nodes(i)), i=1, size(nodes))])) cycle
           chosen(other) = .true.
@@ -176,16 +170,16 @@ contains
     integer, intent(in) :: between(:, :)  !! (8,n_nodes-n_given) as of refine_bricks
     integer, intent(in) :: n_given
     logical :: hangs(n_nodes)
-    type(bricks_at_t) :: at
+    type(lists_t) :: at !! the bricks at each node
     integer :: i, k
 
-    at = list_bricks(bricks, n_nodes)
+    at = columns_with(bricks, n_nodes)
     hangs = .false.
     do i = 1, size(between, 2)
       associate (nodes => parents_of(between(:, i)), node => n_given + i)
         if (size(nodes) == 8) cycle
         do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
-          hangs(node) = hangs(node) .or. has_side(bricks(:, at%list(k)), nodes)
+          hangs(node) = hangs(node) .or. has_side(bricks(:, at%item(k)), nodes)
         end do
       end associate
     end do
@@ -249,32 +243,5 @@ contains
       end associate
     end do
   end subroutine fold_to_parents
-
-  !> Of every node the bricks that have it.
-  pure function list_bricks(bricks, n_nodes) result(at)
-    integer, intent(in) :: bricks(:, :)
-    integer, intent(in) :: n_nodes
-    type(bricks_at_t) :: at
-    integer :: next(n_nodes), e, a, i
-
-    allocate (at%first(n_nodes + 1), source=0)
-    do e = 1, size(bricks, 2)
-      do a = 1, 8
-        at%first(bricks(a, e) + 1) = at%first(bricks(a, e) + 1) + 1
-      end do
-    end do
-    at%first(1) = 1
-    do i = 1, n_nodes
-      at%first(i + 1) = at%first(i) + at%first(i + 1)
-    end do
-    next = at%first(:n_nodes)
-    allocate (at%list(size(bricks)))
-    do e = 1, size(bricks, 2)
-      do a = 1, 8
-        at%list(next(bricks(a, e))) = e
-        next(bricks(a, e)) = next(bricks(a, e)) + 1
-      end do
-    end do
-  end function list_bricks
 
 end module local_refinement_mod

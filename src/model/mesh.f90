@@ -1,6 +1,8 @@
 !> The mesh: nodes, 8-node bricks, the bodies they form.
 module mesh_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t, lists_with
+  use connectivity_mod, only: connectivity_t
   use constraints_mod, only: constraints_t
   implicit none
   private
@@ -19,8 +21,7 @@ module mesh_mod
     !! in the deck: places within the program are counted from it, files have those of the deck
     !! [length]
     integer,  allocatable :: node_id(:)         !! (n_nodes) the deck's ids
-    integer,  allocatable :: connectivity(:, :)
-    !! (8, n_elements) node numbers, order as in elements/
+    type(connectivity_t) :: connectivity        !! node numbers of each element
     integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
     integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8 and its kin
     integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
@@ -58,9 +59,11 @@ contains
 
     parent = [(node, node = 1, mesh%n_nodes)]
     do e = 1, mesh%n_elements
-      do k = 2, 8
-        call join(parent, mesh%connectivity(1, e), mesh%connectivity(k, e))
-      end do
+      associate (first => mesh%connectivity%first, node_of => mesh%connectivity%node)
+        do k = first(e) + 1, first(e + 1) - 1
+          call join(parent, node_of(first(e)), node_of(k))
+        end do
+      end associate
     end do
     call number_trees(mesh, parent, mesh%piece, mesh%n_pieces)
     mesh%brick_nodes = pack([(node, node = 1, mesh%n_nodes)], mesh%piece > 0)
@@ -94,8 +97,8 @@ contains
     allocate (number(mesh%n_nodes), source=0)
     n = 0
     do e = 1, mesh%n_elements
-      do k = 1, 8
-        node = mesh%connectivity(k, e)
+      do k = mesh%connectivity%first(e), mesh%connectivity%first(e + 1) - 1
+        node = mesh%connectivity%node(k)
         call find_root(parent, node, root)
         if (number(root) == 0) then
           n = n + 1
@@ -167,36 +170,20 @@ contains
     end do
   end subroutine find_root
 
-  !> Compressed lists of the elements that meet at each node, ascending.
-  pure subroutine elements_at_nodes(mesh, start, elements, counts)
+  !> The elements that meet at each node, ascending.
+  pure function elements_at_nodes(mesh, counts) result(at)
     type(mesh_t), intent(in) :: mesh
-    integer, allocatable, intent(out) :: start(:)    !! (n_nodes+1) first entry of each node's list
-    integer, allocatable, intent(out) :: elements(:) !! the lists, one after the other
-    logical, intent(in) :: counts(:)                 !! (n_elements) those that are listed
-    integer :: fill(mesh%n_nodes), e, k, node
+    logical, intent(in) :: counts(:) !! (n_elements) those that are listed
+    type(lists_t) :: at
+    integer :: counted(size(mesh%connectivity%node)) !! 0 of elements that are not listed
+    integer :: e
 
-    allocate (start(mesh%n_nodes + 1), source=0)
+    counted = mesh%connectivity%node
     do e = 1, mesh%n_elements
-      if (.not. counts(e)) cycle
-      do k = 1, 8
-        node = mesh%connectivity(k, e)
-        start(node + 1) = start(node + 1) + 1
-      end do
+      if (.not. counts(e)) counted(mesh%connectivity%first(e): &
+        mesh%connectivity%first(e + 1) - 1) = 0
     end do
-    start(1) = 1
-    do node = 1, mesh%n_nodes
-      start(node + 1) = start(node) + start(node + 1)
-    end do
-    allocate (elements(8*count(counts)))
-    fill = start(:mesh%n_nodes)
-    do e = 1, mesh%n_elements
-      if (.not. counts(e)) cycle
-      do k = 1, 8
-        node = mesh%connectivity(k, e)
-        elements(fill(node)) = e
-        fill(node) = fill(node) + 1
-      end do
-    end do
-  end subroutine elements_at_nodes
+    at = lists_with(mesh%connectivity%first, counted, mesh%n_nodes)
+  end function elements_at_nodes
 
 end module mesh_mod

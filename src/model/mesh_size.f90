@@ -67,7 +67,7 @@ contains
   !> Whether a brick lies in a zone, or in the ring around it.
   pure logical function is_near(zone, x, across)
     type(zone_t), intent(in) :: zone
-    real(wp), intent(in) :: x(3, 8)   !! its nodes [length]
+    real(wp), intent(in) :: x(:, :)   !! (3,n) its nodes [length]
     integer, intent(in) :: across     !! the axis along which it stays as it is, as of mesh_size_t
     real(wp) :: low(3), high(3), reach
     integer :: i

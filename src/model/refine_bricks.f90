@@ -7,12 +7,12 @@ module refine_bricks_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use sorting_mod, only: order_of_columns, sort_ascending
-  use surfaces_mod, only: face_nodes
+  use cells_mod, only: cells, hexahedron_8
   implicit none
   private
 
   public :: pieces_t, refine_bricks, n_pieces, local_axes, value_between, fill_between, &
-    piece_faces, edge_nodes, along_edge
+    piece_faces, edge_nodes, face_nodes, along_edge
 
   !> What the bricks of a mesh are cut into, all or some of them.
   type :: pieces_t
@@ -23,9 +23,9 @@ module refine_bricks_mod
     integer :: parts = 2                !! into which edges are cut
   end type pieces_t
 
-  !> Local nodes of each edge of the brick.
-  integer, parameter :: edge_nodes(2, 12) = reshape([ &
-    1, 2,  2, 3,  3, 4,  4, 1,  5, 6,  6, 7,  7, 8,  8, 5,  1, 5,  2, 6,  3, 7,  4, 8], [2, 12])
+  !> Local nodes of each edge and face of the brick.
+  integer, parameter :: edge_nodes(2, 12) = cells(hexahedron_8)%edge
+  integer, parameter :: face_nodes(4, 6) = cells(hexahedron_8)%face(:4, :)
   integer, parameter :: along_edge(12) = [1, 2, 1, 2, 1, 2, 1, 2, 3, 3, 3, 3]
   !! the local axis of each
   integer, parameter :: across_face(6) = [3, 3, 2, 1, 2, 1] !! the local axis that each is across

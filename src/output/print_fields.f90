@@ -3,6 +3,8 @@ module print_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_byte, of_long, of_real
   use controls_mod, only: print_t
+  use cells_mod, only: hexahedron_points
+  use connectivity_mod, only: some_elements
   use mesh_mod, only: mesh_t, shown_nodes
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
@@ -101,7 +103,7 @@ contains
       extents = [size(asked%members)]
       place = '; mean of the brick'
       if (asked%at_gauss_points) then
-        extents = [8, extents]
+        extents = [hexahedron_points, extents]
         place = ' at each of the eight Gauss points, placed like the nodes'
       end if
       if (n > 1) extents = [n, extents]
@@ -223,27 +225,27 @@ contains
     source%tensors_of = source%print
     associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
       n = size(asked%members)
-      allocate (nodes(8*n))
-      nodes = reshape(mesh%connectivity(:, asked%members), [8*n])
-      part%n_nodes = 8*n
+      part%connectivity = some_elements(mesh%connectivity, asked%members)
+      nodes = part%connectivity%node
+      part%n_nodes = size(nodes)
       part%n_elements = n
-      allocate (part%connectivity(8, n), part%coordinates(3, 8*n), part%element_kind(n), &
-        part%material(n))
-      part%connectivity = reshape([(i, i=1, 8*n)], [8, n])
+      allocate (part%coordinates(3, size(nodes)), part%element_kind(n), part%material(n))
+      part%connectivity%node = [(i, i=1, size(nodes))]
       part%coordinates = mesh%coordinates(:, nodes)
       part%element_kind = mesh%element_kind(asked%members)
       part%material = mesh%material(asked%members)
       call find_free_strain(source%scene, source%state%step, source%state%position, free)
       if (asked%at_gauss_points) then
-        allocate (of_strain%at_gauss_points(6, 8, n), of_stress%at_gauss_points(6, 8, n))
+        allocate (of_strain%at_gauss_points(6, hexahedron_points, n))
+        allocate (of_stress%at_gauss_points(6, hexahedron_points, n))
       else
         allocate (of_strain%at_centroids(6, n), of_stress%at_centroids(6, n))
       end if
       call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
         of_strain, of_stress, free(asked%members))
       if (asked%at_gauss_points) then
-        source%set_strain = reshape(of_strain%at_gauss_points, [6, 8*n])
-        source%set_stress = reshape(of_stress%at_gauss_points, [6, 8*n])
+        source%set_strain = reshape(of_strain%at_gauss_points, [6, hexahedron_points*n])
+        source%set_stress = reshape(of_stress%at_gauss_points, [6, hexahedron_points*n])
       else
         source%set_strain = of_strain%at_centroids
         source%set_stress = of_stress%at_centroids

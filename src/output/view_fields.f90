@@ -1,6 +1,7 @@
 !> The fields over the mesh, which ParaView shows: entries, and how each is computed.
 module view_fields_mod
   use kinds_mod, only: wp
+  use cells_mod, only: hexahedron_points
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use scene_mod, only: scene_t
@@ -77,10 +78,10 @@ contains
           mean_principal_stress, mean_principal_strain)
       end if
       if (asked%at_gauss_points) then
-        call add_tensors('CellData/', '_gauss_points', [48, n], at_gauss_points, gauss_stress, &
-          gauss_strain)
-        call add_invariants('CellData/', '_gauss_points', [8, n], at_gauss_points, gauss_mises, &
-          gauss_principal_stress, gauss_principal_strain)
+        call add_tensors('CellData/', '_gauss_points', [6*hexahedron_points, n], &
+          at_gauss_points, gauss_stress, gauss_strain)
+        call add_invariants('CellData/', '_gauss_points', [hexahedron_points, n], &
+          at_gauss_points, gauss_mises, gauss_principal_stress, gauss_principal_strain)
       end if
       if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
         'energy', 'error of the stresses in the energy norm, squared, by recovery', &
@@ -213,7 +214,7 @@ contains
 
   subroutine gauss_stress(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (48, n_elements)
+    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
 
     call make_tensors(source)
     values = reshape(source%stress%at_gauss_points, shape(values))
@@ -221,7 +222,7 @@ contains
 
   subroutine gauss_strain(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (48, n_elements)
+    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
 
     call make_tensors(source)
     values = reshape(source%strain%at_gauss_points, shape(values))
@@ -277,7 +278,7 @@ contains
 
   subroutine gauss_mises(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (8, n_elements)
+    real(wp), intent(inout) :: values(:, :) !! (n_points, n_elements)
     integer :: e
 
     call make_tensors(source)
@@ -304,9 +305,9 @@ contains
 
   !> Principal values of eight tensors a brick, one point after the other.
   subroutine at_each_point(tensor, values)
-    real(wp), intent(in) :: tensor(:, :, :)   !! (6, 8, n_elements)
+    real(wp), intent(in) :: tensor(:, :, :)   !! (6, n_points, n_elements)
     real(wp), intent(inout) :: values(:, :)   !! (24, n_elements)
-    real(wp) :: of_brick(3, 8)
+    real(wp) :: of_brick(3, hexahedron_points)
     integer :: e
 
     do e = 1, size(values, 2)
@@ -381,7 +382,8 @@ contains
 
     associate (mesh => scene%mesh, output => scene%output)
       if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
-      if (output%at_gauss_points) allocate (field%at_gauss_points(6, 8, mesh%n_elements))
+      if (output%at_gauss_points) allocate (field%at_gauss_points(6, &
+        hexahedron_points, mesh%n_elements))
       if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
     end associate
   end subroutine allocate_tensors

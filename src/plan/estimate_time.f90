@@ -6,6 +6,8 @@ module estimate_time_mod
   use kinds_mod, only: wp, i8
   use system_mod, only: cpu_seconds, wall_seconds
   use machine_speed_mod, only: machine_speed_t, measure_speed
+  use cells_mod, only: hexahedron_nodes
+  use connectivity_mod, only: nodes_of_hexahedron
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
@@ -222,19 +224,21 @@ contains
     real(wp), intent(out) :: stiffness_time, force_time !! [s]
     integer, parameter :: least = 100
     real(wp), parameter :: long_enough = 0.003_wp
-    real(wp) :: start, spent, u(3, 8), f(3, 8), k(24, 24)
+    real(wp) :: start, spent, k(3*hexahedron_nodes, 3*hexahedron_nodes)
+    real(wp), dimension(3, hexahedron_nodes) :: x, u, f
     integer :: n
 
     stiffness_time = 0.0_wp
     force_time = 0.0_wp
     if (scene%mesh%n_elements == 0) return
     associate (mesh => scene%mesh, elastic => scene%materials(scene%mesh%material(1))%law%elastic)
+      x = mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, 1))
       u = 0.0_wp
       n = 0
       start = cpu_seconds()
       do
         n = n + 1
-        k = stiffness(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), elastic)
+        k = stiffness(mesh%element_kind(1), x, elastic)
         u(1, 1) = u(1, 1) + sign(1.0e-6_wp, k(1, 1))
         spent = cpu_seconds() - start
         if (n >= least .and. spent > long_enough) exit
@@ -244,8 +248,7 @@ contains
       start = cpu_seconds()
       do
         n = n + 1
-        f = nodal_force(mesh%element_kind(1), mesh%coordinates(:, mesh%connectivity(:, 1)), u, &
-          elastic)
+        f = nodal_force(mesh%element_kind(1), x, u, elastic)
         u(1, 1) = u(1, 1) + sign(1.0e-6_wp, f(1, 1))
         spent = cpu_seconds() - start
         if (n >= least .and. spent > long_enough) exit

@@ -6,6 +6,7 @@ module print_table_mod
   use kinds_mod, only: wp, i4, i8
   use errors_mod, only: error_t
   use text_mod, only: to_text
+  use cells_mod, only: hexahedron_points
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: read_dataset
   use result_print_mod, only: print_rows_t
@@ -152,7 +153,7 @@ contains
     call read_columns(file, of%path//'/total_', columns, total, error)
     if (allocated(error)) return
     n_points = 1
-    if (of%asked%of_elements .and. of%asked%at_gauss_points) n_points = 8
+    if (of%asked%of_elements .and. of%asked%at_gauss_points) n_points = hexahedron_points
     start = ''
     do row = 1, n_rows
       if (is_due(row) == 0) cycle

@@ -86,6 +86,7 @@ module result_file_mod
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
     integer,           private :: mesh_size(2) = 0    !! nodes, elements
+    integer,           private :: cell = 0            !! of all elements; 0: they are several
     integer,           private :: row = 0             !! of the increment appended last
     real(wp),          private :: time = 0.0_wp       !! and its end
     logical,           private :: has_fields = .false. !! and whether it brought fields
@@ -267,6 +268,8 @@ contains
 
     file%n_rows = n_rows
     file%mesh_size = [size(scene%mesh%brick_nodes), scene%mesh%n_elements]
+    file%cell = minval(scene%mesh%connectivity%cell)
+    if (any(scene%mesh%connectivity%cell /= file%cell)) file%cell = 0
     n_steps = 0
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
@@ -449,8 +452,9 @@ contains
     call check_in_place(file, error)
     if (allocated(error)) return
     call write_contact_table(contact_table_path(file%path), table, error)
-    if (allocated(error) .or. file%view%n_steps == 0) return
-    call write_xdmf(file%path, time, file%view%fields, file%mesh_size, error)
+    ! XDMF counts all elements of a list by one size.
+    if (allocated(error) .or. file%view%n_steps == 0 .or. file%cell == 0) return
+    call write_xdmf(file%path, time, file%view%fields, file%mesh_size, file%cell, error)
   end subroutine finish_result
 
   ! ------------------------------------------------------------------ helpers

@@ -7,6 +7,7 @@
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t
+  use cells_mod, only: cells
   use mesh_mod, only: mesh_t, brick_rows
   use scene_mod, only: scene_t
   use dataset_kinds_mod, only: of_long
@@ -23,7 +24,6 @@ module result_view_mod
 
   public :: view_t, create_view, append_step, count_step, finish_view
 
-  integer(i1), parameter :: vtk_hexahedron = 12_i1
   integer, parameter :: filled_at_once = 64 !! entries of each table in Steps
 
   !> A table in Steps: an entry an increment, each so much more than the one before.
@@ -137,25 +137,25 @@ contains
     type(hdf5_file_t), intent(in) :: file
     type(mesh_t), intent(in) :: mesh
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8) :: e
     integer(i1), allocatable :: types(:)
     integer :: row(mesh%n_nodes)
 
     row = brick_rows(mesh)
-    allocate (types(mesh%n_elements), source=vtk_hexahedron)
+    allocate (types, source=int(cells(mesh%connectivity%cell)%vtk_type, i1))
     call write_dataset(file, '/VTKHDF/NumberOfPoints', [size(mesh%brick_nodes, &
                        kind=i8)], 'nodes of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfCells', [int(mesh%n_elements, i8)], &
                        'elements of the mesh', 'number', error)
-    call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [8_i8*mesh%n_elements], &
+    call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [size(mesh%connectivity%node, &
+                       kind=i8)], &
                        'entries of Connectivity', 'number', error)
     call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, mesh%brick_nodes) + &
                        spread(mesh%origin, 2, size(mesh%brick_nodes)), &
                        'nodes of the undeformed mesh, x, y, z', 'length', error)
     call write_dataset(file, '/VTKHDF/Connectivity', &
-                       int(row(reshape(mesh%connectivity, [8*mesh%n_elements])) - 1, i8), &
+                       int(row(mesh%connectivity%node) - 1, i8), &
                        'nodes of each element: indices into Points, from 0', 'number', error)
-    call write_dataset(file, '/VTKHDF/Offsets', [(8*e, e = 0_i8, int(mesh%n_elements, i8))], &
+    call write_dataset(file, '/VTKHDF/Offsets', int(mesh%connectivity%first - 1, i8), &
                        'where the nodes of each element begin in Connectivity', 'number', error)
     call write_dataset(file, '/VTKHDF/Types', types, 'cell types of VTK: 12 is a hexahedron', &
                        'code', error)

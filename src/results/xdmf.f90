@@ -5,6 +5,7 @@
 !> file is relative: the two stay together.
 module xdmf_mod
   use kinds_mod, only: wp, i8
+  use cells_mod, only: cells, tetrahedron_4, wedge_6
   use errors_mod, only: error_t
   use text_mod, only: to_text
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
@@ -37,11 +38,12 @@ contains
   !> Write the sidecar of a result file.
   !>
   !> Tensors at Gauss points stay out: no XDMF reader knows them, and as scalars they would be 48.
-  subroutine write_xdmf(result_path, time, fields, mesh_size, error)
+  subroutine write_xdmf(result_path, time, fields, mesh_size, cell, error)
     character(*), intent(in) :: result_path
     real(wp), intent(in) :: time(:)        !! of each increment with fields
     type(field_t), intent(in) :: fields(:) !! in the file, over the nodes and the elements
     integer, intent(in) :: mesh_size(2)    !! nodes, elements
+    integer, intent(in) :: cell            !! of all elements, a row of the table of cells
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: source
     type(piece_t), allocatable :: pieces(:)
@@ -55,7 +57,7 @@ contains
     call write_line(sidecar, '<Domain>')
     call write_line(sidecar, '<Grid Name="'//source// &
       '" GridType="Collection" CollectionType="Temporal">')
-    call split(increment(fields, size(time), source, mesh_size), pieces)
+    call split(increment(fields, size(time), source, mesh_size, cell), pieces)
     do step = 1, size(time)
       call write_line(sidecar, at_time(pieces, step, time(step)))
     end do
@@ -66,19 +68,21 @@ contains
   end subroutine write_xdmf
 
   !> The XML of any increment, as of `split`.
-  function increment(fields, n_steps, source, mesh_size) result(xml)
+  function increment(fields, n_steps, source, mesh_size, cell) result(xml)
     type(field_t), intent(in) :: fields(:)
     integer, intent(in) :: n_steps
     character(*), intent(in) :: source   !! name of the result file, escaped
     integer, intent(in) :: mesh_size(2)  !! nodes, elements
+    integer, intent(in) :: cell
     character(:), allocatable :: xml
     character(*), parameter :: end_of_line = new_line('a')
     integer :: i
 
     xml = '<Grid Name="'//source//'" GridType="Uniform">'//end_of_line// &
       '<Time Value="'//mark//mark//'"/>'//end_of_line// &
-      '<Topology TopologyType="Hexahedron" NumberOfElements="'//to_text(mesh_size(2))//'">'// &
-      end_of_line//item(to_text(mesh_size(2))//' 8', of_long, source//':/VTKHDF/Connectivity')// &
+      '<Topology TopologyType="'//topology(cell)//'" NumberOfElements="'// &
+      to_text(mesh_size(2))//'">'//end_of_line//item(to_text(mesh_size(2))//' '// &
+      to_text(cells(cell)%n_nodes), of_long, source//':/VTKHDF/Connectivity')// &
       end_of_line//'</Topology>'//end_of_line//'<Geometry GeometryType="XYZ">'//end_of_line// &
       item(to_text(mesh_size(1))//' 3', of_real, source//':/VTKHDF/Points')//end_of_line// &
       '</Geometry>'//end_of_line
@@ -88,6 +92,20 @@ contains
     end do
     xml = xml//'</Grid>'
   end function increment
+
+  pure function topology(cell) result(word)
+    integer, intent(in) :: cell
+    character(:), allocatable :: word
+
+    select case (cell)
+    case (tetrahedron_4)
+      word = 'Tetrahedron'
+    case (wedge_6)
+      word = 'Wedge'
+    case default
+      word = 'Hexahedron'
+    end select
+  end function topology
 
   !> Cut an increment's XML where something follows that differs from one to the next. A mark, the
   !> rows of a block and a mark stand for where the block begins; two marks for the time.

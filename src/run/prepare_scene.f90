@@ -3,6 +3,7 @@ module prepare_scene_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: string_t, to_text
+  use cells_mod, only: hexahedron_8
   use fresh_file_mod, only: beginning_of
   use mesh_size_mod, only: mesh_size_t
   use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded
@@ -77,6 +78,11 @@ contains
         'and none is asked for: --accuracy X')
       if (allocated(error)) return
     end associate
+    if (chooses_mesh(scene%accuracy) .and. any(scene%mesh%connectivity%cell /= hexahedron_8)) then
+      call raise(error, exit_wrong_input, 'bipot: error: an accuracy chooses the mesh, and '// &
+        'only 8-node hexahedra are refined: keep it by *ACCURACY, MESH=KEEP or --refine 0')
+      return
+    end if
     call check_estimates()
     if (allocated(error)) return
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then

@@ -14,6 +14,7 @@ module refuse_unsolved_mod
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
+  use connectivity_mod, only: corners_in
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
     entered_and_left
   use console_mod, only: solver_name
@@ -354,7 +355,7 @@ contains
   subroutine refuse_folded(scene, increment, surface, nodes, error)
     type(scene_t), intent(in) :: scene
     type(increment_t), intent(in) :: increment
-    integer, intent(in) :: surface, nodes(4) !! of the face
+    integer, intent(in) :: surface, nodes(:) !! of the face
     type(error_t), allocatable, intent(out) :: error
 
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
@@ -395,12 +396,18 @@ contains
   !> "nodes 1, 2, 11 and 10".
   pure function nodes_in_words(scene, nodes) result(words)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: nodes(4)
+    integer, intent(in) :: nodes(:) !! of a face; what is behind those of a triangle is left out
     character(:), allocatable :: words
+    integer :: k, n
 
+    n = corners_in(nodes)
+    if (nodes(n) == nodes(n - 1)) n = n - 1
     associate (id => scene%mesh%node_id)
-      words = 'nodes '//to_text(id(nodes(1)))//', '//to_text(id(nodes(2)))//', '// &
-        to_text(id(nodes(3)))//' and '//to_text(id(nodes(4)))
+      words = 'nodes '//to_text(id(nodes(1)))
+      do k = 2, n - 1
+        words = words//', '//to_text(id(nodes(k)))
+      end do
+      words = words//' and '//to_text(id(nodes(n)))
     end associate
   end function nodes_in_words
 

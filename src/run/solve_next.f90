@@ -23,6 +23,7 @@ module solve_next_mod
   use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
   use smooth_faces_mod, only: smooth_faces_t
+  use cells_mod, only: face_corners
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
   use folded_faces_mod, only: find_folded
   use unfelt_overlaps_mod, only: find_unfelt_overlap, find_entered_faces, &
@@ -413,7 +414,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(out) :: error
-    integer :: surface, nodes(4)
+    integer :: surface, nodes(face_corners)
 
     call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, &
       surface, nodes)

@@ -19,7 +19,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 # Which room may use which, besides itself; lowest first.
-_LOW = {"base", "machine", "algebra", "laws", "model"}
+_LOW = {"base", "machine", "algebra", "laws", "cells", "model"}
 _BODY = _LOW | {"elements", "equations"}
 _CONTACT = {"contact", "contact/geometry", "contact/solvers"}
 MAY_USE = {
@@ -27,30 +27,32 @@ MAY_USE = {
     "machine": {"base"},
     "algebra": {"base", "machine"},
     "laws": {"base"},
-    "model": {"base", "laws"},
-    "elements": {"base", "algebra", "laws", "model"},
+    "cells": {"base"},
+    "model": {"base", "laws", "cells"},
+    "elements": {"base", "algebra", "laws", "cells", "model"},
     # contact/geometry: what is flat or curved
-    "output": {"base", "algebra", "model", "elements", "contact/geometry"},
+    "output": {"base", "algebra", "cells", "model", "elements", "contact/geometry"},
     "deck/language": {"base"},
     # elements: the check of the Jacobians; contact/geometry: where obstacles are, for ADJUST
     "deck": {
         "base",
         "machine",
         "algebra",
+        "cells",
         "model",
         "elements",
         "contact/geometry",
         "deck/language",
         "deck/cards",
     },
-    "deck/cards": {"base", "machine", "laws", "model", "deck/language", "deck"},
+    "deck/cards": {"base", "machine", "laws", "cells", "model", "deck/language", "deck"},
     "equations": _LOW | {"elements"},
-    "certificate": {"base", "algebra", "laws", "model"},
+    "certificate": {"base", "algebra", "laws", "cells", "model"},
     "contact": _BODY | _CONTACT,
-    "contact/geometry": {"base", "algebra", "laws", "model", "elements"},
+    "contact/geometry": {"base", "algebra", "laws", "cells", "model", "elements"},
     "contact/solvers": {"base", "algebra", "model"},
     "increment": _BODY | _CONTACT | {"certificate"},
-    "accuracy": {"base", "model", "elements"},
+    "accuracy": {"base", "cells", "model", "elements"},
     "plan": _BODY | _CONTACT | {"output", "increment"},
     "hdf5": {"base", "machine"},
     "results": _LOW | {"output", "accuracy", "hdf5"},
@@ -94,6 +96,27 @@ WORDS = {
         "deck/adjust.f90",
     },
 }
+# How many nodes an element has is told by the table of cells: lists of 8 or 24 stand in rooms that
+# are below it, in kernels, and in what cuts hexahedra.
+KNOW_HEXAHEDRA = {
+    "base",
+    "machine",
+    "algebra",
+    "hdf5",
+    "cells",
+    "certificate",
+    "elements",
+    "model/block_mesh.f90",
+    "model/refine_bricks.f90",
+    "model/local_refinement.f90",
+    "deck/cut_mesh.f90",
+    "deck/refine_locally.f90",
+    "deck/refine_mesh.f90",
+}
+OF_HEXAHEDRA = re.compile(
+    r"^(real|integer|logical)\b.*\(([36], ?)?(8|24)\b[^_.]|^do \w+ = 1, ?(8|24)$"
+    r"|\ballocate ?\(.*\(([36], ?)?(8|24), |\[8, ?\w+\]"
+)
 # Types whose components no other file sees; the compiler holds others to it.
 OPAQUE = {
     "contact/solvers/compliance.f90": "compliance_t",  # the entries of W
@@ -519,6 +542,8 @@ class Checker:
                     if name in self.text_functions:
                         message = f"no associate name may stand for the text that {name} makes"
                         self.report(source.path, s.line, f"{message}: gfortran 12 frees it twice")
+            if not {source.path, source.room} & KNOW_HEXAHEDRA and OF_HEXAHEDRA.search(s.code):
+                self.report(source.path, s.line, "8 or 24 nodes: ask the table of cells")
             is_use = USE.match(s.code) is not None
             for word, homes in WORDS.items():
                 if source.path not in homes and (found := re.search(rf"\b({word})\b", s.code)):

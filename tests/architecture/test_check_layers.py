@@ -378,6 +378,12 @@ class CheckLayers(unittest.TestCase):
         lines = f"  associate (a => letter(1), b => line%words(2), c => trim(line))\n{words}"
         self.plant("contact/solvers/solve", "", procedures=lines)
 
+    def test_numbers_of_nodes(self) -> None:
+        for line in ("real :: x(3, 8)", "integer, intent(in) :: nodes(8)", "do a = 1, 8"):
+            with self.subTest(line):
+                self.plant("run/run", "", "8 or 24 nodes: ask the table", procedures=f"  {line}")
+                self.plant("elements/cube", "", procedures=f"  {line}")
+
     def test_types_that_keep_their_entries(self) -> None:
         def tree_with(components: str) -> dict[str, str]:
             tree = clean_tree()

@@ -1,6 +1,7 @@
 !> Bricks and small meshes for the tests of this folder.
 module sample_bricks
   use kinds_mod, only: wp
+  use connectivity_mod, only: make_hexahedra
   use mesh_mod, only: mesh_t, kind_c3d8, kind_c3d8i, kind_c3d8b
   use sample_meshes, only: complete_mesh
   implicit none
@@ -34,14 +35,14 @@ contains
       0.788_wp, 0.693_wp, 0.644_wp, 0.165_wp, 0.745_wp, 0.702_wp], [3, 8])
 
     mesh%coordinates = reshape([unit_cube, inner], [3, 16])
-    mesh%connectivity = reshape([ &
+    mesh%connectivity = make_hexahedra(reshape([ &
       9, 10, 11, 12, 13, 14, 15, 16, &
       1, 2, 3, 4, 9, 10, 11, 12, &
       13, 14, 15, 16, 5, 6, 7, 8, &
       1, 2, 10, 9, 5, 6, 14, 13, &
       10, 2, 3, 11, 14, 6, 7, 15, &
       12, 11, 3, 4, 16, 15, 7, 8, &
-      1, 9, 12, 4, 5, 13, 16, 8], [8, 7])
+      1, 9, 12, 4, 5, 13, 16, 8], [8, 7]))
     call complete_mesh(mesh)
   end function patch_mesh
 

@@ -2,6 +2,7 @@
 module sample_blocks
   use kinds_mod, only: wp
   use material_law_mod, only: new_law
+  use connectivity_mod, only: make_connectivity
   use mesh_mod, only: mesh_t
   use sample_meshes, only: sample_mesh, complete_mesh
   use scene_mod, only: material_t
@@ -30,8 +31,8 @@ contains
     mesh = sample_block(n)
     other = sample_block(n)
     other%coordinates(1, :) = other%coordinates(1, :) + 10.0_wp
-    mesh%connectivity = reshape([mesh%connectivity, other%connectivity + mesh%n_nodes], &
-                                [8, 2*mesh%n_elements])
+    mesh%connectivity = make_connectivity([mesh%connectivity%cell, other%connectivity%cell], &
+      [mesh%connectivity%node, other%connectivity%node + mesh%n_nodes])
     mesh%coordinates = reshape([mesh%coordinates, other%coordinates], [3, 2*mesh%n_nodes])
     call complete_mesh(mesh)
   end function two_blocks

@@ -2,6 +2,7 @@
 module block_scene
   use kinds_mod, only: wp
   use material_law_mod, only: new_law
+  use connectivity_mod, only: make_hexahedra
   use errors_mod, only: error_t
   use mesh_mod, only: find_bodies, kind_c3d8
   use block_mesh_mod, only: block_coordinates, block_connectivity, block_face, graded_positions, &
@@ -50,7 +51,7 @@ contains
                                                graded_positions(n(1), 1.0_wp), &
                                                graded_positions(n(2), 1.0_wp), &
                                                graded_positions(n(3), 1.0_wp))
-    scene%mesh%connectivity = block_connectivity(n)
+    scene%mesh%connectivity = make_hexahedra(block_connectivity(n))
     scene%mesh%n_nodes = size(scene%mesh%coordinates, 2)
     scene%mesh%n_elements = product(n)
     scene%mesh%node_id = numbers(scene%mesh%n_nodes)

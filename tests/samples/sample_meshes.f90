@@ -1,9 +1,9 @@
 !> Blocks of bricks for the tests of several folders.
 module sample_meshes
   use kinds_mod, only: wp
+  use connectivity_mod, only: connectivity_t, make_hexahedra, nodes_of_face
   use mesh_mod, only: mesh_t, find_bodies, kind_c3d8
   use block_mesh_mod, only: block_coordinates, block_connectivity, graded_positions
-  use surfaces_mod, only: face_nodes
   implicit none
   private
 
@@ -23,7 +23,7 @@ contains
     mesh%coordinates = block_coordinates([0.0_wp, 0.0_wp, 0.0_wp], edge, &
       graded_positions(n(1), 1.0_wp), graded_positions(n(2), 1.0_wp), &
       graded_positions(n(3), 1.0_wp))
-    mesh%connectivity = block_connectivity(n)
+    mesh%connectivity = make_hexahedra(block_connectivity(n))
     allocate (shift, mold=mesh%coordinates)
     call random_number(shift)
     do i = 1, 3
@@ -38,7 +38,7 @@ contains
     type(mesh_t), intent(inout) :: mesh
 
     mesh%n_nodes = size(mesh%coordinates, 2)
-    mesh%n_elements = size(mesh%connectivity, 2)
+    mesh%n_elements = size(mesh%connectivity%cell)
     mesh%material = spread(1, 1, mesh%n_elements)
     mesh%element_kind = spread(kind_c3d8, 1, mesh%n_elements)
     call find_bodies(mesh)
@@ -46,7 +46,7 @@ contains
 
   !> The nodes on `faces`, ascending, each once.
   pure function nodes_of_faces(connectivity, n_nodes, faces) result(nodes)
-    integer, intent(in) :: connectivity(:, :) !! (8, n_elements)
+    type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: n_nodes            !! nodes in the mesh
     integer, intent(in) :: faces(:, :)        !! (2, n_faces)
     integer, allocatable :: nodes(:)
@@ -55,7 +55,7 @@ contains
 
     on_surface = .false.
     do i = 1, size(faces, 2)
-      on_surface(connectivity(face_nodes(:, faces(2, i)), faces(1, i))) = .true.
+      on_surface(nodes_of_face(connectivity, faces(1, i), faces(2, i))) = .true.
     end do
     nodes = pack([(i, i = 1, n_nodes)], on_surface)
   end function nodes_of_faces

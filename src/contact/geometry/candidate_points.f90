@@ -4,6 +4,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: corners_in
   use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
   use refine_bricks_mod, only: fill_between
   use scene_mod, only: scene_t, contact_gap_t
@@ -110,7 +111,8 @@ contains
     area = 0.0_wp
     faces = nodes_of(scene%surfaces(surface)%faces, scene%mesh%connectivity)
     do f = 1, size(faces, 2)
-      area = area + area_of_face(scene%mesh%coordinates(:, faces(:, f)))/size(faces, 2)
+      area = area + area_of_face(scene%mesh%coordinates(:, faces(:corners_in(faces(:, f)), f)))/ &
+        size(faces, 2)
     end do
   end function mean_face
 

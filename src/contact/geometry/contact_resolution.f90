@@ -4,9 +4,10 @@
 !> How small the bricks should be follows from Hertz. docs/theory.md (10.5).
 module contact_resolution_mod
   use kinds_mod, only: wp
-  use small_matrix_mod, only: cross
   use elasticity_mod, only: plane_strain_modulus
-  use surfaces_mod, only: face_nodes
+  use connectivity_mod, only: corners_in
+  use surfaces_mod, only: nodes_of
+  use face_overlap_mod, only: outward_normal
   use obstacle_shapes_mod, only: is_before_faces, is_flat
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
@@ -33,7 +34,7 @@ module contact_resolution_mod
   type :: slave_faces_t
     integer :: pair = 0
     integer,  allocatable :: point(:)      !! (n_nodes) of each node in the pair, 0: none
-    integer,  allocatable :: nodes(:, :)   !! (4, n_faces)
+    integer,  allocatable :: nodes(:, :)   !! (4, n_faces) the fourth is 0 in a triangle
     integer,  allocatable :: element(:)    !! (n_faces)
     real(wp), allocatable :: normal(:, :)  !! (3, n_faces) outward unit normals
   end type slave_faces_t
@@ -124,7 +125,7 @@ contains
       if (.not. any(faces%nodes(:, f) == node)) cycle
       young = plane_strain_modulus(scene%materials(scene%mesh%material(faces%element(f)))% &
         law%elastic)
-      do k = 1, 4
+      do k = 1, corners_in(faces%nodes(:, f))
         j = faces%point(faces%nodes(k, f))
         if (j == 0 .or. j == i .or. j == partner) cycle
         arm = scene%mesh%coordinates(:, points%node(j)) - scene%mesh%coordinates(:, node)
@@ -166,7 +167,7 @@ contains
     logical, intent(in) :: flat_obstacle
     logical :: here(size(faces%element)), near(size(faces%element))
     integer, allocatable :: list(:)
-    integer :: f, g, k
+    integer :: f, g, k, m
 
     is_smooth = .false.
     here = [(any(faces%nodes(:, f) == node), f=1, size(faces%element))]
@@ -175,11 +176,10 @@ contains
     do f = 1, size(list)
       if (.not. on_plane) then
         ! Every edge at the node belongs to two faces but on a rim.
-        do k = 1, 4
-          if (faces%nodes(k, list(f)) == node) exit
-        end do
-        if (count(here .and. has(faces%nodes(modulo(k, 4) + 1, list(f)))) < 2) return
-        if (count(here .and. has(faces%nodes(modulo(k - 2, 4) + 1, list(f)))) < 2) return
+        m = corners_in(faces%nodes(:, list(f)))
+        k = findloc(faces%nodes(:, list(f)), node, dim=1)
+        if (count(here .and. has(faces%nodes(modulo(k, m) + 1, list(f)))) < 2) return
+        if (count(here .and. has(faces%nodes(modulo(k - 2, m) + 1, list(f)))) < 2) return
       end if
       do g = 1, f - 1
         if (dot_product(faces%normal(:, list(f)), faces%normal(:, list(g))) < sharp) return
@@ -189,7 +189,7 @@ contains
     if (.not. flat_obstacle) return
     near = .false.
     do f = 1, size(list)
-      do k = 1, 4
+      do k = 1, corners_in(faces%nodes(:, list(f)))
         near = near .or. has(faces%nodes(k, list(f)))
       end do
     end do
@@ -217,11 +217,11 @@ contains
     other = 0
     n_others = 0
     do f = 1, size(faces%element)
-      do k = 1, 4
+      do k = 1, corners_in(faces%nodes(:, f))
         i = faces%point(faces%nodes(k, f))
         if (i == 0) cycle
         if (status(i) == status_open) cycle
-        do l = 1, 4
+        do l = 1, corners_in(faces%nodes(:, f))
           j = faces%point(faces%nodes(l, f))
           if (j == 0 .or. j == i .or. j == other(i)) cycle
           if (status(j) == status_open) cycle
@@ -238,7 +238,6 @@ contains
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     type(slave_faces_t) :: faces
-    real(wp) :: x(3, 4), n(3)
     integer :: f, i, n_faces
 
     faces%pair = pair
@@ -248,13 +247,12 @@ contains
     end do
     associate (surface => scene%surfaces(scene%pairs(pair)%surface), mesh => scene%mesh)
       n_faces = size(surface%faces, 2)
-      allocate (faces%element(n_faces), faces%nodes(4, n_faces), faces%normal(3, n_faces))
+      allocate (faces%element(n_faces), faces%normal(3, n_faces))
+      faces%nodes = nodes_of(surface%faces, mesh%connectivity)
       do f = 1, n_faces
         faces%element(f) = surface%faces(1, f)
-        faces%nodes(:, f) = mesh%connectivity(face_nodes(:, surface%faces(2, f)), faces%element(f))
-        x = mesh%coordinates(:, faces%nodes(:, f))
-        n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
-        faces%normal(:, f) = n/max(norm2(n), tiny(1.0_wp))
+        faces%normal(:, f) = outward_normal(mesh%coordinates(:, faces%nodes( &
+          :corners_in(faces%nodes(:, f)), f)))
       end do
     end associate
   end function faces_of

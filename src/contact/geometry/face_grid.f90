@@ -3,6 +3,8 @@
 module face_grid_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
+  use connectivity_mod, only: corners_in
+  use lists_mod, only: lists_t, lists_by_key
   use sorting_mod, only: sort_unique
   implicit none
   private
@@ -14,8 +16,7 @@ module face_grid_mod
     integer  :: n(3) = 0                 !! cells along x, y, z
     real(wp) :: low(3) = 0.0_wp          !! corner of the box [length]
     real(wp) :: size(3) = 1.0_wp         !! of a cell [length]
-    integer,  allocatable :: first(:)    !! (n_cells+1) where the faces of each cell begin
-    integer,  allocatable :: face(:)     !! (n_entries)
+    type(lists_t) :: faces               !! of each cell
     real(wp), allocatable :: box(:, :, :) !! (3,2,n_faces) lowest and highest coordinates [length]
   end type face_grid_t
 
@@ -30,23 +31,19 @@ contains
     real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
     type(face_grid_t) :: grid
     real(wp) :: extent(3), mean(3)
-    integer :: f, pass, i, j, k, low(3), high(3), cell
-    integer, allocatable :: at(:)
+    integer :: f, i, j, k, n, low(3), high(3)
+    integer, allocatable :: entry(:, :) !! (2,n) cell, face
 
     allocate (grid%box(3, 2, size(faces, 2)))
     do f = 1, size(faces, 2)
       grid%box(:, 1, f) = x(:, faces(1, f))
       grid%box(:, 2, f) = x(:, faces(1, f))
-      do k = 2, merge(4, 3, faces(4, f) > 0)
+      do k = 2, corners_in(faces(:, f))
         grid%box(:, 1, f) = min(grid%box(:, 1, f), x(:, faces(k, f)))
         grid%box(:, 2, f) = max(grid%box(:, 2, f), x(:, faces(k, f)))
       end do
     end do
-    if (size(faces, 2) == 0) then
-      allocate (grid%first(1), source=1)
-      allocate (grid%face(0))
-      return
-    end if
+    if (size(faces, 2) == 0) return
     grid%low = minval(grid%box(:, 1, :), 2)
     extent = maxval(grid%box(:, 2, :), 2) - grid%low
     mean = sum(grid%box(:, 2, :) - grid%box(:, 1, :), 2)/real(size(faces, 2), wp)
@@ -60,36 +57,21 @@ contains
       grid%n = max(1, grid%n/2)
     end do
     grid%size = max(extent/real(grid%n, wp), tiny(1.0_wp))
-    allocate (grid%first(product(grid%n) + 1), source=0)
-    allocate (at(size(grid%first)), grid%face(0))
-    do pass = 1, 2
-      if (pass == 2) then
-        grid%first(1) = 1
-        do cell = 1, product(grid%n)
-          grid%first(cell + 1) = grid%first(cell) + grid%first(cell + 1)
-        end do
-        deallocate (grid%face)
-        allocate (grid%face(grid%first(product(grid%n) + 1) - 1))
-        at(:) = grid%first
-      end if
-      do f = 1, size(faces, 2)
-        low = cell_of(grid, grid%box(:, 1, f))
-        high = cell_of(grid, grid%box(:, 2, f))
-        do k = low(3), high(3)
-          do j = low(2), high(2)
-            do i = low(1), high(1)
-              cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
-              if (pass == 1) then
-                grid%first(cell + 1) = grid%first(cell + 1) + 1
-              else
-                grid%face(at(cell)) = f
-                at(cell) = at(cell) + 1
-              end if
-            end do
+    allocate (entry(2, 2*size(faces, 2)))
+    n = 0
+    do f = 1, size(faces, 2)
+      low = cell_of(grid, grid%box(:, 1, f))
+      high = cell_of(grid, grid%box(:, 2, f))
+      do k = low(3), high(3)
+        do j = low(2), high(2)
+          do i = low(1), high(1)
+            call append(entry, n, [i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1)), f])
           end do
         end do
       end do
     end do
+    grid%faces = lists_by_key(entry(1, :n), product(grid%n))
+    grid%faces%item = entry(2, grid%faces%item)
   end function make_face_grid
 
   !> The faces whose boxes meet a box, ascending, each once.
@@ -108,8 +90,8 @@ contains
         do j = first(2), last(2)
           do i = first(1), last(1)
             cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
-            do entry = grid%first(cell), grid%first(cell + 1) - 1
-              f = grid%face(entry)
+            do entry = grid%faces%first(cell), grid%faces%first(cell + 1) - 1
+              f = grid%faces%item(entry)
               if (all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)) call &
                 append(near, n, f)
             end do

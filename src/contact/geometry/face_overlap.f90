@@ -3,41 +3,46 @@
 !> docs/theory.md (11.1), (11.2).
 module face_overlap_mod
   use kinds_mod, only: wp
+  use cells_mod, only: face_corners
   use small_matrix_mod, only: cross
   implicit none
   private
 
-  public :: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap, opposite_weights
+  public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
+    opposite_weights
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
     real(wp) :: origin(3) = 0.0_wp    !! the mean of the face's nodes [length]
     real(wp) :: axis(3, 3) = 0.0_wp
     !! columns: two unit vectors in the plane, the outward normal [-]
-    real(wp) :: corner(2, 4) = 0.0_wp !! the face in it, anticlockwise [length]
+    integer  :: n = 0                 !! corners of the face
+    real(wp) :: corner(2, face_corners) = 0.0_wp !! the face in it, anticlockwise [length]
     real(wp) :: area = 0.0_wp         !! [length^2]
   end type plane_t
 
   !> Integrals over an overlap, of the slave's shape functions N and the master's.
   type :: overlap_t
     real(wp) :: area = 0.0_wp            !! 0: nothing is shared [length^2]
-    real(wp) :: lumped(4) = 0.0_wp       !! int N_a [length^2]
-    real(wp) :: mass(4, 4) = 0.0_wp      !! int N_a N_b [length^2]
-    real(wp) :: mixed(4, 4) = 0.0_wp     !! int N_a N_k, k of the master's nodes [length^2]
+    real(wp) :: lumped(face_corners) = 0.0_wp             !! int N_a [length^2]
+    real(wp) :: mass(face_corners, face_corners) = 0.0_wp !! int N_a N_b [length^2]
+    real(wp) :: mixed(face_corners, face_corners) = 0.0_wp
+    !! int N_a N_k, k of the master's nodes [length^2]
     real(wp) :: normal(3) = 0.0_wp       !! of the master face, outward [-]
-    real(wp) :: entered(4) = 0.0_wp      !! int N_a g where the gap g is below 0 [length^3]
+    real(wp) :: entered(face_corners) = 0.0_wp
+    !! int N_a g where the gap g is below 0 [length^3]
     real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
   end type overlap_t
 
   !> A slave face and a master face in the plane of the slave's.
   type :: two_faces_t
     real(wp) :: slave(2, 4) = 0.0_wp, master(2, 4) = 0.0_wp !! their maps [length]
-    logical :: master_is_triangle = .false.
-    real(wp) :: slave_height(4) = 0.0_wp, master_height(4) = 0.0_wp
+    logical :: slave_is_triangle = .false., master_is_triangle = .false.
+    real(wp) :: slave_height(face_corners) = 0.0_wp, master_height(face_corners) = 0.0_wp
     !! of their nodes, along the master's normal [length]
   end type two_faces_t
 
-  integer,  parameter :: max_corners = 8
+  integer,  parameter :: max_corners = 2*face_corners
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
@@ -83,17 +88,25 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
     real(wp) :: n(3)
 
+    n = doubled_area(x)
+    n = n/max(norm2(n), tiny(1.0_wp))
+  end function outward_normal
+
+  !> Twice the area of a face along its outward normal.
+  pure function doubled_area(x) result(n)
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
+    real(wp) :: n(3)                !! [length^2]
+
     if (size(x, 2) == 3) then
       n = cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))
     else
       n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
     end if
-    n = n/max(norm2(n), tiny(1.0_wp))
-  end function outward_normal
+  end function doubled_area
 
   !> The plane through a slave face's centre, across the normal of its diagonals.
   pure function plane_of_face(x) result(plane)
-    real(wp), intent(in) :: x(3, 4) !! anticlockwise from outside [length]
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
     type(plane_t) :: plane
     real(wp) :: n(3), along(3)
 
@@ -101,10 +114,11 @@ contains
     along = x(:, 2) - x(:, 1)
     along = along - dot_product(along, n)*n
     along = along/max(norm2(along), tiny(1.0_wp))
-    plane%origin = sum(x, 2)/4.0_wp
+    plane%n = size(x, 2)
+    plane%origin = sum(x, 2)/real(plane%n, wp)
     plane%axis = reshape([along, cross(n, along), n], [3, 3])
-    plane%corner = in_plane(plane, x)
-    plane%area = area_of(plane%corner)
+    plane%corner(:, :plane%n) = in_plane(plane, x)
+    plane%area = area_of(plane%corner(:, :plane%n))
   end function plane_of_face
 
   pure function in_plane(plane, x) result(flat)
@@ -121,7 +135,7 @@ contains
   !> Where a master face covers a slave face, and the integrals over that.
   pure function find_overlap(plane, slave, master) result(overlap)
     type(plane_t), intent(in) :: plane     !! of the slave face
-    real(wp), intent(in) :: slave(3, 4)    !! its nodes [length]
+    real(wp), intent(in) :: slave(:, :)    !! (3,3) or (3,4) its nodes [length]
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
     type(overlap_t) :: overlap
     type(two_faces_t) :: faces
@@ -132,7 +146,7 @@ contains
     flat = in_plane(plane, master)
     n = size(master, 2)
     polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
-    call clip(plane%corner, polygon, n)
+    call clip(plane%corner(:, :plane%n), polygon, n)
     if (n < 3) return
     overlap%area = area_of(polygon(:, :n))
     if (overlap%area < smallest*plane%area) then
@@ -140,16 +154,18 @@ contains
       return
     end if
     overlap%normal = outward_normal(master)
-    is_affine_here = is_affine(plane%corner) .and. is_affine(flat)
+    is_affine_here = is_affine(plane%corner(:, :plane%n)) .and. is_affine(flat)
     if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
       little*plane%area
-    faces%slave = map_of_face(plane%corner)
+    faces%slave = map_of_face(plane%corner(:, :plane%n))
     faces%master = map_of_face(flat)
+    faces%slave_is_triangle = plane%n == 3
     faces%master_is_triangle = size(master, 2) == 3
-    do i = 1, 4
+    do i = 1, plane%n
       faces%slave_height(i) = dot_product(overlap%normal, slave(:, i) - plane%origin)
-      if (i <= size(master, 2)) faces%master_height(i) = dot_product(overlap%normal, &
-        master(:, i) - plane%origin)
+    end do
+    do i = 1, size(master, 2)
+      faces%master_height(i) = dot_product(overlap%normal, master(:, i) - plane%origin)
     end do
     ! Of flat faces what is nearest is a corner.
     do i = 1, n
@@ -160,8 +176,8 @@ contains
       return
     end if
     halvings = 0
-    if (overlap%area > little*plane%area) halvings = count(min(evenness(plane%corner), &
-      evenness(flat)) < skewed)
+    if (overlap%area > little*plane%area) halvings = count(min(evenness(plane%corner( &
+      :, :plane%n)), evenness(flat)) < skewed)
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
@@ -178,9 +194,9 @@ contains
   !> where that is beyond its edges.
   pure function opposite_weights(plane, corner, master) result(n)
     type(plane_t), intent(in) :: plane     !! of the slave face
-    integer, intent(in) :: corner          !! 1 to 4
+    integer, intent(in) :: corner          !! its number
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) its nodes [length]
-    real(wp) :: n(4)
+    real(wp) :: n(face_corners)
     real(wp), parameter :: rounding = 1.0e-9_wp !! of the face
     real(wp) :: seen(2, size(master, 2)), left(2)
 
@@ -234,21 +250,21 @@ contains
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
     type(overlap_t), intent(inout) :: overlap
-    real(wp) :: x(2), n(4), m(4), area, gap
+    real(wp) :: x(2), n(face_corners), m(face_corners), area, gap
     integer :: i, b
 
     area = area_of(corner)
     do i = 1, size(weight)
       x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
         point(2, i)*(corner(:, 3) - corner(:, 1))
-      n = shape_at(faces%slave, .false., x)
+      n = shape_at(faces%slave, faces%slave_is_triangle, x)
       m = shape_at(faces%master, faces%master_is_triangle, x)
       gap = dot_product(faces%slave_height, n) - dot_product(faces%master_height, m)
       overlap%least_gap = min(overlap%least_gap, gap)
       associate (part => area*weight(i)*n)
         overlap%lumped = overlap%lumped + part
         if (gap < 0.0_wp) overlap%entered = overlap%entered + part*gap
-        do b = 1, 4
+        do b = 1, face_corners
           overlap%mass(:, b) = overlap%mass(:, b) + part*n(b)
           overlap%mixed(:, b) = overlap%mixed(:, b) + part*m(b)
         end do
@@ -262,7 +278,7 @@ contains
     type(overlap_t), intent(inout) :: overlap
 
     overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, &
-      shape_at(faces%slave, .false., x)) - dot_product(faces%master_height, &
+      shape_at(faces%slave, faces%slave_is_triangle, x)) - dot_product(faces%master_height, &
       shape_at(faces%master, faces%master_is_triangle, x)))
   end subroutine take_gap
 

@@ -3,6 +3,9 @@
 module faces_between_nodes_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in
+  use face_overlap_mod, only: doubled_area
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: enters_faces, has_round_master, get_core, shift_of, turned
   use local_refinement_mod, only: parents_of
@@ -29,7 +32,8 @@ module faces_between_nodes_mod
   type :: face_entry_t
     real(wp) :: depth = 0.0_wp !! 0: it is not [length]
     integer  :: pair = 0
-    integer  :: nodes(4) = 0   !! of the face
+    integer  :: nodes(face_corners) = 0
+    !! of the face; the fourth of a triangle is 0, or the third again
   end type face_entry_t
 
   !> What one increment's faces show.
@@ -57,10 +61,10 @@ module faces_between_nodes_mod
 
   !> One face relative to an obstacle, in whose middle or axis the origin is.
   type :: face_t
-    real(wp) :: x(3, 4) = 0.0_wp    !! its nodes when the increment begins [length]
-    real(wp) :: way(3, 4) = 0.0_wp  !! how far they go [length]
+    real(wp) :: x(3, face_corners) = 0.0_wp    !! its nodes when the increment begins [length]
+    real(wp) :: way(3, face_corners) = 0.0_wp  !! how far they go [length]
     real(wp) :: normal(3, 2) = 0.0_wp !! outward, at both ends of the increment; of any length
-    real(wp) :: extra(4) = 0.0_wp   !! *CONTACT GAP [length]
+    real(wp) :: extra(face_corners) = 0.0_wp   !! *CONTACT GAP [length]
     real(wp) :: radius = 0.0_wp     !! of the obstacle [length]
     real(wp) :: axis(3) = 0.0_wp    !! of a cylinder, 0 for a sphere [-]
   end type face_t
@@ -287,20 +291,22 @@ contains
     do while (grows)
       grows = .false.
       do i = 1, size(dents)
-        if (.not. any(reached(dents(i)%nodes)) .or. all(reached(dents(i)%nodes))) cycle
-        reached(dents(i)%nodes) = .true.
+        associate (nodes => dents(i)%nodes(:corners_in(dents(i)%nodes)))
+          if (.not. any(reached(nodes)) .or. all(reached(nodes))) cycle
+          reached(nodes) = .true.
+        end associate
         grows = .true.
       end do
     end do
     do i = 1, size(dents)
-      if (any(reached(dents(i)%nodes))) cycle
+      if (any(reached(dents(i)%nodes(:corners_in(dents(i)%nodes))))) cycle
       call keep_deeper(dents(i)%depth, dents(i)%pair, dents(i)%nodes, deepest)
     end do
   end function deepest_untouched
 
   pure subroutine keep_deeper(depth, pair, nodes, deepest)
     real(wp), intent(in) :: depth !! [length]
-    integer, intent(in) :: pair, nodes(4)
+    integer, intent(in) :: pair, nodes(face_corners)
     type(face_entry_t), intent(inout) :: deepest
 
     if (depth > deepest%depth) deepest = face_entry_t(depth, pair, nodes)
@@ -370,39 +376,29 @@ contains
   !> A face as the obstacle sees it.
   pure subroutine set_face(at_old, at_new, coordinates, extra, old, new, nodes, face)
     type(obstacle_t), intent(in) :: at_old, at_new      !! the obstacle at `old` and `new`
-    real(wp), intent(in) :: coordinates(3, 4), extra(4) !! [length]
+    real(wp), intent(in) :: coordinates(3, face_corners), extra(face_corners) !! [length]
     type(state_t), intent(in) :: old, new
-    integer, intent(in) :: nodes(4)
+    integer, intent(in) :: nodes(face_corners)
     type(face_t), intent(out) :: face
     real(wp) :: core(3), old_core(3), old_axis(3), shift(3)
     integer :: k
 
     face%extra = extra
-    face%normal(:, 1) = normal_of(coordinates + old%displacement(:, nodes))
-    face%normal(:, 2) = normal_of(coordinates + new%displacement(:, nodes))
+    face%normal(:, 1) = doubled_area(coordinates + old%displacement(:, nodes))
+    face%normal(:, 2) = doubled_area(coordinates + new%displacement(:, nodes))
     call get_core(at_old, old_core, old_axis, face%radius)
     call get_core(at_new, core, face%axis, face%radius)
-    face%x = coordinates + old%displacement(:, nodes) - spread(old_core, 2, 4)
+    face%x = coordinates + old%displacement(:, nodes) - spread(old_core, 2, face_corners)
     face%way = new%displacement(:, nodes) - old%displacement(:, nodes)
     shift = shift_of(at_old, old%displacement)
-    face%x = face%x - spread(shift, 2, 4)
+    face%x = face%x - spread(shift, 2, face_corners)
     shift = shift_of(at_new, new%displacement) - shift
-    face%way = face%way - spread(shift + (core - old_core), 2, 4)
+    face%way = face%way - spread(shift + (core - old_core), 2, face_corners)
     if (at_new%turns) call follow_axis(old_axis, face)
-    do k = 1, 4
+    do k = 1, face_corners
       face%x(:, k) = across(face, face%x(:, k))
       face%way(:, k) = across(face, face%way(:, k))
     end do
-
-  contains
-
-    !> Across the diagonals.
-    pure function normal_of(x) result(normal)
-      real(wp), intent(in) :: x(3, 4) !! [length]
-      real(wp) :: normal(3)           !! [length^2]
-
-      normal = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
-    end function normal_of
 
   end subroutine set_face
 
@@ -410,12 +406,12 @@ contains
   pure subroutine follow_axis(old_axis, face)
     real(wp), intent(in) :: old_axis(3) !! unit vector, 0 of a sphere
     type(face_t), intent(inout) :: face
-    real(wp) :: ends(3, 4)
+    real(wp) :: ends(3, face_corners)
     integer :: k
 
     if (.not. any(abs(old_axis - face%axis) > 0.0_wp)) return
     ends = face%x + face%way
-    do k = 1, 4
+    do k = 1, face_corners
       face%x(:, k) = face%x(:, k) - dot_product(old_axis, face%x(:, k))*old_axis
       face%x(:, k) = transport_tangent(face%x(:, k), old_axis, face%axis)
     end do
@@ -463,10 +459,10 @@ contains
     type(face_t), intent(in) :: face
     real(wp) :: x(3), way(3), s, extent
 
-    x = sum(face%x, dim=2)/4.0_wp
-    way = sum(face%way, dim=2)/4.0_wp
-    extent = maxval(norm2(face%x - spread(x, 2, 4), dim=1)) + &
-      maxval(norm2(face%way - spread(way, 2, 4), dim=1))
+    x = sum(face%x, dim=2)/real(face_corners, wp)
+    way = sum(face%way, dim=2)/real(face_corners, wp)
+    extent = maxval(norm2(face%x - spread(x, 2, face_corners), dim=1)) + &
+      maxval(norm2(face%way - spread(way, 2, face_corners), dim=1))
     s = 0.0_wp
     if (dot_product(way, way) > 0.0_wp) s = min(1.0_wp, max(0.0_wp, -dot_product(x, way)/ &
       dot_product(way, way)))
@@ -515,7 +511,7 @@ contains
 
     !> Where a point of the face comes closest on its way.
     pure real(wp) function s_of(n)
-      real(wp), intent(in) :: n(4)
+      real(wp), intent(in) :: n(face_corners)
       real(wp) :: x(3), way(3)
 
       x = matmul(face%x, n)
@@ -536,7 +532,7 @@ contains
     real(wp), intent(in) :: xi, eta, s
     real(wp), intent(out) :: distance !! of the flat face from the middle or axis [length]
     real(wp), intent(out) :: gap      !! [length]
-    real(wp) :: n(4), x(3), bulge(3)
+    real(wp) :: n(face_corners), x(3), bulge(3)
 
     n = shape_at(xi, eta)
     x = matmul(face%x + s*face%way, n)
@@ -550,7 +546,7 @@ contains
   pure logical function goes_through(face, xi_eta)
     type(face_t), intent(in) :: face
     real(wp), intent(in) :: xi_eta(2)
-    real(wp) :: n(4)
+    real(wp) :: n(face_corners)
 
     n = shape_at(xi_eta(1), xi_eta(2))
     goes_through = dot_product(matmul(face%x, n), face%normal(:, 1)) < 0.0_wp .and. &
@@ -562,8 +558,8 @@ contains
     type(smooth_faces_t), intent(in) :: faces
     integer, intent(in) :: f
     type(face_t), intent(in) :: face
-    real(wp), intent(in) :: coordinates(3, 4) !! [length]
-    real(wp), intent(in) :: pressure(4)       !! of the nodes [force/length^2]
+    real(wp), intent(in) :: coordinates(3, face_corners) !! [length]
+    real(wp), intent(in) :: pressure(face_corners)       !! of the nodes [force/length^2]
     real(wp) :: work                          !! not positive [energy]
     real(wp) :: gap, distance, one(3), other(3)
     integer :: i, j

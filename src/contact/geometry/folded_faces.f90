@@ -4,6 +4,8 @@
 module folded_faces_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in
   use scene_mod, only: scene_t
   use surfaces_mod, only: nodes_of
   use contact_points_mod, only: contact_points_t
@@ -24,7 +26,7 @@ contains
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
     real(wp), intent(in) :: u(:, :)               !! (3,n_nodes) [length]
     integer, intent(out) :: surface               !! 0: none has
-    integer, intent(out) :: nodes(4)              !! of the face
+    integer, intent(out) :: nodes(face_corners)   !! of the face; the fourth of a triangle is 0
     logical :: takes_part(scene%mesh%n_nodes)
     integer :: pair, i
 
@@ -57,13 +59,15 @@ contains
     real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
     integer, intent(in) :: surface
     logical, intent(in) :: takes_part(:)      !! (n_nodes)
-    integer, intent(inout) :: nodes(4)        !! unchanged where there is none
-    integer :: faces(4, size(scene%surfaces(surface)%faces, 2)), f
+    integer, intent(inout) :: nodes(face_corners) !! unchanged where there is none
+    integer :: faces(face_corners, size(scene%surfaces(surface)%faces, 2)), f
 
     faces = nodes_of(scene%surfaces(surface)%faces, scene%mesh%connectivity)
     do f = 1, size(faces, 2)
-      if (.not. any(takes_part(faces(:, f)))) cycle
-      if (.not. is_folded(scene%mesh%coordinates(:, faces(:, f)) + u(:, faces(:, f)))) cycle
+      associate (corners => faces(:corners_in(faces(:, f)), f))
+        if (.not. any(takes_part(corners))) cycle
+        if (.not. is_folded(scene%mesh%coordinates(:, corners) + u(:, corners))) cycle
+      end associate
       nodes = faces(:, f)
       return
     end do
@@ -71,15 +75,16 @@ contains
 
   !> Whether the Jacobian of a face, seen along its normal, is not positive at a corner.
   pure logical function is_folded(x)
-    real(wp), intent(in) :: x(3, 4) !! corners, anticlockwise from outside [length]
+    real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) corners, anticlockwise from outside [length]
     real(wp) :: normal(3)
-    integer :: k
+    integer :: k, n
 
     normal = outward_normal(x)
+    n = size(x, 2)
     is_folded = .false.
-    do k = 1, 4
-      is_folded = is_folded .or. .not. dot_product(normal, cross(x(:, mod(k, 4) + 1) - x(:, k), &
-        x(:, mod(k + 2, 4) + 1) - x(:, k))) > 0.0_wp
+    do k = 1, n
+      is_folded = is_folded .or. .not. dot_product(normal, cross(x(:, mod(k, n) + 1) - x(:, k), &
+        x(:, mod(k + n - 2, n) + 1) - x(:, k))) > 0.0_wp
     end do
   end function is_folded
 

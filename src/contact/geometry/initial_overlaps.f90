@@ -1,13 +1,15 @@
 !> Slave nodes that lie inside their obstacle before anything has moved.
 module initial_overlaps_mod
   use kinds_mod, only: wp
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
   use text_mod, only: string_t, to_text
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open
-  use surfaces_mod, only: surface_t, face_nodes
+  use surfaces_mod, only: surface_t
   use brick8_mod, only: volume
   use face4_mod, only: face_node_areas
   use placement_mod, only: placement_t, place_undeformed
@@ -106,14 +108,14 @@ contains
     real(wp), intent(inout) :: thickness(:) !! (n_nodes) [length]
     integer, intent(inout) :: behind(:)     !! (n_nodes) the brick
     real(wp) :: height
-    integer :: f, k, e, nodes(4)
+    integer :: f, k, e, nodes(face_corners)
 
     do f = 1, size(surface%faces, 2)
       e = surface%faces(1, f)
-      nodes = mesh%connectivity(face_nodes(:, surface%faces(2, f)), e)
-      height = volume(mesh%coordinates(:, mesh%connectivity(:, e)))/ &
-        sum(face_node_areas(mesh%coordinates(:, nodes)))
-      do k = 1, 4
+      nodes = nodes_of_face(mesh%connectivity, e, surface%faces(2, f))
+      height = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))/ &
+        sum(face_node_areas(mesh%coordinates(:, nodes(:corners_in(nodes)))))
+      do k = 1, corners_in(nodes)
         if (height <= thickness(nodes(k))) cycle
         thickness(nodes(k)) = height
         behind(nodes(k)) = e

@@ -4,6 +4,7 @@
 !> Whether supports make such a plane one of symmetry is not said here.
 module mirror_planes_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: corners_in
   use obstacles_mod, only: obstacle_t
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   implicit none
@@ -20,7 +21,7 @@ contains
   !> Whether the facets of an obstacle end at a plane, on the side of the slave, or have their
   !> mirror images among them as far from it as the slave's faces there.
   pure logical function is_mirrored(slave, x, obstacle, axis, place)
-    integer, intent(in) :: slave(:, :)  !! (4,n_slave) nodes of the faces
+    integer, intent(in) :: slave(:, :)  !! (4,n_slave) nodes of the faces; the fourth may be 0
     real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle
     integer, intent(in) :: axis
@@ -33,7 +34,7 @@ contains
     width = 0.0_wp
     inwards = 0.0_wp
     do f = 1, size(slave, 2)
-      associate (way => x(axis, slave(:, f)) - place)
+      associate (way => x(axis, slave(:corners_in(slave(:, f)), f)) - place)
         if (minval(abs(way)) <= close_by) width = max(width, maxval(abs(way)))
         inwards = inwards + sum(way)
       end associate
@@ -104,7 +105,7 @@ contains
   !> A normal there is a mean over the faces of one side, and leans: what is moved along it would
   !> leave the plane.
   pure subroutine keep_on_ends(slave, slave_nodes, x, normal, master_nodes, obstacle)
-    integer, intent(in) :: slave(:, :)       !! (4,n_slave) nodes of the faces
+    integer, intent(in) :: slave(:, :)       !! (4,n_slave) nodes of the faces; the fourth may be 0
     integer, intent(in) :: slave_nodes(:)    !! (n) each once
     real(wp), intent(in) :: x(:, :)          !! (3,n_nodes) [length]
     real(wp), intent(inout) :: normal(:, :)  !! (3,n) of these; 0 where nothing covers one [-]

@@ -5,6 +5,9 @@
 module mortar_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: enlarge
+  use lists_mod, only: lists_t, lists_by_key
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: corners_in
   use small_matrix_mod, only: solve_small
   use contact_points_mod, only: weights_t
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
@@ -19,8 +22,8 @@ module mortar_mod
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
     integer :: n = 0                !! 0: none does
-    integer :: node(4) = 0          !! of the master's face
-    real(wp) :: weight(4) = 0.0_wp  !! its shape functions there [-]
+    integer :: node(face_corners) = 0          !! of the master's face
+    real(wp) :: weight(face_corners) = 0.0_wp  !! its shape functions there [-]
     real(wp) :: beyond = 0.1_wp
     !! how far beyond its edges, beside the face; further away is not opposite: strains do not move
     !! an edge so far [-]
@@ -49,7 +52,8 @@ module mortar_mod
 
   !> A slave surface.
   type :: slave_t
-    integer, allocatable :: faces(:, :)   !! (4,n_slave) nodes, anticlockwise from outside
+    integer, allocatable :: faces(:, :)
+    !! (4,n_slave) nodes, anticlockwise from outside; the fourth is 0 in a triangle
     integer, allocatable :: nodes(:)      !! (n) each once, in the order of the rows
     integer, allocatable :: hanging(:, :)
     !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
@@ -68,19 +72,20 @@ module mortar_mod
 
   !> A covered part of a slave face.
   type :: part_t
-    integer :: node(4) = 0        !! of the master face
+    integer :: node(face_corners) = 0 !! of the master face
     integer :: n = 0              !! how many there are
     real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
     type(overlap_t) :: overlap
   end type part_t
 
-  !> A slave face.
+  !> A slave face. What its last corner would have is 0 in a triangle.
   type :: face_t
-    integer :: node(4)
-    integer :: row(4)      !! of the nodes
-    real(wp) :: x(3, 4)    !! where they are [length]
-    real(wp) :: area       !! [length^2]
-    real(wp) :: given(4, 4) !! as of `what_neighbours_get` [-]
+    integer :: n = 0                               !! corners
+    integer :: node(face_corners) = 0
+    integer :: row(face_corners) = 0               !! of the nodes
+    real(wp) :: x(3, face_corners) = 0.0_wp        !! where they are [length]
+    real(wp) :: area = 0.0_wp                      !! [length^2]
+    real(wp) :: given(face_corners, face_corners) = 0.0_wp !! as of `what_neighbours_get` [-]
   end type face_t
 
   real(wp), parameter :: against = -0.2_wp      !! cosine of normals that face each other, at most
@@ -109,7 +114,8 @@ contains
     type(part_t), allocatable :: parts(:)
     type(entries_t) :: entries
     type(plane_t) :: plane
-    real(wp) :: length, size_of_master, reaches(2), given(4, 4)
+    type(face_t) :: face
+    real(wp) :: length, size_of_master, reaches(2), share
     integer :: number(size(x, 2)), n, f, i, k
     logical :: makes_rows, has_own
 
@@ -128,21 +134,25 @@ contains
     reaches = reach
     if (present(behind)) reaches(2) = behind
     do f = 1, size(slave%faces, 2)
-      associate (nodes => slave%faces(:, f))
-        plane = plane_of_face(x(:, nodes))
-        given = what_neighbours_get(slave, number(nodes))
-        mortar%whole_area(number(nodes)) = mortar%whole_area(number(nodes)) + 0.25_wp* &
-          plane%area*sum(given, dim=2)
-        do i = 1, 4
-          associate (outward => mortar%outward(:, number(nodes(i))))
-            outward = outward + plane%area*plane%axis(:, 3)
+      face%n = corners_in(slave%faces(:, f))
+      face%node = slave%faces(:, f)
+      associate (n => face%n, nodes => face%node(:face%n), row => face%row(:face%n))
+        row = number(nodes)
+        face%x(:, :n) = x(:, nodes)
+        plane = plane_of_face(face%x(:, :n))
+        face%area = plane%area
+        face%given = what_neighbours_get(slave, row)
+        share = plane%area/real(n, wp)
+        mortar%whole_area(row) = mortar%whole_area(row) + share*sum(face%given(:n, :n), dim=2)
+        do i = 1, n
+          associate (outward => mortar%outward(:, row(i)))
+            outward = outward + share*plane%axis(:, 3)
           end associate
         end do
-        call find_parts(grid, master, x, x(:, nodes), plane, reaches, size_of_master, parts)
-        if (allocated(slave%asks)) call look_opposite(slave%asks(number(nodes)), plane, x, parts, &
-          number(nodes), mortar%opposite)
-        call add_face(face_t(nodes, number(nodes), x(:, nodes), plane%area, given), x, parts, &
-          makes_rows, mortar, entries)
+        call find_parts(grid, master, x, face%x(:, :n), plane, reaches, size_of_master, parts)
+        if (allocated(slave%asks)) call look_opposite(slave%asks(row), plane, x, parts, row, &
+          mortar%opposite)
+        call add_face(face, x, parts, makes_rows, mortar, entries)
       end associate
     end do
     has_own = makes_rows
@@ -154,7 +164,7 @@ contains
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length
-      mortar%faced_area(i) = -0.25_wp*dot_product(mortar%normal(:, i), mortar%outward(:, i))
+      mortar%faced_area(i) = -dot_product(mortar%normal(:, i), mortar%outward(:, i))
       length = norm2(mortar%outward(:, i))
       if (length > 0.0_wp) mortar%outward(:, i) = mortar%outward(:, i)/length
     end do
@@ -223,8 +233,7 @@ contains
 
   !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
   pure real(wp) function reach_of_faces(slave, master, x) result(reach)
-    integer, intent(in) :: slave(:, :)   !! (4,n_slave)
-    integer, intent(in) :: master(:, :)  !! (4,n_master) the fourth is 0 in a triangle
+    integer, intent(in) :: slave(:, :), master(:, :) !! (4,n) the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
 
     reach = 0.5_wp*max(largest_face(slave, x), largest_face(master, x))
@@ -251,7 +260,7 @@ contains
     do f = 1, size(faces, 2)
       low = x(:, faces(1, f))
       high = low
-      do k = 2, merge(4, 3, faces(4, f) > 0)
+      do k = 2, corners_in(faces(:, f))
         low = min(low, x(:, faces(k, f)))
         high = max(high, x(:, faces(k, f)))
       end do
@@ -262,19 +271,17 @@ contains
 
   !> Whether any face of one surface is turned towards any of the other: if not they never touch.
   pure logical function face_each_other(slave, master, x) result(they_do)
-    integer, intent(in) :: slave(:, :)   !! (4,n_slave)
-    integer, intent(in) :: master(:, :)  !! (4,n_master) the fourth is 0 in a triangle
+    integer, intent(in) :: slave(:, :), master(:, :) !! (4,n) the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     real(wp) :: normal(3, size(master, 2)), n(3)
     integer :: f, k
 
     do f = 1, size(master, 2)
-      k = count(master(:, f) > 0)
-      normal(:, f) = outward_normal(x(:, master(:k, f)))
+      normal(:, f) = outward_normal(x(:, master(:corners_in(master(:, f)), f)))
     end do
     they_do = .true.
     do f = 1, size(slave, 2)
-      n = outward_normal(x(:, slave(:, f)))
+      n = outward_normal(x(:, slave(:corners_in(slave(:, f)), f)))
       do k = 1, size(master, 2)
         if (dot_product(n, normal(:, k)) <= against) return
       end do
@@ -287,7 +294,7 @@ contains
     type(face_grid_t), intent(in) :: grid
     integer, intent(in) :: master(:, :)   !! (4,n_master)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
-    real(wp), intent(in) :: slave(3, 4)   !! nodes of the slave face [length]
+    real(wp), intent(in) :: slave(:, :)   !! nodes of the slave face [length]
     type(plane_t), intent(in) :: plane
     real(wp), intent(in) :: reach(2)      !! before the slave's plane, and behind it [length]
     real(wp), intent(in) :: size_of_master !! the largest face's [length]
@@ -295,7 +302,7 @@ contains
     integer, allocatable :: near(:)
     type(part_t) :: part
     type(part_t), allocatable :: larger(:)
-    real(wp) :: low(3), high(3), height(4), sideways, along
+    real(wp) :: low(3), high(3), height(face_corners), sideways, along
     integer :: i, k, n
 
     ! What covers the face lies in the prism over it.
@@ -304,7 +311,7 @@ contains
     low = minval(slave, 2) - along*abs(plane%axis(:, 3)) - sideways
     high = maxval(slave, 2) + along*abs(plane%axis(:, 3)) + sideways
     call faces_near(grid, low, high, near)
-    allocate (parts(4))
+    allocate (parts(face_corners))
     n = 0
     do i = 1, size(near)
       k = count(master(:, near(i)) > 0)
@@ -347,42 +354,44 @@ contains
   end subroutine keep_nearest
 
   !> What each node of a face gets of the multipliers: its own, and those of neighbours that have
-  !> none. The four then still add up to 1 all over the face, so that a uniform pressure reaches its
+  !> none. All then still add up to 1 all over the face, so that a uniform pressure reaches its
   !> edge. docs/theory.md (11.17).
   pure function what_neighbours_get(slave, row) result(given)
     type(slave_t), intent(in) :: slave
-    integer, intent(in) :: row(4)         !! of the face's nodes
-    real(wp) :: given(4, 4)               !! (by, of); columns add up to 1, or 0: there is nobody
-    logical :: has_none(4), is_taker(4)
+    integer, intent(in) :: row(:)         !! of the face's nodes
+    real(wp) :: given(face_corners, face_corners)
+    !! (by, of); columns add up to 1, or 0: there is nobody
+    logical :: has_none(size(row)), is_taker(size(row))
     integer :: a
 
     has_none = .false.
     if (allocated(slave%is_fixed)) has_none = slave%is_fixed(row)
     given = 0.0_wp
-    do a = 1, 4
-      is_taker = [1, 2, 3, 4] == a
+    do a = 1, size(row)
+      is_taker = .false.
+      is_taker(a) = .true.
       if (has_none(a)) then
         is_taker = cshift(is_taker, 1) .or. cshift(is_taker, -1)
         if (all(has_none .or. .not. is_taker)) is_taker = .true.
         is_taker = is_taker .and. .not. has_none
       end if
-      where (is_taker) given(:, a) = 1.0_wp/real(count(is_taker), wp)
+      where (is_taker) given(:size(row), a) = 1.0_wp/real(count(is_taker), wp)
     end do
   end function what_neighbours_get
 
   !> Find the places of the master opposite the nodes of a slave face that ask for it.
   pure subroutine look_opposite(asks, plane, x, parts, row, opposite)
-    logical, intent(in) :: asks(4)
+    logical, intent(in) :: asks(:)
     type(plane_t), intent(in) :: plane    !! of the slave face
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(part_t), intent(in) :: parts(:)
-    integer, intent(in) :: row(4)         !! of the face's nodes
+    integer, intent(in) :: row(:)         !! of the face's nodes
     type(opposite_t), intent(inout) :: opposite(:)
-    real(wp) :: weight(4)
+    real(wp) :: weight(face_corners)
     integer :: a, i
 
     do i = 1, size(parts)
-      do a = 1, 4
+      do a = 1, size(row)
         if (.not. asks(a)) cycle
         associate (found => opposite(row(a)), node => parts(i)%node(:parts(i)%n))
           weight = opposite_weights(plane, a, x(:, node))
@@ -405,7 +414,8 @@ contains
     logical, intent(in) :: makes_rows
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
-    real(wp) :: lumped(4), mass(4, 4), dual(4, 4), part_of(4, 4), unit(4)
+    real(wp), dimension(face_corners) :: lumped, shared, unit
+    real(wp), dimension(face_corners, face_corners) :: mass, dual, part_of
     integer :: a, b, i, k
     logical :: regular
 
@@ -417,18 +427,22 @@ contains
       mass = mass + parts(i)%overlap%mass
     end do
     if (sum(lumped) < least_cover*face%area) return
-    do a = 1, 4
+    do a = face%n + 1, face_corners
+      mass(a, a) = 1.0_wp ! a corner that is not there has no part in the others
+    end do
+    do a = 1, face_corners
       unit = 0.0_wp
       unit(a) = 1.0_wp
       call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
       if (.not. regular) return
       dual(:, a) = lumped(a)*dual(:, a)
     end do
-    associate (row => face%row)
+    associate (n => face%n, row => face%row(:face%n))
       dual = matmul(dual, transpose(face%given))
-      mortar%area(row) = mortar%area(row) + matmul(face%given, lumped)
-      do a = 1, 4
-        do b = 1, 4
+      shared = matmul(face%given, lumped)
+      mortar%area(row) = mortar%area(row) + shared(:n)
+      do a = 1, n
+        do b = 1, n
           if (a == b .or. .not. makes_rows .or. .not. face%given(b, a) > 0.0_wp) cycle
           ! The row of `b` stands for the place of `a`, too.
           call append_entry(row(b), face%node(b), face%given(b, a)*lumped(a), entries)
@@ -439,14 +453,14 @@ contains
         associate (overlap => parts(i)%overlap)
           part_of = matmul(transpose(dual), overlap%mixed)
           mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
-          mortar%entered(row) = mortar%entered(row) + overlap%entered
-          do a = 1, 4
+          mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
+          do a = 1, n
             mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + dot_product(face%given(a, :), &
               overlap%lumped)*overlap%normal
           end do
         end associate
         do k = 1, parts(i)%n
-          do a = 1, 4
+          do a = 1, n
             if (makes_rows) then
               call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
             else
@@ -467,9 +481,10 @@ contains
     logical, intent(in) :: has_own       !! rows get what they stand for of the slave's own
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
-    integer, dimension(4, size(mortar%area)) :: rows, between !! those nodes, and their numbers
+    integer, dimension(face_corners, size(mortar%area)) :: rows, between
+    !! those nodes, and their numbers
     integer :: n(size(mortar%area)), n_entries, own, node, h, i, k
-    logical :: takes(4)
+    logical :: takes(face_corners)
     real(wp) :: part
 
     n = 0
@@ -549,28 +564,16 @@ contains
     integer, intent(in) :: row(:), node(:)
     real(wp), intent(in) :: weight(:)   !! [length^2]
     type(weights_t), intent(out) :: weights
-    integer :: start(size(area) + 1), at(size(area)), sorted(size(row)), i, k, m, n_entries
+    type(lists_t) :: of_row !! contributions to each row
+    integer :: i, k, m, n_entries
 
-    start = 0
-    do i = 1, size(row)
-      if (area(row(i)) > 0.0_wp) start(row(i) + 1) = start(row(i) + 1) + 1
-    end do
-    start(1) = 1
-    do i = 1, size(area)
-      start(i + 1) = start(i) + start(i + 1)
-    end do
-    at = start(:size(area))
-    do i = 1, size(row)
-      if (.not. area(row(i)) > 0.0_wp) cycle
-      sorted(at(row(i))) = i
-      at(row(i)) = at(row(i)) + 1
-    end do
+    of_row = lists_by_key(merge(row, 0, area(row) > 0.0_wp), size(area))
     allocate (weights%first(size(area) + 1), weights%node(size(row)), weights%weight(size(row)))
     n_entries = 0
     do i = 1, size(area)
       weights%first(i) = n_entries + 1
-      do k = start(i), start(i + 1) - 1
-        associate (entry => sorted(k))
+      do k = of_row%first(i), of_row%first(i + 1) - 1
+        associate (entry => of_row%item(k))
           do m = weights%first(i), n_entries
             if (weights%node(m) == node(entry)) exit
           end do

@@ -133,7 +133,7 @@ contains
   !> is on the wrong side. (One that only overlaps has its faces turned towards the obstacle.)
   pure logical function holds_turned_away(obstacle, corner, normal) result(holds)
     type(obstacle_t), intent(in) :: obstacle
-    real(wp), intent(in) :: corner(3, 4) !! of the face [length]
+    real(wp), intent(in) :: corner(:, :) !! (3,3) or (3,4) of the face [length]
     real(wp), intent(in) :: normal(3)    !! unit vector out of its body [-]
     real(wp), parameter :: at_rest(3) = 0.0_wp
     real(wp), parameter :: away = 0.2_wp        !! cosine of normals that do not face each other
@@ -141,9 +141,9 @@ contains
     real(wp) :: gap, along(3)
     integer :: i
 
-    call locate_point(obstacle, at_rest, sum(corner, 2)/4.0_wp, gap, along)
+    call locate_point(obstacle, at_rest, sum(corner, 2)/real(size(corner, 2), wp), gap, along)
     holds = dot_product(along, normal) > away
-    do i = 1, 4
+    do i = 1, size(corner, 2)
       if (.not. holds) return
       call locate_point(obstacle, at_rest, corner(:, i), gap, along)
       holds = gap <= rounding*norm2(corner(:, 3) - corner(:, 1))

@@ -2,6 +2,7 @@
 !> ends, but they overlap in between. docs/theory.md section 10.
 module passed_faces_mod
   use kinds_mod, only: wp
+  use cells_mod, only: face_corners
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, is_before_faces
   use surfaces_mod, only: nodes_of
@@ -103,7 +104,7 @@ contains
     !> A slave face of a point.
     pure function face_of(point) result(nodes)
       integer, intent(in) :: point
-      integer :: nodes(4)
+      integer :: nodes(face_corners)
       integer, allocatable :: faces(:, :)
       integer :: f
 

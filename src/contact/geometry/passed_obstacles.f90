@@ -2,7 +2,8 @@
 !> far side and a reaction would pull. docs/theory.md (9.10).
 module passed_obstacles_mod
   use kinds_mod, only: wp
-  use small_matrix_mod, only: cross
+  use connectivity_mod, only: corners_in
+  use face_overlap_mod, only: doubled_area
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, has_meshed_master
   use surfaces_mod, only: nodes_of
@@ -79,7 +80,7 @@ contains
     integer, intent(in) :: pair
     real(wp), intent(in) :: u(:, :)             !! (3,n_nodes) [length]
     real(wp) :: outward(3, scene%mesh%n_nodes)  !! [-]
-    real(wp) :: x(3, 4), normal(3)
+    real(wp) :: normal(3)
     integer, allocatable :: faces(:, :)
     integer :: f, k
 
@@ -88,11 +89,12 @@ contains
       if (.not. allocated(surface%faces)) return
       faces = nodes_of(surface%faces, scene%mesh%connectivity)
       do f = 1, size(faces, 2)
-        x = scene%mesh%coordinates(:, faces(:, f)) + u(:, faces(:, f))
-        normal = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
-        do k = 1, 4
-          outward(:, faces(k, f)) = outward(:, faces(k, f)) + normal
-        end do
+        associate (nodes => faces(:corners_in(faces(:, f)), f))
+          normal = doubled_area(scene%mesh%coordinates(:, nodes) + u(:, nodes))
+          do k = 1, size(nodes)
+            outward(:, nodes(k)) = outward(:, nodes(k)) + normal
+          end do
+        end associate
       end do
       do k = 1, size(surface%nodes)
         associate (at => outward(:, surface%nodes(k)))

@@ -5,9 +5,13 @@
 !> docs/theory.md (10.6), (10.7).
 module smooth_faces_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t, columns_with
   use small_matrix_mod, only: cross
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: nodes_of_face
   use mesh_mod, only: mesh_t
-  use surfaces_mod, only: surface_t, face_nodes
+  use face_overlap_mod, only: outward_normal
+  use surfaces_mod, only: surface_t
   implicit none
   private
 
@@ -15,7 +19,9 @@ module smooth_faces_mod
 
   !> The faces of one surface, undeformed.
   type :: smooth_faces_t
-    integer,  allocatable :: nodes(:, :)    !! (4, n_faces) anticlockwise seen from outside
+    integer,  allocatable :: nodes(:, :)
+    !! (4, n_faces) anticlockwise seen from outside; a triangle is a quadrilateral whose third and
+    !! fourth node are one
     real(wp), allocatable :: normal(:, :)   !! (3, n_faces) outward unit normals
     real(wp), allocatable :: bulge(:, :, :) !! (3, 4, n_faces) of edges 1-2, 2-3, 3-4, 4-1 [length]
     real(wp), allocatable :: half(:, :)     !! (4, n_faces) half the lengths of the edges [length]
@@ -23,7 +29,6 @@ module smooth_faces_mod
 
   real(wp), parameter :: pi = acos(-1.0_wp)
   real(wp), parameter :: sharp = cos(30.0_wp*pi/180.0_wp) !! normals beyond it meet at an edge
-  integer, parameter :: next(4) = [2, 3, 4, 1], last(4) = [4, 1, 2, 3]
   real(wp), parameter :: xi_node(4) = [-1, 1, 1, -1]
   real(wp), parameter :: eta_node(4) = [-1, -1, 1, 1]
 
@@ -33,7 +38,8 @@ contains
   pure function no_faces() result(faces)
     type(smooth_faces_t) :: faces
 
-    allocate (faces%nodes(4, 0), faces%normal(3, 0), faces%bulge(3, 4, 0), faces%half(4, 0))
+    allocate (faces%nodes(face_corners, 0), faces%normal(3, 0), faces%half(face_corners, 0))
+    allocate (faces%bulge(3, face_corners, 0))
   end function no_faces
 
   !> The faces of a surface; none where it consists of nodes alone.
@@ -41,83 +47,85 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     type(smooth_faces_t) :: faces
-    integer, allocatable :: start(:), around(:) !! faces at each node, as compressed lists
-    real(wp) :: x(3, 4), n(3)
+    type(lists_t) :: at !! the faces at each node
+    real(wp) :: x(3, face_corners)
+    integer, allocatable :: corners(:, :)
     integer :: f, n_faces
 
     n_faces = 0
     if (allocated(surface%faces)) n_faces = size(surface%faces, 2)
-    allocate (faces%nodes(4, n_faces), faces%normal(3, n_faces), faces%half(4, n_faces))
-    allocate (faces%bulge(3, 4, n_faces), source=0.0_wp)
+    allocate (faces%nodes(face_corners, n_faces), faces%normal(3, n_faces))
+    allocate (faces%half(face_corners, n_faces), corners(face_corners, n_faces))
+    allocate (faces%bulge(3, face_corners, n_faces), source=0.0_wp)
     do f = 1, n_faces
-      faces%nodes(:, f) = mesh%connectivity(face_nodes(:, surface%faces(2, f)), surface%faces(1, f))
+      corners(:, f) = nodes_of_face(mesh%connectivity, surface%faces(1, f), surface%faces(2, f))
+      faces%nodes(:, f) = merge(corners(:, f), corners(3, f), corners(:, f) > 0)
       x = mesh%coordinates(:, faces%nodes(:, f))
-      n = cross(x(:, 3) - x(:, 1), x(:, 4) - x(:, 2))
-      faces%normal(:, f) = n/max(norm2(n), tiny(1.0_wp))
-      faces%half(:, f) = 0.5_wp*norm2(x(:, next) - x, dim=1)
+      faces%normal(:, f) = outward_normal(x)
+      faces%half(:, f) = 0.5_wp*norm2(cshift(x, 1, dim=2) - x, dim=1)
     end do
-    call list_faces(faces%nodes, mesh%n_nodes, start, around)
+    at = columns_with(corners, mesh%n_nodes)
     do f = 1, n_faces
-      call bend_edges(mesh, faces, f, start, around)
+      call bend_edges(mesh, faces, f, at)
     end do
   end function make_smooth_faces
-
-  !> Compressed lists of the faces at each node.
-  pure subroutine list_faces(nodes, n_nodes, start, around)
-    integer, intent(in) :: nodes(:, :)             !! (4, n_faces)
-    integer, intent(in) :: n_nodes                 !! of the mesh
-    integer, allocatable, intent(out) :: start(:)  !! (n_nodes+1) first entry of each node's list
-    integer, allocatable, intent(out) :: around(:) !! the lists, one after the other
-    integer :: fill(n_nodes), f, k
-
-    allocate (start(n_nodes + 1), source=0)
-    allocate (around(size(nodes)))
-    do f = 1, size(nodes, 2)
-      start(nodes(:, f) + 1) = start(nodes(:, f) + 1) + 1
-    end do
-    start(1) = 1
-    do k = 1, n_nodes
-      start(k + 1) = start(k) + start(k + 1)
-    end do
-    fill = start(:n_nodes)
-    do f = 1, size(nodes, 2)
-      do k = 1, 4
-        around(fill(nodes(k, f))) = f
-        fill(nodes(k, f)) = fill(nodes(k, f)) + 1
-      end do
-    end do
-  end subroutine list_faces
 
   !> How far the arcs over a face's edges rise in their middle. docs/theory.md (10.7).
   !>
   !> Where the surface ends at a node, across the edge, its normal there says nothing about the
   !> edge: the arc is then as bent at that end as at the other.
-  pure subroutine bend_edges(mesh, faces, f, start, around)
+  pure subroutine bend_edges(mesh, faces, f, at)
     type(mesh_t), intent(in) :: mesh
     type(smooth_faces_t), intent(inout) :: faces !! gets bulge(:, :, f)
     integer, intent(in) :: f
-    integer, intent(in) :: start(:), around(:)   !! of list_faces
-    real(wp) :: normal(3, 4), along(3)
-    logical :: goes_on(4) !! over the edge k, k+1 to another face
-    integer :: k, a, b
+    type(lists_t), intent(in) :: at              !! the faces at each node
+    real(wp) :: normal(3, face_corners), along(3)
+    logical :: goes_on(face_corners) !! over the edge from corner k to another face
+    integer :: k, a, b, m
     logical :: known_a, known_b
 
-    do k = 1, 4
-      normal(:, k) = normal_at(k)
-      goes_on(k) = has_neighbour(faces%nodes(k, f), faces%nodes(next(k), f))
+    m = corners_of(f)
+    do a = 1, m
+      normal(:, a) = normal_at(a)
+      goes_on(a) = has_neighbour(faces%nodes(a, f), faces%nodes(next(a, m), f))
     end do
-    do k = 1, 4
-      a = k
-      b = next(k)
+    do a = 1, m
+      b = next(a, m)
+      k = merge(face_corners, a, a == m) ! of a triangle the third edge has no length
       along = mesh%coordinates(:, faces%nodes(b, f)) - mesh%coordinates(:, faces%nodes(a, f))
-      known_a = goes_on(last(a))
+      known_a = goes_on(last(a, m))
       known_b = goes_on(b)
+      if (m < face_corners) then
+        ! Beyond the edges at a triangle's corner may be nothing but what is beside it.
+        known_a = lies_behind(faces%nodes(a, f), along)
+        known_b = lies_behind(faces%nodes(b, f), -along)
+      end if
       if (known_a) faces%bulge(:, k, f) = rise(0.5_wp*along, normal(:, a))
       if (known_b) faces%bulge(:, k, f) = faces%bulge(:, k, f) + rise(-0.5_wp*along, normal(:, b))
       if (known_a .and. known_b) faces%bulge(:, k, f) = 0.5_wp*faces%bulge(:, k, f)
     end do
 
   contains
+
+    pure integer function corners_of(face)
+      integer, intent(in) :: face
+
+      corners_of = merge(face_corners - 1, face_corners, &
+        faces%nodes(face_corners - 1, face) == faces%nodes(face_corners, face))
+    end function corners_of
+
+    !> The corner behind one of m, and that before it.
+    pure integer function next(corner, m)
+      integer, intent(in) :: corner, m
+
+      next = 1 + mod(corner, m)
+    end function next
+
+    pure integer function last(corner, m)
+      integer, intent(in) :: corner, m
+
+      last = 1 + mod(corner + m - 2, m)
+    end function last
 
     !> Height of an arc over the middle of its chord, `to_middle` from its end, where its normal is
     !> n: |to_middle| tan(theta/2), sin(theta) = to_middle . n/|to_middle|, along the face's normal.
@@ -142,12 +150,14 @@ contains
 
       node = faces%nodes(corner, f)
       n = 0.0_wp
-      do i = start(node), start(node + 1) - 1
-        g = around(i)
+      do i = at%first(node), at%first(node + 1) - 1
+        g = at%item(i)
         if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
         j = findloc(faces%nodes(:, g), node, dim=1)
-        one = mesh%coordinates(:, faces%nodes(next(j), g)) - mesh%coordinates(:, node)
-        other = mesh%coordinates(:, faces%nodes(last(j), g)) - mesh%coordinates(:, node)
+        one = mesh%coordinates(:, faces%nodes(next(j, corners_of(g)), g)) - &
+          mesh%coordinates(:, node)
+        other = mesh%coordinates(:, faces%nodes(last(j, corners_of(g)), g)) - &
+          mesh%coordinates(:, node)
         n = n + cross(one, other)/max(sum(one**2)*sum(other**2), tiny(1.0_wp))
       end do
       n = n/max(norm2(n), tiny(1.0_wp))
@@ -159,13 +169,31 @@ contains
       integer :: i, g
 
       has_neighbour = .false.
-      do i = start(one), start(one + 1) - 1
-        g = around(i)
+      do i = at%first(one), at%first(one + 1) - 1
+        g = at%item(i)
         if (g == f) cycle
         if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
         if (any(faces%nodes(:, g) == other)) has_neighbour = .true.
       end do
     end function has_neighbour
+
+    !> Whether a face of the smooth surface at a node lies behind it, seen along a direction.
+    pure logical function lies_behind(node, direction)
+      integer, intent(in) :: node
+      real(wp), intent(in) :: direction(3)
+      integer :: i
+
+      lies_behind = .false.
+      do i = at%first(node), at%first(node + 1) - 1
+        associate (g => at%item(i))
+          if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
+          associate (corners => faces%nodes(:corners_of(g), g))
+            if (dot_product(sum(mesh%coordinates(:, corners), 2)/size(corners) - &
+              mesh%coordinates(:, node), direction) < 0.0_wp) lies_behind = .true.
+          end associate
+        end associate
+      end do
+    end function lies_behind
 
   end subroutine bend_edges
 

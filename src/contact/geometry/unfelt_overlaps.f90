@@ -3,6 +3,7 @@
 !> section 11.
 module unfelt_overlaps_mod
   use kinds_mod, only: wp
+  use connectivity_mod, only: corners_in
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, nodes_of
   use scene_mod, only: scene_t
@@ -124,6 +125,7 @@ contains
     integer, allocatable :: faces(:, :)
     real(wp), allocatable :: depth(:)           !! (n_nodes) in the faces about it [length]
     logical, allocatable :: on_it(:)            !! (n_nodes) touching
+    real(wp) :: least                           !! depth [length]
     integer :: i, f, first, last
 
     allocate (dents(0))
@@ -144,13 +146,13 @@ contains
     faces = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
     near = on_it
     do f = 1, size(faces, 2)
-      if (any(on_it(faces(:, f)))) near(faces(:, f)) = .true.
-      ! A face is no deeper in than any of its nodes knows.
-      associate (least => minval(depth(faces(:, f))))
-        if (least > allowed .and. least < 0.5_wp*no_gap) then
-          dents = [dents, face_entry_t(least, pair, faces(:, f))]
-        end if
+      associate (nodes => faces(:corners_in(faces(:, f)), f))
+        if (any(on_it(nodes))) near(nodes) = .true.
+        least = minval(depth(nodes))
       end associate
+      ! A face is no deeper in than any of its nodes knows.
+      if (least > allowed .and. least < 0.5_wp*no_gap) dents = [dents, face_entry_t(least, pair, &
+        faces(:, f))]
     end do
   end subroutine list_dents
 

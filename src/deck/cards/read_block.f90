@@ -10,7 +10,9 @@
 module read_block_mod
   use block_mesh_mod, only: block_connectivity, block_coordinates, face_xmin, face_zmax, &
     graded_from_middle, graded_positions
+  use cells_mod, only: hexahedron_8
   use cards_mod, only: reader_t, report
+  use connectivity_mod, only: add_elements
   use diagnostics_mod, only: quoted
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, name_field, &
     next_data_line, real_field
@@ -47,11 +49,13 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     type(block_t) :: block
     type(box_t) :: box
-    integer :: axis, kind
+    integer :: axis, kind, cell
     logical :: ok, data_ok
 
     call allow_options(reader, card, ['NAME ', 'NX   ', 'NY   ', 'NZ   ', 'TYPE ', 'ELSET'])
-    call check_element_type(reader, card, .false., kind)
+    call check_element_type(reader, card, .false., kind, cell)
+    if (cell /= hexahedron_8) call report(reader, option_position(card, 'TYPE'), &
+      'a *BLOCK consists of hexahedra: TYPE=C3D8, C3D8I or C3D8B')
     call name_option(reader, card, 'NAME', .true., block%name, ok)
     block%position = card%position
     if (ok .and. len(block%name) > max_name - 5) then
@@ -236,7 +240,8 @@ contains
       draft%node_position(k + i) = card%position
     end do
     k = draft%n_elements
-    draft%connectivity(:, k + 1:k + n_bricks) = block_connectivity(block%n) + draft%highest_node
+    call add_elements(draft%connectivity, k, hexahedron_8, block_connectivity(block%n) + &
+      draft%highest_node)
     do i = 1, n_bricks
       draft%element_id(k + i) = draft%highest_element + i
       draft%element_position(k + i) = card%position

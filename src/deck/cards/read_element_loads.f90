@@ -17,7 +17,7 @@ module read_element_loads_mod
   use options_mod, only: allow_options, card_t
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: add_pressure, read_op
-  use surface_list_mod, only: add_surface_of_sides, surface_list_t
+  use surface_list_mod, only: add_surface_of_sides, check_side, surface_list_t
   use scene_mod, only: region_t
   use sets_mod, only: find_set, model_t, referenced_elements
   use text_mod, only: to_text
@@ -106,6 +106,11 @@ contains
         call real_field(reader, fields, 3, 'the pressure', value, ok(2))
       end if
       if (.not. all(ok)) cycle
+      if (label /= grav .and. known_index(draft, label, slot) == 0) then
+        call check_side(reader, model%mesh, elements, label, field_position(reader, fields, 2), &
+          ok(1))
+        if (.not. ok(1)) cycle
+      end if
       call find_index(model, elements, label, slot, surfaces, draft, index)
       if (label == grav) then
         call add_gravity(draft, gravity_t(region=index, acceleration=value*direction, &

@@ -5,7 +5,9 @@
 !>     *ELEMENT, TYPE=C3D8, ELSET=BODY
 !>     1,  1, 2, 4, 3,  5, 6, 8, 7
 module read_mesh_mod
+  use cells_mod, only: cells, hexahedron_8, tetrahedron_4, wedge_6
   use cards_mod, only: keep_reading, note, reader_t, report
+  use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
   use fields_mod, only: any_number, fields_t, integer_field, limit_fields, looks_like_id, &
     next_data_line, real_field
@@ -25,7 +27,6 @@ module read_mesh_mod
   ! What a type of element is to us, beside the kinds of bricks.
   integer, parameter :: unknown_type = 0, skipped_type = -1
 
-  integer, parameter :: brick_entries = 9 !! id and nodes
   integer, parameter :: max_wrong = 5     !! elements with undefined nodes told one by one
 
 contains
@@ -73,15 +74,15 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(mesh_draft_t), intent(inout) :: draft
-    integer :: first, first_skipped, kind, before
+    integer :: first, first_skipped, kind, cell, before
 
     call allow_options(reader, card, ['TYPE ', 'ELSET'])
     first = draft%n_elements + 1
     first_skipped = draft%n_skipped + 1
     before = reader%diagnostics%n_mistakes
-    call check_element_type(reader, card, .true., kind)
+    call check_element_type(reader, card, .true., kind, cell)
     if (kind > 0) then
-      call read_bricks(reader, card, kind, draft)
+      call read_solids(reader, card, kind, cell, draft)
       if (draft%n_elements < first .and. reader%diagnostics%n_mistakes == before) then
         draft%taken_out = .true.
         draft%empty_card = .true.
@@ -95,17 +96,19 @@ contains
   end subroutine read_elements
 
   !> Say what the TYPE= of a card is to us, reporting what is not available.
-  subroutine check_element_type(reader, card, required, kind)
+  subroutine check_element_type(reader, card, required, kind, cell)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     logical, intent(in) :: required !! its absence is a mistake
-    integer, intent(out) :: kind    !! of brick (> 0), skipped_type or unknown_type
+    integer, intent(out) :: kind    !! of element (> 0), skipped_type or unknown_type
+    integer, intent(out) :: cell    !! row of the table of cells
     character(:), allocatable :: name
-    type(string_t) :: words(3)
+    type(string_t) :: words(5)
     integer :: facet, corners
     logical :: ok
 
     kind = unknown_type
+    cell = hexahedron_8
     call name_option(reader, card, 'TYPE', required, name, ok)
     if (.not. ok) then
       if (.not. has_option(card, 'TYPE') .and. .not. required) kind = kind_c3d8
@@ -118,6 +121,12 @@ contains
       kind = kind_c3d8i
     case ('C3D8B')
       kind = kind_c3d8b
+    case ('C3D6')
+      kind = kind_c3d8
+      cell = wedge_6
+    case ('C3D4')
+      kind = kind_c3d8
+      cell = tetrahedron_4
     case ('C3D8R', 'C3D8H', 'C3D8RH')
       kind = kind_c3d8
       call note(reader, name//' elements are taken as C3D8: 8-node bricks with full integration')
@@ -128,14 +137,17 @@ contains
         ! Those that a rigid body takes are no longer skipped.
         if (facet == no_facet .or. (facet == shell_facet .and. .not. &
             any(reader%cards(:reader%n_cards)%keyword == 'RIGID BODY'))) call note(reader, name// &
-          ' elements are skipped: only bricks are supported')
+          ' elements are skipped: only solids are supported')
       else
         words(1)%text = 'C3D8'
         words(2)%text = 'C3D8I'
         words(3)%text = 'C3D8B'
+        words(4)%text = 'C3D6'
+        words(5)%text = 'C3D4'
         reader%lacks_elements = .true.
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; C3D8, C3D8I and C3D8B are', how_to_get_bricks(name, words))
+          ' is not available; C3D8, C3D8I, C3D8B, C3D6 and C3D4 are', &
+          how_to_get_bricks(name, words))
       end if
     end select
   end subroutine check_element_type
@@ -149,7 +161,7 @@ contains
       'shape into bricks; extruded ones (Layers, Recombine) and transfinite ones are better'
 
     select case (name)
-    case ('C3D4', 'C3D4H', 'C3D6', 'C3D6H')
+    case ('C3D4H', 'C3D6H')
       hint = 'bricks from Gmsh: '//any_shape
     case ('C3D10', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I', 'C3D15', &
       'C3D15H', 'C3D15V')
@@ -200,27 +212,30 @@ contains
     end do
   end function is_skipped
 
-  !> Read the bricks of a card. An id and eight nodes may go over several lines.
-  subroutine read_bricks(reader, card, kind, draft)
+  !> Read the elements of a card. An id and nodes may go over several lines.
+  subroutine read_solids(reader, card, kind, cell, draft)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    integer, intent(in) :: kind !! of brick
+    integer, intent(in) :: kind !! of element
+    integer, intent(in) :: cell !! row of the table of cells
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
-    integer :: entries(brick_entries), have, i, position
+    integer :: entries(1 + cells(cell)%n_nodes), have, i, position
     logical :: found, ok, all_ok, comma, room
+    character(:), allocatable :: what
 
+    what = 'an id and '//in_letters(cells(cell)%n_nodes)//' nodes'
     have = 0
     position = 0
     comma = .false.
     all_ok = .true.
     do
-      call next_data_line(reader, card, fields, found, any_number, 'an id and eight nodes')
+      call next_data_line(reader, card, fields, found, any_number, what)
       if (.not. found) exit
       if (have > 0) then
-        ! A line that cannot be the rest of this brick begins the next one.
-        if (fields%n > brick_entries - have .or. &
-            (.not. comma .and. fields%n /= brick_entries - have)) then
+        ! A line that cannot be the rest of this element begins the next one.
+        if (fields%n > size(entries) - have .or. &
+            (.not. comma .and. fields%n /= size(entries) - have)) then
           call too_few()
           have = 0
         end if
@@ -228,9 +243,9 @@ contains
       if (have == 0) then
         position = fields%start
         all_ok = .true.
-        call limit_fields(reader, fields, brick_entries, 'an id and eight nodes')
+        call limit_fields(reader, fields, size(entries), what)
       end if
-      do i = 1, min(fields%n, brick_entries - have)
+      do i = 1, min(fields%n, size(entries) - have)
         if (have + i == 1) then
           call integer_field(reader, fields, i, 'the id of an element', 1, entries(1), ok)
         else
@@ -238,9 +253,9 @@ contains
         end if
         all_ok = all_ok .and. ok
       end do
-      have = have + min(fields%n, brick_entries - have)
+      have = have + min(fields%n, size(entries) - have)
       comma = fields%pieces%ends_with_comma
-      if (have < brick_entries) cycle
+      if (have < size(entries)) cycle
       have = 0
       if (.not. all_ok) cycle
       call reserve_elements(draft, 1, room)
@@ -250,10 +265,11 @@ contains
         return
       end if
       i = draft%n_elements + 1
+      call add_elements(draft%connectivity, draft%n_elements, cell, &
+        reshape(entries(2:), [size(entries) - 1, 1]))
       draft%n_elements = i
       draft%element_id(i) = entries(1)
       draft%element_kind(i) = kind
-      draft%connectivity(:, i) = entries(2:)
       draft%element_position(i) = position
       draft%highest_element = max(draft%highest_element, entries(1))
     end do
@@ -262,11 +278,19 @@ contains
   contains
 
     subroutine too_few()
-      if (all_ok) call report(reader, position, 'a brick has an id and 8 nodes, found only '// &
-        to_text(have)//' numbers')
+      if (all_ok) call report(reader, position, 'an element of this type has an id and '// &
+        to_text(cells(cell)%n_nodes)//' nodes, found only '//to_text(have)//' numbers')
     end subroutine too_few
 
-  end subroutine read_bricks
+  end subroutine read_solids
+
+  pure function in_letters(n) result(word)
+    integer, intent(in) :: n
+    character(:), allocatable :: word
+    character(5), parameter :: words(4:8) = ['four ', 'five ', 'six  ', 'seven', 'eight']
+
+    word = trim(words(n))
+  end function in_letters
 
   !> Keep the ids of elements that are not computed, so that sets may name them.
   subroutine skip_elements(reader, card, draft)
@@ -357,19 +381,22 @@ contains
     n_wrong = 0
     do e = 1, draft%n_elements
       ok = .true.
-      do k = 1, 8
-        node = find_id(draft%nodes, draft%node_id, draft%connectivity(k, e))
-        if (node == 0 .and. ok .and. n_wrong < max_wrong) then
-          call report(reader, draft%element_position(e), 'element '// &
-            to_text(draft%element_id(e))//' names node '//to_text(draft%connectivity(k, e))// &
-            ', which is not defined')
-        end if
-        ok = ok .and. node > 0
-        draft%connectivity(k, e) = node
-      end do
-      if (.not. ok) n_wrong = n_wrong + 1
-      if (ok) call report_repeated_node(reader, draft, e, ok)
-      if (.not. ok) draft%connectivity(:, e) = min(1, draft%n_nodes)
+      associate (nodes => draft%connectivity%node(draft%connectivity%first(e): &
+                 draft%connectivity%first(e + 1) - 1))
+        do k = 1, size(nodes)
+          node = find_id(draft%nodes, draft%node_id, nodes(k))
+          if (node == 0 .and. ok .and. n_wrong < max_wrong) then
+            call report(reader, draft%element_position(e), 'element '// &
+              to_text(draft%element_id(e))//' names node '//to_text(nodes(k))// &
+              ', which is not defined')
+          end if
+          ok = ok .and. node > 0
+          nodes(k) = node
+        end do
+        if (.not. ok) n_wrong = n_wrong + 1
+        if (ok) call report_repeated_node(reader, draft, e, nodes, ok)
+        if (.not. ok) nodes = min(1, draft%n_nodes)
+      end associate
     end do
     if (n_wrong > max_wrong) call report(reader, draft%element_position(draft%n_elements), &
       to_text(n_wrong - max_wrong)//' more elements name nodes that are not defined')
@@ -390,18 +417,18 @@ contains
     end do
   end subroutine drop_elements
 
-  subroutine report_repeated_node(reader, draft, e, ok)
+  subroutine report_repeated_node(reader, draft, e, nodes, ok)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: e
-    logical, intent(out) :: ok !! all eight nodes are different
+    integer, intent(in) :: e, nodes(:)
+    logical, intent(out) :: ok !! all nodes are different
     integer :: k
 
     ok = .true.
-    do k = 2, 8
-      if (all(draft%connectivity(:k - 1, e) /= draft%connectivity(k, e))) cycle
+    do k = 2, size(nodes)
+      if (all(nodes(:k - 1) /= nodes(k))) cycle
       call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
-        ' names node '//to_text(draft%node_id(draft%connectivity(k, e)))//' twice')
+        ' names node '//to_text(draft%node_id(nodes(k)))//' twice')
       ok = .false.
       return
     end do

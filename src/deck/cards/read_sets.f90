@@ -13,6 +13,7 @@
 module read_sets_mod
   use block_mesh_mod, only: block_side_nodes
   use cards_mod, only: keep_reading, note, reader_t, report
+  use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: quoted
   use fields_mod, only: any_number, field_position, fields_t, integer_field, limit_fields, &
     next_data_line, reference_field, reference_t
@@ -385,7 +386,7 @@ contains
     if (work > max_work) return
     do i = 1, elements%list(other)%n
       call append(set%members, set%n, &
-        draft%connectivity(:, elements%list(other)%members(i)))
+        nodes_of_element(draft%connectivity, elements%list(other)%members(i)))
     end do
     do i = 1, elements%list(other)%n_skipped
       call add_nodes_of_skipped(draft, elements%list(other)%skipped(i), set)

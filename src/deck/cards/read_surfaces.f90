@@ -22,8 +22,8 @@ module read_surfaces_mod
   use read_block_mod, only: side_name
   use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
   use sorting_mod, only: sort_unique
-  use surface_list_mod, only: add_surface, drop_unused, find_nodes, find_surface, sides_t, &
-    surface_list_t
+  use surface_list_mod, only: add_surface, check_side, drop_unused, find_nodes, &
+    find_surface, sides_t, surface_list_t
   use surfaces_mod, only: surface_t
   use text_mod, only: to_text, upper
   implicit none
@@ -160,6 +160,8 @@ contains
         if (work > max_work) return
         cycle
       end if
+      call check_side(reader, model%mesh, elements, face, field_position(reader, fields, 2), ok)
+      if (.not. ok) cycle
       elements = with_outer(model%mesh, elements, face)
       work = work + size(elements)
       if (work > max_work) return

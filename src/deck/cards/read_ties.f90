@@ -85,7 +85,7 @@ contains
       character(*), intent(in) :: what
       integer, intent(out) :: index
       character(:), allocatable :: word
-      logical :: on_face(model%mesh%n_nodes)
+      logical :: on_face(0:model%mesh%n_nodes)
 
       index = 0
       call name_field(reader, fields, i, what, word, ok)
@@ -100,8 +100,7 @@ contains
       end if
       on_face = .false.
       associate (surface => surfaces%list(index))
-        on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
-          [4*size(surface%faces, 2)])) = .true.
+        on_face([nodes_of(surface%faces, model%mesh%connectivity)]) = .true.
         if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
       end associate
       call report(reader, field_position(reader, fields, i), what//' '//quoted(word)// &

@@ -1,0 +1,195 @@
+"""Tetrahedra and wedges, alone and beside hexahedra: what any mesh has exactly, what is refused.
+
+Boxes of bricks, each cut into two wedges or six tetrahedra, with inner nodes out of place.
+"""
+
+import itertools
+import unittest
+
+import numpy as np
+from program import Run
+
+YOUNG, POISSON, PRESSURE = 210000.0, 0.3, 100.0
+WEDGES = ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7))
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+
+
+def tetrahedra():
+    """Return six tetrahedra of a brick around its diagonal, right side out; faces match."""
+    number = {corner: i for i, corner in enumerate(CORNERS)}
+    cells = []
+    for axes in itertools.permutations(range(3)):
+        path = [np.zeros(3, int)]
+        for axis in axes:
+            path.append(path[-1] + np.eye(3, dtype=int)[axis])
+        cell = [number[tuple(place)] for place in path]
+        if np.linalg.det(np.array([CORNERS[a] for a in cell[1:]])) < 0:
+            cell[1:3] = cell[2], cell[1]
+        cells.append(tuple(cell))
+    return tuple(cells)
+
+
+CUTS = {"C3D8": (tuple(range(8)),), "C3D6": WEDGES, "C3D4": tetrahedra()}
+
+
+class Box:
+    """A box of bricks that are cut, and its cards; ids behind those of `after`."""
+
+    def __init__(self, name, n, kinds, low=(0, 0, 0), size=(1, 1, 1), after=None, shift=0.15):
+        """Give the bricks the types `kinds` in turn, along x: they meet in quadrilaterals."""
+        self.name, self.low, self.size = name, np.array(low, float), np.array(size, float)
+        grid = np.array(list(itertools.product(*(range(m + 1) for m in n))))
+        inner = np.all((grid > 0) & (grid < n), axis=1)
+        places = grid + shift * inner[:, None] * np.sin(7 * grid + [1, 2, 3])
+        self.x = self.low + places / n * self.size
+        self.first = 1 if after is None else after.first + len(after.x)
+        element = 1 if after is None else after.next_element
+        stride = ((n[1] + 1) * (n[2] + 1), n[2] + 1, 1)
+        self.elements = {kind: [] for kind in kinds}
+        for at in itertools.product(*(range(m) for m in n)):
+            nodes = [self.first + int(np.dot(np.add(at, c), stride)) for c in CORNERS]
+            kind = kinds[at[0] % len(kinds)]
+            for cell in CUTS[kind]:
+                self.elements[kind].append((element, *(nodes[a] for a in cell)))
+                element += 1
+        self.next_element = element
+
+    def side(self, axis, end):
+        """Return the ids of the nodes on a side."""
+        place = self.low[axis] + end * self.size[axis]
+        return [self.first + i for i in np.flatnonzero(abs(self.x[:, axis] - place) < 1e-9)]
+
+    def cards(self):
+        """Return nodes, elements, sets of the sides and the section."""
+        lines = ["*NODE"]
+        for i, (x, y, z) in enumerate(self.x.tolist()):
+            lines.append(f"{self.first + i}, {x!r}, {y!r}, {z!r}")
+        for kind, elements in self.elements.items():
+            lines.append(f"*ELEMENT, TYPE={kind}, ELSET={self.name}")
+            lines += [", ".join(map(str, element)) for element in elements]
+        for axis, end in itertools.product(range(3), range(2)):
+            side = f"{self.name}-{'XYZ'[axis]}{end}"
+            lines += [f"*NSET, NSET={side}", *map(str, self.side(axis, end))]
+            lines += [f"*SURFACE, NAME={side}, TYPE=NODE", side]
+        lines.append(f"*SOLID SECTION, ELSET={self.name}, MATERIAL=STEEL")
+        return "\n".join(lines) + "\n"
+
+
+MATERIAL = f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{YOUNG}, {POISSON}\n*DENSITY\n1000.\n"
+DRY = "*SURFACE INTERACTION, NAME=DRY\n"
+FLOOR = (
+    "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0.,  0., 0., 1.\n"
+    "*CONTACT PAIR, INTERACTION=DRY\nB-Z0, FLOOR\n"
+)
+STEP = "*STEP\n*STATIC\n"
+
+
+def on_corner(name):
+    """Hold a body along x and y on two sides, so that it may grow."""
+    return f"*BOUNDARY\n{name}-X0, 1\n{name}-Y0, 2\n"
+
+
+class FreeMeshes(unittest.TestCase):
+    def solve(self, deck, *options):
+        """Return the result of a deck that must be solved and certified."""
+        run = Run(deck, *options, name="deck")
+        self.assertEqual(run.status, 0, run.errors + run.output)
+        result = run.result()
+        self.addCleanup(result.close)
+        self.assertTrue(result.history("certified").all())
+        return result
+
+    def check_uniform(self, result):
+        """A uniform stress along z is exact on any mesh: strains, and stresses at all nodes."""
+        x = result.points
+        strain = np.array([POISSON, POISSON, -1.0]) * PRESSURE / YOUNG
+        u = result.field("displacement")
+        np.testing.assert_allclose(u - u[0], (x - x[0]) * strain, rtol=0, atol=1e-10)
+
+    def test_uniform_stress_on_a_floor(self):
+        for kinds in (("C3D4",), ("C3D6",), ("C3D8", "C3D6")):
+            with self.subTest(kinds=kinds):
+                box = Box("B", (3, 3, 3), kinds)
+                deck = (
+                    box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR + STEP
+                    + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*END STEP\n"
+                )
+                result = self.solve(deck)
+                self.check_uniform(result)
+                np.testing.assert_allclose(result.pairs[0].pressure[-1], PRESSURE, rtol=1e-9)
+                wanted = {"C3D8": 12, "C3D6": 13, "C3D4": 10}
+                types = result.file["VTKHDF/Types"][:]
+                counts = {wanted[kind]: len(cells) for kind, cells in box.elements.items()}
+                self.assertEqual({int(t): int((types == t).sum()) for t in set(types)}, counts)
+
+    def test_uniform_stress_between_bodies(self):
+        """Slave and master faces are triangles that do not match."""
+        for kinds in itertools.product(("C3D4", "C3D6", "C3D8"), repeat=2):
+            if kinds == ("C3D8", "C3D8"):
+                continue
+            with self.subTest(kinds=kinds):
+                low = Box("LOW", (3, 3, 2), kinds[1:])
+                up = Box("UP", (2, 2, 2), kinds[:1], low=(0, 0, 1), after=low)
+                deck = (
+                    low.cards() + up.cards() + MATERIAL + DRY + on_corner("LOW") + on_corner("UP")
+                    + "LOW-Z0, 3\n*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE\n"
+                    "UP-Z0, LOW-Z1\n" + STEP + f"*DSLOAD\nUP-Z1, P, {PRESSURE}\n*END STEP\n"
+                )
+                result = self.solve(deck)
+                self.check_uniform(result)
+                # Over areas that have grown.
+                wanted = PRESSURE / (1 + POISSON * PRESSURE / YOUNG) ** 2
+                np.testing.assert_allclose(result.pairs[0].pressure[-1], wanted, rtol=1e-7)
+
+    def test_a_rise_of_temperature_strains_a_free_body(self):
+        for kinds in (("C3D4",), ("C3D6", "C3D8")):
+            with self.subTest(kinds=kinds):
+                box = Box("B", (2, 2, 2), kinds)
+                deck = (
+                    box.cards() + MATERIAL + "*EXPANSION\n1e-5\n" + on_corner("B") + "B-Z0, 3\n"
+                    + f"*NSET, NSET=ALL, GENERATE\n1, {len(box.x)}\n"
+                    + STEP + "*TEMPERATURE\nALL, 50.\n*END STEP\n"
+                )
+                result = self.solve(deck)
+                x = result.points
+                np.testing.assert_allclose(
+                    result.field("displacement"), 5e-4 * x, rtol=0, atol=1e-12
+                )
+
+    def test_the_floor_carries_the_weight(self):
+        for kind in ("C3D4", "C3D6"):
+            with self.subTest(kind=kind):
+                box = Box("B", (2, 3, 2), (kind,), size=(1, 2, 3))
+                deck = (
+                    box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR + STEP
+                    + "*DLOAD\n, GRAV, 9.81, 0., 0., -1.\n*END STEP\n"
+                )
+                result = self.solve(deck)
+                np.testing.assert_allclose(
+                    result.pairs[0].resultant[-1], [0, 0, 6000.0 * 9.81], rtol=1e-9, atol=1e-6
+                )
+
+    def test_what_is_refused(self):
+        box = Box("B", (1, 1, 1), ("C3D4",))
+        deck = (
+            box.cards() + MATERIAL + "*BOUNDARY\nB-Z0, 1, 3\n" + STEP
+            + "*DLOAD\n{}, {}, 1.\n*END STEP\n"
+        )
+        for wanted, text, options in (
+            ("4-node tetrahedron: only meshes of 8-node hexahedra are refined",
+             deck.format(1, "P1"), ("--refine", "1")),
+            ("keep it by *ACCURACY, MESH=KEEP", deck.format(1, "P1"), ("--accuracy", "0.1")),
+            ("element 1 is a 4-node tetrahedron: it has no face 5", deck.format(1, "P5"), ()),
+            ("a *BLOCK consists of hexahedra",
+             "*BLOCK, NAME=A, NX=1, NY=1, NZ=1, TYPE=C3D4\n0., 0., 0., 1., 1., 1.\n" + deck, ()),
+            ("an element of this type has an id and 4 nodes",
+             deck.replace("1, 1, 5, 7, 8", "1, 1, 5, 7"), ()),
+        ):
+            with self.subTest(wanted=wanted):
+                run = Run(text, *options, name="deck")
+                self.assertEqual(run.status, 1, run.output)
+                self.assertIn(wanted, run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
