@@ -7,6 +7,7 @@ module certify_increment_mod
   use increment_report_mod, only: certificate_t, contact_fields_t
   use increment_forces_mod, only: imposed_t, increment_forces_t
   use stress_forces_mod, only: find_stress_forces
+  use deformed_forces_mod, only: find_deformed_forces
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
   use facing_surfaces_mod, only: face_surfaces
   use turned_slips_mod, only: slips_of_turns
@@ -20,7 +21,7 @@ contains
 
   !> Judge an increment.
   !>
-  !> Internal forces, and gaps and frames before planes, spheres and cylinders, are computed anew;
+  !> Internal forces (at finite strain about the deformed places), and gaps and frames before planes, spheres and cylinders, are computed anew;
   !> weights, normals and gaps before surfaces and facets are held against integrals. Taken as they
   !> are: loads, friction coefficients, extra gaps, the sides of masters, and overlaps that
   !> constraints keep.
@@ -36,6 +37,8 @@ contains
 
     forces%imposed_t = imposed
     call find_stress_forces(scene%mesh, scene%materials, new%displacement, old%displacement, forces)
+    if (scene%finite_strain) call find_deformed_forces(scene%mesh, scene%materials, &
+      new%displacement, forces)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
     call face_obstacles(scene, points, old, new, contact)

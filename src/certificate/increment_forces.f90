@@ -27,6 +27,7 @@ module increment_forces_mod
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
+    logical :: is_finite = .false.            !! strain
     type(element_sums_t) :: of_elements       !! of the internal forces, body by body
   end type increment_forces_t
 

@@ -54,6 +54,8 @@ module read_deck_mod
   use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
   use surface_list_mod, only: surface_list_t
+  use controls_mod, only: compliance_dense
+  use finite_strain_limits_mod, only: beyond_finite_strain
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
@@ -237,7 +239,8 @@ contains
     call read_prints(reader, model, scene%output%prints)
     call read_amplitudes(reader, amplitudes)
     call read_first_temperatures(reader, model, scene%first_temperature)
-    call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions)
+    call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions, &
+      scene%finite_strain)
     if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &
       scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) then
@@ -265,6 +268,7 @@ contains
     call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
     call refuse_loose(reader, equations, scene%mesh)
     call check_turns(reader, scene)
+    if (scene%finite_strain) call prepare_finite_strain(reader, scene)
   end subroutine read_cards
 
   !> The blocks of a deck that would say the same of blocks of more or fewer bricks: all bricks are
@@ -338,6 +342,27 @@ contains
       end do
     end do
   end subroutine check_turns
+
+  !> Refuse what NLGEOM does not cover; its factor is exact, and its compliance is formed.
+  subroutine prepare_finite_strain(reader, scene)
+    type(reader_t), intent(inout) :: reader
+    type(scene_t), intent(inout) :: scene
+    character(:), allocatable :: beyond
+    type(card_t) :: card
+
+    beyond = beyond_finite_strain(scene)
+    if (beyond /= '') then
+      call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'STEP', .true., &
+        dim=1), card)
+      call report(reader, card%position, 'NLGEOM does not cover '//beyond, &
+        '--nlgeom no runs the deck by small strain')
+      return
+    end if
+    scene%precision%body_is_given = .true.
+    scene%precision%factor_is_given = .true.
+    scene%precision%low_rank_is_given = .true.
+    scene%contact%compliance = compliance_dense
+  end subroutine prepare_finite_strain
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.
   subroutine read_mesh_cards(reader, model)

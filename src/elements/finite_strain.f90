@@ -5,16 +5,17 @@
 !> objective. At small strain they are those of elements_mod. docs/theory.md (8.14) to (8.17).
 module finite_strain_mod
   use kinds_mod, only: wp
+  use strain_measures_mod, only: growth_of
   use material_law_mod, only: law_t, finite_stress
   use mesh_mod, only: kind_c3d8i, kind_c3d8b
-  use small_matrix_mod, only: determinant, inverse
+  use small_matrix_mod, only: inverse
   use brick8_mod, only: shape_gradients, centre_shape_gradients, centre_gradient, &
     displacement_gradients
   use c3d8i_mod, only: mode_gradients
   implicit none
   private
 
-  public :: finite_force
+  public :: finite_force, force_of_stress
 
 contains
 
@@ -112,15 +113,6 @@ contains
       end do
     end associate
   end function mean_dilatation_stress
-
-  !> J - 1 = det(I + H) - 1.
-  pure real(wp) function growth_of(h) result(growth)
-    real(wp), intent(in) :: h(3, 3)
-
-    growth = h(1, 1) + h(2, 2) + h(3, 3) + &
-      (h(1, 1)*h(2, 2) - h(1, 2)*h(2, 1)) + (h(2, 2)*h(3, 3) - h(2, 3)*h(3, 2)) + &
-      (h(1, 1)*h(3, 3) - h(1, 3)*h(3, 1)) + determinant(h)
-  end function growth_of
 
   !> int P g_a.
   pure function force_of_stress(gradient, weight, stress) result(f)

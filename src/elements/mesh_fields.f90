@@ -11,6 +11,7 @@ module mesh_fields_mod
   use elasticity_mod, only: stress_of, thermal_stress_of
   use brick8_mod, only: volume_mean, extrapolate_to_nodes, centre_gradient
   use elements_mod, only: gauss_strain
+  use finite_forces_mod, only: finite_tensors
   use expansion_mod, only: find_free_strain
   implicit none
   private
@@ -29,20 +30,22 @@ contains
 
     call find_free_strain(scene, state%step, state%position, free)
     call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, strain, stress, &
-      free)
+      free, scene%finite_strain)
   end subroutine fill_tensors_of
 
   !> Fill those parts of the two fields that are allocated.
   !>
   !> A node's value is the plain average over all bricks at the node, whatever their material, of
   !> what each extrapolates; 0 where no brick uses the node.
-  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free)
+  !> At finite strain these are the logarithmic strain and Cauchy's stress.
+  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free, is_finite)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)                !! (3,n_nodes) displacement [length]
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
     real(wp), intent(in) :: free(:)                !! (n_elements) as of find_free_strain [-]
+    logical, intent(in) :: is_finite               !! strain
     real(wp) :: x(3, 8), values(6, 8), stresses(6, 8)
     integer :: e, nodes(8)
 
@@ -52,9 +55,13 @@ contains
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       associate (elastic => materials(mesh%material(e))%law%elastic)
-        values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
-        stresses = stress_of(values, elastic)
-        stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
+        if (is_finite) then
+          call finite_tensors(materials(mesh%material(e)), x, u(:, nodes), values, stresses)
+        else
+          values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
+          stresses = stress_of(values, elastic)
+          stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
+        end if
       end associate
       call store_brick(e, nodes, x, values, strain)
       call store_brick(e, nodes, x, stresses, stress)

@@ -8,6 +8,7 @@ module assembly_mod
   use linked_nodes_mod, only: nodes_of_brick
   use scene_mod, only: material_t
   use elements_mod, only: stiffness
+  use finite_forces_mod, only: projected_tangent
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
@@ -47,7 +48,9 @@ contains
 
   !> Sum the element stiffnesses into 3x3 blocks over pairs of nodes, then list the free entries. Of
   !> bricks with nodes that depend on others it is T^T K T that is summed.
-  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed)
+  !>
+  !> At finite strain the tangents at a displacement take their place.
+  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent_at)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
@@ -55,6 +58,7 @@ contains
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
     integer, intent(out), optional :: n_computed !! element stiffnesses that were computed
+    real(wp), intent(in), optional :: tangent_at(:, :) !! (3,n_nodes) displacement [length]
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
     type(known_bricks_t) :: known
@@ -71,7 +75,13 @@ contains
     known%rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      call find_stiffness(mesh, materials, e, known, ke)
+      if (present(tangent_at)) then
+        call projected_tangent(materials(mesh%material(e))%law, mesh%coordinates(:, nodes), &
+          tangent_at(:, nodes), ke)
+        known%n_computed = known%n_computed + 1
+      else
+        call find_stiffness(mesh, materials, e, known, ke)
+      end if
       if (any(constraint(:, nodes) > 0)) then
         call add_linked(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
           blocks)

@@ -66,7 +66,7 @@ module body_solver_mod
 contains
 
   !> Find the free motions, factorise the stiffness and condense it to the interface.
-  subroutine make_body_solver(scene, points, prescribed, interface, body, work, error)
+  subroutine make_body_solver(scene, points, prescribed, interface, body, work, error, tangent_at)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
@@ -75,6 +75,8 @@ contains
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; pieces that ties do not hold; no memory
+    real(wp), intent(in), optional :: tangent_at(:, :)
+    !! (3,n_nodes) at finite strain: the displacement of the tangent; left out: 0 [length]
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp), allocatable :: schur(:, :)
@@ -96,8 +98,13 @@ contains
       end if
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-        n_stiffnesses)
+      if (present(tangent_at)) then
+        call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+          n_stiffnesses, tangent_at)
+      else
+        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+          n_stiffnesses)
+      end if
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then

@@ -21,7 +21,7 @@ module advance_mod
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled, ended_passed
+    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
@@ -152,7 +152,7 @@ contains
       ! 2. to 5. Equilibrium
       call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
-      if (report%ending == ended_unbalanced .or. report%ending == ended_passed) then
+      if (has_no_result(report)) then
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
           new, report%contact)
@@ -201,9 +201,16 @@ contains
       report%ending = ended_moving
       report%residual = report%moved
     end if
-    if (report%ending /= ended_unbalanced .and. report%ending /= ended_passed) call finish(scene, &
-      points, solver, old, trial, new, report)
+    if (.not. has_no_result(report)) call finish(scene, points, solver, old, trial, new, report)
   end subroutine complete
+
+  !> Whether an increment has ended without displacements to judge.
+  pure logical function has_no_result(report)
+    type(increment_report_t), intent(in) :: report
+
+    has_no_result = any(report%ending == [ended_unbalanced, ended_passed, ended_inverted, &
+      ended_out_of_balance])
+  end function has_no_result
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
   subroutine finish(scene, points, solver, old, trial, new, report)
@@ -215,6 +222,7 @@ contains
     type(state_t), intent(inout) :: new
     type(increment_report_t), intent(inout) :: report
     type(placement_t) :: began
+    real(wp) :: strain_energy
 
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
@@ -225,7 +233,9 @@ contains
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
-    call energy_balance(report%contact, old, new, trial%forces%internal, report%energy, &
+    strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
+    if (scene%finite_strain) strain_energy = trial%strain_energy
+    call energy_balance(report%contact, old, new, strain_energy, report%energy, &
       work_of_torques(scene, points, old, new) + work_on_overlaps(points, solver%undeformed, &
       trial%placement, old, new), energy_of_heat(scene, new))
   end subroutine finish

@@ -14,10 +14,12 @@ module equilibrate_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
-    ended_passed
+    ended_passed, ended_inverted, ended_out_of_balance
   use mesh_forces_mod, only: internal_force, force_rounding
+  use finite_forces_mod, only: finite_internal_force
+  use anderson_mod, only: new_anderson, accelerate, forget
   use rigid_modes_mod, only: add_motions
-  use dof_map_mod, only: to_equations
+  use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse, &
     answer_of_interface, at_interface
   use increment_forces_mod, only: increment_forces_t
@@ -25,7 +27,7 @@ module equilibrate_mod
   use passed_obstacles_mod, only: find_passed, part_that_would_do
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
-  use follow_bodies_mod, only: has_moved, farthest_point
+  use follow_bodies_mod, only: has_moved, farthest_point, largest_deformation
   use transfer_mod, only: nodal_forces
   use condensed_contact_mod, only: is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points, is_any_missed
@@ -40,6 +42,7 @@ module equilibrate_mod
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
+  integer, parameter :: depth = 5 !! displacements that acceleration keeps at finite strain
   real(wp), parameter :: roughly = 1.0e-4_wp
   !! how far points may still move when the body is solved for with a factor that is not exact: what
   !! is refined moves them again [-]
@@ -60,9 +63,11 @@ contains
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
     logical :: is_missed, is_first
+    integer :: inverted !! element, at finite strain; 0: none
 
     new%rotation = trial%rotation
     is_missed = .false.
+    inverted = 0
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)
     newton_raphson: do while (loop%i < max_newton_raphson)
@@ -98,7 +103,15 @@ contains
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
+      if (scene%finite_strain) then
+        call extrapolate(scene%mesh, solver%body%inverse%map, old, trial, new, loop)
+        call finite_internal_force(scene%mesh, scene%materials, new%displacement, &
+          trial%forces%internal, trial%strain_energy, inverted)
+        report%force_evaluations = report%force_evaluations + 1
+        if (inverted > 0) exit newton_raphson
+      else
+        call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
+      end if
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
@@ -107,12 +120,20 @@ contains
       is_first = .false.
       report%imbalance = loop%imbalance
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-      if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) exit newton_raphson
+      if (is_settled(scene%finite_strain, loop, trial, new%reaction) .and. .not. is_missed) exit &
+        newton_raphson
       call lead(scene, points, solver, trial, new, loop)
       call correct(solver, residual, trial, loop, error)
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
+    if (inverted > 0 .or. (scene%finite_strain .and. loop%imbalance > trial%controls%tolerance)) then
+      report%converged = .false.
+      report%ending = merge(ended_inverted, ended_out_of_balance, inverted > 0)
+      report%worst_element = inverted
+      report%residual = loop%imbalance
+      return
+    end if
     report%moved = loop%moved
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
     if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
@@ -134,17 +155,53 @@ contains
   end subroutine equilibrate
 
   !> Whether the forces balance and the points stay where they were placed, as far as either goes.
-  pure logical function is_settled(loop, trial, reaction)
+  pure logical function is_settled(is_finite, loop, trial, reaction)
+    logical, intent(in) :: is_finite !! strain
     type(newton_raphson_t), intent(in) :: loop
     type(trial_t), intent(in) :: trial
     real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
 
     ! Progress is that of the force: where nothing presses a body, all its forces are out of
     ! balance, and no part of them falls as they do.
-    is_settled = loop%imbalance <= trial%controls%tolerance .or. (loop%left > &
+    is_settled = loop%imbalance <= trial%controls%tolerance .or. (.not. is_finite .and. loop%left > &
       0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, trial%controls%tolerance))
     is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
+    if (is_finite) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
   end function is_settled
+
+  !> At finite strain: the displacement at which forces are asked for next. The factor is that of
+  !> the undeformed bodies: what it leads to is a map from displacements to displacements, whose
+  !> fixed point Anderson's acceleration finds in some ten iterations.
+  subroutine extrapolate(mesh, map, old, trial, new, loop)
+    type(mesh_t), intent(in) :: mesh
+    type(dof_map_t), intent(in) :: map
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial  !! its u_free takes the difference
+    type(state_t), intent(inout) :: new    !! gets displacement
+    type(newton_raphson_t), intent(inout) :: loop
+    real(wp) :: image(map%n_free), next(map%n_free), step(3, size(new%displacement, 2)), way
+
+    image = unknowns_of(map, new%displacement)
+    loop%apart = 0.0_wp
+    if (.not. allocated(loop%at)) then
+      loop%memory = new_anderson(map%n_free, depth)
+      loop%apart = huge(1.0_wp)
+    else
+      way = max(maxval(abs(new%displacement - old%displacement)), largest_deformation(mesh, &
+        new%displacement))
+      associate (before => loop%last_apart)
+        if (way > 0.0_wp) loop%apart = maxval(abs(image - loop%at))/way
+        if (loop%apart > 2.0_wp*before) call forget(loop%memory)
+        before = loop%apart
+      end associate
+      call accelerate(loop%memory, loop%at, image, next)
+      call to_nodes(map, next - image, step)
+      trial%u_free = trial%u_free + step
+      new%displacement = new%displacement + step
+      image = next
+    end if
+    loop%at = image
+  end subroutine extrapolate
 
   !> Whether the points stay where they were placed, as far as that goes.
   pure logical function are_places_settled(loop, tolerance) result(are_settled)
@@ -158,8 +215,8 @@ contains
   !> Whether places are to settle before the interior is asked for: contact sees the interface
   !> alone, and what it does follows from the compliance, which takes far less than a solution with
   !> the factor. Not where a correction waits for its interior, nor where neutral motions come to
-  !> rest by what all of their body does. Surfaces move again as an inexact factor is refined: that
-  !> is done at once.
+  !> rest by what all of their body does, nor at finite strain, whose iterations take placements
+  !> along. Surfaces move again as an inexact factor is refined: that is done at once.
   pure logical function settles_on_interface(scene, points, solver, loop)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -167,7 +224,8 @@ contains
     type(newton_raphson_t), intent(in) :: loop
 
     associate (inverse => solver%body%inverse, n => solver%body%motions%n)
-      settles_on_interface = any(points%is_curved) .and. inverse%is_condensed .and. &
+      settles_on_interface = .not. scene%finite_strain .and. any(points%is_curved) .and. &
+        inverse%is_condensed .and. &
         inverse%map%n_interface > 0 .and. loop%i < max_newton_raphson .and. .not. &
         (allocated(inverse%iterative) .or. allocated(loop%begun))
       if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return

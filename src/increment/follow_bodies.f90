@@ -14,7 +14,7 @@ module follow_bodies_mod
   implicit none
   private
 
-  public :: follow_t, begin_following, has_moved, next_place, farthest_point
+  public :: follow_t, begin_following, has_moved, next_place, farthest_point, largest_deformation
 
   integer, parameter :: depth = 6    !! displacements that acceleration keeps
   integer, parameter :: patience = 8 !! plain iterations before curved obstacles, which mostly do
@@ -51,7 +51,9 @@ contains
     allocate (follow%node(count(is_on)))
     follow%node(:) = pack([(i, i=1, size(is_on))], is_on)
     if (size(follow%node) == 0) then
-      follow%slow = pack(points%node, points%is_curved .and. points%in_reach)
+      ! At finite strain displacements are accelerated as a whole.
+      follow%slow = pack(points%node, points%is_curved .and. points%in_reach .and. .not. &
+        scene%finite_strain)
       return
     end if
     allocate (follow%slow(0))

@@ -94,7 +94,8 @@ contains
     left = report%energy%balance - coarse%energy%balance
     is_doubtful = abs(left) > max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation) .and. .not. any(scene%obstacles%turns)
+      noise*report%energy%dissipation) .and. .not. (scene%finite_strain .or. &
+      any(scene%obstacles%turns))
     coarse%most_strained = report%energy%strain
     coarse%energy = report%energy
     from_here = coarse%state

@@ -9,6 +9,7 @@ module place_and_solve_mod
   use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
+  use anderson_mod, only: anderson_t
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
   use rigid_modes_mod, only: free_motions_t, generalised_loads
@@ -39,6 +40,10 @@ module place_and_solve_mod
     real(wp) :: left = 0.0_wp, last_left = huge(1.0_wp) !! of that node, now and before [force]
     real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
     !! how far points are from where they were placed, now and before [-]
+    type(anderson_t) :: memory            !! of displacements at finite strain
+    real(wp), allocatable :: at(:)        !! (n_free) where forces were asked for, there [length]
+    real(wp) :: apart = 0.0_wp, last_apart = huge(1.0_wp)
+    !! how far the displacement is from there, of its way, now and before [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
     type(led_t) :: last_led               !! the last of them
     real(wp), allocatable :: begun(:)
@@ -131,10 +136,12 @@ contains
     type(newton_raphson_t), intent(inout) :: loop
     real(wp) :: reaction(3, points%n)         !! that a solution began from [force]
     real(wp) :: motion(solver%body%motions%n) !! likewise [length]
+    logical :: is_followed
 
+    is_followed = size(loop%follow%node) > 0 .or. scene%finite_strain
     reaction = new%reaction
     motion = trial%motion
-    call solve_sharply(scene, points, solver, old, size(loop%follow%node) > 0, trial, &
+    call solve_sharply(scene, points, solver, old, is_followed, trial, &
       new%reaction, report)
     if (report%converged) return
     if (.not. any(are_left_out(solver%contact, points%n)) .and. .not. &
@@ -146,7 +153,7 @@ contains
     trial%motion = motion
     call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &
       loop%near, solver%contact)
-    call solve_sharply(scene, points, solver, old, size(loop%follow%node) > 0, trial, &
+    call solve_sharply(scene, points, solver, old, is_followed, trial, &
       new%reaction, report)
   end subroutine find_reactions
 
@@ -191,7 +198,7 @@ contains
       'are oblique to the obstacle; TYPE=FACTOR does')
   end subroutine check_covered
 
-  !> The reactions; where placements are followed, ten times sharper than asked for as far as that
+  !> The reactions; where placements or displacements are followed, ten times sharper than asked for as far as that
   !> is within reach: what reactions leave open no placement can settle.
   subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
     type(scene_t), intent(in) :: scene

@@ -9,7 +9,7 @@
 !> So a trial that is discarded leaves nothing behind that another reads.
 module step_solver_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
   use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
@@ -26,13 +26,15 @@ module step_solver_mod
   implicit none
   private
 
-  public :: step_solver_t, set_supports, forget_supports, prepare_step, widen_interface
+  public :: step_solver_t, set_supports, forget_supports, prepare_step, widen_interface, &
+    linearise_at
 
   type :: step_solver_t
     type(body_solver_t) :: body
     type(placement_t) :: undeformed        !! of all points
     type(load_response_t) :: response
     type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
+    integer :: tangent_of = 0              !! at finite strain: of its factor, as of state_t
   end type step_solver_t
 
 contains
@@ -71,6 +73,21 @@ contains
     call abandon_inverse(solver%body%inverse)
   end subroutine forget_supports
 
+  !> At finite strain: the factor of the tangent that a state says, for the increments that follow.
+  subroutine linearise_at(scene, points, state, solver, work, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error !! as of set_supports
+    logical :: prescribed(3, scene%mesh%n_nodes)
+
+    prescribed = solver%body%prescribed
+    call make_all(scene, points, prescribed, solver, work, error, state%tangent_at)
+    solver%tangent_of = state%tangent_of
+  end subroutine linearise_at
+
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
   subroutine widen_interface(scene, points, solver, work, error)
     type(scene_t), intent(in) :: scene
@@ -100,19 +117,26 @@ contains
     call respond_to_loads(scene, solver%body, solver%response, work, error)
   end subroutine prepare_step
 
-  subroutine make_all(scene, points, prescribed, solver, work, error)
+  subroutine make_all(scene, points, prescribed, solver, work, error, tangent_at)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
+    real(wp), intent(in), optional :: tangent_at(:, :) !! as of make_body_solver
 
+    solver%tangent_of = 0
     if (scene%precision%threads > 1) call use_threads(scene%precision%threads)
     call make_body_solver(scene, points, prescribed, interface_dofs(scene, points), solver%body, &
-      work, error)
+      work, error, tangent_at)
     if (scene%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
+    if (scene%finite_strain .and. solver%body%motions%n > 0) then
+      call raise(error, exit_not_solved, 'NLGEOM does not cover bodies or obstacles that '// &
+        'supports do not hold; --nlgeom no runs the deck by small strain')
+      return
+    end if
     call make_contact(scene, points, solver, work)
   end subroutine make_all
 

@@ -27,6 +27,7 @@ module trial_mod
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
+    real(wp) :: strain_energy = 0.0_wp !! at finite strain, of the displacement that forces are of
     real(wp), allocatable :: summed_loads(:, :)
     !! (3,n_nodes) the magnitudes that the external forces sum up [force]
     real(wp), allocatable :: u_free(:, :)
@@ -86,8 +87,8 @@ contains
     trial%placement = solver%undeformed
   end subroutine begin_trial
 
-  !> Begin with the reactions of the increment before, where the factor is not exact: what it makes
-  !> of them was refined there, and only what changes has to be refined again.
+  !> Begin with the reactions of the increment before, where the factor is not exact or strains are
+  !> finite: what it makes of them was refined there, and only what changes has to be refined again.
   !>
   !> Not where loads or supports jump as a *STEP begins (an amplitude that is not 0 at its start):
   !> the displacement there is no answer to the patterns of this *STEP.
@@ -107,7 +108,8 @@ contains
       call carry_displacements(scene, solver, old, increment, trial)
       return
     end if
-    if (is_exact(scene%precision) .or. .not. solver%body%inverse%is_condensed) return
+    if (.not. scene%finite_strain .and. (is_exact(scene%precision) .or. .not. &
+      solver%body%inverse%is_condensed)) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
     associate (prescribed => solver%body%prescribed)

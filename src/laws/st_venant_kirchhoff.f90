@@ -6,10 +6,11 @@
 !> docs/theory.md (8.14).
 module st_venant_kirchhoff_mod
   use kinds_mod, only: wp
+  use strain_measures_mod, only: green_strain, deformation_of
   implicit none
   private
 
-  public :: first_piola
+  public :: first_piola, energy, tangent
 
 contains
 
@@ -18,25 +19,64 @@ contains
     real(wp), intent(in) :: h(3, 3)       !! du_i/dX_j [-]
     real(wp), intent(in) :: constants(:)  !! lambda, G [force/length^2]
     real(wp) :: p(3, 3)                   !! [force/length^2]
-    real(wp) :: s(3, 3), trace
-    integer :: i, j
+    real(wp) :: s(3, 3)
+    integer :: j
 
-    do j = 1, 3
-      do i = 1, j
-        s(i, j) = 0.5_wp*(h(i, j) + h(j, i) + dot_product(h(:, i), h(:, j)))
-      end do
-    end do
-    trace = constants(1)*(s(1, 1) + s(2, 2) + s(3, 3))
-    s(2, 1) = s(1, 2)
-    s(3, 1) = s(1, 3)
-    s(3, 2) = s(2, 3)
-    s = 2.0_wp*constants(2)*s
-    do i = 1, 3
-      s(i, i) = s(i, i) + trace
-    end do
+    s = second_piola(h, constants)
     do j = 1, 3
       p(:, j) = s(:, j) + h(:, 1)*s(1, j) + h(:, 2)*s(2, j) + h(:, 3)*s(3, j)
     end do
   end function first_piola
+
+  !> S = lambda tr(E) I + 2 G E.
+  pure function second_piola(h, constants) result(s)
+    real(wp), intent(in) :: h(3, 3)       !! du_i/dX_j [-]
+    real(wp), intent(in) :: constants(:)  !! lambda, G [force/length^2]
+    real(wp) :: s(3, 3)                   !! [force/length^2]
+    real(wp) :: trace
+    integer :: i
+
+    s = green_strain(h)
+    trace = constants(1)*(s(1, 1) + s(2, 2) + s(3, 3))
+    s = 2.0_wp*constants(2)*s
+    do i = 1, 3
+      s(i, i) = s(i, i) + trace
+    end do
+  end function second_piola
+
+  !> W = lambda tr(E)^2/2 + G E : E.
+  pure real(wp) function energy(h, constants) result(w)
+    real(wp), intent(in) :: h(3, 3)       !! du_i/dX_j [-]
+    real(wp), intent(in) :: constants(:)  !! lambda, G [force/length^2]
+    real(wp) :: e(3, 3)
+
+    e = green_strain(h)
+    w = 0.5_wp*constants(1)*(e(1, 1) + e(2, 2) + e(3, 3))**2 + constants(2)*sum(e**2)
+  end function energy
+
+  !> What P changes by as F does: dP = dF S + F (lambda (F : dF) I + G (F^T dF + dF^T F)).
+  pure function tangent(h, constants) result(a)
+    real(wp), intent(in) :: h(3, 3)       !! du_i/dX_j [-]
+    real(wp), intent(in) :: constants(:)  !! lambda, G [force/length^2]
+    real(wp) :: a(3, 3, 3, 3)             !! dP_ij/dF_kl: (i,j,k,l) [force/length^2]
+    real(wp) :: f(3, 3), s(3, 3), change(3, 3)
+    integer :: i, k, l
+
+    f = deformation_of(h)
+    s = second_piola(h, constants)
+    do l = 1, 3
+      do k = 1, 3
+        ! F^T dF of dF = e_k (x) e_l.
+        change = 0.0_wp
+        change(:, l) = f(k, :)
+        change = constants(2)*(change + transpose(change))
+        do i = 1, 3
+          change(i, i) = change(i, i) + constants(1)*f(k, l)
+        end do
+        a(:, :, k, l) = matmul(f, change)
+        a(k, :, k, l) = a(k, :, k, l) + s(l, :)
+      end do
+    end do
+  end function tangent
 
 end module st_venant_kirchhoff_mod

@@ -85,6 +85,7 @@ module scene_mod
     type(string_t), allocatable :: files(:) !! paths of the deck and of what it includes
     character(:), allocatable :: overrides
     !! of the command line, one a line: name=value, --accuracy value, --refine times
+    logical :: finite_strain = .false.      !! *STEP, NLGEOM
     type(mesh_t) :: mesh
     type(mesh_size_t) :: mesh_size          !! beside the deck
     type(blocks_t) :: blocks(3)             !! NX, NY and NZ of those that may have others

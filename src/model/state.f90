@@ -26,6 +26,12 @@ module state_mod
     real(wp), allocatable :: displacement_trend(:, :)
     !! (3, n_nodes) the same of what contact adds to the displacement, where it is solved for by
     !! iteration, not allocated elsewhere [length]
+    integer  :: tangent_of = 0
+    !! at finite strain: the increments that were done where the tangent is taken whose factor serves
+    integer  :: first_forces = 0
+    !! evaluations of internal forces in the first increment with that factor; 0: none yet
+    real(wp), allocatable :: tangent_at(:, :)
+    !! (3, n_nodes) the displacement there; not allocated: none [length]
     real(wp), allocatable :: slip(:, :)
     !! (2, n_points) sum of the slip increments along t1, t2 [length]
     real(wp), allocatable :: external_force(:, :)
@@ -68,6 +74,9 @@ contains
     call archive(list, state%reaction)
     call archive(list, state%trend)
     call archive(list, state%displacement_trend)
+    call archive(list, state%tangent_of)
+    call archive(list, state%first_forces)
+    call archive(list, state%tangent_at)
     call archive(list, state%slip)
     call archive(list, state%external_force)
     call archive(list, state%support_force)
@@ -79,7 +88,7 @@ contains
   pure integer(i8) function most_numbers(n_nodes, n_points)
     integer, intent(in) :: n_nodes, n_points
 
-    most_numbers = 12_i8*n_nodes + 8_i8*n_points
+    most_numbers = 15_i8*n_nodes + 8_i8*n_points
   end function most_numbers
 
   !> What it takes to go on from an increment: its state, that in coarser increments, prescribed

@@ -242,7 +242,7 @@ contains
         allocate (of_strain%at_centroids(6, n), of_stress%at_centroids(6, n))
       end if
       call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
-        of_strain, of_stress, free(asked%members))
+        of_strain, of_stress, free(asked%members), source%scene%finite_strain)
       if (asked%at_gauss_points) then
         source%set_strain = reshape(of_strain%at_gauss_points, [6, hexahedron_points*n])
         source%set_stress = reshape(of_stress%at_gauss_points, [6, hexahedron_points*n])

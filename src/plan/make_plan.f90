@@ -14,7 +14,8 @@ module make_plan_mod
   use kinks_mod, only: most_events
   use turns_mod, only: count_cuts
   use controls_mod, only: compliance_products
-  use plan_mod, only: plan_t, add_figure, change_figure, bound_fixed, bound_at_most
+  use plan_mod, only: plan_t, add_figure, change_figure, bound_fixed, bound_at_most, &
+    bound_about
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use placement_mod, only: placement_t, place_undeformed
@@ -211,7 +212,8 @@ contains
     call add_figure(plan, 'increments_with_fields', real(plan%n_outputs, wp), of_increments)
     call add_figure(plan, 'equations', real(plan%n_equations, wp), bound)
     call add_figure(plan, 'interface_equations', real(plan%n_interface, wp), bound)
-    call add_figure(plan, 'factorisations', real(plan%n_factorisations, wp), bound_at_most)
+    call add_figure(plan, 'factorisations', real(plan%n_factorisations, wp), merge(bound_about, &
+      bound_at_most, scene%finite_strain))
     call add_figure(plan, 'contact_points', real(count(plan%rows > 0), wp), bound_at_most)
     call add_figure(plan, 'contact_rows', real(sum(plan%rows), wp), bound_at_most)
     call add_figure(plan, 'compliance_bytes', 8.0_wp*entries_of(plan%blocks), bound)

@@ -62,8 +62,8 @@ contains
         ', '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
         (8.0_wp + copy)*real(sum(plan%rows), wp)**2))
     end if
-    call add_line(plan, factorisations, bound_at_most, factorisations_in_words(plan, &
-      scene%precision))
+    call add_line(plan, factorisations, merge(bound_about, bound_at_most, scene%finite_strain), &
+      factorisations_in_words(plan, scene%precision, scene%finite_strain))
     call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
       plan), to_text(plan%n_increments)//' in '//steps_in_words(scene))
     accuracy = accuracy_in_words(scene)
@@ -158,7 +158,8 @@ contains
 
     call replace_words(plan, compliance_line, &
       'none: contact is solved together with the displacements')
-    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision))
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision, &
+      scene%finite_strain))
   end subroutine describe_iterative
 
   !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
@@ -167,7 +168,8 @@ contains
     character(*), intent(in) :: reasons   !! why nothing better, in words
     type(plan_t), intent(inout) :: plan
 
-    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision))
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision, &
+      scene%finite_strain))
     call add_line(plan, 'chosen', 0, where_in_words(scene%precision)//': '//reasons)
   end subroutine describe_choice
 
@@ -311,9 +313,10 @@ contains
     words = words(:len(words) - 1)
   end function points_in_words
 
-  function factorisations_in_words(plan, precision) result(words)
+  function factorisations_in_words(plan, precision, is_finite) result(words)
     type(plan_t), intent(in) :: plan
     type(precision_controls_t), intent(in) :: precision
+    logical, intent(in) :: is_finite !! strain
     character(:), allocatable :: words
 
     if (precision%iterative) then
@@ -325,6 +328,8 @@ contains
     words = '1 for the whole run (small strain, same supports throughout)'
     if (plan%n_factorisations > 1) words = to_text(plan%n_factorisations)// &
       ' (steps prescribe different degrees of freedom)'
+    if (is_finite) words = to_text(plan%n_factorisations)// &
+      ', and of tangents as iterations take longer (finite strain)'
     words = words//'; LDL^T, '//where_in_words(precision)
     if (.not. is_exact(precision)) words = words//', refined in double precision'
   end function factorisations_in_words

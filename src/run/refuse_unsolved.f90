@@ -11,7 +11,8 @@ module refuse_unsolved_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
-    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed
+    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed, &
+    ended_inverted, ended_out_of_balance
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
   use connectivity_mod, only: corners_in
@@ -47,7 +48,8 @@ contains
     real(wp) :: needed
 
     next = 0.0_wp
-    if (report%ending == ended_unbalanced .or. report%ending == ended_moving) return
+    if (any(report%ending == [ended_unbalanced, ended_moving, ended_inverted, &
+      ended_out_of_balance])) return
     needed = 0.1_wp*worst_entry(report%certificate)
     if (.not. report%converged) needed = max(needed, report%residual)
     next = rounded_up(needed, tolerance)
@@ -94,6 +96,14 @@ contains
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
     else if (report%ending == ended_passed) then
       where_and_what = where_and_what//passed_in_words(scene, plan%points, increment, report)
+    else if (report%ending == ended_inverted) then
+      where_and_what = where_and_what//': element '// &
+        to_text(scene%mesh%element_id(report%worst_element))//' turns inside out; smaller '// &
+        'increments or a finer mesh may help'
+    else if (report%ending == ended_out_of_balance) then
+      where_and_what = where_and_what//': the forces of finite strain do not come to balance '// &
+        '(what is left is '//to_text(report%residual, 3)//' of the largest); smaller increments '// &
+        'may help'
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
         plan%points, report%moved_point)//' do not settle '// &

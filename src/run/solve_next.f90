@@ -14,7 +14,7 @@ module solve_next_mod
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
-  use step_solver_mod, only: step_solver_t, forget_supports, widen_interface
+  use step_solver_mod, only: step_solver_t, forget_supports, widen_interface, linearise_at
   use advance_mod, only: advance, advance_from, advance_along
   use kinks_mod, only: count_between
   use contact_points_mod, only: contact_points_t, master_nodes
@@ -46,6 +46,10 @@ module solve_next_mod
   private
 
   public :: solved_t, watch_t, begin_watch, solve_next, judge_increment
+
+  integer, parameter :: few = 8, longer = 3
+  !! evaluations of internal forces in an increment, and beyond the first with the same factor, from
+  !! which on another factor pays: of the paper's block, a soft one, a ball and ironing
 
   !> An increment and its solution.
   type :: solved_t
@@ -97,6 +101,7 @@ contains
     !! stopped by a signal; as of set_supports, prepare_step and advance
     logical :: is_plain !! so are the increments after it: one may look ahead
     logical :: is_cut, is_passed
+    logical :: is_to_repeat !! at finite strain, with another factor
     logical :: passes !! an obstacle does, a point or a face
 
     associate (increment => solved%increment)
@@ -110,6 +115,9 @@ contains
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
+      if (scene%finite_strain .and. solver%tangent_of /= progress%state%tangent_of) call &
+        linearise_at(scene, plan%points, progress%state, solver, progress%tally%work, error)
+      if (allocated(error)) return
       sizes: do
         call stop_if_signalled(error)
         if (allocated(error)) return
@@ -122,6 +130,13 @@ contains
           cycle sizes
         end if
         if (allocated(error)) return
+        if (scene%finite_strain) then
+          call follow_tangent(scene, progress%state, solved, is_to_repeat)
+          if (is_to_repeat) call linearise_at(scene, plan%points, progress%state, solver, &
+            progress%tally%work, error)
+          if (allocated(error)) return
+          if (is_to_repeat) cycle sizes
+        end if
         call note_sizes(solver, progress%tally)
         passes = solved%report%ending == ended_passed
         if (is_solved(scene, solved%report)) then
@@ -156,6 +171,39 @@ contains
       end do sizes
     end associate
   end subroutine solve_next
+
+  !> At finite strain: which tangent's factor serves. Where an increment is not solved with one of
+  !> elsewhere, that of its beginning, with which it is to be solved again. Where it is, but took
+  !> notably longer than the first one with the same factor, that of its end, for those that follow.
+  subroutine follow_tangent(scene, old, solved, is_to_repeat)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(inout) :: old       !! where the increment began
+    type(solved_t), intent(inout) :: solved
+    logical, intent(out) :: is_to_repeat
+
+    is_to_repeat = .false.
+    associate (report => solved%report, new => solved%state)
+      if (.not. is_solved(scene, report)) then
+        is_to_repeat = old%tangent_of /= old%increments_done .and. report%ending /= ended_passed
+        if (is_to_repeat) call take_tangent(old)
+      else if (new%first_forces == 0) then
+        new%first_forces = report%force_evaluations
+      else if (report%force_evaluations > max(few, new%first_forces + longer)) then
+        call take_tangent(new)
+      end if
+    end associate
+
+  contains
+
+    pure subroutine take_tangent(state)
+      type(state_t), intent(inout) :: state
+
+      state%tangent_of = state%increments_done
+      state%tangent_at = state%displacement
+      state%first_forces = 0
+    end subroutine take_tangent
+
+  end subroutine follow_tangent
 
   !> What obstacles do to faces between the increment's ends, and at them.
   subroutine look_between_ends(scene, plan, watch, progress, solved)
@@ -566,13 +614,14 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     if (scene%accuracy%estimates .and. scene%accuracy%follows_steps) call follow_coarsely(scene, &
       plan%points, solver, progress%state, new, progress%coarse, report)
-    if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
-      plan%points, new, report)
+    if (.not. scene%finite_strain .and. (scene%accuracy%estimates .or. scene%output%mesh_error)) &
+      call estimate_mesh(scene, plan%points, new, report)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
-    call estimate_theory(scene, plan%points, solver%contact, new, report)
+    if (.not. scene%finite_strain) call estimate_theory(scene, plan%points, solver%contact, new, &
+      report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 

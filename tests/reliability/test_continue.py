@@ -30,6 +30,7 @@ SMALL = {
     "quarter": {"n": 4, "steps": 6},
     "rest": {},
     "roller": {"n": 4},
+    "rubber": {"n": 2, "steps": 4},
     "slope": {"n": 3},
     "spence": {"n": 6, "steps": 4},
     "ssnv128": {"n": 4, "steps": 4},
@@ -42,7 +43,7 @@ RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 # Those whose states have something that others have not; the rest only where the program is fast,
 # and killed once.
-DIFFERENT = ("block", "foundation", "mindlin", "slope", "wheel")
+DIFFERENT = ("block", "foundation", "mindlin", "rubber", "slope", "wheel")
 
 # A step behind those of the block in which nothing balances the loads any more.
 PULLED_OFF = """*STEP

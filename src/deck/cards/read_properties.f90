@@ -16,8 +16,8 @@ module read_properties_mod
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
-  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, name_option, &
-    open_card, option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
+    name_option, open_card, option_position
   use material_law_mod, only: new_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -29,7 +29,7 @@ module read_properties_mod
 
 contains
 
-  !> *MATERIAL with the *ELASTIC, *DENSITY and *EXPANSION below it.
+  !> *MATERIAL with the *ELASTIC or *HYPERELASTIC, the *DENSITY and *EXPANSION below it.
   subroutine read_materials(reader, materials, names)
     type(reader_t), intent(inout) :: reader
     type(material_t), allocatable, intent(out) :: materials(:)
@@ -59,7 +59,11 @@ contains
         call open_card(reader, k, card)
         call find_owner(reader, names, 'MATERIAL', card, elastic, n)
         if (n > 0) call read_elastic(reader, card, materials(n))
-      case ('HYPERELASTIC', 'HYPERFOAM', 'ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', &
+      case ('HYPERELASTIC')
+        call open_card(reader, k, card)
+        call find_owner(reader, names, 'MATERIAL', card, elastic, n)
+        if (n > 0) call read_hyperelastic(reader, card, materials(n))
+      case ('HYPERFOAM', 'ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', &
         'DEFORMATION PLASTICITY')
         ! Refused: the material has a law, though not one that is read.
         if (names%n > 0) elastic(names%n) = .true.
@@ -79,7 +83,7 @@ contains
     do k = 1, names%n
       if (elastic(k) .or. len(names%names(k)%text) == 0) cycle
       call report(reader, names%position(k), 'material '//quoted(names%names(k)%text)// &
-        ' has no *ELASTIC')
+        ' has no *ELASTIC or *HYPERELASTIC')
     end do
   end subroutine read_materials
 
@@ -118,6 +122,42 @@ contains
     if (young > 0.0_wp .and. poisson > -1.0_wp .and. poisson < 0.5_wp) material%law = &
       new_law('ELASTIC', [young, poisson])
   end subroutine read_elastic
+
+  !> *HYPERELASTIC, NEO HOOKE: C10, D1
+  subroutine read_hyperelastic(reader, card, material)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(material_t), intent(inout) :: material
+    type(fields_t) :: fields
+    real(wp) :: c10, d1
+    logical :: found, ok, is_neo_hooke
+
+    call allow_options(reader, card, ['NEO HOOKE'])
+    is_neo_hooke = .false.
+    call flag_option(reader, card, 'NEO HOOKE', is_neo_hooke)
+    if (.not. is_neo_hooke) then
+      call report(reader, card%position, '*HYPERELASTIC needs its law: NEO HOOKE is available')
+      return
+    end if
+    call next_data_line(reader, card, fields, found, 3, 'C10 and D1 (and one temperature)')
+    if (.not. found) then
+      call report(reader, card%position, '*HYPERELASTIC needs a data line: C10, D1')
+      return
+    end if
+    c10 = 0.0_wp
+    d1 = 0.0_wp
+    call real_field(reader, fields, 1, 'C10', c10, ok)
+    if (ok .and. c10 <= 0.0_wp) call report(reader, fields%start, 'C10 must be positive, not '// &
+      quoted(field_text(reader, fields, 1)), 'it is half of the shear modulus')
+    call real_field(reader, fields, 2, 'D1', d1, ok)
+    if (ok .and. d1 <= 0.0_wp) call report(reader, field_position(reader, fields, 2), &
+      'D1 must be positive, not '//quoted(field_text(reader, fields, 2)), '2/D1 is the bulk '// &
+      'modulus: an incompressible material is approached by a small D1')
+    call skip_temperature(reader, fields, 3)
+    call end_data(reader, card, fields, &
+      'properties that depend on temperature are not available: one line C10, D1')
+    if (c10 > 0.0_wp .and. d1 > 0.0_wp) material%law = new_law('NEO HOOKE', [c10, d1])
+  end subroutine read_hyperelastic
 
   !> One temperature behind a constant changes nothing. Behind a number without a point it may be
   !> the fraction of a decimal comma, as in 7,85e-9.

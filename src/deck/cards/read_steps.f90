@@ -39,13 +39,14 @@ module read_steps_mod
 contains
 
   !> Read all steps.
-  subroutine read_steps(reader, model, amplitudes, surfaces, steps, regions)
+  subroutine read_steps(reader, model, amplitudes, surfaces, steps, regions, finite_strain)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(amplitude_list_t), intent(in) :: amplitudes
     type(surface_list_t), intent(inout) :: surfaces !! those of loaded faces are added
     type(load_step_t), allocatable, intent(out) :: steps(:)
     type(region_t), allocatable, intent(out) :: regions(:) !! elements whose weight counts
+    logical, intent(out) :: finite_strain !! NLGEOM: from the first step on, or not at all
     type(load_draft_t) :: draft
     type(element_load_draft_t) :: element_draft
     type(temperature_draft_t) :: temperatures
@@ -54,6 +55,7 @@ contains
     integer :: renewed(reader%n_steps) !! where a step says *BOUNDARY, OP=NEW first, or 0
     logical :: forget
 
+    finite_strain = .false.
     allocate (steps(reader%n_steps))
     s = 0
     static_of = 0
@@ -70,7 +72,7 @@ contains
         call finish_step()
         s = reader%cards(k)%step
         position = card%position
-        call read_step_options(reader, card)
+        call read_step_options(reader, card, s == 1, finite_strain)
         if (s == 1) then
           call forget_initial(reader, forget)
           if (forget) call start_step(draft, model%mesh%n_nodes)
@@ -222,23 +224,32 @@ contains
     end do
   end subroutine forget_initial
 
-  !> *STEP[, INC=n][, NLGEOM=NO]; data lines are a title.
-  subroutine read_step_options(reader, card)
+  !> *STEP[, INC=n][, NLGEOM[=YES|NO]]; data lines are a title.
+  !>
+  !> Finite strain holds from a step on: one that says nothing goes on as the one before it.
+  subroutine read_step_options(reader, card, is_first, finite_strain)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    logical, intent(in) :: is_first
+    logical, intent(inout) :: finite_strain !! of the step before; of this one
     integer :: choice
     logical :: ok, nonlinear, perturbation
 
     call allow_options(reader, card, ['NLGEOM      ', 'PERTURBATION', 'AMPLITUDE   '], &
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
-    nonlinear = .false.
+    nonlinear = finite_strain
     call flag_option(reader, card, 'NLGEOM', nonlinear)
     if (nonlinear .and. reader%small_strain) then
       call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &
         'taken as small')
-    else if (nonlinear) then
-      call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM (finite strain) is not '// &
-        'available: the theory is that of small strain', '--nlgeom no runs the deck by it')
+    else if (nonlinear .and. .not. (is_first .or. finite_strain)) then
+      call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM begins with the first *STEP, '// &
+        'or not at all')
+    else if (finite_strain .and. .not. nonlinear) then
+      call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=NO after a step with NLGEOM: '// &
+        'finite strain stays once it has begun')
+    else
+      finite_strain = nonlinear
     end if
     perturbation = .false.
     call flag_option(reader, card, 'PERTURBATION', perturbation)

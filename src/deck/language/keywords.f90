@@ -46,6 +46,7 @@ module keywords_mod
     keyword_t('RIGID BODY', in_model, is_read), &
     keyword_t('MATERIAL', in_model, is_read), &
     keyword_t('ELASTIC', in_model, is_read), &
+    keyword_t('HYPERELASTIC', in_model, is_read), &
     keyword_t('REFINE', in_model, is_read), &
     keyword_t('DENSITY', in_model, is_read), &
     keyword_t('EXPANSION', in_model, is_read), &
@@ -104,7 +105,6 @@ module keywords_mod
     keyword_t('ORIENTATION', anywhere, is_ignored), &
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('HYPERELASTIC', anywhere, is_missing), &
     keyword_t('CLEARANCE', anywhere, is_missing), &
     keyword_t('CONTACT INTERFERENCE', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &

@@ -1,0 +1,121 @@
+!> Internal forces of the whole mesh at finite strain, brick by brick, with the strain energy.
+module finite_forces_mod
+  use kinds_mod, only: wp
+  use dense_mod, only: symmetric_eigenvectors
+  use connectivity_mod, only: nodes_of_hexahedron
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use strain_measures_mod, only: growth_of, deformation_of, logarithmic_strain
+  use material_law_mod, only: finite_stress, finite_energy, finite_tangent, law_t
+  use brick8_mod, only: shape_gradients, displacement_gradients
+  use finite_strain_mod, only: force_of_stress
+  implicit none
+  private
+
+  public :: finite_internal_force, finite_tensors, projected_tangent
+
+contains
+
+  !> f_a = int P g_a, summed over the elements (C3D8), the strain energy, and an element with
+  !> det F <= 0 at a Gauss point, whose stress no law gives: then forces are 0.
+  pure subroutine finite_internal_force(mesh, materials, u, f, energy, inverted)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement [length]
+    real(wp), intent(out) :: f(:, :)   !! (3,n_nodes) [force]
+    real(wp), intent(out) :: energy    !! of the strains [energy]
+    integer, intent(out) :: inverted   !! element, 0: there is none
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), p(3, 3, 8)
+    real(wp) :: force(3, 8)
+    integer :: e, g, a, nodes(8)
+
+    energy = 0.0_wp
+    f = 0.0_wp
+    inverted = 0
+    do e = 1, mesh%n_elements
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
+      h = displacement_gradients(inverse_jacobian, u(:, nodes))
+      associate (law => materials(mesh%material(e))%law)
+        do g = 1, 8
+          if (growth_of(h(:, :, g)) <= -1.0_wp) then
+            inverted = e
+            f = 0.0_wp
+            return
+          end if
+          p(:, :, g) = finite_stress(law, h(:, :, g))
+          energy = energy + weight(g)*finite_energy(law, h(:, :, g))
+        end do
+      end associate
+      force = force_of_stress(gradient, weight, p)
+      do a = 1, 8
+        f(:, nodes(a)) = f(:, nodes(a)) + force(:, a)
+      end do
+    end do
+  end subroutine finite_internal_force
+
+  !> Tangent of a brick, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it: the
+  !> next positive semi-definite matrix. A soft body that is pressed has a tangent that is none, and
+  !> a compliance of which contact problems have several solutions. docs/theory.md (8.24).
+  subroutine projected_tangent(law, x, u, k)
+    type(law_t), intent(in) :: law
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and displacements, det F > 0 [length]
+    real(wp), intent(out) :: k(24, 24)       !! node by node, x y z [force/length]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
+    real(wp) :: a(3, 3, 3, 3), along(3, 8, 3, 3), vectors(24, 24), values(24)
+    integer :: g, i, m, l, b
+    logical :: ok
+
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    h = displacement_gradients(inverse_jacobian, u)
+    k = 0.0_wp
+    do g = 1, 8
+      a = weight(g)*finite_tangent(law, h(:, :, g))
+      do l = 1, 3
+        do m = 1, 3
+          along(:, :, m, l) = matmul(a(:, :, m, l), gradient(:, :, g))
+        end do
+      end do
+      do b = 1, 8
+        do m = 1, 3
+          i = 3*(b - 1) + m
+          k(:, i) = k(:, i) + reshape(along(:, :, m, 1)*gradient(1, b, g) + along(:, :, m, 2)* &
+            gradient(2, b, g) + along(:, :, m, 3)*gradient(3, b, g), [24])
+        end do
+      end do
+    end do
+    vectors = 0.5_wp*(k + transpose(k))
+    call symmetric_eigenvectors(vectors, values, ok)
+    if (.not. ok .or. values(1) >= 0.0_wp) return
+    do i = 1, 24
+      if (values(i) >= 0.0_wp) exit
+      k = k - values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
+    end do
+  end subroutine projected_tangent
+
+  !> Logarithmic strain and Cauchy stress of a brick at its Gauss points: sigma = P F^T/J.
+  pure subroutine finite_tensors(material, x, u, strain, stress)
+    type(material_t), intent(in) :: material
+    real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
+    real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), t(3, 3)
+    integer :: g
+
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    h = displacement_gradients(inverse_jacobian, u)
+    do g = 1, 8
+      strain(:, g) = six_of(logarithmic_strain(h(:, :, g)))
+      t = matmul(finite_stress(material%law, h(:, :, g)), transpose(deformation_of(h(:, :, g))))
+      stress(:, g) = six_of(t/(1.0_wp + growth_of(h(:, :, g))))
+    end do
+  end subroutine finite_tensors
+
+  !> The six components of a symmetric tensor.
+  pure function six_of(t) result(six)
+    real(wp), intent(in) :: t(3, 3)
+    real(wp) :: six(6)
+
+    six = [t(1, 1), t(2, 2), t(3, 3), t(1, 2), t(2, 3), t(1, 3)]
+  end function six_of
+
+end module finite_forces_mod

@@ -1,0 +1,118 @@
+"""Finite strain against an independent program, ../shared/reference/finite_strain.
+
+Its elements, laws, contact solver and iterations are its own. Where that folder is absent the whole
+file is skipped (status 77). Its name says `shared`, so that the skip is allowed.
+"""
+
+import csv
+import sys
+import unittest
+
+import numpy as np
+from program import INPUT, SOURCE, Run
+
+SHARED = SOURCE.parent / "shared" / "reference" / "finite_strain" / "ref"
+NEO = "*HYPERELASTIC, NEO HOOKE\n<{E}/(4*(1+{nu}))>, <6*(1-2*{nu})/{E}>"
+
+# A body [-1, 1] x .. x [0, 1], held below, into which a rigid tool is pressed and dragged.
+TOOL = """\
+*BLOCK, NAME=B, ELSET=B, TYPE=C3D8, NX={nx}, NY={ny}, NZ={n}
+-1., {low}, 0.,  2., {width}, 1.
+*NODE
+90000, 0., 0., 2.
+*MATERIAL, NAME=M
+{law}
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=TOOL, {shape}, REF NODE=90000
+0., 0., 2., {numbers}
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+B-ZMAX, TOOL
+*CONTACT SOLVER, TOLERANCE=1e-10
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., {steps}.
+*BOUNDARY
+B-ZMIN, 1, 3
+{plane}90000, 1, 2
+90000, 3, 3, -{depth}
+*END STEP
+*STEP
+*STATIC, DIRECT
+1., {steps}.
+*BOUNDARY
+90000, 1, 1, {side}
+*END STEP
+"""
+
+
+def paper(law=None, down=0.1, side=0.4, theta=60.0, steps=(10, 40), **parameters):
+    """Run the deck of the paper's block with another law and path."""
+    text = (INPUT / "block.inp").read_text().replace("*STEP\n", "*STEP, NLGEOM\n", 1)
+    for old, new in (
+        ("*ELASTIC\n210000., <nu>", law or "*ELASTIC\n210000., <nu>"),
+        ("3, 3, -0.1", f"3, 3, -{down}"),
+        ("<0.4*cos", f"<{side}*cos"), ("<0.4*sin", f"<{side}*sin"),
+        ("<5/steps>, 1.0", f"1., {steps[0]}."), ("<1.25/steps>, 1.0", f"1., {steps[1]}."),
+        ("steps = 50\n", ""),
+    ):
+        assert old in text, old
+        text = text.replace(old, new)
+    return Run(text, name="block", **parameters, theta=theta)
+
+
+@unittest.skipUnless(SHARED.is_dir(), "no ../shared")
+class Independent(unittest.TestCase):
+    """Resultants and strain energies of whole histories, to 1e-9 of the largest resultant."""
+
+    def check(self, name, run):
+        """Hold a run against a history."""
+        self.assertEqual(run.status, 0, run.errors)
+        with open(SHARED / f"{name}.csv", newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
+        wanted = np.array(rows[1:], dtype=float)
+        with run.result() as result:
+            extra = result.history("extra") != 0
+            found = result.pairs[0].resultant[~extra]
+            energy = result.history("energy/strain")[~extra]
+        np.testing.assert_allclose(found, wanted[:, 1:4], atol=1e-9 * np.abs(wanted[:, 1:4]).max())
+        np.testing.assert_allclose(energy, wanted[:, 4], rtol=1e-8)
+
+    def test_paper_block(self):
+        for n in (1, 2, 4):
+            with self.subTest(law="St Venant-Kirchhoff", n=n):
+                self.check(f"block_svk_n{n}", paper(n=n))
+        for n in (1, 2):
+            with self.subTest(law="neo-Hooke", n=n):
+                self.check(f"block_neo_n{n}", paper(NEO.format(E="210000", nu="nu"), n=n))
+
+    def test_soft_block(self):
+        """Pressed by 30 % and dragged by half of its edge; its true tangent is not positive."""
+        for n in (2, 4):
+            with self.subTest(n=n):
+                law = NEO.format(E="1", nu="nu")
+                run = paper(law, down=0.3, side=0.5, theta=30.0, steps=(12, 20), n=n, nu=0.45)
+                self.check(f"soft_n{n}_C3D8", run)
+
+    def test_ball(self):
+        text = TOOL.format(
+            nx=4, ny=4, n=2, low=-1.0, width=2.0, law=NEO.format(E="1", nu="0.4"),
+            shape="TYPE=SPHERE", numbers="1.", plane="", depth=0.25, side=0.3, steps=10,
+        )
+        self.check("ball_n2", Run(text, name="ball"))
+
+    def test_cylinder(self):
+        text = TOOL.format(
+            nx=6, ny=1, n=3, low=0.0, width=0.5, law=NEO.format(E="1", nu="0.4"),
+            shape="TYPE=CYLINDER", numbers="0., 1., 0., 1.", plane="B, 2, 2\n", depth=0.2, side=0.2,
+            steps=8,
+        )
+        self.check("cylinder_n3", Run(text, name="cylinder"))
+
+
+if __name__ == "__main__":
+    if not SHARED.is_dir():
+        sys.exit(77)
+    unittest.main()
