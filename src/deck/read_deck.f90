@@ -192,6 +192,9 @@ contains
     call refine_mesh(reader, model, scene%mesh_size%parts, scene%mesh_size%across)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, scene%mesh_size%zone, scene%mesh_size%across)
+    call read_materials(reader, scene%materials, materials)
+    call read_sections(reader, model, materials, material)
+    call find_weights(scene%materials, material, model%weighs)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
     n_equations = equations%list%n
@@ -199,9 +202,6 @@ contains
     call find_facets(reader, model, bodies)
     call read_surfaces(reader, model, surfaces)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
-    call read_materials(reader, scene%materials, materials)
-    call read_sections(reader, model, materials, material)
-    call find_weights(scene%materials, material, model%weighs)
     call read_ties(reader, model, surfaces, ties)
     call find_coupled_surfaces(reader, model, surfaces, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then

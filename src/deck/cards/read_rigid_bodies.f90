@@ -60,6 +60,14 @@ contains
       if (reader%cards(k)%keyword /= 'RIGID BODY') cycle
       n = n + 1
       call open_card(reader, k, card)
+      if (has_option(card, 'NSET')) then
+        call report(reader, card%position, '*RIGID BODY, NSET= is not available', '*COUPLING, '// &
+          'REF NODE=, SURFACE= and *KINEMATIC below it hold the nodes of a surface or set to a '// &
+          'reference node')
+        reader%lacks_elements = .true. ! nothing is known of its reference nodes
+        bodies%list(n)%set = ''
+        cycle
+      end if
       call allow_options(reader, card, ['ELSET   ', 'REF NODE'])
       call allow_no_data(reader, card)
       associate (body => bodies%list(n))

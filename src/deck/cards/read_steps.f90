@@ -236,7 +236,8 @@ contains
     if (nonlinear .and. reader%small_strain) then
       call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &
         'taken as small')
-    else if (nonlinear) then
+    else if (nonlinear .and. .not. reader%told_nonlinear) then
+      reader%told_nonlinear = .true. ! of the first step: the remedy is of all
       call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM (finite strain) is not '// &
         'available: the theory is that of small strain', '--nlgeom no runs the deck by it')
     end if

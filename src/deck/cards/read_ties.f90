@@ -3,11 +3,12 @@
 !>     *TIE, NAME=GLUE, POSITION TOLERANCE=0.01
 !>     LID-ZMIN, BASE-ZMAX            slave surface, master surface; more lines are more pairs
 module read_ties_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: reader_t, report, report_in_field
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, fields_t, name_field, next_data_line
   use kinds_mod, only: wp
-  use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, real_option
+  use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
+    open_card, real_option
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use surfaces_mod, only: nodes_of
@@ -49,6 +50,11 @@ contains
     logical :: found, ok, has_name, is_first
 
     call open_card(reader, k, card)
+    if (any([has_option(card, 'CYCLIC SYMMETRY'), has_option(card, 'MULTISTAGE')])) then
+      call report_in_field(reader, card%position, 'cyclic symmetry is not available: *TIE glues '// &
+        'surfaces that lie on each other')
+      return
+    end if
     call allow_options(reader, card, ['NAME              ', 'POSITION TOLERANCE', &
       'ADJUST            '], ['TYPE       ', 'NO ROTATION'])
     call name_option(reader, card, 'NAME', .false., name, has_name)

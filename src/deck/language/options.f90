@@ -1,7 +1,7 @@
 !> The options of a keyword line: `*KEYWORD, NAME=VALUE, FLAG`.
 module options_mod
   use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
-    split_line
+    report_in_field, split_line
   use diagnostics_mod, only: guess, quoted
   use keywords_mod, only: same_word, squeeze
   use kinds_mod, only: wp
@@ -163,7 +163,7 @@ contains
           cycle options
         end do
       end if
-      call report(reader, card%options(i)%position, 'unknown parameter '// &
+      call report_in_field(reader, card%options(i)%position, 'unknown parameter '// &
         quoted(card%options(i)%name)//' of *'//card%keyword, &
         guess(card%options(i)%name, as_list(allowed)))
     end do options
