@@ -29,7 +29,7 @@ module read_deck_mod
   use read_block_mod, only: read_block
   use read_contact_mod, only: read_contact
   use read_controls_mod, only: read_contact_controls, read_output_controls
-  use read_gaps_mod, only: read_gaps
+  use read_gaps_mod, only: read_clearances, read_gaps
   use read_couplings_mod, only: find_coupled_surfaces, read_couplings
   use read_equations_mod, only: read_equations
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
@@ -225,6 +225,7 @@ contains
     ! After a mistake couplings are not made, and nothing is known of what they would name.
     if (size(couplings) > 0 .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
+    call read_clearances(reader, scene%pairs)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
     call read_body_solver(reader, scene%precision)

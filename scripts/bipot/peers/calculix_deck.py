@@ -68,10 +68,10 @@ def check_translatable(scene):
     if not scene.pairs:
         reasons.append("no *CONTACT PAIR: there is nothing to compare")
     if scene.has_two_surfaces and any(pair.slave not in scene.faces for pair in scene.pairs):
-        reasons.append("a slave surface of nodes beside a pair of surfaces: ccx needs its faces")
+        reasons.append("a slave surface without faces beside a pair of surfaces: ccx needs them")
     if any(card.keyword == "DSLOAD" and load.target not in scene.faces
            for step in scene.steps for card in step.cards for load in card.loads):
-        reasons.append("*DSLOAD on a surface of nodes: ccx needs its faces")
+        reasons.append("*DSLOAD on a surface without faces: ccx needs them")
     if reasons:
         raise DeckError("; ".join(reasons))
 

@@ -12,8 +12,8 @@ module read_mesh_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
-    mesh_draft_t, no_facet, not_a_coordinate, reserve_elements, reserve_nodes, rigid_facet, &
-    set_of_elements, set_of_nodes, shell_facet
+    mesh_draft_t, no_facet, not_a_coordinate, refused_element, reserve_elements, reserve_nodes, &
+    rigid_facet, set_of_elements, set_of_nodes, shell_facet
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: string_t, to_text
@@ -306,6 +306,7 @@ contains
 
     call name_option(reader, card, 'TYPE', .false., name, ok)
     call find_facet(name, facet, corners)
+    if (.not. is_skipped(name)) facet = refused_element
     entries = 1 + nodes_of_type(name)
     have = 0
     continued = .false.

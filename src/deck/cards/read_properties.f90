@@ -16,6 +16,7 @@ module read_properties_mod
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
+  use mesh_draft_mod, only: refused_element
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
     name_option, open_card, option_position
   use material_law_mod, only: new_law
@@ -275,7 +276,7 @@ contains
     end if
     if (set == 0) return
     if (.not. allocated(model%element_sets%list(set)%members)) return
-    if (model%element_sets%list(set)%n == 0 .and. model%element_sets%list(set)%n_skipped > 0) then
+    if (model%element_sets%list(set)%n == 0 .and. has_others(model, set)) then
       ! Lines and faces without a section are what mesh generators write beside the bricks; those
       ! with one carry forces.
       call report(reader, option_position(card, 'ELSET'), &
@@ -298,6 +299,18 @@ contains
       material(e) = this
     end do
   end subroutine read_section
+
+  !> Whether a set has elements that are skipped, but for those of types that were refused.
+  pure logical function has_others(model, set)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: set
+
+    associate (of => model%element_sets%list(set))
+      has_others = of%n_skipped > 0
+      if (has_others) has_others = any(model%mesh%skipped_kind(of%skipped(:of%n_skipped)) /= &
+        refused_element)
+    end associate
+  end function has_others
 
   !> Which elements have a density; one whose material is not known counts as having it.
   subroutine find_weights(materials, material, weighs)

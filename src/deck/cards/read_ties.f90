@@ -3,7 +3,7 @@
 !>     *TIE, NAME=GLUE, POSITION TOLERANCE=0.01
 !>     LID-ZMIN, BASE-ZMAX            slave surface, master surface; more lines are more pairs
 module read_ties_mod
-  use cards_mod, only: reader_t, report, report_in_field
+  use cards_mod, only: reader_t, report
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, fields_t, name_field, next_data_line
   use kinds_mod, only: wp
@@ -50,13 +50,9 @@ contains
     logical :: found, ok, has_name, is_first
 
     call open_card(reader, k, card)
-    if (any([has_option(card, 'CYCLIC SYMMETRY'), has_option(card, 'MULTISTAGE')])) then
-      call report_in_field(reader, card%position, 'cyclic symmetry is not available: *TIE glues '// &
-        'surfaces that lie on each other')
-      return
-    end if
     call allow_options(reader, card, ['NAME              ', 'POSITION TOLERANCE', &
       'ADJUST            '], ['TYPE       ', 'NO ROTATION'])
+    if (has_option(card, 'CYCLIC SYMMETRY')) return ! its surfaces do not lie on each other
     call name_option(reader, card, 'NAME', .false., name, has_name)
     call real_option(reader, card, 'POSITION TOLERANCE', huge(1.0_wp), tie%tolerance, ok)
     choice = 1

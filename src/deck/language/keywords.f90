@@ -60,6 +60,7 @@ module keywords_mod
     keyword_t('DISTRIBUTING', in_model, is_read), &
     keyword_t('TRANSFORM', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
+    keyword_t('CLEARANCE', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
     keyword_t('BODY SOLVER', in_model, is_read), &
@@ -110,7 +111,6 @@ module keywords_mod
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
     keyword_t('HYPERELASTIC', anywhere, is_missing), &
-    keyword_t('CLEARANCE', anywhere, is_missing), &
     keyword_t('CONTACT INTERFERENCE', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &
     keyword_t('CHANGE FRICTION', anywhere, is_missing), &
