@@ -60,8 +60,9 @@ def check_translatable(scene):
                        "translated")
     if scene.gaps or any(clearance(scene, pair) is None for pair in scene.pairs):
         reasons.append("*CONTACT GAP: ccx has no gap that differs from node to node")
-    if scene.clearances and not scene.has_two_surfaces:
-        reasons.append("*CONTACT GAP before an obstacle: ccx has clearances between faces alone")
+    given = scene.clearances or any(pair.clearance is not None for pair in scene.pairs)
+    if given and not scene.has_two_surfaces:
+        reasons.append("gaps before an obstacle: ccx has clearances between faces alone")
     kinds = {kind for kind, _ in scene.elements.values()} - ELEMENTS.keys()
     if kinds:
         reasons.append(f"elements of TYPE={', '.join(sorted(kinds))}: ccx does not have them")
@@ -188,7 +189,8 @@ def contact_lines(scene, masters, penalty):
         adjusted = f", ADJUST={pair.adjust}" if pair.adjust is not None else ""
         yield f"*CONTACT PAIR, INTERACTION=CONTACT{k}, TYPE={penalty.kind}{adjusted}"
         yield f"SLAVE{k}, MASTER{k}"
-        if gap := clearance(scene, pair):
+        gap = clearance(scene, pair) + (pair.clearance or 0.0)
+        if gap or pair.clearance is not None:
             yield f"*CLEARANCE, MASTER=MASTER{k}, SLAVE=SLAVE{k}, VALUE={gap:.12g}"
 
 

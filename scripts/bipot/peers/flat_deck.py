@@ -70,6 +70,7 @@ class Pair:
     master: str
     interaction: str
     adjust: str | None = None  # from how far away slave nodes are put on the master
+    clearance: float | None = None  # in place of the gaps of the mesh
 
 
 @dataclass
@@ -403,6 +404,11 @@ def read_flat(program, path, overrides):
                         scene.gaps = True
                     else:
                         scene.clearances.append((row[0], number(row[1])))
+            case "CLEARANCE":
+                named = (card.name("SLAVE"), card.name("MASTER"))
+                for pair in scene.pairs:
+                    if (pair.slave, pair.master) == named:
+                        pair.clearance = number(card.name("VALUE"))
             case "AMPLITUDE":
                 for option in ("TIME", "DEFINITION"):
                     if card.options.get(option, "TABULAR").upper() not in ("STEP TIME", "TABULAR"):

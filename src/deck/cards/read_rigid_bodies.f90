@@ -62,14 +62,15 @@ contains
       n = n + 1
       call open_card(reader, k, card)
       if (has_option(card, 'NSET')) then
+        ! Before the same without a hint.
         call report(reader, option_position(card, 'NSET'), 'unknown parameter ''NSET'' of *RIGID '// &
           'BODY', '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC below it holds the nodes of a '// &
           'surface or a set to a reference node')
         reader%lacks_elements = .true. ! nothing is known of its reference nodes
         bodies%list(n)%set = ''
-        cycle
       end if
       call allow_options(reader, card, ['ELSET   ', 'REF NODE'])
+      if (has_option(card, 'NSET')) cycle
       call allow_no_data(reader, card)
       associate (body => bodies%list(n))
         call name_option(reader, card, 'ELSET', .true., body%set, ok)

@@ -74,14 +74,16 @@ contains
     call add_mistake(reader%diagnostics, reader%source, position, message, hint)
   end subroutine report
 
-  !> Record an error that only says that elements are missing: not where their type was refused.
+  !> Record an error that only says that elements are missing: not where their type was refused, or
+  !> a keyword of another field.
   subroutine report_missing_element(reader, position, message, hint)
     type(reader_t), intent(inout) :: reader
     integer, intent(in) :: position
     character(*), intent(in) :: message
     character(*), intent(in), optional :: hint
 
-    if (.not. reader%lacks_elements) call report(reader, position, message, hint)
+    if (.not. (reader%lacks_elements .or. reader%other_field)) call report(reader, position, &
+      message, hint)
   end subroutine report_missing_element
 
   !> Record an error that a deck of another field has: dofs of temperatures and rotations, materials
