@@ -430,21 +430,26 @@ contains
     character(:), allocatable, intent(inout) :: text
     type(source_t) :: one
     type(pieces_t) :: pieces
+    character(:), allocatable :: rest
     real(wp) :: x(3)
     integer :: i, status
 
     if (.not. instance%moves) return
     call add_line(one, text, 0, 0)
     call split_line(one, 1, pieces)
-    if (pieces%n < 4) return
-    do i = 1, 3
+    if (pieces%n < 1) return
+    x = 0.0_wp ! what is left out
+    do i = 1, min(3, pieces%n - 1)
+      if (pieces%last(i + 1) < pieces%first(i + 1)) cycle
       call read_real(text(pieces%first(i + 1):pieces%last(i + 1)), x(i), status)
       if (status /= number_ok) return
     end do
     x = x + instance%translation
     x = instance%point + matmul(instance%rotation, x - instance%point)
-    text = text(:pieces%first(2) - 1)//number_text(x(1))//', '//number_text(x(2))//', '// &
-      number_text(x(3))//text(pieces%last(4) + 1:)
+    rest = ''
+    if (pieces%n > 4) rest = text(pieces%last(4) + 1:)
+    text = text(:pieces%last(1))//', '//number_text(x(1))//', '//number_text(x(2))//', '// &
+      number_text(x(3))//rest
   end subroutine move_node
 
   !> Take one line of the deck, with the values of its parameters, and cut it into pieces.

@@ -13,7 +13,7 @@ module mesh_draft_mod
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
   public :: is_of_block, find_elements, with_outer, refined_faces, given_nodes
-  public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet
+  public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 20000000
@@ -28,6 +28,7 @@ module mesh_draft_mod
   ! What a rigid body may make of an element that is skipped else: nothing, a facet of a type that
   ! other programs compute, or of one that is rigid by itself.
   integer, parameter :: no_facet = 0, shell_facet = 1, rigid_facet = 2
+  integer, parameter :: refused_element = 3 !! its type is not available, which was reported
 
   !> A set that *NODE, *ELEMENT or *BLOCK makes beside its nodes or elements.
   type :: early_set_t

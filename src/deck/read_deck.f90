@@ -31,7 +31,7 @@ module read_deck_mod
   use read_block_mod, only: read_block
   use read_contact_mod, only: read_contact
   use read_controls_mod, only: read_contact_controls, read_output_controls
-  use read_gaps_mod, only: read_gaps
+  use read_gaps_mod, only: read_clearances, read_gaps
   use read_couplings_mod, only: find_coupled_surfaces, read_couplings
   use read_equations_mod, only: read_equations
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
@@ -196,6 +196,10 @@ contains
     call refine_mesh(reader, model, scene%mesh_size%parts, scene%mesh_size%across)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, scene%mesh_size%zone, scene%mesh_size%across)
+    call read_materials(reader, scene%materials, materials)
+    call read_sections(reader, model, materials, material)
+    call check_locking(reader, model%mesh, scene%materials, material)
+    call find_weights(scene%materials, material, model%weighs)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
     n_equations = equations%list%n
@@ -204,10 +208,6 @@ contains
     call read_surfaces(reader, model, surfaces)
     call keep_named_sets(reader, model, surfaces, scene)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
-    call read_materials(reader, scene%materials, materials)
-    call read_sections(reader, model, materials, material)
-    call check_locking(reader, model%mesh, scene%materials, material)
-    call find_weights(scene%materials, material, model%weighs)
     call read_ties(reader, model, surfaces, ties)
     call find_coupled_surfaces(reader, model, surfaces, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then
@@ -231,6 +231,7 @@ contains
     ! After a mistake couplings are not made, and nothing is known of what they would name.
     if (size(couplings) > 0 .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
+    call read_clearances(reader, scene%pairs)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
     call read_body_solver(reader, scene%precision)

@@ -15,7 +15,8 @@ module surface_list_mod
   implicit none
   private
 
-  public :: surface_list_t, add_surface, add_surface_of_sides, check_side, find_nodes, drop_unused
+  public :: surface_list_t, add_surface, add_surface_of_faces, add_surface_of_sides, check_side
+  public :: find_nodes, drop_unused
   public :: find_surface, find_surface_or_set, find_faces_of_nodes, has_facets, sides_t
 
   !> Elements looked at to find the faces of nodes, for all surfaces together: likewise.
@@ -37,6 +38,7 @@ module surface_list_mod
     logical, allocatable :: flawed(:) !! nodes are missing because of mistakes
     integer, allocatable :: of_set(:) !! for each set of nodes its surface; 0: none
     logical, allocatable :: of_nodes(:) !! made of nodes, and its faces are not found yet
+    integer, allocatable :: faced(:)  !! of a surface of nodes the one of its faces alone; 0: none
     integer(i8) :: work = 0 !! elements looked at to find faces
     type(sides_t), allocatable :: sides(:)   !! of the first ones
     integer, allocatable :: obstacle(:)
@@ -133,6 +135,32 @@ contains
     end do
     ok = .true.
   end subroutine check_side
+
+  !> Add the surface of the faces that a surface of nodes has, once; `index` is its index.
+  subroutine add_surface_of_faces(mesh, whole, surfaces, index)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: whole         !! the surface of nodes
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index
+    integer, allocatable :: longer(:)
+    integer :: of
+
+    of = whole
+    if (.not. allocated(surfaces%faced)) allocate (surfaces%faced(0))
+    if (size(surfaces%faced) < of) then
+      allocate (longer(of), source=0)
+      longer(:size(surfaces%faced)) = surfaces%faced
+      call move_alloc(longer, surfaces%faced)
+    end if
+    index = surfaces%faced(of)
+    if (index > 0) return
+    call add_unnamed(surfaces)
+    index = surfaces%n
+    surfaces%faced(of) = index
+    surfaces%list(index)%name = surfaces%list(of)%name
+    surfaces%list(index)%faces = surfaces%list(of)%faces
+    call find_nodes(mesh, surfaces%list(index))
+  end subroutine add_surface_of_faces
 
   !> Find the faces of a surface of nodes, when something needs them.
   subroutine find_faces_of_nodes(reader, model, surfaces, index)

@@ -15,7 +15,7 @@ module surface_pairs_mod
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
-  use surface_list_mod, only: find_faces_of_nodes, surface_list_t
+  use surface_list_mod, only: add_surface_of_faces, find_faces_of_nodes, surface_list_t
   use surfaces_mod, only: nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
@@ -38,6 +38,8 @@ contains
 
     if (.not. allocated(surfaces%list(pair%surface)%faces)) return
     call find_faces_of_nodes(reader, model, surfaces, pair%master_surface)
+    call leave_out_bare_nodes(reader, model, surfaces, pair%surface, &
+      surfaces%list(pair%master_surface)%name)
     associate (slave => surfaces%list(pair%surface), &
                master => surfaces%list(pair%master_surface), mesh => model%mesh)
       ok = .not. (surfaces%flawed(pair%surface) .or. surfaces%flawed(pair%master_surface))
@@ -63,7 +65,7 @@ contains
     master_position, pair)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
-    type(surface_list_t), intent(in) :: surfaces
+    type(surface_list_t), intent(inout) :: surfaces !! one without nodes that have no face is added
     type(obstacle_t), intent(in) :: obstacle
     integer, intent(in) :: slave_position, master_position !! of the names in the deck
     type(contact_pair_t), intent(inout) :: pair
@@ -76,6 +78,7 @@ contains
       if (.not. ok) pair%master = 0
       return
     end if
+    call leave_out_bare_nodes(reader, model, surfaces, pair%surface, obstacle%name)
     associate (slave => surfaces%list(pair%surface))
       if (ok) call check_faces(reader, model, slave, slave_position, 'the slave '// &
         quoted(slave%name)//' before facets of an obstacle', ok)
@@ -110,6 +113,35 @@ contains
       quoted(obstacle%name)//', turned away from its surface: the body is on the wrong side', &
       how_to_turn_round(obstacle))
   end subroutine check_side
+
+  !> Nodes of a slave that are on none of its faces take no part in a pair that is placed by faces.
+  !> Where some are left the pair gets a surface of these; other cards mean all of the nodes still.
+  subroutine leave_out_bare_nodes(reader, model, surfaces, slave, master)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(inout) :: slave      !! index of the surface
+    character(*), intent(in) :: master   !! its name
+    logical :: on_face(model%mesh%n_nodes)
+    integer, allocatable :: bare(:)
+    integer :: faced
+
+    if (surfaces%flawed(slave)) return
+    on_face = .false.
+    associate (surface => surfaces%list(slave))
+      if (size(surface%faces, 2) == 0) return
+      on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
+        [4*size(surface%faces, 2)])) = .true.
+      bare = pack(surface%nodes, .not. on_face(surface%nodes))
+      if (size(bare) == 0) return
+      call note(reader, 'contact pair '//surface%name//':'//master//': '//to_text(size(bare))// &
+        ' of '//to_text(size(surface%nodes))//' slave nodes are on none of the faces whose nodes '// &
+        'the surface has, and are left out (the first: node '// &
+        to_text(model%mesh%node_id(bare(1)))//')')
+    end associate
+    call add_surface_of_faces(model%mesh, slave, surfaces, faced)
+    slave = faced
+  end subroutine leave_out_bare_nodes
 
   !> A surface that is placed by its faces consists of faces, and all of its nodes are theirs.
   subroutine check_faces(reader, model, surface, position, what, ok)

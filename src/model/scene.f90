@@ -59,6 +59,9 @@ module scene_mod
     !! before a surface: weights and normals stay those of the undeformed mesh
     real(wp) :: overlap = 0.0_wp
     !! before a surface: how deep in it slave faces are in the deck, at most [length]
+    logical  :: has_clearance = .false.
+    real(wp) :: clearance = 0.0_wp
+    !! of *CLEARANCE: in place of the gaps of the mesh; below 0 an overlap [length]
   end type contact_pair_t
 
   !> A reference node of couplings, and the node whose displacement is its rotation times a length.

@@ -38,8 +38,8 @@ contains
     call add_field(list, field_t('area', of_real, [n], 'area', &
       'share of the slave surface; 0 where no face of it is', at_start, compute=area))
     call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
-      'what *CONTACT GAP adds to the distance that the mesh says, and an overlap that '// &
-      'constraints keep as it is', at_start, compute=extra_gap))
+      'what *CONTACT GAP and *CLEARANCE add to the distance that the mesh says, and an overlap '// &
+      'that constraints keep as it is', at_start, compute=extra_gap))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))

@@ -224,6 +224,26 @@ class Translation(unittest.TestCase):
         with self.assertRaisesRegex(DeckError, "two surfaces"):
             problem_arrays(scene)
 
+    def test_sets_of_nodes_have_the_faces_of_their_nodes(self):
+        deck = (INPUT / "foundation.inp").read_text()
+        pair = "*CONTACT PAIR, INTERACTION=DRY\nBLOCK-ZMIN, BASE-ZMAX\n"
+        self.assertEqual(deck.count(pair), 1)
+        sets = ("*SURFACE, NAME=NODES, TYPE=NODE\nBLOCK-ZMIN\nEDGE\n*NSET, NSET=ALSO\nBASE-ZMAX\n"
+                "*NSET, NSET=EDGE\n11\n*CONTACT PAIR, INTERACTION=DRY\nNODES, ALSO\n")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "sets.inp"
+            path.write_text(deck.replace(pair, sets))
+            overrides = {"n": "2", "base": "3"}
+            found = read_flat(PROGRAM, path, overrides)
+            expected = read_flat(PROGRAM, INPUT / "foundation.inp", overrides)
+        self.assertEqual(sorted(found.faces["NODES"]), sorted(expected.faces["BLOCK-ZMIN"]))
+        self.assertEqual(sorted(found.faces["ALSO"]), sorted(expected.faces["BASE-ZMAX"]))
+        # Node 11, above the face, has no face among those of the surface.
+        self.assertEqual(len(found.nodes_of("NODES")), 10)
+        self.assertEqual(len(slave_nodes(found, found.pairs[0])), 9)
+        self.assertIn("*SURFACE, NAME=SLAVE1, TYPE=ELEMENT",
+                      deck_lines(found, Penalty(1e7, 1e6, 0.0, SURFACES)))
+
     def test_the_tolerance_is_put_in_anywhere(self):
         cards = (
             "*CONTACT SOLVER, SOLVER=AUTO,\n TOLERANCE=1e-3, STOP=RESIDUAL\n*STEP\n",

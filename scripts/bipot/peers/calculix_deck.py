@@ -60,18 +60,19 @@ def check_translatable(scene):
                        "translated")
     if scene.gaps or any(clearance(scene, pair) is None for pair in scene.pairs):
         reasons.append("*CONTACT GAP: ccx has no gap that differs from node to node")
-    if scene.clearances and not scene.has_two_surfaces:
-        reasons.append("*CONTACT GAP before an obstacle: ccx has clearances between faces alone")
+    given = scene.clearances or any(pair.clearance is not None for pair in scene.pairs)
+    if given and not scene.has_two_surfaces:
+        reasons.append("gaps before an obstacle: ccx has clearances between faces alone")
     kinds = {kind for kind, _ in scene.elements.values()} - ELEMENTS.keys()
     if kinds:
         reasons.append(f"elements of TYPE={', '.join(sorted(kinds))}: ccx does not have them")
     if not scene.pairs:
         reasons.append("no *CONTACT PAIR: there is nothing to compare")
     if scene.has_two_surfaces and any(pair.slave not in scene.faces for pair in scene.pairs):
-        reasons.append("a slave surface of nodes beside a pair of surfaces: ccx needs its faces")
+        reasons.append("a slave surface without faces beside a pair of surfaces: ccx needs them")
     if any(card.keyword == "DSLOAD" and load.target not in scene.faces
            for step in scene.steps for card in step.cards for load in card.loads):
-        reasons.append("*DSLOAD on a surface of nodes: ccx needs its faces")
+        reasons.append("*DSLOAD on a surface without faces: ccx needs them")
     if reasons:
         raise DeckError("; ".join(reasons))
 
@@ -188,7 +189,8 @@ def contact_lines(scene, masters, penalty):
         adjusted = f", ADJUST={pair.adjust}" if pair.adjust is not None else ""
         yield f"*CONTACT PAIR, INTERACTION=CONTACT{k}, TYPE={penalty.kind}{adjusted}"
         yield f"SLAVE{k}, MASTER{k}"
-        if gap := clearance(scene, pair):
+        gap = clearance(scene, pair) + (pair.clearance or 0.0)
+        if gap or pair.clearance is not None:
             yield f"*CLEARANCE, MASTER=MASTER{k}, SLAVE=SLAVE{k}, VALUE={gap:.12g}"
 
 

@@ -12,7 +12,9 @@ import math
 import re
 from dataclasses import dataclass, field
 
-from bipot.brick_faces import BRICK_FACES
+import numpy as np
+
+from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
 from bipot.errors import RunError
 from bipot.running import flat
 
@@ -68,6 +70,7 @@ class Pair:
     master: str
     interaction: str
     adjust: str | None = None  # from how far away slave nodes are put on the master
+    clearance: float | None = None  # in place of the gaps of the mesh
 
 
 @dataclass
@@ -185,6 +188,19 @@ class Scene:
             corners = self.elements[element][1]
             found.update(dict.fromkeys(corners[k] for k in BRICK_FACES[face - 1]))
         return list(found)
+
+    def find_faces(self, names):
+        """Give surfaces and sets of nodes their faces: outer ones that have all four nodes there."""
+        bricks = np.array([corners for _, corners in self.elements.values()]).reshape(-1, 8)
+        ids = list(self.elements)
+        faces = outer_faces(bricks)
+        corners = face_nodes(bricks, faces)
+        for name in names:
+            if name not in self.node_surfaces and name not in self.node_sets:
+                continue
+            inside = np.isin(corners, self.nodes_of(name)).all(axis=1)
+            if inside.any():
+                self.faces[name] = [(ids[brick], int(face) + 1) for brick, face in faces[inside]]
 
     def elements_of(self, name):
         """Return the ids that a set of elements or an id names."""
@@ -348,7 +364,8 @@ def read_flat(program, path, overrides):
         match card.keyword:
             case "NODE":
                 for row in card.rows:
-                    scene.nodes[int(row[0])] = [number(word) for word in row[1:4] if word]
+                    words = [*row[1:4], "", "", ""][:3]
+                    scene.nodes[int(row[0])] = [number(word or "0.") for word in words]
                 if "NSET" in card.options:
                     ids = [int(row[0]) for row in card.rows]
                     scene.add(scene.node_sets, card.options["NSET"], ids)
@@ -387,6 +404,11 @@ def read_flat(program, path, overrides):
                         scene.gaps = True
                     else:
                         scene.clearances.append((row[0], number(row[1])))
+            case "CLEARANCE":
+                named = (card.name("SLAVE"), card.name("MASTER"))
+                for pair in scene.pairs:
+                    if (pair.slave, pair.master) == named:
+                        pair.clearance = number(card.name("VALUE"))
             case "AMPLITUDE":
                 for option in ("TIME", "DEFINITION"):
                     if card.options.get(option, "TABULAR").upper() not in ("STEP TIME", "TABULAR"):
@@ -407,4 +429,9 @@ def read_flat(program, path, overrides):
                 pass
             case keyword:
                 raise DeckError(f"*{keyword} has no translation")
+    wanted = {load.target for step in scene.steps for card in step.cards for load in card.loads
+              if card.keyword == "DSLOAD"}
+    if scene.has_two_surfaces:
+        wanted |= {name for pair in scene.pairs for name in (pair.slave, pair.master)}
+    scene.find_faces(sorted(wanted - scene.faces.keys()))
     return scene

@@ -31,8 +31,8 @@ def check_translatable(scene):
         reasons.append("*OBSTACLE, REF NODE=: planes that may move")
     if scene.has_two_surfaces:
         reasons.append("*CONTACT PAIR of two surfaces")
-    if scene.gaps:
-        reasons.append("*CONTACT GAP")
+    if scene.gaps or scene.clearances or any(p.clearance is not None for p in scene.pairs):
+        reasons.append("*CONTACT GAP and *CLEARANCE")
     if not scene.pairs:
         reasons.append("no *CONTACT PAIR")
     cards = [card for step in scene.steps for card in step.cards if card.loads]

@@ -201,7 +201,9 @@ contains
     end do
   end subroutine find_new
 
-  !> *CONTACT GAP: what each point is further away than the mesh says.
+  !> *CONTACT GAP and *CLEARANCE: what each point is further away than the mesh says. A clearance
+  !> takes the place of the gap that the row of the point has in the undeformed mesh; points that
+  !> face no master there keep theirs.
   !>
   !> Constant gaps are the same before every obstacle: summed over the nodes, then handed out.
   subroutine find_extra_gaps(scene, points)
@@ -219,7 +221,8 @@ contains
       head(points%node(i)) = i
     end do
     allocate (points%extra_gap(points%n), source=0.0_wp)
-    if (any(scene%gaps%parabola)) call place_undeformed(scene, points, placement)
+    if (any(scene%gaps%parabola) .or. any(scene%pairs%has_clearance)) call place_undeformed( &
+      scene, points, placement)
     extra = 0.0_wp
     constant = 0.0_wp
     marked = 0
@@ -243,6 +246,12 @@ contains
     end do
     ! Between the deck's nodes they are bilinear, as the mesh is.
     call fill_between(scene%mesh, constant)
+    do i = 1, points%n
+      associate (pair => scene%pairs(points%pair(i)))
+        if (pair%has_clearance .and. placement%weights%covers(i)) extra(i) = extra(i) + &
+          pair%clearance - placement%gap(i)
+      end associate
+    end do
     points%extra_gap = extra + constant(points%node)
   end subroutine find_extra_gaps
 

@@ -114,7 +114,8 @@ contains
       case ('CONTACT PRINT')
         call open_card(reader, k, card)
         call allow_options(reader, card, [character(1) ::], [character(13) :: 'FREQUENCY', &
-          'FREQUENCYF', 'SLAVE', 'MASTER', 'NSET', 'ELSET', 'TOTALS', 'TIME POINTS', 'SUMMARY'])
+          'FREQUENCYF', 'SLAVE', 'MASTER', 'NSET', 'ELSET', 'SET', 'TOTALS', 'TIME POINTS', &
+          'SUMMARY'])
         named%contact_table = .true.
         call read_variables(reader, card, named)
       case default

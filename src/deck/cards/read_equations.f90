@@ -4,7 +4,7 @@
 !>     2                              number of terms; more equations may follow
 !>     TOP, 3, 1.,  900, 3, -1.       node or set, dof, coefficient; up to four terms a line
 module read_equations_mod
-  use cards_mod, only: keep_reading, reader_t, report
+  use cards_mod, only: keep_reading, reader_t, report, report_in_field
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
   use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
@@ -186,7 +186,7 @@ contains
           ok = .false.
         else if (term%dof > 3) then
           ok = term%dof <= 6 .and. model%rotation_node(node) > 0
-          if (.not. ok) call report(reader, field_position(reader, fields, i + 1), &
+          if (.not. ok) call report_in_field(reader, field_position(reader, fields, i + 1), &
             'the dof must be 1, 2 or 3 (4 to 6 on reference nodes of couplings), not '// &
             quoted(field_text(reader, fields, i + 1)))
         end if

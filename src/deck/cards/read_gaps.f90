@@ -1,18 +1,20 @@
-!> Gaps beside those of the mesh: a curved profile without a curved mesh.
+!> Gaps beside those of the mesh, a curved profile without a curved mesh; and in place of them.
 !>
 !>     *CONTACT GAP
 !>     BODY-ZMIN, 0.01                          node or set, gap
 !>     BODY-ZMIN, PARABOLA, 0., 0., 0., 50.     node or set, centre, radius
 !>     *CONTACT GAP, PARABOLA
 !>     BODY-ZMIN, 0., 0., 0., 50.               the same
+!>     *CLEARANCE, SLAVE=LID-ZMIN, MASTER=BODY-ZMAX, VALUE=0.002
 module read_gaps_mod
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: quoted
+  use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
     real_field, reference_field, reference_t
   use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
-  use options_mod, only: allow_options, card_t, flag_option, open_card
+  use options_mod, only: allow_no_data, allow_options, card_t, flag_option, name_option, &
+    open_card, option_position, signed_option
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: contact_gap_t, contact_pair_t
   use sets_mod, only: model_t, referenced_nodes
@@ -20,7 +22,7 @@ module read_gaps_mod
   implicit none
   private
 
-  public :: read_gaps
+  public :: read_gaps, read_clearances
 
   !> Nodes named by all lines of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 50000000
@@ -58,6 +60,43 @@ contains
     end do
     gaps = room(:n)
   end subroutine read_gaps
+
+  !> *CLEARANCE, SLAVE=surface, MASTER=surface, VALUE=gap: of all slave nodes of a pair.
+  subroutine read_clearances(reader, pairs)
+    type(reader_t), intent(inout) :: reader
+    type(contact_pair_t), intent(inout) :: pairs(:)
+    type(card_t) :: card
+    character(:), allocatable :: slave, master
+    real(wp) :: gap
+    integer :: k, p
+    logical :: ok(3)
+
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'CLEARANCE') cycle
+      call open_card(reader, k, card)
+      call allow_options(reader, card, ['SLAVE ', 'MASTER', 'VALUE '])
+      call allow_no_data(reader, card)
+      call name_option(reader, card, 'SLAVE', .true., slave, ok(1))
+      call name_option(reader, card, 'MASTER', .true., master, ok(2))
+      call signed_option(reader, card, 'VALUE', gap, ok(3))
+      ! Pairs of a deck with errors may be missing.
+      if (.not. all(ok)) cycle
+      do p = size(pairs), 1, -1
+        if (pairs(p)%name == slave//':'//master) exit
+      end do
+      if (p == 0) then
+        if (.not. any_mistakes(reader%diagnostics)) call report(reader, option_position(card, &
+          'SLAVE'), 'no *CONTACT PAIR has the slave '//quoted(slave)//' and the master '// &
+          quoted(master))
+      else if (pairs(p)%has_clearance) then
+        call report(reader, card%position, 'contact pair '//quoted(pairs(p)%name)// &
+          ' has a *CLEARANCE already')
+      else
+        pairs(p)%has_clearance = .true.
+        pairs(p)%clearance = gap
+      end if
+    end do
+  end subroutine read_clearances
 
   !> Lines `node or set, gap` or `node or set[, PARABOLA], x, y, z, R`.
   subroutine read_card(reader, card, model, slave, list, n, work)

@@ -9,7 +9,8 @@
 !>     *DSLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
 !>     BODY-ZMAX, P, 2.5              surface, P, pressure
 module read_loads_mod
-  use cards_mod, only: keep_reading, note, reader_t, report, report_missing_element
+  use cards_mod, only: keep_reading, note, reader_t, report, report_in_field, &
+    report_missing_element
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: dof_in_words
   use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
@@ -221,13 +222,13 @@ contains
     integer, intent(out) :: dof
     logical, intent(out) :: ok
 
-    call integer_field(reader, fields, i, what, 1, dof, ok)
-    if (.not. ok .or. dof <= highest) return
+    call integer_field(reader, fields, i, what, merge(0, 1, reader%other_field), dof, ok)
+    if (.not. ok .or. (dof >= 1 .and. dof <= highest)) return
     ok = .false.
     if (highest == max_dof) then
       call report_rotation(reader, fields, i, what)
     else
-      call report(reader, field_position(reader, fields, i), what// &
+      call report_in_field(reader, field_position(reader, fields, i), what// &
         ' must be 1, 2 or 3 (moments turn nothing: *BOUNDARY turns obstacles), not '// &
         quoted(field_text(reader, fields, i)))
     end if
@@ -239,7 +240,7 @@ contains
     integer, intent(in) :: i
     character(*), intent(in) :: what
 
-    call report(reader, field_position(reader, fields, i), what// &
+    call report_in_field(reader, field_position(reader, fields, i), what// &
       ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles and couplings), not '// &
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation

@@ -9,13 +9,13 @@ module read_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
-  use fields_mod, only: any_number, fields_t, integer_field, limit_fields, looks_like_id, &
-    next_data_line, real_field
+  use fields_mod, only: any_number, fields_t, integer_field, is_empty_field, limit_fields, &
+    looks_like_id, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
-    mesh_draft_t, no_facet, not_a_coordinate, reserve_elements, reserve_nodes, rigid_facet, &
-    set_of_elements, set_of_nodes, shell_facet
+    mesh_draft_t, no_facet, not_a_coordinate, refused_element, reserve_elements, reserve_nodes, &
+    rigid_facet, set_of_elements, set_of_nodes, shell_facet
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: string_t, to_text
@@ -48,8 +48,14 @@ contains
       call next_data_line(reader, card, fields, found, 4, 'an id and three coordinates')
       if (.not. found) exit
       call integer_field(reader, fields, 1, 'the id of a node', 1, id, ok(1))
+      x = 0.0_wp ! what is left out, as Abaqus has it
+      ok(2:) = .true.
       do i = 1, 3
-        call real_field(reader, fields, i + 1, 'coordinate '//'xyz'(i:i), x(i), ok(i + 1))
+        if (is_empty_field(fields, i + 1)) then
+          call note(reader, 'coordinates that lines of *NODE leave out are 0')
+        else
+          call real_field(reader, fields, i + 1, 'coordinate '//'xyz'(i:i), x(i), ok(i + 1))
+        end if
       end do
       if (.not. ok(1)) cycle
       call reserve_nodes(draft, 1, room)
@@ -145,12 +151,32 @@ contains
         words(4)%text = 'C3D6'
         words(5)%text = 'C3D4'
         reader%lacks_elements = .true.
+        if (is_of_other_field(name)) then
+          reader%other_field = .true.
+          call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
+            ': bipot solves static frictional contact of elastic solids')
+          return
+        end if
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
           ' is not available; C3D8, C3D8I, C3D8B, C3D6 and C3D4 are', &
           how_to_get_bricks(name, words))
       end if
     end select
   end subroutine check_element_type
+
+  !> Whether a type is of fluids, heat, acoustics or networks, a spring or damper, a mass, or one of
+  !> the user's own.
+  pure logical function is_of_other_field(name)
+    character(*), intent(in) :: name !! upper case
+    character(7), parameter :: beginnings(*) = [character(7) :: 'F3D', 'FC3D', 'DC', 'AC', &
+      'SPRING', 'DASHPOT', 'GAP', 'MASS', 'ROTARYI', 'U', 'CONN', 'COH']
+    integer :: i
+
+    is_of_other_field = name == 'D' .or. name == 'F'
+    do i = 1, size(beginnings)
+      is_of_other_field = is_of_other_field .or. index(name, trim(beginnings(i))) == 1
+    end do
+  end function is_of_other_field
 
   !> How a mesh of elements that are not available is made one of bricks.
   pure function how_to_get_bricks(name, known) result(hint)
@@ -299,29 +325,50 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
     character(:), allocatable :: name
-    integer :: id, i, facet, corners
+    integer :: id, i, facet, corners, entries, have
     logical :: found, ok, continued
 
     call name_option(reader, card, 'TYPE', .false., name, ok)
     call find_facet(name, facet, corners)
+    if (.not. is_skipped(name)) facet = refused_element
+    entries = 1 + nodes_of_type(name)
+    have = 0
     continued = .false.
     do
       call next_data_line(reader, card, fields, found, any_number, 'an id and nodes')
       if (.not. found) exit
       if (.not. continued) then
+        have = 0
         call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)
         if (ok) call add_skipped(draft, id, fields%start, facet, corners)
         do i = 2, min(fields%n, 9)
+          if (entries == 1) exit ! networks have nodes 0
           if (.not. ok .or. .not. looks_like_id(reader, fields, i)) exit
           call integer_field(reader, fields, i, 'the id of a node', 1, id, ok)
           if (ok) call add_skipped_node(draft, id)
         end do
       end if
-      ! The skipped types have at most 9 entries, one line whatever ends it; what follows a longer
-      ! line that ends with a comma is the rest of a larger element.
-      continued = fields%pieces%ends_with_comma .and. fields%n > 9
+      have = have + fields%n
+      continued = fields%pieces%ends_with_comma .and. have < entries
     end do
   end subroutine skip_elements
+
+  !> How many nodes an element has, by the last number in the name of its type, as in S8R; beams
+  !> have one more. 0: the name does not say it.
+  pure integer function nodes_of_type(name) result(n)
+    character(*), intent(in) :: name !! upper case
+    integer, parameter :: most = 27
+    integer :: first, last, status
+
+    n = 0
+    last = scan(name, '0123456789', back=.true.)
+    if (last == 0) return
+    first = verify(name(:last), '0123456789', back=.true.) + 1
+    if (name(1:1) == 'B') first = last
+    read (name(first:last), *, iostat=status) n
+    if (status /= 0 .or. n > most) n = 0
+    if (name(1:1) == 'B') n = n + 1
+  end function nodes_of_type
 
   !> Make the set that an option of *NODE or *ELEMENT names.
   subroutine add_option_set(reader, card, option, range, flawed, draft, skipped)

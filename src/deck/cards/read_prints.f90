@@ -25,7 +25,8 @@ module read_prints_mod
 contains
 
   !> *NODE PRINT and *EL PRINT of all steps together: of a set, or a set and a position of its
-  !> elements, there is one table, with all that any card names and the last FREQUENCY.
+  !> elements, there is one table, with all that any card names and the last FREQUENCY. A card with a
+  !> FREQUENCY of 0 asks for nothing.
   subroutine read_prints(reader, model, prints)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -44,9 +45,11 @@ contains
       print = print_t(of_elements=card%keyword == 'EL PRINT')
       if (print%of_elements) then
         call read_element_options(reader, card, print)
+        if (print%frequency == 0) cycle
         call read_set(reader, card, model, model%element_sets, print, ok)
       else
         call read_node_options(reader, card, print)
+        if (print%frequency == 0) cycle
         call read_set(reader, card, model, model%node_sets, print, ok)
       end if
       call read_variables(reader, card, print)
@@ -78,7 +81,7 @@ contains
 
     call allow_options(reader, card, ['NSET     ', 'FREQUENCY', 'TOTALS   '], &
       [character(11) :: 'FREQUENCYF', 'GLOBAL', 'TIME POINTS', 'SUMMARY', 'OUTPUT'])
-    call integer_option(reader, card, 'FREQUENCY', 1, huge(1), print%frequency, ok)
+    call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
     choice = 1
     call choice_option(reader, card, 'TOTALS', ['NO  ', 'YES ', 'ONLY'], choice, ok)
     print%totals = choice > 1
@@ -94,7 +97,7 @@ contains
 
     call allow_options(reader, card, ['ELSET    ', 'FREQUENCY', 'POSITION '], &
       [character(11) :: 'FREQUENCYF', 'GLOBAL', 'TIME POINTS', 'SUMMARY', 'OUTPUT', 'TOTALS'])
-    call integer_option(reader, card, 'FREQUENCY', 1, huge(1), print%frequency, ok)
+    call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
     choice = 1
     call choice_option(reader, card, 'POSITION', ['INTEGRATION POINTS', 'CENTROIDAL        '], &
       choice, ok)

@@ -9,15 +9,16 @@
 !>     1.2e-5
 !>     *SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
 module read_properties_mod
-  use cards_mod, only: note, reader_t, report
+  use cards_mod, only: note, reader_t, report, report_in_field
   use diagnostics_mod, only: quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
+  use mesh_draft_mod, only: refused_element
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    name_option, open_card, option_position
+    has_option, name_option, open_card, option_position
   use material_law_mod, only: new_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -82,7 +83,7 @@ contains
     call close_directory(reader, names)
     do k = 1, names%n
       if (elastic(k) .or. len(names%names(k)%text) == 0) cycle
-      call report(reader, names%position(k), 'material '//quoted(names%names(k)%text)// &
+      call report_in_field(reader, names%position(k), 'material '//quoted(names%names(k)%text)// &
         ' has no *ELASTIC or *HYPERELASTIC')
     end do
   end subroutine read_materials
@@ -102,6 +103,7 @@ contains
     call allow_options(reader, card, ['TYPE'])
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISOTROPIC', 'ISO      '], kind, ok)
+    if (has_option(card, 'TYPE') .and. .not. ok) return ! its lines have other constants
     call next_data_line(reader, card, fields, found, 3, 'E and nu (and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*ELASTIC needs a data line: E, nu')
@@ -226,6 +228,7 @@ contains
     call allow_options(reader, card, ['TYPE'], ['ZERO'])
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISO      ', 'ISOTROPIC'], kind, ok)
+    if (has_option(card, 'TYPE') .and. .not. ok) return ! its lines have other constants
     call next_data_line(reader, card, fields, found, 2, 'the coefficient of thermal expansion '// &
       '(and one temperature)')
     if (.not. found) then
@@ -313,7 +316,16 @@ contains
     end if
     if (set == 0) return
     if (.not. allocated(model%element_sets%list(set)%members)) return
-    if (model%element_sets%list(set)%n == 0 .and. .not. model%element_sets%list(set)%flawed) then
+    if (model%element_sets%list(set)%n == 0 .and. has_others(model, set)) then
+      ! Lines and faces without a section are what mesh generators write beside the bricks; those
+      ! with one carry forces.
+      call report(reader, option_position(card, 'ELSET'), &
+        'the elements of '//quoted(name_of_set)//' are bars, plates or plane elements, which '// &
+        'are not available; C3D8, C3D8I and C3D8B are')
+      reader%lacks_elements = .true.
+      any_unknown = .true.
+    else if (model%element_sets%list(set)%n == 0 .and. .not. &
+      model%element_sets%list(set)%flawed) then
       call note(reader, '*SOLID SECTION of the set '//quoted(name_of_set)// &
         ', which holds no bricks')
     end if
@@ -327,6 +339,18 @@ contains
       material(e) = this
     end do
   end subroutine read_section
+
+  !> Whether a set has elements that are skipped, but for those of types that were refused.
+  pure logical function has_others(model, set)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: set
+
+    associate (of => model%element_sets%list(set))
+      has_others = of%n_skipped > 0
+      if (has_others) has_others = any(model%mesh%skipped_kind(of%skipped(:of%n_skipped)) /= &
+        refused_element)
+    end associate
+  end function has_others
 
   !> Which elements have a density; one whose material is not known counts as having it.
   subroutine find_weights(materials, material, weighs)

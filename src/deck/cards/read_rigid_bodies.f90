@@ -13,7 +13,8 @@ module read_rigid_bodies_mod
   use diagnostics_mod, only: quoted
   use facet_shape_mod, only: facet_is_flat
   use lookup_mod, only: find_id
-  use mesh_draft_mod, only: mesh_draft_t, no_facet, not_a_coordinate, rigid_facet, shell_facet
+  use mesh_draft_mod, only: mesh_draft_t, no_facet, not_a_coordinate, refused_element, &
+    rigid_facet, shell_facet
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
     option_position
@@ -60,7 +61,16 @@ contains
       if (reader%cards(k)%keyword /= 'RIGID BODY') cycle
       n = n + 1
       call open_card(reader, k, card)
+      if (has_option(card, 'NSET')) then
+        ! Before the same without a hint.
+        call report(reader, option_position(card, 'NSET'), 'unknown parameter ''NSET'' of *RIGID '// &
+          'BODY', '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC below it holds the nodes of a '// &
+          'surface or a set to a reference node')
+        reader%lacks_elements = .true. ! nothing is known of its reference nodes
+        bodies%list(n)%set = ''
+      end if
       call allow_options(reader, card, ['ELSET   ', 'REF NODE'])
+      if (has_option(card, 'NSET')) cycle
       call allow_no_data(reader, card)
       associate (body => bodies%list(n))
         call name_option(reader, card, 'ELSET', .true., body%set, ok)
@@ -157,6 +167,7 @@ contains
     node = 0
     problem = ''
     associate (draft => model%mesh)
+      if (draft%skipped_kind(f) == refused_element) return
       n = draft%skipped_corners(f)
       if (draft%skipped_kind(f) == no_facet) then
         problem = 'is no facet of a rigid body: R3D3, R3D4, S3 and S4 are'

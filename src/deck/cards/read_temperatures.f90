@@ -5,11 +5,13 @@
 !>     *TEMPERATURE[, AMPLITUDE=name][, OP=MOD|NEW]
 !>     SHAFT, -180.                   set or node, temperature
 module read_temperatures_mod
-  use cards_mod, only: note, reader_t, report
+  use cards_mod, only: note, reader_t, report, report_in_field
+  use diagnostics_mod, only: quoted
   use fields_mod, only: fields_t, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t, nodal_value_t
-  use options_mod, only: allow_options, card_t, choice_option, has_option, open_card
+  use options_mod, only: allow_options, card_t, has_option, name_option, open_card, &
+    option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: read_op
   use sets_mod, only: model_t, referenced_nodes
@@ -40,7 +42,8 @@ contains
     integer, allocatable :: nodes(:)
     integer(i8) :: work
     real(wp) :: value
-    integer :: k, choice
+    character(:), allocatable :: kind
+    integer :: k
     logical :: ok, found
 
     allocate (first(model%mesh%n_nodes), source=0.0_wp)
@@ -49,11 +52,16 @@ contains
       if (reader%cards(k)%keyword /= 'INITIAL CONDITIONS') cycle
       call open_card(reader, k, card)
       call allow_options(reader, card, ['TYPE'])
-      choice = 1
-      call choice_option(reader, card, 'TYPE', ['TEMPERATURE'], choice, ok)
+      call name_option(reader, card, 'TYPE', .false., kind, ok)
       if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
         '*INITIAL CONDITIONS needs TYPE=TEMPERATURE')
-      call read_lines()
+      if (.not. ok) cycle
+      if (kind == 'TEMPERATURE') then
+        call read_lines()
+      else
+        call report_in_field(reader, option_position(card, 'TYPE'), &
+          'TYPE must be TEMPERATURE, not '//quoted(kind))
+      end if
     end do
 
   contains

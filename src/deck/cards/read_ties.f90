@@ -7,7 +7,8 @@ module read_ties_mod
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, fields_t, name_field, next_data_line
   use kinds_mod, only: wp
-  use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, real_option
+  use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
+    open_card, real_option
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
   use surfaces_mod, only: nodes_of
@@ -51,6 +52,7 @@ contains
     call open_card(reader, k, card)
     call allow_options(reader, card, ['NAME              ', 'POSITION TOLERANCE', &
       'ADJUST            '], ['TYPE       ', 'NO ROTATION'])
+    if (has_option(card, 'CYCLIC SYMMETRY')) return ! its surfaces do not lie on each other
     call name_option(reader, card, 'NAME', .false., name, has_name)
     call real_option(reader, card, 'POSITION TOLERANCE', huge(1.0_wp), tie%tolerance, ok)
     choice = 1

@@ -15,7 +15,8 @@ module cards_mod
   private
 
   public :: reader_t, card_place_t, pieces_t, find_cards, read_parameters
-  public :: report, report_missing_element, note, keep_reading, split_line, is_data_line
+  public :: report, report_missing_element, report_in_field, note, keep_reading, split_line
+  public :: is_data_line
 
   character, parameter :: tab = achar(9)
 
@@ -44,7 +45,9 @@ module cards_mod
     type(card_place_t), allocatable :: cards(:)
     integer :: n_cards = 0
     integer :: n_steps = 0
-    logical :: lacks_elements = .false. !! elements of the deck are of types that were refused
+    logical :: lacks_elements = .false.
+    !! elements of the deck, or what else its nodes belong to, were refused
+    logical :: other_field = .false.    !! a keyword or an element of another field was refused
     logical :: small_strain = .false.   !! NLGEOM of the deck is set aside (--nlgeom no)
     logical :: numbers_block = .false. !! a node or brick of a *BLOCK is meant by its number
   end type reader_t
@@ -70,15 +73,28 @@ contains
     call add_mistake(reader%diagnostics, reader%source, position, message, hint)
   end subroutine report
 
-  !> Record an error that only says that elements are missing: not where their type was refused.
+  !> Record an error that only says that elements are missing: not where their type was refused, or
+  !> a keyword of another field.
   subroutine report_missing_element(reader, position, message, hint)
     type(reader_t), intent(inout) :: reader
     integer, intent(in) :: position
     character(*), intent(in) :: message
     character(*), intent(in), optional :: hint
 
-    if (.not. reader%lacks_elements) call report(reader, position, message, hint)
+    if (.not. (reader%lacks_elements .or. reader%other_field)) call report(reader, position, &
+      message, hint)
   end subroutine report_missing_element
+
+  !> Record an error that a deck of another field has: dofs of temperatures and rotations, materials
+  !> that are not elastic, its options. Not where a keyword or element of that field was refused.
+  subroutine report_in_field(reader, position, message, hint)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: position
+    character(*), intent(in) :: message
+    character(*), intent(in), optional :: hint
+
+    if (.not. reader%other_field) call report(reader, position, message, hint)
+  end subroutine report_in_field
 
   !> Record a note, one sentence.
   subroutine note(reader, text)
@@ -148,6 +164,7 @@ contains
         call refuse(keyword, star, '*'//trim(keyword%name)//' is not available in this version', &
           remedy(keyword%name))
       else if (keyword%reading == is_outside) then
+        reader%other_field = .true.
         call refuse(keyword, star, '*'//trim(keyword%name)// &
           ': bipot solves static frictional contact of elastic solids')
       else if (keyword%reading == is_ignored) then
@@ -173,7 +190,8 @@ contains
       card%step = step
       card%is_refused = .true.
       reader%lacks_elements = reader%lacks_elements .or. any(keyword%name == [character( &
-        max_keyword) :: 'SHELL SECTION', 'BEAM SECTION', 'MEMBRANE SECTION', 'FLUID SECTION'])
+        max_keyword) :: 'SHELL SECTION', 'BEAM SECTION', 'BEAM GENERAL SECTION', &
+        'MEMBRANE SECTION', 'FLUID SECTION', 'USER ELEMENT', 'PRE-TENSION SECTION', 'MPC'])
     end subroutine refuse
 
     !> Check that the keyword may stand here, and keep track of the steps.
@@ -192,7 +210,7 @@ contains
         call report(reader, star, '*'//trim(keyword%name)//' belongs between *STEP and *END STEP')
         card%keyword = ''
       else if (keyword%place == in_model .and. step > 0) then
-        call report(reader, star, '*'//trim(keyword%name)//' belongs before the first *STEP')
+        if (.not. follows_change()) call report(reader, star, '*'//trim(keyword%name)//' belongs before the first *STEP')
         card%keyword = ''
       else if (keyword%name == 'BOUNDARY' .and. step > 0 .and. open_step == 0) then
         call report(reader, star, '*BOUNDARY belongs before the first *STEP or in a step')
@@ -201,6 +219,16 @@ contains
         open_step = 0
       end if
     end subroutine enter
+
+    !> Whether the card before changes something from step to step, which was refused: this one
+    !> says to what.
+    logical function follows_change()
+      follows_change = .false.
+      if (reader%n_cards == 0) return
+      associate (before => reader%cards(reader%n_cards))
+        follows_change = before%is_refused .and. index(before%keyword, 'CHANGE ') == 1
+      end associate
+    end function follows_change
 
     subroutine close_card(last)
       integer, intent(in) :: last
@@ -233,11 +261,15 @@ contains
     select case (keyword)
     case ('PRE-TENSION SECTION')
       hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
-    case ('CLEARANCE', 'CONTACT INTERFERENCE')
-      hint = 'ADJUST= of *CONTACT PAIR closes the gaps of the mesh, and *CONTACT GAP adds a '// &
-        'gap or, below 0, an overlap'
+    case ('CONTACT INTERFERENCE')
+      hint = 'overlaps of the mesh press from the first increment on; *CLEARANCE gives a pair '// &
+        'another overlap, with a VALUE below 0'
     case ('SYSTEM')
       hint = 'the lines of *INSTANCE move and turn a part'
+    case ('NO ANALYSIS')
+      hint = 'bipot DECK --plan reads a deck and computes nothing'
+    case ('REFINE MESH')
+      hint = '*REFINE and --refine cut elements'
     case ('MPC')
       hint = '*EQUATION, *COUPLING with *KINEMATIC or *DISTRIBUTING, and *TIE join nodes'
     case default

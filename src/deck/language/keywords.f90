@@ -61,11 +61,12 @@ module keywords_mod
     keyword_t('DISTRIBUTING', in_model, is_read), &
     keyword_t('TRANSFORM', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
+    keyword_t('CLEARANCE', in_model, is_read), &
     keyword_t('CONTACT SOLVER', in_model, is_read), &
     keyword_t('PRECISION', in_model, is_read), &
     keyword_t('BODY SOLVER', in_model, is_read), &
     keyword_t('ACCURACY', in_model, is_read), &
-    keyword_t('AMPLITUDE', in_model, is_read), &
+    keyword_t('AMPLITUDE', anywhere, is_read), &
     keyword_t('INITIAL CONDITIONS', in_model, is_read), &
     keyword_t('STEP', anywhere, is_read), &
     keyword_t('STATIC', in_step, is_read), &
@@ -102,10 +103,14 @@ module keywords_mod
     keyword_t('CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('SPECIFIC HEAT', anywhere, is_ignored), &
     keyword_t('GAP CONDUCTANCE', anywhere, is_ignored), &
+    keyword_t('FLUID CONSTANTS', anywhere, is_ignored), &
+    keyword_t('SPECIFIC GAS CONSTANT', anywhere, is_ignored), &
+    keyword_t('PHYSICAL CONSTANTS', anywhere, is_ignored), &
+    keyword_t('MAGNETIC PERMEABILITY', anywhere, is_ignored), &
+    keyword_t('ELECTRICAL CONDUCTIVITY', anywhere, is_ignored), &
     keyword_t('ORIENTATION', anywhere, is_ignored), &
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('CLEARANCE', anywhere, is_missing), &
     keyword_t('CONTACT INTERFERENCE', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &
     keyword_t('CHANGE FRICTION', anywhere, is_missing), &
@@ -151,6 +156,31 @@ module keywords_mod
     keyword_t('FILM', anywhere, is_outside), &
     keyword_t('RADIATE', anywhere, is_outside), &
     keyword_t('ROBUST DESIGN', anywhere, is_outside), &
+    keyword_t('OBJECTIVE', anywhere, is_outside), &
+    keyword_t('CONSTRAINT', anywhere, is_outside), &
+    keyword_t('FEASIBLE DIRECTION', anywhere, is_outside), &
+    keyword_t('FILTER', anywhere, is_outside), &
+    keyword_t('DEPVAR', anywhere, is_outside), &
+    keyword_t('USER ELEMENT', anywhere, is_outside), &
+    keyword_t('USER SECTION', anywhere, is_outside), &
+    keyword_t('BEAM GENERAL SECTION', anywhere, is_outside), &
+    keyword_t('NODAL THICKNESS', anywhere, is_outside), &
+    keyword_t('MODAL DAMPING', anywhere, is_outside), &
+    keyword_t('GREEN', anywhere, is_outside), &
+    keyword_t('CRACK PROPAGATION', anywhere, is_outside), &
+    keyword_t('VALUES AT INFINITY', anywhere, is_outside), &
+    keyword_t('BOUNDARYF', anywhere, is_outside), &
+    keyword_t('TRANSFORMF', anywhere, is_outside), &
+    keyword_t('EQUATIONF', anywhere, is_outside), &
+    keyword_t('MASS FLOW', anywhere, is_outside), &
+    keyword_t('NETWORK MPC', anywhere, is_outside), &
+    keyword_t('VIEWFACTOR', anywhere, is_outside), &
+    keyword_t('NO ANALYSIS', anywhere, is_missing), &
+    keyword_t('REFINE MESH', anywhere, is_missing), &
+    keyword_t('SUBMODEL', anywhere, is_missing), &
+    keyword_t('NORMAL', anywhere, is_missing), &
+    keyword_t('DISTRIBUTION', anywhere, is_missing), &
+    keyword_t('CHANGE PLASTIC', anywhere, is_outside), &
     keyword_t('CHANGE SURFACE BEHAVIOR', anywhere, is_missing), &
     keyword_t('CHANGE SOLID SECTION', anywhere, is_missing), &
     keyword_t('CHANGE MATERIAL', anywhere, is_missing), &

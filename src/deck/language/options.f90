@@ -1,11 +1,11 @@
 !> The options of a keyword line: `*KEYWORD, NAME=VALUE, FLAG`.
 module options_mod
   use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
-    split_line
+    report_in_field, split_line
   use diagnostics_mod, only: guess, quoted
   use keywords_mod, only: same_word, squeeze
   use kinds_mod, only: wp
-  use numbers_mod, only: number_ok, read_integer, take_positive
+  use numbers_mod, only: number_ok, read_integer, read_real, take_positive
   use substitution_mod, only: substitute
   use text_mod, only: as_list, one_of, to_text, upper
   implicit none
@@ -13,6 +13,7 @@ module options_mod
 
   public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
   public :: flag_option, name_option, text_option, integer_option, real_option, choice_option
+  public :: signed_option
   public :: allow_no_data, unquote, as_name, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
@@ -163,7 +164,7 @@ contains
           cycle options
         end do
       end if
-      call report(reader, card%options(i)%position, 'unknown parameter '// &
+      call report_in_field(reader, card%options(i)%position, 'unknown parameter '// &
         quoted(card%options(i)%name)//' of *'//card%keyword, &
         guess(card%options(i)%name, as_list(allowed)))
     end do options
@@ -316,6 +317,25 @@ contains
     if (.not. ok) call report(reader, card%options(i)%value_position, name//' must be '//wanted// &
       ', not '//quoted(card%options(i)%value))
   end subroutine real_option
+
+  !> A number of either sign that an option must have.
+  subroutine signed_option(reader, card, name, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: name
+    real(wp), intent(out) :: value       !! 0 where not ok
+    logical, intent(out) :: ok           !! false: an error was reported
+    integer :: i, status
+
+    value = 0.0_wp
+    call value_option(reader, card, name, .true., i)
+    ok = i > 0
+    if (.not. ok) return
+    call read_real(card%options(i)%value, value, status)
+    ok = status == number_ok
+    if (.not. ok) call report(reader, card%options(i)%value_position, name//' must be a number, '// &
+      'not '//quoted(card%options(i)%value))
+  end subroutine signed_option
 
   !> One of several words; `choice` is its index.
   subroutine choice_option(reader, card, name, words, choice, ok)
