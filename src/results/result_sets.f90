@@ -67,6 +67,7 @@ contains
     integer, allocatable :: rows(:)
     integer :: i, n
 
+    allocate (rows(0))
     n = 0
     do i = 1, size(sets)
       rows = pack(row(sets(i)%members), row(sets(i)%members) > 0) - 1

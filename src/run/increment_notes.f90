@@ -209,12 +209,14 @@ contains
     type(increment_t), intent(in) :: increment
     type(face_entry_t), intent(in) :: deepest !! of the *STEP
     type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
 
-    if (deepest%depth > 0.0_wp) call add_note(notes, increment, .false., ': faces of '// &
-      scene%surfaces(scene%pairs(deepest%pair)%surface)%name//' penetrate '// &
-      master_name(scene, deepest%pair)// &
-      ' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
-      nodes_in_words(scene, deepest%nodes), even_if_quiet=.false.)
+    if (.not. deepest%depth > 0.0_wp) return
+    words = ': faces of '//scene%surfaces(scene%pairs(deepest%pair)%surface)%name// &
+      ' penetrate '//master_name(scene, deepest%pair)
+    words = words//' between their nodes by up to '//to_text(deepest%depth, 3)//', at '// &
+      nodes_in_words(scene, deepest%nodes)
+    call add_note(notes, increment, .false., words, even_if_quiet=.false.)
   end subroutine note_entries
 
   !> How deep meshes of a hollow and what is in it were in each other where nothing pressed.
