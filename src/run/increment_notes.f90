@@ -174,6 +174,7 @@ contains
     character(:), allocatable :: words
     integer :: i
 
+    words = ''
     call find_opposed_reactions(scene%mesh, points, report%contact, state, scene%constraints, &
       opposed)
     do i = 1, size(opposed)
