@@ -57,8 +57,8 @@ class BareNodes(unittest.TestCase):
         np.testing.assert_array_equal(found, expected)
 
     def test_without_any_face_it_is_an_error(self):
-        run = Run(DECK.format(slave="SLAVE", more="").replace("TYPE=NODE\nUP-ZMIN", "TYPE=NODE\n90"),
-                  name="blocks")
+        deck = DECK.format(slave="SLAVE", more="")
+        run = Run(deck.replace("TYPE=NODE\nUP-ZMIN", "TYPE=NODE\n90"), name="blocks")
         self.assertEqual(run.status, 1)
         self.assertIn("has nodes without faces", run.errors)
 
