@@ -63,8 +63,8 @@ contains
       call open_card(reader, k, card)
       if (has_option(card, 'NSET')) then
         call report(reader, card%position, '*RIGID BODY of nodes is not available', &
-          '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC below it holds the nodes of a surface '// &
-          'or a set to a reference node')
+          '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC holds the nodes of a surface or a '// &
+          'set to a reference node')
         reader%lacks_elements = .true. ! nothing is known of its reference nodes
         bodies%list(n)%set = ''
       end if
