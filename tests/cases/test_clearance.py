@@ -1,8 +1,8 @@
 """*CLEARANCE: a gap in place of that of the mesh, for all slave nodes of a pair.
 
-By hand: two bars of height 1, Young's modulus 1000, no Poisson's ratio and cross-section 1, the upper
-one pushed down by d. With the clearance c the bars are shortened by d - c together: the force is
-1000 (d - c)/2, and nothing where d < c, wherever the mesh has the upper bar.
+By hand: two bars of height 1, Young's modulus 1000, no Poisson's ratio and cross-section 1, of
+which the upper is pushed down by d. With the clearance c both bars are shortened by d - c: the
+force is 1000 (d - c)/2, and nothing where d < c, wherever the mesh has the upper bar.
 """
 
 import subprocess

@@ -228,8 +228,8 @@ class Translation(unittest.TestCase):
         deck = (INPUT / "foundation.inp").read_text()
         pair = "*CONTACT PAIR, INTERACTION=DRY\nBLOCK-ZMIN, BASE-ZMAX\n"
         self.assertEqual(deck.count(pair), 1)
-        sets = ("*SURFACE, NAME=NODES, TYPE=NODE\nBLOCK-ZMIN\nEDGE\n*NSET, NSET=ALSO\nBASE-ZMAX\n"
-                "*NSET, NSET=EDGE\n11\n*CONTACT PAIR, INTERACTION=DRY\nNODES, ALSO\n")
+        sets = ("*NSET, NSET=EDGE\n11\n*SURFACE, NAME=NODES, TYPE=NODE\nBLOCK-ZMIN\nEDGE\n"
+                "*NSET, NSET=ALSO\nBASE-ZMAX\n*CONTACT PAIR, INTERACTION=DRY\nNODES, ALSO\n")
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "sets.inp"
             path.write_text(deck.replace(pair, sets))

@@ -190,7 +190,7 @@ class Scene:
         return list(found)
 
     def find_faces(self, names):
-        """Give surfaces and sets of nodes their faces: outer ones that have all four nodes there."""
+        """Give surfaces and sets of nodes their faces: outer ones with all four nodes there."""
         bricks = np.array([corners for _, corners in self.elements.values()]).reshape(-1, 8)
         ids = list(self.elements)
         faces = outer_faces(bricks)

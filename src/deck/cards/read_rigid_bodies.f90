@@ -62,10 +62,9 @@ contains
       n = n + 1
       call open_card(reader, k, card)
       if (has_option(card, 'NSET')) then
-        ! Before the same without a hint.
-        call report(reader, option_position(card, 'NSET'), 'unknown parameter ''NSET'' of *RIGID '// &
-          'BODY', '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC below it holds the nodes of a '// &
-          'surface or a set to a reference node')
+        call report(reader, card%position, '*RIGID BODY of nodes is not available', &
+          '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC holds the nodes of a surface or a '// &
+          'set to a reference node')
         reader%lacks_elements = .true. ! nothing is known of its reference nodes
         bodies%list(n)%set = ''
       end if
