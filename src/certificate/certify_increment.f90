@@ -21,10 +21,10 @@ contains
 
   !> Judge an increment.
   !>
-  !> Internal forces (at finite strain about the deformed places), and gaps and frames before planes, spheres and cylinders, are computed anew;
-  !> weights, normals and gaps before surfaces and facets are held against integrals. Taken as they
-  !> are: loads, friction coefficients, extra gaps, the sides of masters, and overlaps that
-  !> constraints keep.
+  !> Internal forces (at finite strain about the deformed places), and gaps and frames before
+  !> planes, spheres and cylinders, are computed anew; weights, normals and gaps before surfaces and
+  !> facets are held against integrals. Taken as they are: loads, friction coefficients, extra gaps,
+  !> the sides of masters, and overlaps that constraints keep.
   pure function certify_increment(scene, points, said, old, new, imposed) result(certificate)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

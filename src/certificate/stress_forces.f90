@@ -129,7 +129,7 @@ contains
       sum(sum(batch%centre**2, dim=3), dim=2)/determinant
   end subroutine find_centre
 
-  !> Derivatives at the edges, in place those at the points of the quadrature: two of these share one.
+  !> Derivatives at the edges become those at the points of the quadrature, two of which share one.
   pure subroutine to_points(d)
     real(wp), intent(inout) :: d(lanes, 3, 4, 3)
     real(wp) :: low, high

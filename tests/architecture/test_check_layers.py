@@ -126,7 +126,7 @@ end module mesh_mod
     )
     tree["fclib/fclib.f90"] = module("fclib/fclib", "  use problem_mod, only: n_problem")
     tree["certificate/certificate.f90"] = module(
-        "certificate/certificate", "  use cube_mod, only: n_cube\n  use mesh_mod, only: mesh_t"
+        "certificate/certificate", "  use mesh_mod, only: n_mesh"
     )
     tree["increment/advance.f90"] = module(
         "increment/advance", "  use plan_mod, only: n_plan\n  use solve_mod, only: n_solve"
