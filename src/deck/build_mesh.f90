@@ -66,6 +66,7 @@ contains
     real(wp), allocatable :: determinants(:)
     integer :: e, nodes(hexahedron_nodes)
 
+    allocate (determinants(0))
     do e = 1, draft%n_elements
       ! Elements with undefined nodes were given one node eight times: they were reported.
       nodes = nodes_of_hexahedron(draft%connectivity, e)
