@@ -122,7 +122,7 @@ contains
     type(surface_list_t), intent(inout) :: surfaces
     integer, intent(inout) :: slave      !! index of the surface
     character(*), intent(in) :: master   !! its name
-    logical :: on_face(model%mesh%n_nodes)
+    logical :: on_face(0:model%mesh%n_nodes)
     integer, allocatable :: bare(:)
     integer :: faced
 
@@ -130,8 +130,7 @@ contains
     on_face = .false.
     associate (surface => surfaces%list(slave))
       if (size(surface%faces, 2) == 0) return
-      on_face(reshape(nodes_of(surface%faces, model%mesh%connectivity), &
-        [4*size(surface%faces, 2)])) = .true.
+      on_face([nodes_of(surface%faces, model%mesh%connectivity)]) = .true.
       bare = pack(surface%nodes, .not. on_face(surface%nodes))
       if (size(bare) == 0) return
       call note(reader, 'contact pair '//surface%name//':'//master//': '//to_text(size(bare))// &

@@ -141,6 +141,18 @@ class FreeMeshes(unittest.TestCase):
                 wanted = PRESSURE / (1 + POISSON * PRESSURE / YOUNG) ** 2
                 np.testing.assert_allclose(result.pairs[0].pressure[-1], wanted, rtol=1e-7)
 
+    def test_uniform_stress_across_a_tie(self):
+        for kinds in (("C3D4", "C3D4"), ("C3D6", "C3D8"), ("C3D8", "C3D4")):
+            with self.subTest(kinds=kinds):
+                low = Box("LOW", (3, 3, 2), kinds[1:])
+                up = Box("UP", (2, 2, 2), kinds[:1], low=(0, 0, 1), after=low)
+                deck = (
+                    low.cards() + up.cards() + MATERIAL + "*TIE, NAME=T\nUP-Z0, LOW-Z1\n"
+                    + on_corner("LOW") + "LOW-Z0, 3\n" + STEP
+                    + f"*DSLOAD\nUP-Z1, P, {PRESSURE}\n*END STEP\n"
+                )
+                self.check_uniform(self.solve(deck))
+
     def test_a_rise_of_temperature_strains_a_free_body(self):
         for kinds in (("C3D4",), ("C3D6", "C3D8")):
             with self.subTest(kinds=kinds):

@@ -64,8 +64,8 @@ MISTAKES = [
     Mistake(
         "internal forces of congruent elements with the wrong sign",
         "elements/congruent_forces.f90",
-        "f(:, nodes) = f(:, nodes) + reshape(force(:, k), [3, 8])",
-        "f(:, nodes) = f(:, nodes) - reshape(force(:, k), [3, 8])",
+        "call add_at_nodes(nodes, reshape(force(:, k), [3, 8]), f)",
+        "call add_at_nodes(nodes, -reshape(force(:, k), [3, 8]), f)",
         f"{BLOCK}, {BODIES}",
     ),
     Mistake(
