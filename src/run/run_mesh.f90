@@ -70,6 +70,7 @@ contains
     type(exports_t) :: exports
     type(step_solver_t) :: solver
     type(progress_t) :: progress
+    type(string_t), allocatable :: more(:) ! notes, by a name: gfortran does not free a result
     logical :: is_first, continues, is_repeated
 
     call make_plan(scene, choices, plan, error)
@@ -102,7 +103,11 @@ contains
     else if (.not. present(sequence)) then
       call print_lines(console, plan%brief)
     end if
-    call note_contact(scene, plan)
+    plan%notes = overlaps(scene, plan%points)
+    more = held_normals(scene, plan%points)
+    plan%notes = [plan%notes, more]
+    more = kept_overlaps(scene, plan%points)
+    plan%notes = [plan%notes, more]
     call print_lines(console, plan%notes, 'note: ')
     ! A run that is made again, for its result to be kept, is known to fit.
     if (.not. is_repeated) call refuse_misfit(scene, plan, is_first, options%force, console, error)
@@ -126,19 +131,6 @@ contains
       to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
       ' steps; the result is otherwise complete')
   end subroutine run_mesh
-
-  !> Note what there is to say of the contact.
-  subroutine note_contact(scene, plan)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(inout) :: plan !! gets the notes
-    type(string_t), allocatable :: more(:) ! by a name: gfortran does not free a result
-
-    plan%notes = overlaps(scene, plan%points)
-    more = held_normals(scene, plan%points)
-    plan%notes = [plan%notes, more]
-    more = kept_overlaps(scene, plan%points)
-    plan%notes = [plan%notes, more]
-  end subroutine note_contact
 
   !> Whether there is a result to go on with.
   logical function goes_on(options, scene)
