@@ -1,6 +1,7 @@
 !> The certificate of an increment, from the scene, displacements and reactions: what it holds
 !> against each other it computes itself. docs/theory.md section 6.
 module certify_increment_mod
+  use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -25,9 +26,11 @@ contains
   !> planes, spheres and cylinders, are computed anew; weights, normals and gaps before surfaces and
   !> facets are held against integrals. Taken as they are: loads, friction coefficients, extra gaps,
   !> the sides of masters, and overlaps that constraints keep.
-  pure function certify_increment(scene, points, said, old, new, imposed) result(certificate)
+  pure function certify_increment(scene, points, tolerance, said, old, new, imposed) &
+    result(certificate)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: tolerance           !! of contact [-]
     type(contact_fields_t), intent(in) :: said  !! of contact by what solved the increment
     type(state_t), intent(in) :: old, new       !! before and after it
     type(imposed_t), intent(in) :: imposed
@@ -44,7 +47,7 @@ contains
     call face_obstacles(scene, points, old, new, contact)
     call face_surfaces(scene, points, old, new, contact)
     certificate = certify(scene%mesh, points, contact, old, new, forces, &
-      scene%contact%tolerance, slips_of_turns(scene, points, contact%frame, old, new))
+      tolerance, slips_of_turns(scene, points, contact%frame, old, new))
   end function certify_increment
 
 end module certify_increment_mod

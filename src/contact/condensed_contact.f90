@@ -7,7 +7,9 @@
 module condensed_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, solver_sweeps
+  use choices_mod, only: choices_t
+  use controls_mod, only: solver_sweeps
+  use mesh_mod, only: mesh_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes, is_covered
   use body_solver_mod, only: body_solver_t
@@ -67,7 +69,10 @@ module condensed_contact_mod
   type :: placed_rows_t
     integer, allocatable :: row(:, :)   !! (3,n_points) over all groups, 0 where there is none
     logical, allocatable :: can_move(:, :) !! (3,n_nodes) of `movable`
+    logical, allocatable :: near(:)     !! (n_points) those that have rows
     type(transfer_t) :: transfer
+    real(wp) :: softness = 0.0_wp       !! of reactions that no body feels [-]
+    logical :: is_copied = .false.      !! W, in single precision
     real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
     logical, allocatable :: presses(:)  !! (n_points) as of condensed_contact_t
     real(wp), allocatable :: load(:)    !! (n_motions) likewise [force]
@@ -78,10 +83,11 @@ contains
   !> Find the groups: bodies with points in reach, and bodies and obstacles that move freely, joined
   !> where a body faces another, or an obstacle that moves freely; one of all where bodies are
   !> solved for by iteration.
-  subroutine find_groups(scene, points, motions, contact)
+  subroutine find_groups(scene, points, motions, by_iteration, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
+    logical, intent(in) :: by_iteration
     type(condensed_contact_t), intent(out) :: contact
     integer :: root(scene%mesh%n_bodies + scene%mesh%n_nodes) !! of bodies, then of reference nodes
     integer :: mover(motions%n), group_of(size(root)), i, k, n, pair
@@ -114,7 +120,7 @@ contains
     end do
 
     ! Solved together with all displacements they have one problem.
-    if (scene%precision%iterative) root = 1
+    if (by_iteration) root = 1
 
     n = 0
     group_of = 0
@@ -150,25 +156,29 @@ contains
 
   end subroutine find_groups
 
-  !> The contact problems of a placement: of the groups that have points before curved obstacles, or
-  !> of the others.
+  !> The contact problems of a placement: with `near` of the groups that have points before curved
+  !> obstacles, without it of the others.
   !>
   !> Only points that are `near` have rows; the others in reach are taken to be open. Where the near
   !> ones do not see all motions that the points in reach do, a group has the rows of all of these.
   !> Before round obstacles alone motions are neutral that points which press do not see, too, where
   !> no load drives these.
-  subroutine condense_contact(scene, points, body, undeformed, placement, curved, near, contact)
+  subroutine condense_contact(scene, choices, points, body, undeformed, placement, contact, near)
     type(scene_t), intent(in) :: scene
+    type(choices_t), intent(in) :: choices
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
-    logical, intent(in) :: curved
-    logical, intent(in) :: near(:) !! (n_points)
     type(condensed_contact_t), intent(inout) :: contact !! of find_groups
+    logical, intent(in), optional :: near(:) !! (n_points)
     type(placed_rows_t) :: rows
     integer :: i
 
     allocate (rows%row(3, points%n))
+    rows%near = points%in_reach
+    if (present(near)) rows%near = near
+    rows%softness = softness_for(scene%contact%solver, choices%tolerance)
+    rows%is_copied = choices%precision%single_compliance
     rows%can_move = movable(scene, body%prescribed)
     if (allocated(contact%presses)) then
       rows%presses = contact%presses
@@ -182,20 +192,18 @@ contains
       rows%left = stiffness_left_nearby(body%inverse%map, points, rows%transfer, body%flexibility)
     end if
     do i = 1, size(contact%group)
-      if (any(points%is_curved(contact%group(i)%point)) .neqv. curved) cycle
-      call condense_group(scene, points, body, undeformed, placement, rows, near, &
-        contact%group(i))
+      if (any(points%is_curved(contact%group(i)%point)) .neqv. present(near)) cycle
+      call condense_group(scene%mesh, points, body, undeformed, placement, rows, contact%group(i))
     end do
   end subroutine condense_contact
 
   !> The contact problem of a group.
-  subroutine condense_group(scene, points, body, undeformed, placement, rows, near, group)
-    type(scene_t), intent(in) :: scene
+  subroutine condense_group(mesh, points, body, undeformed, placement, rows, group)
+    type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(body_solver_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
     type(placed_rows_t), intent(in) :: rows  !! of the placement
-    logical, intent(in) :: near(:)           !! (n_points)
     type(contact_group_t), intent(inout) :: group
     real(wp), allocatable :: g(:, :), undeformed_g(:, :)
     type(compliance_t) :: compliance
@@ -205,18 +213,18 @@ contains
     integer :: n
 
     all_rows = rows_of_group(rows%row, group%point)
-    row = rows_of_group(rows%row, pack(group%point, near(group%point)))
+    row = rows_of_group(rows%row, pack(group%point, rows%near(group%point)))
     if (size(group%motion) > 0) then
-      undeformed_g = motions_at_rows(scene%mesh, points, before_it_turned(points, group%point, &
+      undeformed_g = motions_at_rows(mesh, points, before_it_turned(points, group%point, &
         undeformed, placement), body%motions, all_rows)
       undeformed_g = undeformed_g(:, group%motion)
       if (allocated(rows%presses) .and. .not. any(points%on_surface(group%point))) undeformed_g = &
         seen_by_pressing(undeformed_g, pack(all_rows, all_rows > 0 .and. spread(rows%presses, 1, &
         3)), rows%load(group%motion))
-      g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
+      g = motions_at_rows(mesh, points, placement, body%motions, row)
       if (sees_less(g(:, group%motion), undeformed_g)) then
         row = all_rows
-        g = motions_at_rows(scene%mesh, points, placement, body%motions, row)
+        g = motions_at_rows(mesh, points, placement, body%motions, row)
       end if
       g = g(:, group%motion)
     end if
@@ -241,22 +249,22 @@ contains
       end if
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
-      call soften(softness_for(scene%contact), row, group, compliance, nearby, block)
+      call soften(rows%softness, row, group, compliance, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby, block(:, :, group%active))
     else if (any(depends_on_others(body, points%node(group%active)))) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
-      call soften(softness_for(scene%contact), row, group, compliance)
+      call soften(rows%softness, row, group, compliance)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
       nearby = turn_near(body%stiffness, placement%frame, group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
-      call soften(softness_for(scene%contact), row, group, compliance, nearby)
+      call soften(rows%softness, row, group, compliance, nearby)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby)
       call find_twins(group%problem, points%node(group%active))
     end if
-    if (scene%precision%single_compliance) call add_single_copy(group%problem%compliance)
+    if (rows%is_copied) call add_single_copy(group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
     if (allocated(body%inverse%iterative) .and. n > 0 .and. size(group%null, 2) == 0) call &
@@ -287,13 +295,14 @@ contains
 
   !> How soft that is: so much more than the tolerance that a solver sees it, and so little that W
   !> keeps its digits. Sweeps take the longer the less it is.
-  pure real(wp) function softness_for(controls) result(softness)
-    type(contact_controls_t), intent(in) :: controls
+  pure real(wp) function softness_for(solver, tolerance) result(softness)
+    integer, intent(in) :: solver     !! as of contact_controls_t
+    real(wp), intent(in) :: tolerance !! of contact [-]
     real(wp), parameter :: least = 1.0e-6_wp, most = 0.1_wp, of_sweeps = 1.0e-2_wp !! [-]
     real(wp), parameter :: by_tolerance = 1.0e3_wp                                 !! [-]
 
-    softness = min(most, max(least, by_tolerance*controls%tolerance))
-    if (controls%solver == solver_sweeps) softness = max(softness, of_sweeps)
+    softness = min(most, max(least, by_tolerance*tolerance))
+    if (solver == solver_sweeps) softness = max(softness, of_sweeps)
   end function softness_for
 
   !> Make reactions a little soft that no body feels: W + softness N N^T. That takes the least of

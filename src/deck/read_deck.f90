@@ -158,6 +158,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(out), optional :: flat
     type(mesh_size_t), intent(in), optional :: mesh_size
+    type(mesh_size_t) :: size_read
     type(model_t) :: model
     type(surface_list_t) :: surfaces
     type(rigid_bodies_t) :: bodies
@@ -173,11 +174,9 @@ contains
     integer :: n_equations !! of the deck; others follow
 
     call read_heading(reader, scene%title)
-    if (present(mesh_size)) then
-      scene%mesh_size = mesh_size
-      model%mesh%scale = mesh_size%blocks
-      model%mesh%across = mesh_size%across
-    end if
+    if (present(mesh_size)) size_read = mesh_size
+    model%mesh%scale = size_read%blocks
+    model%mesh%across = size_read%across
     call read_mesh_cards(reader, model)
     if (present(flat)) call flat_deck(reader, model%mesh, flat)
     call connect_mesh(reader, model%mesh)
@@ -193,9 +192,9 @@ contains
     end if
     call check_bricks(reader, model%mesh)
     call read_sets(reader, model)
-    call refine_mesh(reader, model, scene%mesh_size%parts, scene%mesh_size%across)
+    call refine_mesh(reader, model, size_read%parts, size_read%across)
     call read_refinements(reader, model, refinements)
-    call refine_locally(reader, model, refinements, scene%mesh_size%zone, scene%mesh_size%across)
+    call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
     call check_locking(reader, model%mesh, scene%materials, material)

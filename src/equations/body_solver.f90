@@ -13,6 +13,7 @@ module body_solver_mod
   use contact_points_mod, only: contact_points_t, contact_nodes, master_nodes
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
@@ -66,8 +67,10 @@ module body_solver_mod
 contains
 
   !> Find the free motions, factorise the stiffness and condense it to the interface.
-  subroutine make_body_solver(scene, points, prescribed, interface, body, work, error, tangent_at)
+  subroutine make_body_solver(scene, choices, points, prescribed, interface, body, work, error, &
+    tangent_at)
     type(scene_t), intent(in) :: scene
+    type(choices_t), intent(in) :: choices     !! their precision and compliance
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
@@ -84,15 +87,15 @@ contains
     integer :: n_stiffnesses, n_schur
 
     if (.not. associated(body%inverse)) call begin_body_solver(body)
+    body%inverse%factor%precision = choices%precision
     call hold_bodies(scene, points, prescribed, body, error)
     if (allocated(error)) return
     clock = wall_seconds()
     associate (inverse => body%inverse)
       inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
         body%constraints)
-      inverse%factor%precision = scene%precision
-      inverse%is_condensed = scene%contact%compliance /= compliance_products
-      if (scene%precision%iterative) then
+      inverse%is_condensed = choices%compliance /= compliance_products
+      if (choices%precision%iterative) then
         call make_iterative(scene, points, interface, body, work, error)
         return
       end if
@@ -140,9 +143,9 @@ contains
       condensed = norm_of_blocks(inverse%compliance)
       call invert_schur(inverse%compliance, error)
       if (allocated(error)) then
-        if (.not. is_exact(scene%precision)) error%message = error%message//'; the factor ('// &
-          precision_in_words(scene%precision)//') is not exact: full rank and FACTOR=DOUBLE of '// &
-          '*PRECISION hold more'
+        if (.not. is_exact(choices%precision)) error%message = error%message//'; the factor ('// &
+          precision_in_words(choices%precision)//') is not exact: full rank and '// &
+          'FACTOR=DOUBLE of *PRECISION hold more'
         return
       end if
       inverse%condition = max(inverse%condition, condensed*norm_of_blocks(inverse%compliance))
@@ -162,7 +165,7 @@ contains
     call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
       contact_nodes(points), body%motions, error, scene%constraints)
     if (allocated(error)) return
-    if (scene%precision%iterative) call check_motions(body%motions, error)
+    if (body%inverse%factor%precision%iterative) call check_motions(body%motions, error)
     if (allocated(error)) return
     body%prescribed = prescribed
     body%constraints = active_constraints(scene%constraints, prescribed)
@@ -272,12 +275,12 @@ contains
 
     ! Constraints couple what may be far apart, a whole face to one node.
     call node_neighbours(scene%mesh, first, sharing)
-    associate (map => body%inverse%map)
+    associate (map => body%inverse%map, precision => body%inverse%factor%precision)
       if (k%is_distributed) then
         call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, whole)
-        call probe_schur(whole, map, order, first, sharing, scene%precision, schur, error)
+        call probe_schur(whole, map, order, first, sharing, precision, schur, error)
       else
-        call probe_schur(k, map, order, first, sharing, scene%precision, schur, error)
+        call probe_schur(k, map, order, first, sharing, precision, schur, error)
       end if
       if (allocated(error)) return
       do i = 1, points%n
@@ -328,7 +331,7 @@ contains
     real(wp), allocatable :: x(:), b(:, :)
 
     associate (inverse => body%inverse, n => body%inverse%map%n_interface)
-      if (.not. is_exact(scene%precision)) then
+      if (.not. is_exact(inverse%factor%precision)) then
         inverse%mesh = scene%mesh
         inverse%materials = scene%materials
       end if

@@ -30,7 +30,6 @@ module advance_mod
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces, movable, rows_of_points
-  use condensed_contact_mod, only: condensed_contact_t
   use describe_contact_mod, only: describe_contact, find_redundant
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
@@ -164,13 +163,13 @@ contains
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
-      call find_redundant(solver%contact, 10.0_wp*scene%contact%tolerance* &
+      call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &
         maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
-      call watch_inactive(scene, points, solver%body%prescribed, solver%contact, new, report, error)
+      call watch_inactive(scene, points, solver, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
-      report%certificate = certify_increment(scene, points, report%contact, old, new, &
-        trial%forces%imposed_t)
+      report%certificate = certify_increment(scene, points, solver%choices%tolerance, &
+        report%contact, old, new, trial%forces%imposed_t)
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.
@@ -189,13 +188,13 @@ contains
       ! The residual is measured by forces. Where these are large beside what they move (nearly
       ! incompressible bodies) the gaps need a smaller one.
       trial%controls%tolerance = max(smallest_tolerance, trial%controls%tolerance*max(1.0e-4_wp, &
-        scene%contact%tolerance/worst_entry(report%certificate)))
+        solver%choices%tolerance/worst_entry(report%certificate)))
       trial%placed_at = new%displacement
       before = new
       of_before = report
     end do attempts
     ! Points that still move where the certificate does not pass are why.
-    if (report%moved > 10.0_wp*scene%contact%tolerance .and. report%converged .and. &
+    if (report%moved > 10.0_wp*solver%choices%tolerance .and. report%converged .and. &
       .not. report%certificate%certified) then
       report%converged = .false.
       report%ending = ended_moving
@@ -260,11 +259,10 @@ contains
   !> judges): where its motion is prescribed that is an error; where it was taken to be out of
   !> reach, or beside its master where the points were placed last, the report says so. So it does
   !> where a point got to faces that were taken to be out of reach.
-  subroutine watch_inactive(scene, points, prescribed, condensed, new, report, error)
+  subroutine watch_inactive(scene, points, solver, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
-    type(condensed_contact_t), intent(in) :: condensed
+    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: new
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
@@ -273,11 +271,11 @@ contains
 
     if (points%n == 0) return
     is_inside = report%contact%gap + report%contact%kept_overlap < -10.0_wp* &
-      scene%contact%tolerance*maxval(abs(new%displacement)) - rounding_of_places(scene, &
+      solver%choices%tolerance*maxval(abs(new%displacement)) - rounding_of_places(scene, &
       new%displacement)
-    do i = 1, size(condensed%group)
-      is_inside(condensed%group(i)%active) = .false.
-      is_inside(condensed%group(i)%far) = .false.
+    do i = 1, size(solver%contact%group)
+      is_inside(solver%contact%group(i)%active) = .false.
+      is_inside(solver%contact%group(i)%far) = .false.
     end do
     call find_strays(scene, points, report, is_stray)
     if (any(is_stray)) then
@@ -293,7 +291,7 @@ contains
       report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
       return
     end if
-    call rows_of_points(movable(scene, prescribed), points, report%contact%weights, &
+    call rows_of_points(movable(scene, solver%body%prescribed), points, report%contact%weights, &
       report%contact%frame, row)
     if (any(is_inside .and. row(1, :) > 0)) then
       report%converged = .false.

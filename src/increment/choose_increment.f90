@@ -59,7 +59,7 @@ contains
     call find_event(scene, points, solver, old, increment, size)
     if (size%granted == 0) then
       size%length = fitting(increment%start - size%base, size%length, &
-        divided(size%base, merge(no_event, size%event, size%is_touch), scene%accuracy%divisions))
+        divided(size%base, merge(no_event, size%event, size%is_touch), solver%choices%divisions))
       if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) then
         call try_sizes(scene, points, solver, old, increment, size)
       else

@@ -93,7 +93,7 @@ contains
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
         if (is_missed .or. .not. are_places_settled(loop, merge(trial%controls%tolerance, &
-          max(roughly, trial%controls%tolerance), is_exact(scene%precision)))) then
+          max(roughly, trial%controls%tolerance), is_exact(solver%choices%precision)))) then
           call lead(scene, points, solver, trial, new, loop)
           cycle newton_raphson
         end if
@@ -115,7 +115,7 @@ contains
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
-        trial%controls%tolerance < scene%contact%tolerance, residual, loop%imbalance, loop%left)
+        trial%controls%tolerance < solver%choices%tolerance, residual, loop%imbalance, loop%left)
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
       is_first = .false.
       report%imbalance = loop%imbalance
@@ -229,7 +229,7 @@ contains
         inverse%map%n_interface > 0 .and. loop%i < max_newton_raphson .and. .not. &
         (allocated(inverse%iterative) .or. allocated(loop%begun))
       if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return
-      settles_on_interface = is_exact(scene%precision)
+      settles_on_interface = is_exact(solver%choices%precision)
       if (settles_on_interface .and. n > 0) settles_on_interface = size(neutral_motions( &
         solver%contact, n), 2) == 0
     end associate

@@ -57,7 +57,7 @@ contains
       return
     end if
     allocate (follow%slow(0))
-    follow%allowed = 100.0_wp*max(tolerance, scene%contact%tolerance)
+    follow%allowed = 100.0_wp*tolerance
   end function begin_following
 
   !> How far the nodes are from where they were placed, beside how far they went or the largest

@@ -32,8 +32,9 @@ module load_response_mod
 contains
 
   !> The displacements that the load patterns cause without contact.
-  subroutine respond_to_loads(scene, body, response, work, error)
+  subroutine respond_to_loads(scene, tolerance, body, response, work, error)
     type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: tolerance                !! of contact [-]
     type(body_solver_t), intent(inout) :: body !! solutions with its factor
     type(load_response_t), intent(inout) :: response !! its loads in, displacements out
     type(solver_work_t), intent(inout) :: work
@@ -54,8 +55,8 @@ contains
       end do
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
-      if (.not. is_exact(scene%precision)) call refine(scene, load, body%inverse, &
-        response%displacement, error)
+      if (.not. is_exact(body%inverse%factor%precision)) call refine(scene, tolerance, load, &
+        body%inverse, response%displacement, error)
       if (allocated(error)) return
       response%displacement = response%displacement + loads%displacement
     end associate
@@ -64,8 +65,9 @@ contains
 
   !> Correct the responses with what is left out of balance, by internal forces in double precision,
   !> until that is rounding.
-  subroutine refine(scene, load, inverse, response, error)
+  subroutine refine(scene, tolerance, load, inverse, response, error)
     type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: tolerance                !! of contact [-]
     real(wp), intent(in) :: load(:, :, :)            !! (3,n_nodes,n_patterns) [force]
     type(stiffness_inverse_t), intent(inout) :: inverse
     real(wp), intent(inout) :: response(:, :, :)     !! (3,n_nodes,n_patterns) [length]
@@ -84,7 +86,7 @@ contains
     largest = maxval(abs(residual), mask=spread(is_unknown(inverse%map), 3, size(load, 3)))
     enough = 0.0_wp
     ! What Newton-Raphson would let pass.
-    if (scene%accuracy%wanted > 0.0_wp) enough = 0.1_wp*scene%contact%tolerance*largest
+    if (scene%accuracy%wanted > 0.0_wp) enough = 0.1_wp*tolerance*largest
     refinements: do i = 1, max_refinements
       left = 0.0_wp
       do g = 1, size(load, 3)
@@ -105,8 +107,8 @@ contains
     ! Newton-Raphson takes care of a little, and the certificate judges.
     if (left <= tolerable*largest) return
     call raise(error, exit_not_solved, 'the factor of the stiffness is too far from it ('// &
-      precision_in_words(scene%precision)//'): responses to loads stay out of balance by '// &
-      to_text(left/largest, 2)//' of the largest load, refined '//to_text(i)// &
+      precision_in_words(inverse%factor%precision)//'): responses to loads stay out of '// &
+      'balance by '//to_text(left/largest, 2)//' of the largest load, refined '//to_text(i)// &
       ' times; full rank and FACTOR=DOUBLE of *PRECISION hold more')
   end subroutine refine
 

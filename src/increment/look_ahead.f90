@@ -67,7 +67,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
 
-    can_look_ahead = is_exact(scene%precision) .and. .not. (scene%finite_strain .or. &
+    can_look_ahead = is_exact(solver%choices%precision) .and. .not. (scene%finite_strain .or. &
       any(points%is_curved)) .and. &
       solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed
   end function can_look_ahead

@@ -7,6 +7,7 @@ module meet_accuracy_mod
   use controls_mod, only: solver_sweeps, subject_in_words
   use scene_mod, only: scene_t
   use connectivity_mod, only: nodes_of_hexahedron
+  use choices_mod, only: choices_t
   use mesh_mod, only: mesh_t
   use brick8_mod, only: volume
   use increment_report_mod, only: error_parts_t, total_error
@@ -30,33 +31,34 @@ contains
 
   !> Let sweeps read the compliance in single precision where that is accurate enough: when the
   !> contact tolerance is set.
-  subroutine choose_copy(scene)
-    type(scene_t), intent(inout) :: scene
+  pure subroutine choose_copy(scene, choices)
+    type(scene_t), intent(in) :: scene
+    type(choices_t), intent(inout) :: choices
 
-    if (scene%accuracy%wanted > 0.0_wp .and. scene%contact%tolerance >= sharpest_for_single &
-      .and. scene%contact%solver == solver_sweeps) scene%precision%single_compliance = .true.
+    if (scene%accuracy%wanted > 0.0_wp .and. choices%tolerance >= sharpest_for_single .and. &
+      scene%contact%solver == solver_sweeps) choices%precision%single_compliance = .true.
   end subroutine choose_copy
 
   !> Choose the contact tolerance: a tenth of the error that mesh and load steps make anyway; where
   !> meshes are compared, a small part of the accuracy, of friction as of normal forces.
-  subroutine set_contact_tolerance(scene, errors)
-    type(scene_t), intent(inout) :: scene
+  pure subroutine set_contact_tolerance(scene, divisions, tolerance, errors)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: divisions       !! as of choices_t
+    real(wp), intent(inout) :: tolerance   !! stays where no accuracy is wanted [-]
     type(error_parts_t), intent(in), optional :: errors !! of the last *STEP, where there was one
-    real(wp) :: tolerance
 
     associate (wanted => scene%accuracy%wanted)
       if (wanted <= 0.0_wp) return
       if (.not. scene%accuracy%keeps_mesh) then
         ! What each increment leaves friction keeps: more of them leave as much together.
-        scene%contact%tolerance = of_differences*wanted*min(1.0_wp, minval(scene%pairs%mu, &
-          mask=scene%pairs%mu > 0.0_wp))/real(scene%accuracy%divisions, wp)
+        tolerance = of_differences*wanted*min(1.0_wp, minval(scene%pairs%mu, &
+          mask=scene%pairs%mu > 0.0_wp))/real(divisions, wp)
         return
       end if
       tolerance = least_fraction*wanted
       if (present(errors)) tolerance = min(largest_fraction*wanted, max(tolerance, &
         of_discretisation*(max(0.0_wp, errors%mesh) + max(0.0_wp, errors%load_steps))))
     end associate
-    scene%contact%tolerance = tolerance
   end subroutine set_contact_tolerance
 
   !> Why the accuracy was missed at the end of a *STEP, and what would reach it; empty where it was

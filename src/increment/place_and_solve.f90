@@ -62,7 +62,8 @@ contains
 
     loop%near = points%in_reach
     loop%undeformed = turned_undeformed(scene, points, solver, trial)
-    loop%follow = begin_following(scene, points, trial%controls%tolerance)
+    loop%follow = begin_following(scene, points, max(trial%controls%tolerance, &
+      solver%choices%tolerance))
     allocate (loop%led(solver%body%motions%n), source=0.0_wp)
   end function begin_newton_raphson
 
@@ -101,8 +102,8 @@ contains
     if (loop%i == 1) loop%near = first_near(scene, points, solver, old, trial, new%reaction, &
       loop%slack)
     if (loop%i > most_by_parts) loop%near = points%in_reach
-    call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &
-      loop%near, solver%contact)
+    call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
+      trial%placement, solver%contact, loop%near)
   end subroutine place_points
 
   !> Which points pressed in the iteration before, or when the increment began.
@@ -151,8 +152,8 @@ contains
     if (allocated(solver%contact%presses)) deallocate (solver%contact%presses)
     new%reaction = reaction
     trial%motion = motion
-    call condense_contact(scene, points, solver%body, loop%undeformed, trial%placement, .true., &
-      loop%near, solver%contact)
+    call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
+      trial%placement, solver%contact, loop%near)
     call solve_sharply(scene, points, solver, old, is_followed, trial, &
       new%reaction, report)
   end subroutine find_reactions

@@ -122,7 +122,8 @@ contains
         call move_alloc(answer%gaps, gaps)
       end if
       if (.not. allocated(group%body) .or. trial%by_compliance) then
-        call solve_for_least(scene, group, trial%controls, x_free, drift, r, gaps, of_group)
+        call solve_for_least(solver%choices%tolerance, group, trial%controls, x_free, drift, r, &
+          gaps, of_group)
       end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
@@ -192,8 +193,8 @@ contains
   !> W is a little soft along these, N N^T r, about no reaction at first. That decides which of the
   !> points that touch do not press: they are kept so from then on. Solutions about the reactions
   !> found follow until softness has no part in any gap. docs/theory.md (11.20).
-  subroutine solve_for_least(scene, group, controls, x_free, drift, r, gaps, report)
-    type(scene_t), intent(in) :: scene
+  subroutine solve_for_least(tolerance, group, controls, x_free, drift, r, gaps, report)
+    real(wp), intent(in) :: tolerance            !! as of solve_with_or_without [-]
     type(contact_group_t), intent(in) :: group
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
@@ -212,7 +213,7 @@ contains
     integer :: i
 
     if (size(group%null, 2) == 0) then
-      call solve_with_or_without(scene, group, controls, x_free, drift, r, report)
+      call solve_with_or_without(tolerance, group, controls, x_free, drift, r, report)
       if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
         relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
       return
@@ -224,7 +225,7 @@ contains
     last = huge(last)
     rounds: do i = 1, max_rounds
       x_free = x_start + away - group%softness*matmul(group%null, centre)
-      call solve_with_or_without(scene, group, controls, x_free, drift, r, of_round)
+      call solve_with_or_without(tolerance, group, controls, x_free, drift, r, of_round)
       call add_round(of_round, report)
       found = matmul(pack_rows(group%problem, r), group%null)
       gaps = relative_gaps(group%problem, x_free, pack_rows(group%problem, r)) - away - &
@@ -283,9 +284,9 @@ contains
   end subroutine add_round
 
   !> The reactions and motions of a group. Where its W is known by its products, and these do not
-  !> lead to the deck's tolerance, W is formed for the other solvers if there is memory for it.
-  subroutine solve_with_or_without(scene, group, controls, x_free, drift, r, report)
-    type(scene_t), intent(in) :: scene
+  !> lead to the run's tolerance, W is formed for the other solvers if there is memory for it.
+  subroutine solve_with_or_without(tolerance, group, controls, x_free, drift, r, report)
+    real(wp), intent(in) :: tolerance            !! of the run; the controls' may be smaller [-]
     type(contact_group_t), intent(in) :: group
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
@@ -302,7 +303,7 @@ contains
     allocate (r_before, source=r)
     call solve(group%problem)
     if (report%converged .or. .not. is_map(group%problem%compliance)) return
-    if (report%ending /= ended_unbalanced .and. report%residual <= scene%contact%tolerance) return
+    if (report%ending /= ended_unbalanced .and. report%residual <= tolerance) return
     call form_compliance(group%problem, dense, formed)
     if (.not. formed) return
     drift = began

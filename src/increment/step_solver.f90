@@ -1,5 +1,6 @@
 !> What the increments of a *STEP are solved with. Each part has its own lifetime:
 !>
+!>     choices     the run, which changes them between increments
 !>     body        as long as the same degrees of freedom are prescribed
 !>     undeformed  as long
 !>     response    a *STEP
@@ -13,6 +14,7 @@ module step_solver_mod
   use system_mod, only: wall_seconds
   use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use stiffness_inverse_mod, only: abandon_inverse
@@ -30,6 +32,7 @@ module step_solver_mod
     linearise_at
 
   type :: step_solver_t
+    type(choices_t) :: choices
     type(body_solver_t) :: body
     type(placement_t) :: undeformed        !! of all points
     type(load_response_t) :: response
@@ -100,7 +103,8 @@ contains
     prescribed = solver%body%prescribed
     call make_all(scene, points, prescribed, solver, work, error)
     if (allocated(error)) return
-    call respond_to_loads(scene, solver%body, solver%response, work, error)
+    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, work, &
+      error)
   end subroutine widen_interface
 
   !> At the start of a *STEP: its load patterns and the displacements they cause without contact.
@@ -114,7 +118,8 @@ contains
     !! MUMPS failed; the factor is too far from the stiffness
 
     call resolve_loads(scene, step, state%displacement, solver%response%loads)
-    call respond_to_loads(scene, solver%body, solver%response, work, error)
+    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, work, &
+      error)
   end subroutine prepare_step
 
   subroutine make_all(scene, points, prescribed, solver, work, error, tangent_at)
@@ -127,10 +132,10 @@ contains
     real(wp), intent(in), optional :: tangent_at(:, :) !! as of make_body_solver
 
     solver%tangent_of = 0
-    if (scene%precision%threads > 1) call use_threads(scene%precision%threads)
-    call make_body_solver(scene, points, prescribed, interface_dofs(scene, points), solver%body, &
-      work, error, tangent_at)
-    if (scene%precision%threads > 1) call use_threads(1)
+    if (solver%choices%precision%threads > 1) call use_threads(solver%choices%precision%threads)
+    call make_body_solver(scene, solver%choices, points, prescribed, interface_dofs(scene, &
+      points), solver%body, work, error, tangent_at)
+    if (solver%choices%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
     if (scene%finite_strain .and. solver%body%motions%n > 0) then
       call raise(error, exit_not_solved, 'NLGEOM does not cover bodies or obstacles that '// &
@@ -150,9 +155,10 @@ contains
 
     clock = wall_seconds()
     call place_undeformed(scene, points, solver%undeformed)
-    call find_groups(scene, points, solver%body%motions, solver%contact)
-    call condense_contact(scene, points, solver%body, solver%undeformed, solver%undeformed, &
-      .false., points%in_reach, solver%contact)
+    call find_groups(scene, points, solver%body%motions, solver%choices%precision%iterative, &
+      solver%contact)
+    call condense_contact(scene, solver%choices, points, solver%body, solver%undeformed, &
+      solver%undeformed, solver%contact)
     call lap(clock, work%condense)
   end subroutine make_contact
 

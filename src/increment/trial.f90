@@ -77,6 +77,7 @@ contains
       increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)
     trial%controls = scene%contact
+    trial%controls%tolerance = solver%choices%tolerance
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
@@ -108,7 +109,7 @@ contains
       call carry_displacements(scene, solver, old, increment, trial)
       return
     end if
-    if (.not. scene%finite_strain .and. (is_exact(scene%precision) .or. .not. &
+    if (.not. scene%finite_strain .and. (is_exact(solver%choices%precision) .or. .not. &
       solver%body%inverse%is_condensed)) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)

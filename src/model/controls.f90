@@ -67,7 +67,7 @@ module controls_mod
     integer  :: stop_rule = stop_at_residual
     integer  :: linear = linear_auto  !! linear systems of the global Newton
     integer  :: max_sweeps = 20000
-    integer  :: compliance = compliance_auto !! of the contact rows; once planned no longer AUTO
+    integer  :: compliance = compliance_auto !! of the contact rows
   end type contact_controls_t
 
   !> *PRECISION and *BODY SOLVER: residuals, forces and displacements are double whatever is chosen.
@@ -100,11 +100,7 @@ module controls_mod
     integer  :: of = accuracy_of_resultants
     logical  :: extrapolates = .false. !! it is that of values extrapolated from several meshes
     logical  :: keeps_mesh = .false. !! the mesh is not chosen: estimates by recovery are told
-    integer  :: divisions = 1
-    !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
     logical  :: estimates = .true.   !! errors of mesh and load steps are estimated
-    logical  :: follows_steps = .true. !! those of load steps, too
-    integer  :: runs_before = 0      !! of the process, on other meshes or with other increments
     real(wp) :: time = 0.0_wp        !! of the processor that a run may take; 0: any [s]
     real(wp) :: memory = 0.0_wp      !! at the peak, that it may take; 0: what there is [bytes]
     character(:), allocatable :: set !! of nodes that it is of; not allocated: of all there is

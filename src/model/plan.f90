@@ -2,6 +2,7 @@
 module plan_mod
   use kinds_mod, only: wp, i8
   use contact_points_mod, only: contact_points_t
+  use choices_mod, only: choices_t
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -22,6 +23,7 @@ module plan_mod
 
   !> What a run will do. Lower layers never see it: they get arguments.
   type :: plan_t
+    type(choices_t) :: choices                !! with which the run begins
     type(contact_points_t) :: points          !! candidate contact points
     integer, allocatable :: rows(:)           !! (n_points) contact rows of each point, at most
     integer :: n_increments = 0               !! increments of the whole run
@@ -48,6 +50,7 @@ module plan_mod
     type(figure_t), allocatable :: figures(:) !! what the run is held against
     type(string_t), allocatable :: lines(:)   !! the table, as stored and as --plan prints it
     type(string_t), allocatable :: brief(:)   !! of it what every run prints
+    type(string_t), allocatable :: notes(:)   !! of the contact, one sentence each
   end type plan_t
 
 contains

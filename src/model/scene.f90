@@ -5,7 +5,7 @@ module scene_mod
   use material_law_mod, only: law_t
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t, shown_nodes, joined_nodes
-  use mesh_size_mod, only: blocks_t, mesh_size_t
+  use mesh_size_mod, only: blocks_t
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t, ref_nodes
   use loads_mod, only: amplitude_t, load_step_t
@@ -80,7 +80,8 @@ module scene_mod
     real(wp) :: direction(3, 3) = 0.0_wp  !! rows: unit vectors in x, y, z [-]
   end type local_axes_t
 
-  !> A validated scene: nothing below this type needs to doubt it.
+  !> A validated scene: nothing below this type needs to doubt it, and nothing but its readers, of
+  !> the deck and of the options, changes it.
   type :: scene_t
     character(:), allocatable :: title
     character(:), allocatable :: name       !! the deck's file name without folder and ending
@@ -90,7 +91,6 @@ module scene_mod
     !! of the command line, one a line: name=value, --accuracy value, --refine times
     logical :: finite_strain = .false.      !! *STEP, NLGEOM
     type(mesh_t) :: mesh
-    type(mesh_size_t) :: mesh_size          !! beside the deck
     type(blocks_t) :: blocks(3)             !! NX, NY and NZ of those that may have others
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles
     type(material_t),     allocatable :: materials(:)

@@ -8,7 +8,6 @@ module analyse_pattern_mod
   use constraints_mod, only: constraints_t, active_constraints
   use linked_nodes_mod, only: coupled_nodes
   use obstacles_mod, only: ref_nodes
-  use obstacle_shapes_mod, only: has_fixed_normals
   use contact_points_mod, only: contact_nodes
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, precision_controls_t, compliance_products
@@ -49,13 +48,12 @@ contains
 
   !> Order the equations of the first step and analyse their elimination, in the first arithmetic
   !> that fits; where none does, in the one that needs least.
-  subroutine look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
-    type(scene_t), intent(inout) :: scene  !! its precision as it is chosen
+  subroutine look_at_pattern(scene, file, plan, factor, sizes, reasons, error)
+    type(scene_t), intent(in) :: scene
     type(file_size_t), intent(in) :: file
-    type(plan_t), intent(inout) :: plan
+    type(plan_t), intent(inout) :: plan    !! gets the precision
     type(sparse_factor_t), intent(inout) :: factor
     type(sizes_t), intent(inout) :: sizes  !! what the analysis tells
-    real(wp), intent(out) :: ordering      !! time it took to order [s]
     character(:), allocatable, intent(out) :: reasons !! why nothing better was chosen
     type(error_t), allocatable, intent(out) :: error
     type(pattern_t) :: first
@@ -65,16 +63,16 @@ contains
     logical, allocatable :: has_disk(:)
     integer :: i, best
 
-    ordering = 0.0_wp
+    sizes%ordering = 0.0_wp
     reasons = ''
-    sizes%is_dense = scene%contact%compliance /= compliance_products
-    list = alternatives(scene%precision)
+    sizes%is_dense = plan%choices%compliance /= compliance_products
+    list = alternatives(plan%choices%precision)
     ! The least that any of them needs.
     call take_precision(list(size(list)), sizes)
     if (needed_memory(sizes, file_size_t()) > real(plan%memory_left, wp)) return
     call make_pattern(scene, plan, prescribed_dofs(scene, 1), start, neighbours, first, error)
     if (allocated(error)) return
-    ordering = first%ordering
+    sizes%ordering = first%ordering
     plan%is_analysed = .true.
     sizes%motions = first%motions
     sizes%neighbours = size(neighbours)
@@ -101,7 +99,7 @@ contains
       if (best == 1) reasons = ''
       i = best
     end if
-    scene%precision = list(i)
+    plan%choices%precision = list(i)
     if (i == 1 .and. size(list) > 1) call take_single_if_faster(list(2))
     if (allocated(error)) return
     if (sizes%scratch < real(plan%memory_left, wp) - need(i)) sizes%keeps_scratch = .true.
@@ -131,24 +129,22 @@ contains
       type(precision_controls_t), intent(in) :: single !! the alternative to double precision
       type(sizes_t) :: in_double
       real(wp) :: seconds_in_double, seconds_in_single
-      integer :: pair
 
-      if (scene%precision%keeps_double) return
-      if (.not. (is_exact(scene%precision) .and. single%single_factor .and. sizes%is_dense)) return
-      if (.not. all([(has_fixed_normals(scene, pair), pair=1, size(scene%pairs))])) return
-      seconds_in_double = seconds_at_fixed_rates(scene, sizes)
+      if (plan%choices%precision%keeps_double) return
+      if (.not. (is_exact(list(1)) .and. single%single_factor .and. sizes%is_dense)) return
+      if (sizes%is_curved) return
+      seconds_in_double = seconds_at_fixed_rates(sizes)
       if (seconds_in_double < least_to_save) return
       in_double = sizes
-      scene%precision = single
       call take_precision(single, sizes)
-      seconds_in_single = seconds_at_fixed_rates(scene, sizes)
+      seconds_in_single = seconds_at_fixed_rates(sizes)
       if (seconds_in_single > worthwhile*seconds_in_double) then
-        scene%precision = list(1)
         sizes = in_double
         return
       end if
       call analyse_in(single)
-      scene%precision%saves_time = .true.
+      plan%choices%precision = single
+      plan%choices%precision%saves_time = .true.
       reasons = 'a share of '//to_text(seconds_in_single/seconds_in_double, 2)// &
         ' of the time that double precision takes'
     end subroutine take_single_if_faster
@@ -168,8 +164,8 @@ contains
   !> order of its own: with fewer equations it may still have more entries. The sizes are those of
   !> the largest.
   subroutine look_at_later_steps(scene, plan, sizes, error)
-    type(scene_t), intent(in) :: scene    !! its precision is chosen
-    type(plan_t), intent(in) :: plan
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan      !! its precision is chosen
     type(sizes_t), intent(inout) :: sizes !! of the first step
     type(error_t), allocatable, intent(out) :: error !! as of estimate_costs
     type(pattern_t) :: pattern
@@ -187,7 +183,7 @@ contains
       if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3))) cycle
       call make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
       if (allocated(error)) return
-      factor%precision = scene%precision
+      factor%precision = plan%choices%precision
       call analyse(pattern%k, pattern%position, pattern%n_schur, factor, error)
       if (allocated(error)) return
       entries = size(pattern%k%row, kind=i8)
@@ -200,7 +196,8 @@ contains
         sizes%flops = max(sizes%flops, predicted%flops)
       end associate
     end do
-    if (scene%precision%out_of_core) sizes%scratch = sizes%fraction_here*sizes%word*sizes%factor
+    if (plan%choices%precision%out_of_core) sizes%scratch = sizes%fraction_here*sizes%word* &
+      sizes%factor
   end subroutine look_at_later_steps
 
   !> The equations with these supports, in their order.
@@ -227,7 +224,7 @@ contains
       neighbours)
     pattern%n_interface = map%n_interface
     pattern%n_schur = map%n_interface
-    if (scene%contact%compliance == compliance_products) pattern%n_schur = 0
+    if (plan%choices%compliance == compliance_products) pattern%n_schur = 0
     pattern%ordering = cpu_seconds()
     call order_equations(map, start, neighbours, pattern%position, error, pattern%n_schur)
     if (allocated(error)) return

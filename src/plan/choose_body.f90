@@ -37,17 +37,16 @@ contains
 
   !> Whether there is a factor: where the deck leaves it open and the build has the choice, as long
   !> as it fits and iteration does not take much less time.
-  subroutine choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
-    type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
+  subroutine choose_body(scene, file, plan, factor, sizes, reasons, error)
+    type(scene_t), intent(in) :: scene
     type(file_size_t), intent(in) :: file
-    type(plan_t), intent(inout) :: plan
+    type(plan_t), intent(inout) :: plan    !! gets precision and compliance
     type(sparse_factor_t), intent(inout) :: factor
     type(sizes_t), intent(inout) :: sizes
-    real(wp), intent(out) :: ordering      !! [s]
     character(:), allocatable, intent(out) :: reasons
     type(error_t), allocatable, intent(out) :: error
     type(free_motions_t) :: motions
-    type(scene_t) :: iterated
+    type(precision_controls_t) :: iterated
     type(error_t), allocatable :: refusal
     type(sizes_t) :: bare
     real(wp) :: need, by_factor, by_iteration
@@ -55,14 +54,13 @@ contains
 
     bare = sizes
     bare%is_dense = .false.
-    ordering = 0.0_wp
     reasons = ''
     need = 0.0_wp
     fits = .false.
-    if (.not. scene%precision%iterative) then
-      call choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
+    if (.not. plan%choices%precision%iterative) then
+      call choose_compliance(scene, file, plan, factor, sizes, reasons, error)
       if (allocated(error)) return
-      if (scene%precision%body_is_given .or. .not. has_iterative_body()) return
+      if (plan%choices%precision%body_is_given .or. .not. has_iterative_body()) return
       need = needed_memory(sizes, file)
       fits = need <= enough*real(plan%memory_left, wp)
       if (fits .and. .not. plan%is_analysed) return
@@ -71,46 +69,44 @@ contains
       contact_nodes(plan%points), motions, error, scene%constraints)
     if (allocated(error)) return
     bare%motions = motions%n
-    if (scene%precision%iterative) then
-      call check_iterative(scene, plan%points, motions, error)
+    if (plan%choices%precision%iterative) then
+      call check_iterative(scene, plan%choices%compliance, plan%points, motions, error)
       if (allocated(error)) return
     else
-      iterated = scene
-      iterated%contact%compliance = compliance_products
-      call check_iterative(iterated, plan%points, motions, refusal)
+      call check_iterative(scene, compliance_products, plan%points, motions, refusal)
       if (allocated(refusal)) return
-      iterated%precision%iterative = .true.
-      iterated%precision%single_factor = .false.
-      iterated%precision%block_low_rank = 0.0_wp
-      iterated%precision%out_of_core = .false.
+      iterated = plan%choices%precision
+      iterated%iterative = .true.
+      iterated%single_factor = .false.
+      iterated%block_low_rank = 0.0_wp
+      iterated%out_of_core = .false.
       call size_iterated(iterated, bare)
       if (needed_memory(bare, file) > merge(enough*real(plan%memory_left, wp), need, fits)) return
       if (fits) then
-        by_factor = seconds_at_fixed_rates(scene, sizes)
-        by_iteration = seconds_at_fixed_rates(iterated, bare)
+        by_factor = seconds_at_fixed_rates(sizes)
+        by_iteration = seconds_at_fixed_rates(bare)
         if (by_iteration > iteration_pays*by_factor) return
         reasons = 'a share of '//to_text(by_iteration/by_factor, 2)//' of the time with a factor'
       else
         reasons = 'with a factor the run needs '//bytes_in_words(need)
       end if
-      scene%precision = iterated%precision
+      plan%choices%precision = iterated
     end if
-    ordering = 0.0_wp
-    scene%contact%compliance = compliance_products
-    call size_iterated(scene, bare)
+    plan%choices%compliance = compliance_products
+    call size_iterated(plan%choices%precision, bare)
     sizes = bare
     plan%is_analysed = .true.
     call forget_compliance(scene, plan)
-    call describe_iterative(scene, plan)
+    call describe_iterative(plan)
   end subroutine choose_body
 
   !> The sizes of a run without a factor.
-  subroutine size_iterated(scene, sizes)
-    type(scene_t), intent(in) :: scene !! whose bodies are solved for by iteration
+  pure subroutine size_iterated(precision, sizes)
+    type(precision_controls_t), intent(in) :: precision !! iterative
     type(sizes_t), intent(inout) :: sizes
 
     sizes%factor = 0.0_wp
-    call take_precision(scene%precision, sizes)
+    call take_precision(precision, sizes)
     sizes%workspace = iterative_bytes(sizes)
   end subroutine size_iterated
 
@@ -119,63 +115,61 @@ contains
   !> A product by the factor cannot cost less than the factor of the interior alone takes to read:
   !> where so many readings already take longer than all that W costs, that is the answer, and the
   !> other order of elimination is not looked for.
-  subroutine choose_compliance(scene, file, plan, factor, sizes, ordering, reasons, error)
-    type(scene_t), intent(inout) :: scene  !! its precision and compliance as they are chosen
+  subroutine choose_compliance(scene, file, plan, factor, sizes, reasons, error)
+    type(scene_t), intent(in) :: scene
     type(file_size_t), intent(in) :: file
-    type(plan_t), intent(inout) :: plan
+    type(plan_t), intent(inout) :: plan    !! gets precision and compliance
     type(sparse_factor_t), intent(inout) :: factor
     type(sizes_t), intent(inout) :: sizes
-    real(wp), intent(out) :: ordering      !! [s]
     character(:), allocatable, intent(out) :: reasons
     type(error_t), allocatable, intent(out) :: error
     type(precision_controls_t) :: given
     type(sizes_t) :: of_dense, bare
-    real(wp) :: by_dense, by_products, spent
+    real(wp) :: by_dense, by_products
     character(:), allocatable :: why
 
     bare = sizes
     why = 'as the deck asks for'
-    if (scene%contact%compliance == compliance_auto .and. sizes%interface < least_interface) then
-      scene%contact%compliance = compliance_dense
-    else if (scene%contact%compliance == compliance_auto) then
-      scene%contact%compliance = compliance_dense
+    if (plan%choices%compliance == compliance_auto .and. sizes%interface < least_interface) then
+      plan%choices%compliance = compliance_dense
+    else if (plan%choices%compliance == compliance_auto) then
+      plan%choices%compliance = compliance_dense
       if (8.0_wp*(sizes%squares + sizes%rows**2) > enough*real(plan%memory_left, wp)) then
-        scene%contact%compliance = compliance_products
+        plan%choices%compliance = compliance_products
         why = 'dense it does not fit'
       else
-        given = scene%precision
-        call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+        given = plan%choices%precision
+        call look_at_pattern(scene, file, plan, factor, sizes, reasons, error)
         if (allocated(error) .or. .not. plan%is_analysed) return
-        by_dense = seconds_at_fixed_rates(scene, sizes)
+        by_dense = seconds_at_fixed_rates(sizes)
         of_dense = sizes
         sizes%is_dense = .false.
         ! Without numbers yet: the factor of the interior, which is the least of it.
         sizes%factor = least_factor*sizes%factor
         sizes%flops = 0.0_wp
-        by_products = seconds_at_fixed_rates(scene, sizes)
+        by_products = seconds_at_fixed_rates(sizes)
         sizes = of_dense
         if (by_products >= by_dense) return
-        spent = ordering
-        scene%precision = given
-        scene%contact%compliance = compliance_products
+        plan%choices%precision = given
+        plan%choices%compliance = compliance_products
         sizes = bare
-        call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
+        call look_at_pattern(scene, file, plan, factor, sizes, reasons, error)
         if (allocated(error)) return
-        by_products = seconds_at_fixed_rates(scene, sizes)
-        ordering = ordering + spent
+        by_products = seconds_at_fixed_rates(sizes)
+        sizes%ordering = sizes%ordering + of_dense%ordering
         if (by_products < by_dense) then
           call forget_compliance(scene, plan)
           call describe_products(plan, 'a share of '//to_text(by_products/by_dense, 2)// &
             ' of the time that it takes dense')
           return
         end if
-        scene%precision = given
-        scene%contact%compliance = compliance_dense
+        plan%choices%precision = given
+        plan%choices%compliance = compliance_dense
         sizes = bare
       end if
     end if
-    call look_at_pattern(scene, file, plan, factor, sizes, ordering, reasons, error)
-    if (scene%contact%compliance /= compliance_products) return
+    call look_at_pattern(scene, file, plan, factor, sizes, reasons, error)
+    if (plan%choices%compliance /= compliance_products) return
     call forget_compliance(scene, plan)
     call describe_products(plan, why)
   end subroutine choose_compliance

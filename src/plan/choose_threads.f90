@@ -10,7 +10,6 @@ module choose_threads_mod
   use idle_processors_mod, only: processor_time_t, processor_time, idle_processors
   use blas_core_mod, only: threads_are_given
   use parallel_mod, only: n_ranks
-  use controls_mod, only: precision_controls_t
   use plan_mod, only: plan_t, figure_of, bound_fixed
   use plan_table_mod, only: add_line
   implicit none
@@ -28,13 +27,12 @@ contains
   !>
   !> Not where the environment says how many, several ranks share the machine, or a limit on
   !> addresses could keep the library from its buffers, for which it would wait for ever.
-  subroutine choose_threads(began, precision, plan)
+  subroutine choose_threads(began, plan)
     type(processor_time_t), intent(in) :: began !! when the program did
-    type(precision_controls_t), intent(inout) :: precision !! gets threads
-    type(plan_t), intent(inout) :: plan         !! with its costs
+    type(plan_t), intent(inout) :: plan         !! with its costs; chooses
     integer :: idle
 
-    precision%threads = 1
+    plan%choices%precision%threads = 1
     if (figure_of(plan, 'cpu_seconds') < long_enough) return
     if (threads_are_given()) return
     if (n_ranks() > 1) return
@@ -42,8 +40,8 @@ contains
     idle = min(idle_processors(began, processor_time()), most_threads - 1)
     if (idle < 1) return
     if (plan%more_memory + idle*of_thread > real(plan%memory_left, wp)) return
-    precision%threads = 1 + idle
-    call add_line(plan, 'threads', bound_fixed, to_text(precision%threads)// &
+    plan%choices%precision%threads = 1 + idle
+    call add_line(plan, 'threads', bound_fixed, to_text(1 + idle)// &
       ' while the stiffness is factorised: so many processors are idle')
   end subroutine choose_threads
 

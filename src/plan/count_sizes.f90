@@ -2,9 +2,9 @@
 !> is done with them.
 module count_sizes_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_fixed_normals
+  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
-  use controls_mod, only: solver_sweeps, is_exact
+  use controls_mod, only: solver_sweeps
   use plan_mod, only: plan_t
   use look_ahead_mod, only: most_ahead
   implicit none
@@ -47,6 +47,12 @@ module count_sizes_mod
     real(wp) :: scratch = 0.0_wp !! of the factor, on the disk [bytes]
     logical :: has_twins = .false. !! nodes may be pressed by more obstacles than they can move
     logical :: is_dense = .true. !! W is formed; else its products are solutions with the factor
+    real(wp) :: tolerance = 0.0_wp !! of contact [-]
+    real(wp) :: ordering = 0.0_wp  !! time that the plan took to order the equations [s]
+    logical :: has_friction = .false.
+    logical :: is_curved = .false., follows_faces = .false. !! there are points that turn, so before
+    logical :: by_sweeps = .false.
+    logical :: is_exact = .true., by_iteration = .false. !! as of precision_controls_t
     logical :: keeps_scratch = .false. !! the system has memory for it beside the run
   end type sizes_t
 
@@ -81,10 +87,16 @@ contains
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)
-      if (.not. has_fixed_normals(scene, i)) sizes%most_columns = 0.0_wp
+      if (has_fixed_normals(scene, i)) cycle
+      sizes%is_curved = .true.
+      sizes%most_columns = 0.0_wp
+      if (is_before_faces(scene%pairs(i), scene%obstacles)) sizes%follows_faces = .true.
     end do
+    sizes%has_friction = any(scene%pairs%mu > 0.0_wp)
+    sizes%by_sweeps = scene%contact%solver == solver_sweeps
     sizes%factorisations = plan%n_factorisations
     sizes%motions = 0.0_wp
+    sizes%tolerance = plan%choices%tolerance
   end subroutine count_sizes
 
   !> Whether points before obstacles give a node more rows than it has ways to move.
@@ -103,90 +115,74 @@ contains
   end function has_twins
 
   !> Newton-Raphson iterations of an increment, each with a contact problem.
-  pure real(wp) function iterations_of_increment(scene) result(n)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function iterations_of_increment(sizes) result(n)
+    type(sizes_t), intent(in) :: sizes
 
-    n = refined_times(scene)*merge(newton_raphson_curved, 1.0_wp, any_curved(scene))
+    n = refined_times(sizes)*merge(newton_raphson_curved, 1.0_wp, sizes%is_curved)
   end function iterations_of_increment
 
   !> Those of them with a solution, and with the forces of all bricks: contact alone settles the
   !> points where W is formed.
-  pure real(wp) function solutions_of_increment(scene, sizes) result(n)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function solutions_of_increment(sizes) result(n)
     type(sizes_t), intent(in) :: sizes
 
-    n = iterations_of_increment(scene)
-    if (sizes%is_dense .and. any_curved(scene)) n = refined_times(scene)*equilibria_curved
+    n = iterations_of_increment(sizes)
+    if (sizes%is_dense .and. sizes%is_curved) n = refined_times(sizes)*equilibria_curved
   end function solutions_of_increment
 
-  !> Whether points have normals that turn.
-  pure logical function any_curved(scene)
-    type(scene_t), intent(in) :: scene
-    integer :: i
-
-    any_curved = .not. all([(has_fixed_normals(scene, i), i=1, size(scene%pairs))])
-  end function any_curved
-
   !> How many times as many iterations the arithmetic of the factor takes.
-  pure real(wp) function refined_times(scene) result(times)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function refined_times(sizes) result(times)
+    type(sizes_t), intent(in) :: sizes
 
     times = newton_raphson_refined
-    if (is_exact(scene%precision) .or. scene%contact%tolerance >= roughest_unrefined) times = 1.0_wp
+    if (sizes%is_exact .or. sizes%tolerance >= roughest_unrefined) times = 1.0_wp
   end function refined_times
 
   !> Products of W with a vector in an increment; a sweep is one.
-  pure function products_of_increment(scene, sizes) result(n)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function products_of_increment(sizes) result(n)
     type(sizes_t), intent(in) :: sizes
-    real(wp) :: n
 
     n = products_without
-    if (any(scene%pairs%mu > 0.0_wp)) n = products_with_friction
-    if (scene%contact%solver == solver_sweeps) n = -sweeps_a_digit*sqrt(sizes%points)* &
-      log10(scene%contact%tolerance)
+    if (sizes%has_friction) n = products_with_friction
+    if (sizes%by_sweeps) n = -sweeps_a_digit*sqrt(sizes%points)* &
+      log10(sizes%tolerance)
     if (sizes%motions > 0.0_wp) n = n*solves_for_motions
     if (sizes%motions > 0.0_wp .and. .not. sizes%is_dense) n = n*answers_of_motions
-    n = n*iterations_of_increment(scene)
+    n = n*iterations_of_increment(sizes)
     if (sizes%rows <= 0.0_wp) n = 0.0_wp
   end function products_of_increment
 
   !> Solutions with the factor in the whole run: two load patterns a step, and those of increments.
-  pure function solutions(scene, sizes) result(n)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function solutions(sizes) result(n)
     type(sizes_t), intent(in) :: sizes
-    real(wp) :: n
 
-    n = 2.0_wp*sizes%steps + sizes%increments*solutions_of_increment(scene, sizes)
-    if (.not. sizes%is_dense) n = n + sizes%increments*products_of_increment(scene, sizes)* &
-      solutions_of_product(scene) + sizes%factorisations*solutions_beside
-    if (.not. is_exact(scene%precision)) n = n + 2.0_wp*refinements*sizes%steps
+    n = 2.0_wp*sizes%steps + sizes%increments*solutions_of_increment(sizes)
+    if (.not. sizes%is_dense) n = n + sizes%increments*products_of_increment(sizes)* &
+      solutions_of_product(sizes) + sizes%factorisations*solutions_beside
+    if (.not. sizes%is_exact) n = n + 2.0_wp*refinements*sizes%steps
   end function solutions
 
   !> Elimination, inverse of the Schur complement, solutions, products with W.
-  pure function flops_of_run(scene, sizes) result(flops)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function flops_of_run(sizes) result(flops)
     type(sizes_t), intent(in) :: sizes
-    real(wp) :: flops
 
     if (.not. sizes%is_dense) then
-      flops = sizes%factorisations*sizes%flops + solutions(scene, sizes)*4.0_wp*sizes%factor
+      flops = sizes%factorisations*sizes%flops + solutions(sizes)*4.0_wp*sizes%factor
       return
     end if
     flops = sizes%factorisations*(sizes%flops + sizes%cubes) + &
-      solutions(scene, sizes)*(4.0_wp*sizes%factor + 2.0_wp*sizes%squares) + &
-      2.0_wp*sizes%increments*products_of_increment(scene, sizes)*sizes%rows**2
+      solutions(sizes)*(4.0_wp*sizes%factor + 2.0_wp*sizes%squares) + &
+      2.0_wp*sizes%increments*products_of_increment(sizes)*sizes%rows**2
   end function flops_of_run
 
   !> Solutions that a product with the compliance takes where W is not formed: most are for
   !> directions and need no refinement.
-  pure function solutions_of_product(scene) result(n)
-    type(scene_t), intent(in) :: scene
-    real(wp) :: n
+  pure real(wp) function solutions_of_product(sizes) result(n)
+    type(sizes_t), intent(in) :: sizes
     real(wp), parameter :: refined = 1.6_wp
 
     n = 1.0_wp
-    if (.not. is_exact(scene%precision)) n = refined
+    if (.not. sizes%is_exact) n = refined
   end function solutions_of_product
 
 end module count_sizes_mod

@@ -35,45 +35,45 @@ contains
   !> `factor` keeps the symbolic analysis for the first factorisation. Where even the analysis has
   !> no room the memory is a lower bound, and the plan has no time.
   subroutine estimate_costs(scene, path, needs_matrix, plan, factor, error)
-    type(scene_t), intent(inout) :: scene !! its precision and compliance as they are chosen
+    type(scene_t), intent(in) :: scene
     character(*), intent(in) :: path !! of the result file
     logical, intent(in) :: needs_matrix !! W itself is wanted, for a file say
-    type(plan_t), intent(inout) :: plan
+    type(plan_t), intent(inout) :: plan !! gets precision and compliance
     type(sparse_factor_t), intent(inout) :: factor
     type(error_t), allocatable, intent(out) :: error !! METIS, LAPACK or MUMPS failed
     type(sizes_t) :: sizes
     type(file_size_t) :: file
     type(seconds_t) :: seconds
     type(usage_t) :: others
-    real(wp) :: base, memory, ordering
+    real(wp) :: base, memory
     character(:), allocatable :: reasons
 
     others = usage_of_others()
-    base = taken_already(scene%accuracy)
+    base = taken_already(plan%choices%runs_before)
     plan%memory_left = memory_left()
     if (scene%accuracy%memory > 0.0_wp) plan%memory_left = min(plan%memory_left, &
-      room_within(scene%accuracy))
+      room_within(scene%accuracy%memory, plan%choices%runs_before))
     plan%disk_left = disk_left(path)
-    scene%precision%scratch = path(:index(path, '/', back=.true.))
-    if (scene%precision%scratch == '') scene%precision%scratch = './'
     sizes%ranks = others%ranks_here
     sizes%fraction_here = sizes%ranks/real(n_ranks(), wp)
     call count_sizes(scene, plan, sizes)
     file = size_of_file(scene, plan, sizes)
-    if (scene%contact%compliance /= compliance_dense .and. .not. scene%precision%iterative .and. &
-      (needs_matrix .or. sizes%rows <= 0.0_wp .or. scene%contact%solver == solver_sweeps)) then
-      scene%contact%compliance = compliance_dense
-    end if
-    if (needs_matrix .and. scene%precision%iterative) then
-      call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE does not '// &
-        'cover --export-fclib, which writes the compliance of the contact; TYPE=FACTOR does')
-      return
-    end if
-    if (needs_matrix) scene%precision%body_is_given = .true.
-    call choose_body(scene, file, plan, factor, sizes, ordering, reasons, error)
+    associate (precision => plan%choices%precision)
+      precision%scratch = path(:index(path, '/', back=.true.))
+      if (precision%scratch == '') precision%scratch = './'
+      if (.not. precision%iterative .and. (needs_matrix .or. sizes%rows <= 0.0_wp .or. &
+        scene%contact%solver == solver_sweeps)) plan%choices%compliance = compliance_dense
+      if (needs_matrix .and. precision%iterative) then
+        call raise(error, exit_wrong_input, 'bipot: error: *BODY SOLVER, TYPE=ITERATIVE does '// &
+          'not cover --export-fclib, which writes the compliance of the contact; TYPE=FACTOR does')
+        return
+      end if
+      if (needs_matrix) precision%body_is_given = .true.
+    end associate
+    call choose_body(scene, file, plan, factor, sizes, reasons, error)
     if (allocated(error)) return
-    if (plan%is_analysed .and. .not. scene%precision%iterative) call look_at_later_steps(scene, &
-      plan, sizes, error)
+    if (plan%is_analysed .and. .not. sizes%by_iteration) call look_at_later_steps(scene, plan, &
+      sizes, error)
     if (allocated(error)) return
     plan%more_memory = needed_memory(sizes, file)
     plan%file_size = file%size
@@ -84,16 +84,16 @@ contains
     call add_figure(plan, 'file_bytes', file%most, bound_at_most)
     call add_figure(plan, 'likely_file_bytes', file%size, bound_about)
     if (plan%is_analysed) then
-      seconds = seconds_of_run(scene, sizes, file, ordering)
+      seconds = seconds_of_run(scene, sizes, file)
       plan%seconds = total_seconds(seconds)
       plan%start_seconds = seconds%prepare + seconds%factorise + seconds%condense
-      if (.not. scene%precision%iterative) then
+      if (.not. sizes%by_iteration) then
         call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
-          plan%n_factorisations == 1 .and. scene%precision%block_low_rank <= 0.0_wp))
-        call add_figure(plan, 'solutions', solutions(scene, sizes), bound_about)
+          plan%n_factorisations == 1 .and. plan%choices%precision%block_low_rank <= 0.0_wp))
+        call add_figure(plan, 'solutions', solutions(sizes), bound_about)
         call add_figure(plan, 'compliance_products', sizes%increments* &
-          products_of_increment(scene, sizes), bound_about)
-        call add_figure(plan, 'operations', flops_of_run(scene, sizes), bound_about)
+          products_of_increment(sizes), bound_about)
+        call add_figure(plan, 'operations', flops_of_run(sizes), bound_about)
       end if
       call add_figure(plan, 'cpu_seconds', cpu_seconds() + plan%seconds, bound_about)
     end if

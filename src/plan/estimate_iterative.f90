@@ -22,8 +22,9 @@ module estimate_iterative_mod
 contains
 
   !> Refuse what iteration does not cover.
-  subroutine check_iterative(scene, points, motions, error)
+  subroutine check_iterative(scene, compliance, points, motions, error)
     type(scene_t), intent(in) :: scene
+    integer, intent(in) :: compliance !! as of choices_t
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions !! that the supports of a step leave
     type(error_t), allocatable, intent(out) :: error
@@ -33,7 +34,7 @@ contains
     call check_iterative_body(error)
     if (allocated(error)) return
     if (scene%contact%solver == solver_sweeps) call refuse('SOLVER=SWEEPS of *CONTACT SOLVER')
-    if (scene%contact%compliance == compliance_dense) call refuse( &
+    if (compliance == compliance_dense) call refuse( &
       'COMPLIANCE=DENSE of *CONTACT SOLVER')
     if (scene%contact%stop_rule == stop_at_change) call refuse('STOP=CHANGE of *CONTACT SOLVER')
     if (scene%contact%linear == linear_direct) call refuse('LINEAR=DIRECT of *CONTACT SOLVER')

@@ -3,7 +3,7 @@ module estimate_memory_mod
   use kinds_mod, only: wp, i8
   use resource_limits_mod, only: resident_bytes
   use parallel_mod, only: usage_t, usage_of_others
-  use controls_mod, only: is_exact, accuracy_controls_t, precision_controls_t
+  use controls_mod, only: is_exact, precision_controls_t
   use count_sizes_mod, only: sizes_t
   use estimate_file_mod, only: file_size_t
   implicit none
@@ -31,19 +31,20 @@ contains
     type(sizes_t), intent(inout) :: sizes
 
     sizes%word = merge(4.0_wp, 8.0_wp, precision%single_factor)
+    sizes%is_exact = is_exact(precision)
+    sizes%by_iteration = precision%iterative
     sizes%copy = 2.0_wp + merge(4.0_wp, 0.0_wp, precision%single_compliance) ! panels, and rows
     sizes%columns = 0.0_wp
-    if (is_exact(precision) .and. sizes%is_dense) sizes%columns = sizes%most_columns
+    if (sizes%is_exact .and. sizes%is_dense) sizes%columns = sizes%most_columns
     sizes%workspace = sizes%fraction_here*sizes%word*sizes%factor
     if (precision%out_of_core) sizes%workspace = 0.0_wp
   end subroutine take_precision
 
   !> What the run takes beside what the process has already, at the peak: while it factorises, or
   !> afterwards.
-  pure function peak_memory(sizes, file) result(bytes)
+  pure real(wp) function peak_memory(sizes, file) result(bytes)
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
-    real(wp) :: bytes                   !! [bytes]
     real(wp) :: matrix, mesh, factorising, running, copying, square, copies
 
     ! Row, column and value of every entry, ours and MUMPS's copy; neighbours, numbers of the
@@ -72,19 +73,17 @@ contains
   end function peak_memory
 
   !> What must be free for that.
-  pure function needed_memory(sizes, file) result(bytes)
+  pure real(wp) function needed_memory(sizes, file) result(bytes)
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
-    real(wp) :: bytes                   !! [bytes]
 
     bytes = peak_memory(sizes, file) + granted
   end function needed_memory
 
   !> The vectors of GMRES that are used; where bodies are free the dense system of the response to
   !> their motions, and LAPACK's copy.
-  pure function krylov_bytes(sizes) result(bytes)
+  pure real(wp) function krylov_bytes(sizes) result(bytes)
     type(sizes_t), intent(in) :: sizes
-    real(wp) :: bytes
     real(wp), parameter :: most_dense = 1000.0_wp ! rows, of global_newton
 
     bytes = 8.0_wp*40.0_wp*sizes%rows + 1.3e6_wp*min(1.0_wp, sizes%rows/100.0_wp)
@@ -94,23 +93,23 @@ contains
 
   !> Memory that the process has and does not get again: what runs before this one have touched of
   !> the libraries is counted with those.
-  function taken_already(accuracy) result(bytes)
-    type(accuracy_controls_t), intent(in) :: accuracy
-    real(wp) :: bytes !! [bytes]
+  real(wp) function taken_already(runs_before) result(bytes)
+    integer, intent(in) :: runs_before !! as of choices_t
     type(usage_t) :: others
 
     others = usage_of_others()
     bytes = real(resident_bytes() + others%resident, wp)
-    if (accuracy%runs_before > 0) bytes = bytes - others%ranks_here*libraries
+    if (runs_before > 0) bytes = bytes - others%ranks_here*libraries
   end function taken_already
 
   !> What a run may take beside that for its peak to stay below a bound: what must be left whenever
   !> a library is called need not be used.
-  function room_within(accuracy) result(bytes)
-    type(accuracy_controls_t), intent(in) :: accuracy !! with a bound of the memory
+  function room_within(memory, runs_before) result(bytes)
+    real(wp), intent(in) :: memory     !! the bound [bytes]
+    integer, intent(in) :: runs_before !! as of choices_t
     integer(i8) :: bytes
 
-    bytes = int(max(0.0_wp, accuracy%memory + granted - taken_already(accuracy)), i8)
+    bytes = int(max(0.0_wp, memory + granted - taken_already(runs_before)), i8)
   end function room_within
 
 end module estimate_memory_mod

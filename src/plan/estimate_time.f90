@@ -9,8 +9,6 @@ module estimate_time_mod
   use cells_mod, only: hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use scene_mod, only: scene_t
-  use controls_mod, only: solver_sweeps
-  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use elements_mod, only: stiffness, nodal_force
   use mesh_forces_mod, only: internal_force
   use count_sizes_mod, only: sizes_t, iterations_of_increment, &
@@ -68,11 +66,10 @@ module estimate_time_mod
 contains
 
   !> Seconds from now to the end, by phase.
-  function seconds_of_run(scene, sizes, file, ordering) result(seconds)
+  function seconds_of_run(scene, sizes, file) result(seconds)
     type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
-    real(wp), intent(in) :: ordering !! [s]
     type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
     real(wp) :: stiffness_time, force_time
@@ -81,7 +78,7 @@ contains
     speed = reference_speed()
     call sum_up(reference_brick, stiffness_of_brick*reference_brick, sizes%bricks*reference_brick)
     if (total_seconds(seconds) < brief) return
-    if (.not. scene%precision%iterative) call measure_speed(nint(sizes%front), nint(sizes%rows), &
+    if (.not. sizes%by_iteration) call measure_speed(nint(sizes%front), nint(sizes%rows), &
       int(sizes%word*sizes%factor, i8), speed)
     call time_brick(scene, stiffness_time, force_time)
     call sum_up(force_time, stiffness_time, time_of_forces(scene))
@@ -97,12 +94,11 @@ contains
       scratch_time = sizes%scratch/merge(kept_rate, disk_rate, sizes%keeps_scratch)
       seconds = seconds_t()
       ! The first order is the plan's, which is spent already.
-      seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*ordering + &
+      seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*sizes%ordering + &
         sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
-      call time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
+      call time_solver(sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
-        2.0_wp*solutions_of_increment(scene, sizes)*body_time + seconds_to_follow(scene, sizes, &
-        force_time))
+        2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
       seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
         file%zeros/squeeze_zeros + file%dense/keep_rate)
     end subroutine sum_up
@@ -110,25 +106,18 @@ contains
   end function seconds_of_run
 
   !> Seconds of an increment to place points before faces that move, and to bring W there.
-  pure real(wp) function seconds_to_follow(scene, sizes, force_time) result(seconds)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function seconds_to_follow(sizes, force_time) result(seconds)
     type(sizes_t), intent(in) :: sizes
     real(wp), intent(in) :: force_time !! internal force of a brick [s]
-    integer :: i
 
     seconds = 0.0_wp
-    do i = 1, size(scene%pairs)
-      if (has_fixed_normals(scene, i) .or. .not. is_before_faces(scene%pairs(i), &
-        scene%obstacles)) cycle
-      seconds = force_time*placements*place_of_point*sizes%points
-      if (sizes%is_dense) seconds = seconds + force_time*rebuilds*entry_of_rows*sizes%rows**2
-      return
-    end do
+    if (.not. sizes%follows_faces) return
+    seconds = force_time*placements*place_of_point*sizes%points
+    if (sizes%is_dense) seconds = seconds + force_time*rebuilds*entry_of_rows*sizes%rows**2
   end function seconds_to_follow
 
   !> The phases of the factor and of contact, on a machine of given rates.
-  pure subroutine time_solver(scene, sizes, speed, force_time, scratch_time, seconds)
-    type(scene_t), intent(in) :: scene
+  pure subroutine time_solver(sizes, speed, force_time, scratch_time, seconds)
     type(sizes_t), intent(in) :: sizes
     type(machine_speed_t), intent(in) :: speed
     real(wp), intent(in) :: force_time   !! internal force of a brick [s]
@@ -136,8 +125,8 @@ contains
     type(seconds_t), intent(inout) :: seconds !! gets factorise, condense, contact, recover
     real(wp) :: product, passes, n_recovered
 
-    if (scene%precision%iterative) then
-      call time_iterations(scene, sizes, seconds)
+    if (sizes%by_iteration) then
+      call time_iterations(sizes, seconds)
       return
     end if
     ! Numbers of half the size are worked on twice as fast.
@@ -149,34 +138,33 @@ contains
     ! A triangle beyond the caches comes from memory every time.
     if (4.0_wp*sizes%rows**2 > cached) product = max(product, 4.0_wp*sizes%rows**2/speed%bytes)
     product = product + 400.0_wp*sizes%rows/speed%bytes
-    if (scene%contact%solver == solver_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
+    if (sizes%by_sweeps) product = 8.0_wp*sizes%rows**2/speed%bytes + &
       sizes%points*visit_of_sweep*force_time
-    n_recovered = solutions(scene, sizes)
+    n_recovered = solutions(sizes)
     if (.not. sizes%is_dense) then
       ! The factor of the interior is about as large as that of the whole.
       seconds%condense = seconds%factorise + sizes%factorisations*probes*passes_of_probe* &
         sizes%word*sizes%factor/speed%bytes
-      product = solutions_of_product(scene)*passes_to_solve*sizes%word*sizes%factor/speed%bytes
-      n_recovered = n_recovered - sizes%increments*products_of_increment(scene, sizes)* &
-        solutions_of_product(scene)
+      product = solutions_of_product(sizes)*passes_to_solve*sizes%word*sizes%factor/speed%bytes
+      n_recovered = n_recovered - sizes%increments*products_of_increment(sizes)* &
+        solutions_of_product(sizes)
     end if
-    seconds%contact = sizes%increments*products_of_increment(scene, sizes)*product
+    seconds%contact = sizes%increments*products_of_increment(sizes)*product
     passes = passes_to_solve
     if (sizes%columns > 1.0_wp) passes = passes_ahead
     seconds%recover = n_recovered*(passes*sizes%word*sizes%factor + &
       merge(8.0_wp*sizes%squares, 0.0_wp, sizes%is_dense))/speed%bytes + &
-      2.0_wp*solutions(scene, sizes)*scratch_time
+      2.0_wp*solutions(sizes)*scratch_time
   end subroutine time_solver
 
   !> The same phases where bodies are solved for by iteration, at fixed rates.
-  pure subroutine time_iterations(scene, sizes, seconds)
-    type(scene_t), intent(in) :: scene
+  pure subroutine time_iterations(sizes, seconds)
     type(sizes_t), intent(in) :: sizes
     type(seconds_t), intent(inout) :: seconds !! gets factorise, contact, recover
     real(wp) :: iterations
 
     iterations = iterations_with_friction
-    if (.not. any(scene%pairs%mu > 0.0_wp)) iterations = iterations_without
+    if (.not. sizes%has_friction) iterations = iterations_without
     if (sizes%rows <= 0.0_wp) iterations = 0.0_wp
     seconds%factorise = sizes%factorisations*sizes%equations*equation_set_up
     if (sizes%motions > 0.0_wp) iterations = free_bodies*iterations
@@ -187,26 +175,19 @@ contains
   !> What the factor, contact and internal forces take on a machine of fixed rates: whether W is
   !> formed, and in what arithmetic, follows from the deck alone, or no run would compute the same
   !> twice.
-  pure real(wp) function seconds_at_fixed_rates(scene, sizes) result(total)
-    type(scene_t), intent(in) :: scene
+  pure real(wp) function seconds_at_fixed_rates(sizes) result(total)
     type(sizes_t), intent(in) :: sizes
     type(machine_speed_t) :: reference
     type(seconds_t) :: seconds
     real(wp), parameter :: passes_to_place = 24.0_wp !! bytes an entry of W that moves
-    integer :: i
 
     reference = reference_speed()
-    call time_solver(scene, sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
+    call time_solver(sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
     total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover + &
-      2.0_wp*sizes%increments*solutions_of_increment(scene, sizes)*sizes%bricks* &
+      2.0_wp*sizes%increments*solutions_of_increment(sizes)*sizes%bricks* &
       reference_brick
-    if (.not. sizes%is_dense) return
-    do i = 1, size(scene%pairs)
-      if (has_fixed_normals(scene, i)) cycle
-      total = total + sizes%increments*iterations_of_increment(scene)*passes_to_place* &
-        sizes%rows**2/reference%bytes
-      exit
-    end do
+    if (sizes%is_dense .and. sizes%is_curved) total = total + sizes%increments* &
+      iterations_of_increment(sizes)*passes_to_place*sizes%rows**2/reference%bytes
   end function seconds_at_fixed_rates
 
   !> Fixed rates of one thread, about those of a processor of today.
@@ -279,9 +260,8 @@ contains
   end function time_of_forces
 
   !> Of all phases.
-  pure function total_seconds(seconds) result(total)
+  pure real(wp) function total_seconds(seconds) result(total)
     type(seconds_t), intent(in) :: seconds
-    real(wp) :: total !! [s]
 
     total = seconds%prepare + seconds%factorise + seconds%condense + seconds%contact + &
       seconds%recover + seconds%write

@@ -2,6 +2,7 @@
 module fit_machine_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
+  use controls_mod, only: accuracy_controls_t
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t, figure_of
   use alternatives_mod, only: where_in_words
@@ -20,7 +21,7 @@ contains
     character(:), allocatable :: text
 
     text = ''
-    if (plan%more_memory > real(plan%memory_left, wp)) text = memory_misfit(scene, plan)
+    if (plan%more_memory > real(plan%memory_left, wp)) text = memory_misfit(scene%accuracy, plan)
     if (plan%file_size + plan%scratch_size > real(plan%disk_left, wp)) then
       if (text /= '') text = text//new_line('a')
       text = text//disk_misfit(scene, plan)
@@ -28,21 +29,21 @@ contains
   end function exceeds_machine
 
   !> Why the run takes more than the time allowed; empty where it does not, or none is.
-  function exceeds_time(scene, plan) result(text)
-    type(scene_t), intent(in) :: scene
+  function exceeds_time(accuracy, plan) result(text)
+    type(accuracy_controls_t), intent(in) :: accuracy
     type(plan_t), intent(in) :: plan !! with its costs
     character(:), allocatable :: text
     real(wp), parameter :: growth = 4.0_wp !! of the time, as bricks get smaller
     real(wp) :: seconds
 
     text = ''
-    if (scene%accuracy%time <= 0.0_wp) return
+    if (accuracy%time <= 0.0_wp) return
     seconds = figure_of(plan, 'cpu_seconds')
-    if (seconds <= scene%accuracy%time) return
+    if (seconds <= accuracy%time) return
     text = 'the run takes about '//time_in_words(seconds)//' of CPU time, and --time '// &
-      'allows '//time_in_words(scene%accuracy%time)
-    if (scene%accuracy%keeps_mesh) then
-      text = text//'; elements '//to_text((seconds/scene%accuracy%time)**(1.0_wp/growth), 3)// &
+      'allows '//time_in_words(accuracy%time)
+    if (accuracy%keeps_mesh) then
+      text = text//'; elements '//to_text((seconds/accuracy%time)**(1.0_wp/growth), 3)// &
         ' times as large would do'
     else
       text = text//'; there is no coarser mesh'
@@ -51,8 +52,8 @@ contains
 
   !> Memory. Of a mesh refined s times in every direction the factor grows as s^4, as the square of
   !> the contact nodes does; the equations as s^3.
-  function memory_misfit(scene, plan) result(text)
-    type(scene_t), intent(in) :: scene !! its precision as the plan chose it
+  function memory_misfit(accuracy, plan) result(text)
+    type(accuracy_controls_t), intent(in) :: accuracy
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: text
     real(wp), parameter :: fixed = 47.0e6_wp !! of the libraries, whatever the mesh [bytes]
@@ -61,15 +62,15 @@ contains
     text = 'the run needs about '
     if (.not. plan%is_analysed) text = 'the run needs more than '
     peak = figure_of(plan, 'peak_memory_bytes')
-    if (scene%accuracy%memory > 0.0_wp .and. peak > scene%accuracy%memory) then
+    if (accuracy%memory > 0.0_wp .and. peak > accuracy%memory) then
       text = text//bytes_in_words(peak)//' of memory, and --memory allows '// &
-        bytes_in_words(scene%accuracy%memory)
+        bytes_in_words(accuracy%memory)
     else
       text = text//bytes_in_words(plan%more_memory)//' of memory, and '// &
         bytes_in_words(real(plan%memory_left, wp))//' are free'
     end if
-    if (scene%precision%single_factor .or. scene%precision%out_of_core) text = text// &
-      ' (with the factor in '//where_in_words(scene%precision)//')'
+    if (plan%choices%precision%single_factor .or. plan%choices%precision%out_of_core) text = &
+      text//' (with the factor in '//where_in_words(plan%choices%precision)//')'
     left = real(plan%memory_left, wp) - fixed
     if (left < 1.0_wp .or. .not. plan%is_analysed) return
     coarser = max(1.0_wp, ((plan%more_memory - fixed)/left)**0.25_wp)

@@ -8,6 +8,7 @@ module make_plan_mod
   use obstacle_shapes_mod, only: check_shapes, has_fixed_normals
   use constraints_mod, only: active_constraints
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
   use step_fields_mod, only: fields_due
@@ -34,8 +35,9 @@ module make_plan_mod
 contains
 
   !> Decide what the run consists of.
-  subroutine make_plan(scene, plan, error)
+  subroutine make_plan(scene, choices, plan, error)
     type(scene_t), intent(in) :: scene
+    type(choices_t), intent(in) :: choices !! before the plan's own
     type(plan_t), intent(out) :: plan
     type(error_t), allocatable, intent(out) :: error
     !! an obstacle of no known kind; LAPACK failed
@@ -44,13 +46,14 @@ contains
 
     call check_shapes(scene%obstacles, error)
     if (allocated(error)) return
+    plan%choices = choices
     call find_points(scene, plan%points)
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return
     plan%n_increments = count_increments(scene%steps)
     plan%n_events = count_events(scene)
     plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
-    plan%n_cuts = plan%n_cuts + (scene%accuracy%divisions - 1)*sum(scene%steps%n_increments, &
+    plan%n_cuts = plan%n_cuts + (choices%divisions - 1)*sum(scene%steps%n_increments, &
       mask=.not. scene%steps%direct)
     plan%n_outputs = count_outputs(scene)
     if (scene%output%frequency == 1) plan%n_outputs = plan%n_outputs + plan%n_cuts
@@ -191,7 +194,7 @@ contains
     integer :: n, i
 
     n = min(sum(plan%rows), few_rows)
-    if (scene%precision%iterative) n = 0
+    if (plan%choices%precision%iterative) n = 0
     if (all([(has_fixed_normals(scene, i), i=1, size(scene%pairs))])) n = 0
     call change_figure(plan, 'compliance_bytes', 0.0_wp)
     call change_figure(plan, 'contact_matrix_bytes', 8.0_wp*real(n, wp)**2)
@@ -219,7 +222,7 @@ contains
     call add_figure(plan, 'compliance_bytes', 8.0_wp*entries_of(plan%blocks), bound)
     call add_figure(plan, 'contact_matrix_bytes', 8.0_wp*real(sum(plan%rows), wp)**2, &
       bound_at_most)
-    if (scene%contact%compliance == compliance_products) call forget_compliance(scene, plan)
+    if (plan%choices%compliance == compliance_products) call forget_compliance(scene, plan)
   end subroutine list_figures
 
 end module make_plan_mod

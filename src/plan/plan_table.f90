@@ -8,7 +8,7 @@ module plan_table_mod
   use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
                           solver_global_newton, &
                           formulation_bipotential, local_uzawa, local_newton, local_newton6, &
-                          stop_at_change, precision_controls_t, is_exact, &
+                          stop_at_change, is_exact, accuracy_controls_t, &
                           precision_in_words
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
@@ -52,7 +52,7 @@ contains
       to_text(plan%n_interface)//' of them on contact nodes')
     if (plan%points%n > 0) call describe_pairs(scene, plan)
     if (sum(plan%rows) > 0) then
-      copy = merge(4.0_wp, 0.0_wp, scene%precision%single_compliance) + &
+      copy = merge(4.0_wp, 0.0_wp, plan%choices%precision%single_compliance) + &
         merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
       call add_line(plan, compliance_line, bound, blocks_in_words(plan)// &
         ' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
@@ -63,14 +63,14 @@ contains
         (8.0_wp + copy)*real(sum(plan%rows), wp)**2))
     end if
     call add_line(plan, factorisations, merge(bound_about, bound_at_most, scene%finite_strain), &
-      factorisations_in_words(plan, scene%precision, scene%finite_strain))
+      factorisations_in_words(plan, scene%finite_strain))
     call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
       plan), to_text(plan%n_increments)//' in '//steps_in_words(scene))
-    accuracy = accuracy_in_words(scene)
+    accuracy = accuracy_in_words(scene%accuracy)
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
       'accuracy', 0, accuracy, accuracy)
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
-      solver_in_words(scene%contact))
+      solver_in_words(scene%contact, plan%choices%tolerance))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
   end subroutine describe
 
@@ -119,24 +119,22 @@ contains
   end function steps_in_words
 
   !> 1 % of the contact resultants, on a mesh that is to be found, within 60 s of the processor.
-  function accuracy_in_words(scene) result(words)
-    type(scene_t), intent(in) :: scene
+  function accuracy_in_words(accuracy) result(words)
+    type(accuracy_controls_t), intent(in) :: accuracy
     character(:), allocatable :: words
 
-    associate (accuracy => scene%accuracy)
-      words = 'any'
-      if (accuracy%wanted > 0.0_wp) then
-        words = percent(accuracy%wanted)//' of '//subject_in_words(accuracy)
-        if (accuracy%keeps_mesh) then
-          words = words//', at the end of each step'
-        else
-          words = words//'; the mesh is chosen for it'
-        end if
-      else if (.not. accuracy%keeps_mesh) then
-        words = 'the best of '//subject_in_words(accuracy)//'; the mesh is chosen for it'
+    words = 'any'
+    if (accuracy%wanted > 0.0_wp) then
+      words = percent(accuracy%wanted)//' of '//subject_in_words(accuracy)
+      if (accuracy%keeps_mesh) then
+        words = words//', at the end of each step'
+      else
+        words = words//'; the mesh is chosen for it'
       end if
-      if (is_bounded(accuracy)) words = words//', within '//bounds_in_words(accuracy)
-    end associate
+    else if (.not. accuracy%keeps_mesh) then
+      words = 'the best of '//subject_in_words(accuracy)//', on such a mesh after coarser ones'
+    end if
+    if (is_bounded(accuracy)) words = words//', within '//bounds_in_words(accuracy)
   end function accuracy_in_words
 
   !> Where W is not formed: that in the table, and why.
@@ -152,25 +150,22 @@ contains
   end subroutine describe_products
 
   !> Where bodies are solved for by iteration, and contact together with them.
-  subroutine describe_iterative(scene, plan)
-    type(scene_t), intent(in) :: scene
+  subroutine describe_iterative(plan)
     type(plan_t), intent(inout) :: plan
 
     call replace_words(plan, compliance_line, &
       'none: contact is solved together with the displacements')
-    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision, &
-      scene%finite_strain))
+    call replace_words(plan, factorisations, factorisations_in_words(plan, .false.))
   end subroutine describe_iterative
 
   !> Where the plan has chosen how the stiffness is factorised: that in the table, and why.
   subroutine describe_choice(scene, reasons, plan)
-    type(scene_t), intent(in) :: scene    !! its precision as chosen
+    type(scene_t), intent(in) :: scene
     character(*), intent(in) :: reasons   !! why nothing better, in words
     type(plan_t), intent(inout) :: plan
 
-    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%precision, &
-      scene%finite_strain))
-    call add_line(plan, 'chosen', 0, where_in_words(scene%precision)//': '//reasons)
+    call replace_words(plan, factorisations, factorisations_in_words(plan, scene%finite_strain))
+    call add_line(plan, 'chosen', 0, where_in_words(plan%choices%precision)//': '//reasons)
   end subroutine describe_choice
 
   !> Give the line of a name other words, where it is there.
@@ -313,14 +308,13 @@ contains
     words = words(:len(words) - 1)
   end function points_in_words
 
-  function factorisations_in_words(plan, precision, is_finite) result(words)
+  function factorisations_in_words(plan, is_finite) result(words)
     type(plan_t), intent(in) :: plan
-    type(precision_controls_t), intent(in) :: precision
     logical, intent(in) :: is_finite !! strain
     character(:), allocatable :: words
 
-    if (precision%iterative) then
-      words = 'none: solutions '//precision_in_words(precision)//', coarsened for '// &
+    if (plan%choices%precision%iterative) then
+      words = 'none: solutions '//precision_in_words(plan%choices%precision)//', coarsened for '// &
         to_text(plan%n_factorisations)//plural(' set', ' sets', plan%n_factorisations)// &
         ' of supports'
       return
@@ -330,8 +324,8 @@ contains
       ' (steps prescribe different degrees of freedom)'
     if (is_finite) words = to_text(plan%n_factorisations)// &
       ', and of tangents as iterations take longer (finite strain)'
-    words = words//'; LDL^T, '//where_in_words(precision)
-    if (.not. is_exact(precision)) words = words//', refined in double precision'
+    words = words//'; LDL^T, '//where_in_words(plan%choices%precision)
+    if (.not. is_exact(plan%choices%precision)) words = words//', refined in double precision'
   end function factorisations_in_words
 
   !> What is written, and how often.
@@ -369,8 +363,9 @@ contains
     if (n == 1) word = one
   end function plural
 
-  pure function solver_in_words(controls) result(words)
+  pure function solver_in_words(controls, tolerance) result(words)
     type(contact_controls_t), intent(in) :: controls
+    real(wp), intent(in) :: tolerance
     character(:), allocatable :: words
 
     select case (controls%solver)
@@ -381,7 +376,7 @@ contains
     case default
       words = sweeps_in_words(controls)
     end select
-    words = words//'tolerance '//to_text(controls%tolerance)
+    words = words//'tolerance '//to_text(tolerance)
     if (controls%stop_rule == stop_at_change) words = words//' on the change per sweep'
     if (controls%solver /= solver_global_newton) words = words//', at most '// &
       to_text(controls%max_sweeps)//' sweeps'

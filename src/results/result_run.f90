@@ -69,8 +69,8 @@ contains
     call write_attribute(hdf5, '/run', 'ranks', int(provenance%ranks, i8), error)
     call write_attribute(hdf5, '/run', 'command', text_of(provenance%command), error)
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
-    call write_arithmetic(hdf5, scene%precision, scene%contact%compliance, error)
-    call write_mesh_size(hdf5, scene%mesh_size, scene%accuracy%divisions, error)
+    call write_arithmetic(hdf5, plan%choices%precision, plan%choices%compliance, error)
+    call write_mesh_size(hdf5, plan%choices%mesh_size, plan%choices%divisions, error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
     if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, error)
@@ -79,7 +79,7 @@ contains
                     error)
     call write_text(hdf5, '/run/overrides', text_of(scene%overrides), &
                     'parameters given on the command line, name=value a line', error)
-    call write_text(hdf5, '/run/notes', joined(scene%notes), &
+    call write_text(hdf5, '/run/notes', joined([scene%notes, plan%notes]), &
                     'what the program noted of the deck before the run began, a note a line', error)
     call write_text(hdf5, '/run/plan', joined(plan%lines), &
                     'what the run was to do, decided before it began', error)

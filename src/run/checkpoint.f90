@@ -69,7 +69,7 @@ contains
     progress%state = initial_state(scene%mesh%n_nodes, plan%points%n, &
       size(scene%obstacles))
     call start_coarse(progress%state, progress%coarse)
-    progress%tolerance = scene%contact%tolerance
+    progress%tolerance = plan%choices%tolerance
   end subroutine start_run
 
   !> Go on from what a result file kept.
@@ -160,24 +160,17 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(error_t), allocatable, intent(out) :: error
     type(state_t) :: begun
-    integer :: step
+    integer :: step, first
 
-    associate (made_for => progress%entered)
-      if (made_for == 0) then
-        made_for = last_factorised(scene, increment%step, progress%widened_in)
-        call note_freedom(scene, prescribed_dofs(scene, made_for), plan%points)
-        call set_supports(scene, plan%points, prescribed_dofs(scene, made_for), solver, &
-          progress%tally%work, error)
-        if (allocated(error)) return
-      end if
-      do step = made_for + 1, increment%step
-        call note_freedom(scene, prescribed_dofs(scene, step), plan%points)
-        call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
-          progress%tally%work, error)
-        if (allocated(error)) return
-      end do
-      made_for = increment%step
-    end associate
+    first = progress%entered + 1
+    if (first == 1) first = last_factorised(scene, increment%step, progress%widened_in)
+    do step = first, increment%step
+      call note_freedom(scene, prescribed_dofs(scene, step), plan%points)
+      call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
+        progress%tally%work, error)
+      if (allocated(error)) return
+    end do
+    progress%entered = increment%step
     if (increment%first_of_step) progress%begun = merge(progress%state%displacement, 0.0_wp, &
       prescribed_dofs(scene, increment%step))
     begun%displacement = progress%begun

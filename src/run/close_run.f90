@@ -24,7 +24,7 @@ contains
     character(*), intent(in) :: path
     real(wp) :: theory
 
-    if (console%verbose) call print_costs(scene, console, tally)
+    if (console%verbose) call print_costs(console, tally)
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
     call tell_theory(console, theory, tally)
     if (tally%certified < tally%increments) then
@@ -41,8 +41,7 @@ contains
   end subroutine close_run
 
   !> Phases, the linear solver and memory.
-  subroutine print_costs(scene, console, tally)
-    type(scene_t), intent(in) :: scene
+  subroutine print_costs(console, tally)
     type(console_t), intent(in) :: console
     type(tally_t), intent(in) :: tally
     type(usage_t) :: others
@@ -57,7 +56,7 @@ contains
       lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
         seconds(tally%step_time - tally%contact_time)//', estimate '// &
         seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
-      lines(3)%text = 'linear solver   '//precision_in_words(scene%precision)//': residual '// &
+      lines(3)%text = 'linear solver   '//precision_in_words(tally%precision)//': residual '// &
         or_rounding(tally%unrefined)//', '//or_rounding(tally%imbalance)//' after refinement'
       lines(4)%text = 'memory          at most '//to_text(real(peak_memory_bytes() + others%peak, &
         wp)/1.0e6_wp, 3)//' MB'

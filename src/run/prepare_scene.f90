@@ -5,11 +5,11 @@ module prepare_scene_mod
   use text_mod, only: string_t, to_text
   use cells_mod, only: hexahedron_8
   use fresh_file_mod, only: beginning_of
-  use mesh_size_mod, only: mesh_size_t
   use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded
   use loads_mod, only: start_of_step
   use kinks_mod, only: find_kinks, followed_amplitudes
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
   use output_names_mod, only: keep_inputs, output_name
@@ -24,24 +24,28 @@ module prepare_scene_mod
 
 contains
 
-  !> Read the deck with a mesh of the given size and increments divided, and take the options.
-  subroutine prepare_scene(options, mesh_size, divisions, scene, error)
+  !> Read the deck on the mesh that is chosen, and take the options.
+  subroutine prepare_scene(options, scene, choices, error)
     type(options_t), intent(in) :: options
-    type(mesh_size_t), intent(in) :: mesh_size
-    integer, intent(in) :: divisions !! of the deck's increments
     type(scene_t), intent(out) :: scene
+    type(choices_t), intent(inout) :: choices !! mesh and divisions in; gets what the deck says
     type(error_t), allocatable, intent(out) :: error
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
 
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=mesh_size, small_strain=options%small_strain)
+      mesh_size=choices%mesh_size, small_strain=options%small_strain)
     if (allocated(error) .or. options%check) return
-    scene%accuracy%divisions = divisions
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
-    if (divisions > 1) scene%steps%direct = .false.
+    if (choices%divisions > 1) scene%steps%direct = .false.
     if (.not. options%plan) call keep_deck(options, scene, error)
-    if (.not. allocated(error)) call take_options(options, scene, error)
+    if (allocated(error)) return
+    call take_options(options, scene, error)
+    choices%tolerance = scene%contact%tolerance
+    choices%compliance = scene%contact%compliance
+    choices%precision = scene%precision
+    call set_contact_tolerance(scene, choices%divisions, choices%tolerance)
+    call choose_copy(scene, choices)
   end subroutine prepare_scene
 
   !> The accuracy of the command line wins over the deck's; what changes the result is kept with
@@ -96,8 +100,6 @@ contains
     if (options%extrapolated) call keep('--extrapolated')
     if (options%time > 0.0_wp) call keep('--time '//to_text(options%time))
     if (options%memory > 0.0_wp) call keep('--memory '//to_text(1.0e-6_wp*options%memory)//'MB')
-    call set_contact_tolerance(scene)
-    call choose_copy(scene)
 
   contains
 

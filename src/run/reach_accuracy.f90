@@ -14,6 +14,7 @@ module reach_accuracy_mod
   use controls_mod, only: accuracy_controls_t, accuracy_of_resultants, &
     subject_in_words
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use slice_axis_mod, only: axis_across
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
@@ -51,6 +52,7 @@ contains
     !! wrong options; a run that failed; the accuracy not reached
     type(options_t) :: of_run
     type(scene_t) :: scene
+    type(choices_t) :: choices
     type(mesh_sequence_t) :: sequence
     type(sequence_error_t) :: errors
     type(choice_t) :: choice
@@ -76,7 +78,11 @@ contains
       end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
-      call prepare_scene(of_run, choice%mesh_size, choice%divisions, scene, error)
+      ! What load steps make is found by runs of several sizes of them.
+      choices = choices_t(mesh_size=choice%mesh_size, divisions=choice%divisions, &
+        follows_steps=.not. (sequence%divides .and. sequence%wanted > 0.0_wp), &
+        runs_before=size(sequence%runs))
+      call prepare_scene(of_run, scene, choices, error)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
@@ -85,13 +91,10 @@ contains
         choice%is_replaced = .false.
         cycle runs
       end if
-      ! What load steps make is found by runs of several sizes of them.
-      scene%accuracy%follows_steps = .not. (sequence%divides .and. sequence%wanted > 0.0_wp)
-      scene%accuracy%runs_before = size(sequence%runs)
-      scene%precision%keeps_double = any(sequence%runs%in_double > 0)
+      choices%precision%keeps_double = any(sequence%runs%in_double > 0)
       of_console = console_of(console, options, choice)
       is_again = sequence%repeated > 0.0_wp
-      call run_mesh(of_run, scene, began, of_console, error, sequence, choice, tally)
+      call run_mesh(of_run, scene, choices, began, of_console, error, sequence, choice, tally)
       if (choice%is_replaced .and. .not. allocated(error)) cycle runs
       if (options%plan) return
       continues = .false.
@@ -137,7 +140,7 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
 
     bytes = real(memory_left(), wp)
-    if (accuracy%memory > 0.0_wp) bytes = min(bytes, real(room_within(accuracy), wp))
+    if (accuracy%memory > 0.0_wp) bytes = min(bytes, real(room_within(accuracy%memory, 0), wp))
     ! What comes next was decided with this one when the last run ended, and kept in its file.
     if (has_bound(sequence) .and. sequence%room > 0.0_wp) bytes = sequence%room
   end function memory_for

@@ -4,6 +4,7 @@ module refuse_unsolved_mod
   use resource_limits_mod, only: has_memory
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
+  use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, &
     is_exact, compliance_products
@@ -79,9 +80,10 @@ contains
 
   !> A step that did not converge or is not certified ends the run; only comparisons (STOP=CHANGE)
   !> go on past one that converged and is not certified.
-  subroutine refuse_unsolved(scene, plan, increment, report, condition, met, error)
+  subroutine refuse_unsolved(scene, plan, choices, increment, report, condition, met, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    type(choices_t), intent(in) :: choices !! as they are now
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
@@ -110,7 +112,7 @@ contains
         '(they still move by '//to_text(report%residual, 3)//'); smaller increments may help'
     else if (.not. report%converged) then
       where_and_what = where_and_what//': '//solver_name(report%solver)// &
-        ' did not reach the tolerance '//to_text(scene%contact%tolerance)//' in '// &
+        ' did not reach the tolerance '//to_text(choices%tolerance)//' in '// &
         to_text(report%contact_iterations)//' iterations, '//ending_in_words(report%ending)// &
         ' (best residual '//to_text(report%residual, 3)
       if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
@@ -124,11 +126,11 @@ contains
     else
       where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
         ', allowed '// &
-        to_text(10.0_wp*scene%contact%tolerance)//' (condition of the stiffness at least '// &
+        to_text(10.0_wp*choices%tolerance)//' (condition of the stiffness at least '// &
         to_text(condition, 2)//')'
-      if (.not. is_exact(scene%precision) .and. .not. scene%precision%iterative) then
+      if (.not. (is_exact(choices%precision) .or. choices%precision%iterative)) then
         where_and_what = where_and_what//'; the factor ('// &
-          precision_in_words(scene%precision)//') left '//to_text(report%unrefined, 2)// &
+          precision_in_words(choices%precision)//') left '//to_text(report%unrefined, 2)// &
           ' of the forces out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
           '; full rank and FACTOR=DOUBLE of *PRECISION are more accurate'
       else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
@@ -137,10 +139,10 @@ contains
       end if
       where_and_what = where_and_what//met_in_words(met)
     end if
-    if (scene%precision%iterative .and. report%ending /= ended_unbalanced) then
+    if (choices%precision%iterative .and. report%ending /= ended_unbalanced) then
       where_and_what = where_and_what//'; bodies were solved for by iteration: TYPE=FACTOR of '// &
         '*BODY SOLVER has other solvers of contact to fall back on'
-    else if (scene%contact%compliance == compliance_products .and. .not. report%converged .and. &
+    else if (choices%compliance == compliance_products .and. .not. report%converged .and. &
       report%ending /= ended_moving) then
       where_and_what = where_and_what// &
         missing_in_words(dense_bytes(sum(plan%rows)))

@@ -6,6 +6,7 @@ module run_mod
   use folders_mod, only: is_folder
   use idle_processors_mod, only: processor_time_t, processor_time
   use mesh_size_mod, only: mesh_size_t
+  use choices_mod, only: choices_t
   use controls_mod, only: chooses_mesh
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
@@ -30,6 +31,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! wrong deck, nothing solved, the accuracy not reached, or the machine failed
     type(scene_t) :: scene
+    type(choices_t) :: choices
     type(console_t) :: console
     type(processor_time_t) :: began
 
@@ -45,14 +47,15 @@ contains
       end if
     end if
     console = open_console(options%quiet, options%verbose)
-    call prepare_scene(options, mesh_size_t(parts=2**max(0, options%refine)), 1, scene, error)
+    choices%mesh_size = mesh_size_t(parts=2**max(0, options%refine))
+    call prepare_scene(options, scene, choices, error)
     if (allocated(error) .or. options%check) return
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes, 'note: ')
     if (chooses_mesh(scene%accuracy)) then
       call reach_accuracy(options, scene, began, console, error)
     else
-      call run_mesh(options, scene, began, console, error)
+      call run_mesh(options, scene, choices, began, console, error)
     end if
   end subroutine run_deck
 

@@ -31,11 +31,11 @@ contains
 
   !> From where the run stands to its end.
   subroutine run_increments(scene, plan, exports, solver, file, console, progress, error)
-    type(scene_t), intent(inout) :: scene
-    !! its contact tolerance follows the accuracy; its precision is double where single does not do
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(step_solver_t), intent(inout) :: solver
+    !! its tolerance follows the accuracy; its precision is double where single does not do
     type(result_file_t), intent(inout) :: file
     type(console_t), intent(inout) :: console
     type(progress_t), intent(inout) :: progress
@@ -48,9 +48,9 @@ contains
     call begin_watch(scene, watch)
     call count_from(console, done_of_deck(scene%steps, progress%state%step, &
       progress%state%position), plan%n_increments)
-    scene%contact%tolerance = progress%tolerance
-    if (progress%in_double > 0) call take_double(scene%precision)
+    if (progress%in_double > 0) call take_double(solver%choices%precision)
     increments: do
+      solver%choices%tolerance = progress%tolerance
       allocate (notes(0))
       call solve_next(scene, plan, solver, progress, watch, solved, notes, error)
       call print_notes(console, notes)
@@ -88,12 +88,12 @@ contains
 
   !> Write an increment: from here on it is done.
   subroutine write_increment(scene, plan, solved, file, started, progress, missed, error)
-    type(scene_t), intent(inout) :: scene       !! its contact tolerance follows the accuracy
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(solved_t), intent(in) :: solved
     type(result_file_t), intent(inout) :: file
     real(wp), intent(in) :: started             !! wall time at which the session began [s]
-    type(progress_t), intent(inout) :: progress
+    type(progress_t), intent(inout) :: progress !! its tolerance follows the accuracy
     character(:), allocatable, intent(out) :: missed !! accuracy, and by what; '' where it is met
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: clock
@@ -105,10 +105,10 @@ contains
     associate (increment => solved%increment, report => solved%report)
       call append_increment(file, scene, plan, solved%state, report, error)
       if (allocated(error)) return
-      progress%tally%allowed = max(progress%tally%allowed, 10.0_wp*scene%contact%tolerance)
+      progress%tally%allowed = max(progress%tally%allowed, 10.0_wp*progress%tolerance)
       if (increment%last_of_step) then
         missed = accuracy_shortfall(scene, increment%step, report%errors, report%mesh_error)
-        call set_contact_tolerance(scene, report%errors)
+        call set_contact_tolerance(scene, plan%choices%divisions, progress%tolerance, report%errors)
       end if
       if (missed /= '') progress%tally%missed = progress%tally%missed + 1
       call add_increment(increment, report, fields_due(scene%output%frequency, &
@@ -116,7 +116,6 @@ contains
     end associate
     if (allocated(progress%sequence)) call note_values(scene, plan, solved, progress)
     progress%state = solved%state
-    progress%tolerance = scene%contact%tolerance
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - started
     call save_checkpoint(progress, file, error)
     progress%tally%write_time = progress%tally%write_time + wall_seconds() - clock

@@ -8,6 +8,7 @@ module run_mesh_mod
   use idle_processors_mod, only: processor_time_t
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use plan_mod, only: plan_t, find_breaches
   use make_plan_mod, only: make_plan
   use choose_threads_mod, only: choose_threads
@@ -53,9 +54,10 @@ contains
   !>
   !> Where the sequence has bounds, a mesh may turn out too fine for them, or too coarse to use
   !> them, once it is planned: then nothing is run, and the choice is another.
-  subroutine run_mesh(options, scene, began, console, error, sequence, choice, tally)
+  subroutine run_mesh(options, scene, choices, began, console, error, sequence, choice, tally)
     type(options_t), intent(in) :: options
-    type(scene_t), intent(inout) :: scene
+    type(scene_t), intent(in) :: scene
+    type(choices_t), intent(in) :: choices !! with which it was read
     type(processor_time_t), intent(in) :: began !! when the program did
     type(console_t), intent(inout) :: console
     type(error_t), allocatable, intent(out) :: error !! nothing solved, or the machine failed
@@ -68,17 +70,19 @@ contains
     type(exports_t) :: exports
     type(step_solver_t) :: solver
     type(progress_t) :: progress
+    type(string_t), allocatable :: more(:) ! notes, by a name: gfortran does not free a result
     logical :: is_first, continues, is_repeated
 
-    call make_plan(scene, plan, error)
+    call make_plan(scene, choices, plan, error)
     if (allocated(error)) return
-    if (goes_on(options, scene)) call take_arithmetic(result_path(options, scene), &
-      scene%precision, scene%contact%compliance)
+    continues = goes_on(options, scene)
+    if (continues) call take_arithmetic(result_path(options, scene), plan%choices%precision, &
+      plan%choices%compliance)
     call begin_body_solver(solver%body)
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return
-    is_first = .not. goes_on(options, scene)
+    is_first = .not. continues
     is_repeated = .false.
     if (present(sequence)) then
       is_repeated = sequence%repeated > 0.0_wp
@@ -88,8 +92,7 @@ contains
       if (choice%is_replaced) return
     end if
     ! Of the time that is allowed other threads would use up an unknown part.
-    if (.not. goes_on(options, scene) .and. scene%accuracy%time <= 0.0_wp) call choose_threads( &
-      began, scene%precision, plan)
+    if (.not. continues .and. scene%accuracy%time <= 0.0_wp) call choose_threads(began, plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
     if (present(choice) .and. console%verbose .and. .not. options%plan) then
@@ -100,18 +103,22 @@ contains
     else if (.not. present(sequence)) then
       call print_lines(console, plan%brief)
     end if
-    call note_contact(scene, plan, console)
+    plan%notes = overlaps(scene, plan%points)
+    more = held_normals(scene, plan%points)
+    plan%notes = [plan%notes, more]
+    more = kept_overlaps(scene, plan%points)
+    plan%notes = [plan%notes, more]
+    call print_lines(console, plan%notes, 'note: ')
     ! A run that is made again, for its result to be kept, is known to fit.
     if (.not. is_repeated) call refuse_misfit(scene, plan, is_first, options%force, console, error)
     if (allocated(error) .or. options%plan) return
-    if (present(sequence)) then
-      continues = goes_on(options, scene)
-      sequence%writes = continues .or. is_to_be_written(sequence, choice, plan%seconds)
-    end if
+    if (present(sequence)) sequence%writes = continues .or. is_to_be_written(sequence, choice, &
+      plan%seconds)
     call start_run(scene, plan, progress)
     if (present(sequence)) call begin_values(sequence, scene%mesh%n_nodes, progress)
     call run_scene(options, scene, plan, exports, solver, console, progress, error)
     if (allocated(error)) return
+    progress%tally%precision = solver%choices%precision
     if (present(sequence)) then
       sequence = progress%sequence
       tally = progress%tally
@@ -124,22 +131,6 @@ contains
       to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
       ' steps; the result is otherwise complete')
   end subroutine run_mesh
-
-  !> Print what is to be noted of the contact, and keep it with the notes of the deck.
-  subroutine note_contact(scene, plan, console)
-    type(scene_t), intent(inout) :: scene
-    type(plan_t), intent(in) :: plan
-    type(console_t), intent(in) :: console
-    type(string_t), allocatable :: notes(:), more(:) ! by a name: gfortran does not free a result
-
-    notes = overlaps(scene, plan%points)
-    more = held_normals(scene, plan%points)
-    notes = [notes, more]
-    more = kept_overlaps(scene, plan%points)
-    notes = [notes, more]
-    call print_lines(console, notes, 'note: ')
-    scene%notes = [scene%notes, notes]
-  end subroutine note_contact
 
   !> Whether there is a result to go on with.
   logical function goes_on(options, scene)
@@ -162,7 +153,7 @@ contains
     character(:), allocatable :: reasons
 
     reasons = exceeds_machine(scene, plan)
-    if (reasons == '' .and. is_first) reasons = exceeds_time(scene, plan)
+    if (reasons == '' .and. is_first) reasons = exceeds_time(scene%accuracy, plan)
     if (reasons == '') return
     if (forced) then
       call print_warning(console, reasons)
@@ -182,8 +173,8 @@ contains
     real(wp) :: now
 
     now = sequence%earlier + cpu_seconds()
-    planned = planned_t(scene%mesh_size, plan%start_seconds, &
-      (plan%seconds - plan%start_seconds)/scene%accuracy%divisions, now - sequence%spent, &
+    planned = planned_t(plan%choices%mesh_size, plan%start_seconds, &
+      (plan%seconds - plan%start_seconds)/plan%choices%divisions, now - sequence%spent, &
       plan%more_memory)
     if (exceeds_machine(scene, plan) /= '') planned%memory = max(planned%memory, &
       2.0_wp*real(plan%memory_left, wp))
@@ -208,7 +199,7 @@ contains
   !> Open the file, go through the increments, close the file whatever happened.
   subroutine run_scene(options, scene, plan, exports, solver, console, progress, error)
     type(options_t), intent(in) :: options
-    type(scene_t), intent(inout) :: scene
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(exports_t), intent(in) :: exports
     type(step_solver_t), intent(inout) :: solver !! its factor holds the symbolic analysis
@@ -228,6 +219,7 @@ contains
     call check_library_room(3*room_to_write(scene, plan), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
+    solver%choices = plan%choices
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
     file%is_kept = .true.
     if (allocated(progress%sequence)) file%is_kept = progress%sequence%writes
@@ -305,13 +297,13 @@ contains
     real(wp), allocatable :: balls(:, :)
 
     allocate (balls(0, 0))
-    balls = balls_about(scene%mesh, progress%touched, scene%mesh_size%across)
+    balls = balls_about(scene%mesh, progress%touched, plan%choices%mesh_size%across)
     associate (sequence => progress%sequence, worst => progress%worst_errors)
-      call add_run(sequence, mesh_run_t(scene%mesh_size, scene%accuracy%divisions, &
+      call add_run(sequence, mesh_run_t(plan%choices%mesh_size, plan%choices%divisions, &
         scene%mesh%n_elements, real(plan%n_equations, wp), plan%more_memory, &
         seconds + sequence%repeated, merge(-1.0_wp, worst(1), worst(1) >= not_known), worst(2), &
         worst(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
-        balls, share_near(scene%mesh, balls, scene%mesh_size%across), file%is_kept, &
+        balls, share_near(scene%mesh, balls, plan%choices%mesh_size%across), file%is_kept, &
         progress%tally%theory, progress%in_double))
       sequence%repeated = 0.0_wp
       sequence%spent = sequence%earlier + cpu_seconds()

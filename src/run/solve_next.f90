@@ -89,10 +89,10 @@ contains
   !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
   !> the report says.
   subroutine solve_next(scene, plan, solver, progress, watch, solved, notes, error)
-    type(scene_t), intent(inout) :: scene       !! its precision, where single does not do
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     !! revised where a point gets further than it says, or for a factor in double precision
-    type(step_solver_t), intent(inout) :: solver
+    type(step_solver_t), intent(inout) :: solver !! its precision, where single does not do
     type(progress_t), intent(inout) :: progress    !! its sizes, *STEP and tally
     type(watch_t), intent(in) :: watch
     type(solved_t), intent(out) :: solved
@@ -110,8 +110,8 @@ contains
       if (.not. solved%found) return
       if (increment%step /= progress%entered) then
         call enter_step(scene, plan, increment, progress, solver, error)
-        if (needs_double(scene, error)) call turn_to_double(scene, plan, increment, solver, &
-          progress, notes, error)
+        if (needs_double(scene, solver, error)) call turn_to_double(scene, plan, increment, &
+          solver, progress, notes, error)
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
@@ -124,7 +124,7 @@ contains
         call choose_increment(scene, plan%points, solver, progress%state, progress%size, &
           increment, is_plain)
         call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
-        if (needs_double(scene, error, solved%report)) then
+        if (needs_double(scene, solver, error, solved%report)) then
           call turn_to_double(scene, plan, increment, solver, progress, notes, error)
           if (allocated(error)) return
           cycle sizes
@@ -140,7 +140,7 @@ contains
         call note_sizes(solver, progress%tally)
         passes = solved%report%ending == ended_passed
         if (is_solved(scene, solved%report)) then
-          call look_between_ends(scene, plan, watch, progress, solved)
+          call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, solved)
           passes = solved%entries%passed%depth > 0.0_wp
           if (.not. passes) return
         end if
@@ -153,7 +153,8 @@ contains
             if (passes) return
             call start_from_parts(scene, plan, solver, progress%state, solved)
             if (is_solved(scene, solved%report)) then
-              call look_between_ends(scene, plan, watch, progress, solved)
+              call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, &
+                solved)
               call note_started(increment, notes)
             else
               call try_tolerance(scene, plan, solver, progress%state, solved)
@@ -206,21 +207,22 @@ contains
   end subroutine follow_tangent
 
   !> What obstacles do to faces between the increment's ends, and at them.
-  subroutine look_between_ends(scene, plan, watch, progress, solved)
+  subroutine look_between_ends(scene, plan, tolerance, watch, progress, solved)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    real(wp), intent(in) :: tolerance !! of contact [-]
     type(watch_t), intent(in) :: watch
     type(progress_t), intent(inout) :: progress !! its tally
     type(solved_t), intent(inout) :: solved     !! gets the entries
     real(wp) :: clock
 
     clock = wall_seconds()
-    call find_entries(scene, plan%points, watch%faces, progress%state, solved%state, &
+    call find_entries(scene, plan%points, watch%faces, tolerance, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
     call find_entered_faces(scene, plan%points, solved%report%contact, watch%fit, &
-      least_overlap(scene, solved%state%displacement), solved%entries)
+      least_overlap(scene, tolerance, solved%state%displacement), solved%entries)
     call find_passed_faces(scene, plan%points, progress%state, solved%state, watch%fit, &
-      least_overlap(scene, solved%state%displacement), solved%entries)
+      least_overlap(scene, tolerance, solved%state%displacement), solved%entries)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     solved%report%face_penetration = solved%entries%at_end%depth
     solved%report%face_penetration_on_way = solved%entries%on_way%depth
@@ -309,9 +311,9 @@ contains
 
   !> Whether the increment is solved with the tolerance that it seems to meet.
   subroutine try_tolerance(scene, plan, solver, old, solved)
-    type(scene_t), intent(inout) :: scene      !! as it was
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    type(step_solver_t), intent(inout) :: solver
+    type(step_solver_t), intent(inout) :: solver !! its tolerance as it was
     type(state_t), intent(in) :: old
     type(solved_t), intent(inout) :: solved    !! gets the tolerance, if it is
     type(state_t) :: state
@@ -319,25 +321,26 @@ contains
     type(error_t), allocatable :: failure
     real(wp) :: asked, next
 
-    asked = scene%contact%tolerance
+    asked = solver%choices%tolerance
     next = next_tolerance(solved%report, asked)
     if (.not. next > 0.0_wp) return
-    scene%contact%tolerance = next
+    solver%choices%tolerance = next
     call advance(scene, plan%points, solver, old, solved%increment, state, report, failure)
     if (.not. allocated(failure)) then
       if (is_solved(scene, report)) solved%met_tolerance = next
     end if
-    scene%contact%tolerance = asked
+    solver%choices%tolerance = asked
   end subroutine try_tolerance
 
   !> Whether something is not solved that a factor in double precision may solve.
-  pure logical function needs_double(scene, error, report)
+  pure logical function needs_double(scene, solver, error, report)
     type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
     type(error_t), allocatable, intent(in) :: error
     type(increment_report_t), intent(in), optional :: report !! where there is no error
 
     needs_double = .false.
-    if (.not. scene%precision%saves_time) return
+    if (.not. solver%choices%precision%saves_time) return
     if (allocated(error)) then
       needs_double = error%exit_status == exit_not_solved
     else if (present(report)) then
@@ -348,16 +351,16 @@ contains
 
   !> Enter the *STEP again, with a factor in double precision for the rest of the run.
   subroutine turn_to_double(scene, plan, increment, solver, progress, notes, error)
-    type(scene_t), intent(inout) :: scene       !! its precision
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(increment_t), intent(in) :: increment
-    type(step_solver_t), intent(inout) :: solver
+    type(step_solver_t), intent(inout) :: solver !! its precision
     type(progress_t), intent(inout) :: progress
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(inout) :: error !! of single precision; of double precision
 
     if (allocated(error)) deallocate (error)
-    call take_double(scene%precision)
+    call take_double(solver%choices%precision)
     call note_double(increment, notes)
     call revise_plan(scene, plan, error)
     if (allocated(error)) return
@@ -422,8 +425,8 @@ contains
     real(wp) :: clock
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
-      call refuse_unsolved(scene, plan, increment, report, solver%body%inverse%condition, &
-        solved%met_tolerance, error)
+      call refuse_unsolved(scene, plan, solver%choices, increment, report, &
+        solver%body%inverse%condition, solved%met_tolerance, error)
       if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
@@ -434,8 +437,8 @@ contains
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return
       ! Within a *STEP surfaces may be on their way to each other's nodes.
-      if (increment%last_of_step) call judge_overlap(scene, plan, watch, solved, notes, &
-        error)
+      if (increment%last_of_step) call judge_overlap(scene, plan, solver%choices%tolerance, &
+        watch, solved, notes, error)
       if (allocated(error)) return
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
@@ -492,9 +495,10 @@ contains
   end subroutine judge_shape
 
   !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
-  subroutine judge_overlap(scene, plan, watch, solved, notes, error)
+  subroutine judge_overlap(scene, plan, tolerance, watch, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
+    real(wp), intent(in) :: tolerance !! of contact [-]
     type(watch_t), intent(in) :: watch
     type(solved_t), intent(in) :: solved
     type(note_t), allocatable, intent(inout) :: notes(:)
@@ -503,7 +507,7 @@ contains
     logical :: is_missed
 
     call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, &
-      least_overlap(scene, solved%state%displacement), unfelt, is_missed)
+      least_overlap(scene, tolerance, solved%state%displacement), unfelt, is_missed)
     if (is_missed) then
       call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
     else
@@ -512,11 +516,12 @@ contains
   end subroutine judge_overlap
 
   !> An overlap that is more than what tolerance and rounding leave.
-  pure real(wp) function least_overlap(scene, u) result(allowed)
+  pure real(wp) function least_overlap(scene, tolerance, u) result(allowed)
     type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: tolerance !! of contact [-]
     real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
 
-    allowed = 10.0_wp*scene%contact%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
+    allowed = 10.0_wp*tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
   end function least_overlap
 
   !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
@@ -612,7 +617,7 @@ contains
       report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
-    if (scene%accuracy%estimates .and. scene%accuracy%follows_steps) call follow_coarsely(scene, &
+    if (scene%accuracy%estimates .and. solver%choices%follows_steps) call follow_coarsely(scene, &
       plan%points, solver, progress%state, new, progress%coarse, report)
     if (.not. scene%finite_strain .and. (scene%accuracy%estimates .or. scene%output%mesh_error)) &
       call estimate_mesh(scene, plan%points, new, report)

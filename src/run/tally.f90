@@ -5,6 +5,7 @@ module tally_mod
   use number_list_mod, only: number_list_t, archive
   use system_mod, only: cpu_seconds, peak_memory_bytes
   use parallel_mod, only: usage_t, usage_of_others
+  use controls_mod, only: precision_controls_t
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, worst_entry
   use block_diagonal_mod, only: count_entries
@@ -43,6 +44,7 @@ module tally_mod
     integer(i8) :: solutions = 0        !! for the bodies, of this session
     integer(i8) :: body_iterations = 0  !! on all their unknowns, of this session
     type(solver_work_t) :: work         !! of this session
+    type(precision_controls_t) :: precision !! of its last increment
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
     real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
     real(wp) :: worst = 0.0_wp          !! certificate entry [-]

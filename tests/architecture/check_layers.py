@@ -6,7 +6,7 @@
 A file may use only modules of files listed before it, and only of the rooms its own room may see: a
 room is a folder of src, or a folder within one. Each outside library has one file that sees it,
 HDF5 a few that share a prefix; modules hide their names and hold no variables; only the main
-program stops; and no `associate` name stands for a text that a function makes, which gfortran 12
+program stops; only its readers change the scene; and no `associate` name stands for a text that a function makes, which gfortran 12
 frees twice. Prints `file:line: message` for each violation.
 """
 
@@ -117,6 +117,14 @@ OF_HEXAHEDRA = re.compile(
     r"^(real|integer|logical)\b.*\(([36], ?)?(8|24)\b[^_.]|^do \w+ = 1, ?(8|24)$"
     r"|\ballocate ?\(.*\(([36], ?)?(8|24), |\[8, ?\w+\]"
 )
+# The scene is what the user said: these read it, from the deck and from the options, and no other
+# file changes it. What the program may choose of it (model/choices.f90) is read where it is chosen.
+SCENE_READERS = {"deck/read_deck.f90", "deck/named_sets.f90", "run/prepare_scene.f90"}
+WORDS[r"scene%(precision|contact%(tolerance|compliance))"] = SCENE_READERS | {
+    "model/finite_strain_limits.f90"  # refuses decks
+}
+# A dummy argument that gives a scene back; a component that is given a value.
+SCENE_CHANGED = re.compile(r"type ?\(scene_t\).*intent ?\((in ?)?out|(scene|deck)%[^=]*=(?!=)")
 # Types whose components no other file sees; the compiler holds others to it.
 OPAQUE = {
     "contact/solvers/compliance.f90": "compliance_t",  # the entries of W
@@ -544,6 +552,9 @@ class Checker:
                         self.report(source.path, s.line, f"{message}: gfortran 12 frees it twice")
             if not {source.path, source.room} & KNOW_HEXAHEDRA and OF_HEXAHEDRA.search(s.code):
                 self.report(source.path, s.line, "8 or 24 nodes: ask the table of cells")
+            if source.path not in SCENE_READERS and SCENE_CHANGED.match(after_if(s.code)):
+                readers = ", ".join(sorted(SCENE_READERS))
+                self.report(source.path, s.line, f"only {readers} may change a scene")
             is_use = USE.match(s.code) is not None
             for word, homes in WORDS.items():
                 if source.path not in homes and (found := re.search(rf"\b({word})\b", s.code)):

@@ -384,6 +384,35 @@ class CheckLayers(unittest.TestCase):
                 self.plant("run/run", "", "8 or 24 nodes: ask the table", procedures=f"  {line}")
                 self.plant("elements/cube", "", procedures=f"  {line}")
 
+    def test_who_changes_a_scene(self) -> None:
+        for line in [
+            "type(scene_t), intent(inout) :: scene",
+            "type (scene_t), intent (in out) :: deck",
+            "type(scene_t), intent(out) :: scene",
+            "scene%steps(2)%direct = .false.",
+            "if (n(1) == 1) scene%notes = [scene%notes, notes]",
+            "deck%mesh%body(i) => body",
+        ]:
+            with self.subTest(line):
+                message = "run/prepare_scene.f90 may change a scene"
+                self.plant("run/run", "", message, procedures=f"  {line}")
+        for line in [
+            "type(scene_t), intent(in), target :: scene",
+            "type(scene_t) :: scene",
+            "if (scene%steps(1)%direct .eqv. is_direct) n = 1",
+            "call plan(scene%mesh, error=error)",
+            "n = scene%mesh%n_nodes",
+        ]:
+            with self.subTest(line):
+                self.plant("run/run", "", procedures=f"  {line}")
+
+    def test_who_reads_what_the_program_may_choose(self) -> None:
+        for word in ["scene%precision", "scene%contact%tolerance", "scene%contact%compliance"]:
+            with self.subTest(word):
+                message = f"'{word}' may stand only in "
+                self.plant("run/run", "", message, procedures=f"  n = {word}")
+        self.plant("run/run", "", procedures="  n = scene%contact%solver + choices%tolerance")
+
     def test_types_that_keep_their_entries(self) -> None:
         def tree_with(components: str) -> dict[str, str]:
             tree = clean_tree()

@@ -4,6 +4,7 @@ module read_deck_target_mod
   use errors_mod, only: error_t, exit_ok
   use text_mod, only: string_t
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use plan_mod, only: plan_t
   use read_deck_mod, only: read_deck_text
   use make_plan_mod, only: make_plan
@@ -25,6 +26,7 @@ contains
     integer, parameter :: largest = 20000 !! nodes of a mesh that is worth a plan here
     type(string_t) :: overrides(0)
     type(scene_t) :: scene
+    type(choices_t) :: choices
     type(plan_t) :: plan
     type(error_t), allocatable :: error
     character(:), allocatable :: text
@@ -38,7 +40,9 @@ contains
     status = exit_ok
     text = ''
     if (.not. allocated(error)) then
-      if (scene%mesh%n_nodes <= largest) call make_plan(scene, plan, error)
+      choices = choices_t(tolerance=scene%contact%tolerance, &
+        compliance=scene%contact%compliance, precision=scene%precision)
+      if (scene%mesh%n_nodes <= largest) call make_plan(scene, choices, plan, error)
     end if
     if (allocated(error)) then
       status = error%exit_status

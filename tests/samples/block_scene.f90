@@ -9,6 +9,7 @@ module block_scene
     face_zmin, face_zmax
   use loads_mod, only: nodal_value_t, load_step_t
   use scene_mod, only: scene_t
+  use choices_mod, only: choices_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t, initial_state
   use increments_mod, only: increment_t, next_increment
@@ -23,7 +24,7 @@ module block_scene
   private
 
   public :: run_t, new_scene, add_step, hold_nodes, paper_block, side_nodes
-  public :: run_scene, start_run, next_step
+  public :: run_scene, start_run, next_step, first_choices
 
   integer, parameter, public :: bottom = 1, top = 2 !! surfaces of every scene
 
@@ -147,14 +148,23 @@ contains
     type(scene_t), intent(in) :: scene
     type(run_t), intent(inout) :: run
 
-    call make_plan(scene, run%plan, run%error)
+    call make_plan(scene, first_choices(scene), run%plan, run%error)
     if (allocated(run%error)) return
+    run%solver%choices = run%plan%choices
     run%state = initial_state(scene%mesh%n_nodes, run%plan%points%n)
     ! What was solved before may have been another scene with the same supports.
     if (allocated(run%solver%body%prescribed)) deallocate (run%solver%body%prescribed)
     call set_supports(scene, run%plan%points, prescribed_dofs(scene, 1), run%solver, run%work, &
       run%error)
   end subroutine start_run
+
+  !> What the deck says, on its own mesh.
+  pure type(choices_t) function first_choices(scene)
+    type(scene_t), intent(in) :: scene
+
+    first_choices = choices_t(tolerance=scene%contact%tolerance, &
+      compliance=scene%contact%compliance, precision=scene%precision)
+  end function first_choices
 
   !> One increment of the run.
   subroutine next_step(scene, run)

@@ -94,10 +94,11 @@ contains
   end subroutine list_faces
 
   !> Look at all slave faces at the end of an increment and along the way to it.
-  subroutine find_entries(scene, points, faces, old, new, last_of_step, entries)
+  subroutine find_entries(scene, points, faces, tolerance, old, new, last_of_step, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(smooth_faces_t), intent(in) :: faces(:) !! of list_faces
+    real(wp), intent(in) :: tolerance            !! of contact [-]
     type(state_t), intent(in) :: old, new        !! the increment's beginning and end
     logical, intent(in) :: last_of_step
     type(entries_t), intent(out) :: entries
@@ -114,7 +115,7 @@ contains
     integer :: obstacle, pair
 
     if (.not. any([(size(faces(pair)%nodes) > 0, pair=1, size(faces))])) return
-    allowed = 10.0_wp*scene%contact%tolerance*max(maxval(abs(new%displacement)), &
+    allowed = 10.0_wp*tolerance*max(maxval(abs(new%displacement)), &
       maxval(abs(old%displacement))) + rounding_of_places(scene, new%displacement)
     call place_undeformed(scene, points, before)
     after = before
