@@ -126,7 +126,7 @@ end module mesh_mod
     )
     tree["fclib/fclib.f90"] = module("fclib/fclib", "  use problem_mod, only: n_problem")
     tree["certificate/certificate.f90"] = module(
-        "certificate/certificate", "  use cube_mod, only: n_cube\n  use mesh_mod, only: mesh_t"
+        "certificate/certificate", "  use mesh_mod, only: mesh_t"
     )
     tree["increment/advance.f90"] = module(
         "increment/advance", "  use plan_mod, only: n_plan\n  use solve_mod, only: n_solve"
@@ -394,7 +394,7 @@ class CheckLayers(unittest.TestCase):
             "deck%mesh%body(i) => body",
         ]:
             with self.subTest(line):
-                message = "run/prepare_scene.f90 may change a scene"
+                message = "only deck/named_sets.f90, deck/read_deck.f90, run/prepare_scene.f90 may"
                 self.plant("run/run", "", message, procedures=f"  {line}")
         for line in [
             "type(scene_t), intent(in), target :: scene",
