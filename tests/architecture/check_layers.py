@@ -6,8 +6,8 @@
 A file may use only modules of files listed before it, and only of the rooms its own room may see: a
 room is a folder of src, or a folder within one. Each outside library has one file that sees it,
 HDF5 a few that share a prefix; modules hide their names and hold no variables; only the main
-program stops; only its readers change the scene; and no `associate` name stands for a text that a function makes, which gfortran 12
-frees twice. Prints `file:line: message` for each violation.
+program stops; only its readers change the scene; and no `associate` name stands for a text that a
+function makes, which gfortran 12 frees twice. Prints `file:line: message` for each violation.
 """
 
 from __future__ import annotations

@@ -394,7 +394,7 @@ class CheckLayers(unittest.TestCase):
             "deck%mesh%body(i) => body",
         ]:
             with self.subTest(line):
-                message = "run/prepare_scene.f90 may change a scene"
+                message = "only deck/named_sets.f90, deck/read_deck.f90, run/prepare_scene.f90 may"
                 self.plant("run/run", "", message, procedures=f"  {line}")
         for line in [
             "type(scene_t), intent(in), target :: scene",
