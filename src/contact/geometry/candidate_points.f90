@@ -248,8 +248,8 @@ contains
     call fill_between(scene%mesh, constant)
     do i = 1, points%n
       associate (pair => scene%pairs(points%pair(i)))
-        if (pair%has_clearance .and. placement%weights%covers(i)) extra(i) = extra(i) + &
-          pair%clearance - placement%gap(i)
+        if (.not. pair%has_clearance) cycle
+        if (placement%weights%covers(i)) extra(i) = extra(i) + pair%clearance - placement%gap(i)
       end associate
     end do
     points%extra_gap = extra + constant(points%node)
