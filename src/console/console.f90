@@ -4,6 +4,7 @@
 module console_mod
   use kinds_mod, only: wp, i8
   use text_mod, only: string_t, to_text, percent
+  use idle_processors_mod, only: processor_time_t, processor_time
   use standard_streams_mod, only: write_to, standard_output
   use system_mod, only: output_is_terminal, wall_seconds
   use parallel_mod, only: has_launcher
@@ -26,6 +27,7 @@ module console_mod
     logical  :: terminal = .false.
     logical  :: of_energy = .false.    !! they are of the energy, not of the contact force
     real(wp) :: started = 0.0_wp
+    type(processor_time_t) :: began    !! what processors had done then
     logical  :: headed = .false.
     integer  :: total = 0              !! increments of the deck, over the run
     real(wp) :: counted = 0.0_wp       !! of them done where the time left is counted from
@@ -44,6 +46,7 @@ contains
     console%quiet = quiet
     console%verbose = verbose
     console%started = wall_seconds()
+    console%began = processor_time()
     if (quiet) return
     console%terminal = output_is_terminal()
     ! mpirun gives its processes a terminal of their own, wherever it writes itself.

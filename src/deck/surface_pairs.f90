@@ -134,7 +134,8 @@ contains
       bare = pack(surface%nodes, .not. on_face(surface%nodes))
       if (size(bare) == 0) return
       call note(reader, 'contact pair '//surface%name//':'//master//': '//to_text(size(bare))// &
-        ' of '//to_text(size(surface%nodes))//' slave nodes are on none of the faces whose nodes '// &
+        ' of '//to_text(size(surface%nodes))// &
+        ' slave nodes are on none of the faces whose nodes '// &
         'the surface has, and are left out (the first: node '// &
         to_text(model%mesh%node_id(bare(1)))//')')
     end associate

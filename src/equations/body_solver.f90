@@ -39,6 +39,9 @@ module body_solver_mod
   !> What depends on the supports and the interface, and on nothing else.
   type :: body_solver_t
     logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
+    real(wp), allocatable :: tangent_at(:, :)
+    !! (3,n_nodes) at finite strain: the displacement of the tangent that is its stiffness; not
+    !! allocated: the stiffness of small strain [length]
     type(constraints_t) :: constraints            !! those that hold with these supports
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(stiffness_inverse_t), pointer :: inverse => null()
@@ -67,8 +70,7 @@ module body_solver_mod
 contains
 
   !> Find the free motions, factorise the stiffness and condense it to the interface.
-  subroutine make_body_solver(scene, choices, points, prescribed, interface, body, work, error, &
-    tangent_at)
+  subroutine make_body_solver(scene, choices, points, prescribed, interface, body, work, error)
     type(scene_t), intent(in) :: scene
     type(choices_t), intent(in) :: choices     !! their precision and compliance
     type(contact_points_t), intent(in) :: points
@@ -78,8 +80,6 @@ contains
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; pieces that ties do not hold; no memory
-    real(wp), intent(in), optional :: tangent_at(:, :)
-    !! (3,n_nodes) at finite strain: the displacement of the tangent; left out: 0 [length]
     type(triplets_t) :: k
     integer, allocatable :: start(:), neighbours(:), order(:)
     real(wp), allocatable :: schur(:, :)
@@ -101,9 +101,9 @@ contains
       end if
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      if (present(tangent_at)) then
+      if (allocated(body%tangent_at)) then
         call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses, tangent_at)
+          n_stiffnesses, body%tangent_at)
       else
         call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
           n_stiffnesses)

@@ -127,7 +127,8 @@ contains
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
-    if (inverted > 0 .or. (scene%finite_strain .and. loop%imbalance > trial%controls%tolerance)) then
+    if (inverted > 0 .or. (scene%finite_strain .and. &
+      loop%imbalance > trial%controls%tolerance)) then
       report%converged = .false.
       report%ending = merge(ended_inverted, ended_out_of_balance, inverted > 0)
       report%worst_element = inverted
@@ -163,8 +164,9 @@ contains
 
     ! Progress is that of the force: where nothing presses a body, all its forces are out of
     ! balance, and no part of them falls as they do.
-    is_settled = loop%imbalance <= trial%controls%tolerance .or. (.not. is_finite .and. loop%left > &
-      0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, trial%controls%tolerance))
+    is_settled = loop%imbalance <= trial%controls%tolerance .or. (.not. is_finite .and. &
+      loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
+      trial%controls%tolerance))
     is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
     if (is_finite) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
   end function is_settled

@@ -199,8 +199,8 @@ contains
       'are oblique to the obstacle; TYPE=FACTOR does')
   end subroutine check_covered
 
-  !> The reactions; where placements or displacements are followed, ten times sharper than asked for as far as that
-  !> is within reach: what reactions leave open no placement can settle.
+  !> The reactions; where placements or displacements are followed, ten times sharper than asked
+  !> for as far as that is within reach: what reactions leave open no placement can settle.
   subroutine solve_sharply(scene, points, solver, old, is_followed, trial, reaction, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

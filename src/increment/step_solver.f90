@@ -129,12 +129,14 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
-    real(wp), intent(in), optional :: tangent_at(:, :) !! as of make_body_solver
+    real(wp), intent(in), optional :: tangent_at(:, :) !! as of body_solver_t
 
     solver%tangent_of = 0
+    if (allocated(solver%body%tangent_at)) deallocate (solver%body%tangent_at)
+    if (present(tangent_at)) solver%body%tangent_at = tangent_at
     if (solver%choices%precision%threads > 1) call use_threads(solver%choices%precision%threads)
     call make_body_solver(scene, solver%choices, points, prescribed, interface_dofs(scene, &
-      points), solver%body, work, error, tangent_at)
+      points), solver%body, work, error)
     if (solver%choices%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
     if (scene%finite_strain .and. solver%body%motions%n > 0) then

@@ -1,7 +1,7 @@
 !> The law of a material: its elasticity at small strain, and its stress at finite strain.
 !>
-!> Another law is a file like neo_hooke.f90 and a case in `new_law`. The rest of the program knows no
-!> law by its name.
+!> Another law is a file like neo_hooke.f90 and a case in `new_law`. The rest of the program knows
+!> no law by its name.
 module material_law_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t, elasticity_of
@@ -75,6 +75,8 @@ contains
       law%first_piola => stress_of_neo_hooke
       law%energy => energy_of_neo_hooke
       law%tangent => tangent_of_neo_hooke
+    case default
+      law = law_t()
     end select
   end function new_law
 

@@ -14,7 +14,8 @@ module st_venant_kirchhoff_mod
 
 contains
 
-  !> P of a displacement gradient. H is used and not F, which would lose the digits of small strains.
+  !> P of a displacement gradient. H is used and not F, which would lose the digits of small
+  !> strains.
   pure function first_piola(h, constants) result(p)
     real(wp), intent(in) :: h(3, 3)       !! du_i/dX_j [-]
     real(wp), intent(in) :: constants(:)  !! lambda, G [force/length^2]

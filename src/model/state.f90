@@ -27,7 +27,7 @@ module state_mod
     !! (3, n_nodes) the same of what contact adds to the displacement, where it is solved for by
     !! iteration, not allocated elsewhere [length]
     integer  :: tangent_of = 0
-    !! at finite strain: the increments that were done where the tangent is taken whose factor serves
+    !! at finite strain: the increments that were done where the tangent of the factor is taken
     integer  :: first_forces = 0
     !! evaluations of internal forces in the first increment with that factor; 0: none yet
     real(wp), allocatable :: tangent_at(:, :)

@@ -9,7 +9,6 @@ module reach_accuracy_mod
   use text_mod, only: to_text, percent
   use resource_limits_mod, only: memory_left, release_freed_memory
   use system_mod, only: cpu_seconds
-  use idle_processors_mod, only: processor_time_t
   use mesh_size_mod, only: blocks_t, relative_size, is_same_size
   use controls_mod, only: accuracy_controls_t, accuracy_of_resultants, &
     subject_in_words
@@ -43,10 +42,9 @@ module reach_accuracy_mod
 contains
 
   !> Run the deck on finer and finer meshes until its error is what is wanted.
-  subroutine reach_accuracy(options, deck, began, console, error)
+  subroutine reach_accuracy(options, deck, console, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: deck           !! as written
-    type(processor_time_t), intent(in) :: began !! when the program did
     type(console_t), intent(in) :: console
     type(error_t), allocatable, intent(out) :: error
     !! wrong options; a run that failed; the accuracy not reached
@@ -94,7 +92,7 @@ contains
       choices%precision%keeps_double = any(sequence%runs%in_double > 0)
       of_console = console_of(console, options, choice)
       is_again = sequence%repeated > 0.0_wp
-      call run_mesh(of_run, scene, choices, began, of_console, error, sequence, choice, tally)
+      call run_mesh(of_run, scene, choices, of_console, error, sequence, choice, tally)
       if (choice%is_replaced .and. .not. allocated(error)) cycle runs
       if (options%plan) return
       continues = .false.

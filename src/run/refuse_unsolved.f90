@@ -104,7 +104,8 @@ contains
         'increments or a finer mesh may help'
     else if (report%ending == ended_out_of_balance) then
       where_and_what = where_and_what//': the forces of finite strain do not come to balance '// &
-        '(what is left is '//to_text(report%residual, 3)//' of the largest); smaller increments '// &
+        '(what is left is '//to_text(report%residual, 3)// &
+        ' of the largest); smaller increments '// &
         'may help'
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &

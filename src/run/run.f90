@@ -4,7 +4,6 @@ module run_mod
   use text_mod, only: string_t
   use standard_streams_mod, only: standard_output, write_most
   use folders_mod, only: is_folder
-  use idle_processors_mod, only: processor_time_t, processor_time
   use mesh_size_mod, only: mesh_size_t
   use choices_mod, only: choices_t
   use controls_mod, only: chooses_mesh
@@ -33,9 +32,7 @@ contains
     type(scene_t) :: scene
     type(choices_t) :: choices
     type(console_t) :: console
-    type(processor_time_t) :: began
 
-    began = processor_time()
     if (options%flat) then
       call print_flat(options, error)
       return
@@ -53,9 +50,9 @@ contains
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes, 'note: ')
     if (chooses_mesh(scene%accuracy)) then
-      call reach_accuracy(options, scene, began, console, error)
+      call reach_accuracy(options, scene, console, error)
     else
-      call run_mesh(options, scene, choices, began, console, error)
+      call run_mesh(options, scene, choices, console, error)
     end if
   end subroutine run_deck
 

@@ -5,7 +5,6 @@ module run_mesh_mod
   use text_mod, only: string_t, to_text, percent
   use system_mod, only: wall_seconds, cpu_seconds, catch_signals
   use resource_limits_mod, only: check_library_room
-  use idle_processors_mod, only: processor_time_t
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
@@ -54,11 +53,10 @@ contains
   !>
   !> Where the sequence has bounds, a mesh may turn out too fine for them, or too coarse to use
   !> them, once it is planned: then nothing is run, and the choice is another.
-  subroutine run_mesh(options, scene, choices, began, console, error, sequence, choice, tally)
+  subroutine run_mesh(options, scene, choices, console, error, sequence, choice, tally)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: scene
     type(choices_t), intent(in) :: choices !! with which it was read
-    type(processor_time_t), intent(in) :: began !! when the program did
     type(console_t), intent(inout) :: console
     type(error_t), allocatable, intent(out) :: error !! nothing solved, or the machine failed
     type(mesh_sequence_t), intent(inout), optional :: sequence
@@ -92,7 +90,8 @@ contains
       if (choice%is_replaced) return
     end if
     ! Of the time that is allowed other threads would use up an unknown part.
-    if (.not. continues .and. scene%accuracy%time <= 0.0_wp) call choose_threads(began, plan)
+    if (.not. continues .and. scene%accuracy%time <= 0.0_wp) call choose_threads(console%began, &
+      plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
     if (allocated(error)) return
     if (present(choice) .and. console%verbose .and. .not. options%plan) then

@@ -619,14 +619,15 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     if (scene%accuracy%estimates .and. solver%choices%follows_steps) call follow_coarsely(scene, &
       plan%points, solver, progress%state, new, progress%coarse, report)
-    if (.not. scene%finite_strain .and. (scene%accuracy%estimates .or. scene%output%mesh_error)) &
-      call estimate_mesh(scene, plan%points, new, report)
+    if (.not. scene%finite_strain) then
+      if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
+        plan%points, new, report)
+      call estimate_theory(scene, plan%points, solver%contact, new, report)
+    end if
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
-    if (.not. scene%finite_strain) call estimate_theory(scene, plan%points, solver%contact, new, &
-      report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
 

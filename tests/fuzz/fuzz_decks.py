@@ -52,7 +52,8 @@ SMALL = {
     "mindlin": {"n": 12, "steps": 2},
     "indent": {"n": 2, "times": 1, "steps": 1},
     "patch": {"n": 2}, "pipe": {"n": 3}, "quarter": {"n": 4, "steps": 3}, "rest": {"n": 3},
-    "roller": {"n": 4}, "rubber": {"n": 2, "steps": 3}, "slope": {"n": 3}, "spence": {"n": 4, "steps": 3}, "ssnv128": {"n": 4},
+    "roller": {"n": 4}, "rubber": {"n": 2, "steps": 3}, "slope": {"n": 3},
+    "spence": {"n": 4, "steps": 3}, "ssnv128": {"n": 4},
     "tool": {"n": 4, "steps": 2}, "wheel": {"n": 4, "steps": 2},
 }
 PIECE = b"** a piece\n*NSET, NSET=PIECE\n1\n"

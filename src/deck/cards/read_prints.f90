@@ -25,8 +25,8 @@ module read_prints_mod
 contains
 
   !> *NODE PRINT and *EL PRINT of all steps together: of a set, or a set and a position of its
-  !> elements, there is one table, with all that any card names and the last FREQUENCY. A card with a
-  !> FREQUENCY of 0 asks for nothing.
+  !> elements, there is one table, with all that any card names and the last FREQUENCY. A card
+  !> with a FREQUENCY of 0 asks for nothing.
   subroutine read_prints(reader, model, prints)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model

@@ -243,10 +243,12 @@ contains
       call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &
         'taken as small')
     else if (nonlinear .and. .not. (is_first .or. finite_strain)) then
-      call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM begins with the first *STEP, '// &
+      call report(reader, option_position(card, 'NLGEOM'), &
+        'NLGEOM begins with the first *STEP, '// &
         'or not at all')
     else if (finite_strain .and. .not. nonlinear) then
-      call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=NO after a step with NLGEOM: '// &
+      call report(reader, option_position(card, 'NLGEOM'), &
+        'NLGEOM=NO after a step with NLGEOM: '// &
         'finite strain stays once it has begun')
     else
       finite_strain = nonlinear

@@ -210,7 +210,8 @@ contains
         call report(reader, star, '*'//trim(keyword%name)//' belongs between *STEP and *END STEP')
         card%keyword = ''
       else if (keyword%place == in_model .and. step > 0) then
-        if (.not. follows_change()) call report(reader, star, '*'//trim(keyword%name)//' belongs before the first *STEP')
+        if (.not. follows_change()) call report(reader, star, '*'//trim(keyword%name)// &
+          ' belongs before the first *STEP')
         card%keyword = ''
       else if (keyword%name == 'BOUNDARY' .and. step > 0 .and. open_step == 0) then
         call report(reader, star, '*BOUNDARY belongs before the first *STEP or in a step')

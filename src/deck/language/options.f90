@@ -333,7 +333,8 @@ contains
     if (.not. ok) return
     call read_real(card%options(i)%value, value, status)
     ok = status == number_ok
-    if (.not. ok) call report(reader, card%options(i)%value_position, name//' must be a number, '// &
+    if (.not. ok) call report(reader, card%options(i)%value_position, name// &
+      ' must be a number, '// &
       'not '//quoted(card%options(i)%value))
   end subroutine signed_option
 
