@@ -59,6 +59,7 @@ contains
     real(wp), intent(in) :: before(:, :)  !! (3,n_nodes) when the increment began [length]
     type(increment_forces_t), intent(inout) :: forces
     type(batch_t) :: batch
+    real(wp) :: moved(mesh%n_nodes) !! the largest component of either displacement [length]
     integer :: e, next
 
     if (allocated(forces%internal)) deallocate (forces%internal, forces%rounding, forces%stiffness)
@@ -68,6 +69,7 @@ contains
       forces%of_elements%largest)
     allocate (forces%of_elements%energy(0:mesh%n_bodies), &
       forces%of_elements%largest(0:mesh%n_bodies), source=0.0_wp)
+    moved = max(maxval(abs(u), dim=1), maxval(abs(before), dim=1))
     e = 1
     do while (e <= mesh%n_elements)
       next = e + 1
@@ -80,7 +82,7 @@ contains
       if (mesh%element_kind(e) == kind_c3d8i) call add_modes(batch)
       if (mesh%element_kind(e) == kind_c3d8b) call average_dilatation(batch)
       call find_forces(batch)
-      call scatter(mesh, u, before, batch, forces)
+      call scatter(mesh, moved, batch, forces)
       e = next
     end do
   end subroutine find_stress_forces
@@ -381,9 +383,9 @@ contains
   end subroutine add_force
 
   !> Add the forces of the elements to the nodes, and what is kept of each body.
-  pure subroutine scatter(mesh, u, before, batch, forces)
+  pure subroutine scatter(mesh, moved, batch, forces)
     type(mesh_t), intent(in) :: mesh
-    real(wp), intent(in) :: u(:, :), before(:, :) !! (3,n_nodes) [length]
+    real(wp), intent(in) :: moved(:) !! (n_nodes) how far nodes are displaced [length]
     type(batch_t), intent(in) :: batch
     type(increment_forces_t), intent(inout) :: forces
     real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
@@ -398,13 +400,7 @@ contains
           f(:, to(k, j)) = f(:, to(k, j)) + batch%force(l, :, k, j)
         end do
       end do
-      largest_motion = 0.0_wp
-      do a = 1, 8
-        associate (node => batch%node(a, l))
-          largest_motion = max(largest_motion, maxval(abs(u(:, node))), &
-            maxval(abs(before(:, node))))
-        end associate
-      end do
+      largest_motion = maxval(moved(batch%node(:, l)))
       do a = 1, 8
         associate (node => batch%node(a, l))
           forces%internal(:, node) = forces%internal(:, node) + f(:, a)
