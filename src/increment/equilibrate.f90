@@ -193,7 +193,7 @@ contains
         new%displacement))
       associate (before => loop%last_apart)
         if (way > 0.0_wp) loop%apart = maxval(abs(image - loop%at))/way
-        if (loop%apart > 2.0_wp*before) call forget(loop%memory)
+        if (0.5_wp*loop%apart > before) call forget(loop%memory)
         before = loop%apart
       end associate
       call accelerate(loop%memory, loop%at, image, next)

@@ -134,13 +134,13 @@ contains
     real(wp) :: c10, d1
     logical :: found, ok, is_neo_hooke
 
-    call allow_options(reader, card, ['NEO HOOKE'])
     is_neo_hooke = .false.
     call flag_option(reader, card, 'NEO HOOKE', is_neo_hooke)
     if (.not. is_neo_hooke) then
       call report(reader, card%position, '*HYPERELASTIC needs its law: NEO HOOKE is available')
       return
     end if
+    call allow_options(reader, card, ['NEO HOOKE'])
     call next_data_line(reader, card, fields, found, 3, 'C10 and D1 (and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*HYPERELASTIC needs a data line: C10, D1')
