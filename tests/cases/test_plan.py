@@ -300,7 +300,7 @@ class Chosen(Limited):
         self.assertEqual(room, "double precision, in core")
         self.assertIsNone(why)
         for megabytes, arithmetic in (
-            (365, "single precision, in core"), (320, "single precision, out of core"),
+            (365, "single precision, in core"), (330, "single precision, out of core"),
         ):
             with self.subTest(megabytes=megabytes):
                 factor, why, found = self.chosen(megabytes)

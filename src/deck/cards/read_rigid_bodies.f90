@@ -218,7 +218,7 @@ contains
       if (first == 0) first = f
     end do
     if (n_shells > 0 .and. size(bodies%list) > 0) call note(reader, to_text(n_shells)// &
-      ' elements of shells that no *RIGID BODY takes are skipped: only bricks are supported')
+      ' elements of shells that no *RIGID BODY takes are skipped: only solids are supported')
     if (n_rigid == 0 .or. any(bodies%list%ref_node == 0)) return
     call report(reader, draft%skipped_position(first), to_text(n_rigid)//' rigid elements '// &
       '(R3D3, R3D4) belong to no *RIGID BODY, ELSET=, REF NODE= (the first: element '// &
