@@ -132,7 +132,7 @@ contains
         words = words//'; the mesh is chosen for it'
       end if
     else if (.not. accuracy%keeps_mesh) then
-      words = 'the best of '//subject_in_words(accuracy)//', on such a mesh after coarser ones'
+      words = 'the best of '//subject_in_words(accuracy)//'; the mesh is chosen for it'
     end if
     if (is_bounded(accuracy)) words = words//', within '//bounds_in_words(accuracy)
   end function accuracy_in_words

@@ -376,7 +376,6 @@ class Flags(Changed):
 
     flags = (
         ("*NSET, NSET=UPPER, GENERATE", "GENERATE"), ("*STATIC", "DIRECT"), ("*STEP", "NLGEOM"),
-        ("*HYPERELASTIC", "NEO HOOKE"),
         ("*STEP", "PERTURBATION"), ("*OBSTACLE, NAME=GROUND, TYPE=PLANE, REF NODE=900", "INNER"),
         ("*BOUNDARY", "FIXED"), ("*CONTACT GAP", "PARABOLA"),
         ("*CONTACT SOLVER, TOLERANCE=1e-8", "ANDERSON"),
