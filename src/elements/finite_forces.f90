@@ -12,24 +12,22 @@ module finite_forces_mod
   implicit none
   private
 
-  public :: finite_internal_force, finite_tensors, projected_tangent
+  public :: finite_internal_force, finite_strain_energy, finite_tensors, projected_tangent
 
 contains
 
-  !> f_a = int P g_a, summed over the elements (C3D8), the strain energy, and an element with
-  !> det F <= 0 at a Gauss point, whose stress no law gives: then forces are 0.
-  pure subroutine finite_internal_force(mesh, materials, u, f, energy, inverted)
+  !> f_a = int P g_a, summed over the elements (C3D8), and an element with det F <= 0 at a Gauss
+  !> point, whose stress no law gives: then forces are 0.
+  pure subroutine finite_internal_force(mesh, materials, u, f, inverted)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement [length]
     real(wp), intent(out) :: f(:, :)   !! (3,n_nodes) [force]
-    real(wp), intent(out) :: energy    !! of the strains [energy]
     integer, intent(out) :: inverted   !! element, 0: there is none
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), p(3, 3, 8)
     real(wp) :: force(3, 8)
     integer :: e, g, a, nodes(8)
 
-    energy = 0.0_wp
     f = 0.0_wp
     inverted = 0
     do e = 1, mesh%n_elements
@@ -44,7 +42,6 @@ contains
             return
           end if
           p(:, :, g) = finite_stress(law, h(:, :, g))
-          energy = energy + weight(g)*finite_energy(law, h(:, :, g))
         end do
       end associate
       force = force_of_stress(gradient, weight, p)
@@ -53,6 +50,25 @@ contains
       end do
     end do
   end subroutine finite_internal_force
+
+  !> The strain energy of all elements, int W dV.
+  pure real(wp) function finite_strain_energy(mesh, materials, u) result(energy)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
+    integer :: e, g, nodes(8)
+
+    energy = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
+      h = displacement_gradients(inverse_jacobian, u(:, nodes))
+      do g = 1, 8
+        energy = energy + weight(g)*finite_energy(materials(mesh%material(e))%law, h(:, :, g))
+      end do
+    end do
+  end function finite_strain_energy
 
   !> Tangent of a brick, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it: the
   !> next positive semi-definite matrix. A soft body that is pressed has a tangent that is none, and

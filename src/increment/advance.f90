@@ -24,6 +24,7 @@ module advance_mod
     ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
+  use finite_forces_mod, only: finite_strain_energy
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques
   use drag_points_mod, only: drag_points
@@ -232,8 +233,11 @@ contains
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
-    strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
-    if (scene%finite_strain) strain_energy = trial%strain_energy
+    if (scene%finite_strain) then
+      strain_energy = finite_strain_energy(scene%mesh, scene%materials, new%displacement)
+    else
+      strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
+    end if
     call energy_balance(report%contact, old, new, strain_energy, report%energy, &
       work_of_torques(scene, points, old, new) + work_on_overlaps(points, solver%undeformed, &
       trial%placement, old, new), energy_of_heat(scene, new))

@@ -106,7 +106,7 @@ contains
       if (scene%finite_strain) then
         call extrapolate(scene%mesh, solver%body%inverse%map, old, trial, new, loop)
         call finite_internal_force(scene%mesh, scene%materials, new%displacement, &
-          trial%forces%internal, trial%strain_energy, inverted)
+          trial%forces%internal, inverted)
         report%force_evaluations = report%force_evaluations + 1
         if (inverted > 0) exit newton_raphson
       else

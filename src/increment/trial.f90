@@ -27,7 +27,6 @@ module trial_mod
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
-    real(wp) :: strain_energy = 0.0_wp !! at finite strain, of the displacement that forces are of
     real(wp), allocatable :: summed_loads(:, :)
     !! (3,n_nodes) the magnitudes that the external forces sum up [force]
     real(wp), allocatable :: u_free(:, :)

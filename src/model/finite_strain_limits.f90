@@ -3,7 +3,7 @@ module finite_strain_limits_mod
   use kinds_mod, only: wp
   use cells_mod, only: hexahedron_8
   use mesh_mod, only: kind_c3d8
-  use controls_mod, only: compliance_products, is_exact
+  use controls_mod, only: compliance_products, is_exact, is_bounded
   use scene_mod, only: scene_t
   implicit none
   private
@@ -39,8 +39,8 @@ contains
       what = 'COMPLIANCE=PRODUCTS'
     else if (scene%output%mesh_error) then
       what = 'the field of errors by the mesh'
-    else if (scene%accuracy%wanted > 0.0_wp .or. scene%accuracy%time > 0.0_wp) then
-      what = 'an accuracy that is asked for'
+    else if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
+      what = 'an accuracy, a time or a memory that is asked for'
     end if
   end function beyond_finite_strain
 

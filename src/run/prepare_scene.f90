@@ -9,6 +9,7 @@ module prepare_scene_mod
   use loads_mod, only: start_of_step
   use kinks_mod, only: find_kinks, followed_amplitudes
   use scene_mod, only: scene_t
+  use finite_strain_limits_mod, only: beyond_finite_strain
   use choices_mod, only: choices_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
@@ -55,12 +56,20 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     !! an accuracy is wanted or to be as good as time and memory allow, and the deck leaves out the
-    !! estimates that it takes
+    !! estimates that it takes; or strains are finite
+    character(:), allocatable :: beyond
 
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
     if (options%extrapolated) scene%accuracy%extrapolates = .true.
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
+    if (scene%finite_strain) then
+      ! What the deck itself asks for was refused where it was read.
+      beyond = beyond_finite_strain(scene)
+      if (beyond /= '') call raise(error, exit_wrong_input, 'bipot: error: NLGEOM does not '// &
+        'cover '//beyond//'; --nlgeom no runs the deck by small strain')
+      if (allocated(error)) return
+    end if
     ! Without contact there are no resultants to compare.
     if (is_bounded(scene%accuracy) .and. scene%accuracy%wanted <= 0.0_wp .and. &
       size(scene%pairs) == 0) scene%accuracy%of = accuracy_of_energy

@@ -160,6 +160,14 @@ class Ends(unittest.TestCase):
         self.assertEqual(run.status, 2, run.output)
         self.assertRegex(run.errors, "inside out|balance")
 
+    def test_what_an_accuracy_takes_is_refused(self):
+        for options in (("--accuracy", "0.1"), ("--time", "2"), ("--refine", "0", "--memory", "1GB")):
+            with self.subTest(options=options):
+                text = BAR.format(law=NEO, press=-0.1, sides="", increment=1.0)
+                run = Run(text, *options, name="bar")
+                self.assertEqual(run.status, 1, run.output)
+                self.assertIn("NLGEOM does not cover an accuracy, a time or a memory", run.errors)
+
     def test_bodies_that_nothing_holds(self):
         text = BAR.format(law=SVK, press=-0.1, sides="", increment=1.0)
         run = Run(text.replace("B-XMIN, 1, 1\n", ""), name="bar")
