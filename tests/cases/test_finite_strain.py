@@ -161,7 +161,8 @@ class Ends(unittest.TestCase):
         self.assertRegex(run.errors, "inside out|balance")
 
     def test_what_an_accuracy_takes_is_refused(self):
-        for options in (("--accuracy", "0.1"), ("--time", "2"), ("--refine", "0", "--memory", "1GB")):
+        bounds = (("--accuracy", "0.1"), ("--time", "2"), ("--refine", "0", "--memory", "1GB"))
+        for options in bounds:
             with self.subTest(options=options):
                 text = BAR.format(law=NEO, press=-0.1, sides="", increment=1.0)
                 run = Run(text, *options, name="bar")
