@@ -6,6 +6,7 @@
 module facing_surfaces_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
+  use local_refinement_mod, only: parents_of
   use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, n_sides
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
@@ -55,6 +56,7 @@ contains
     type(two_sides_t), intent(in) :: sides
     type(contact_fields_t), intent(in) :: contact
     logical :: left(size(sides%x, 2)), is_other(size(sides%x, 2))
+    logical :: is_shared(scene%mesh%n_nodes) !! a node that hangs lies between it and others
     integer :: i, f
 
     is_other = .false.
@@ -72,19 +74,16 @@ contains
         if (any(is_other(row))) left(row) = .true.
       end associate
     end do
-    if (allocated(scene%mesh%hangs)) then
-      ! What a node has that hangs goes to nodes that other faces have, too.
-      do i = 1, size(left)
-        associate (node => points%node(sides%first + i - 1))
-          if (scene%mesh%hangs(node)) then
-            do f = 1, size(left)
-              left(f) = left(f) .or. any(scene%mesh%between(:, node - scene%mesh%n_given) == &
-                points%node(sides%first + f - 1))
-            end do
-          end if
-        end associate
+    if (.not. allocated(scene%mesh%hangs)) return
+    ! What a node has that hangs goes to nodes that other faces have, too.
+    is_shared = .false.
+    associate (nodes => points%node(sides%first:sides%last), mesh => scene%mesh)
+      do i = 1, size(nodes)
+        if (mesh%hangs(nodes(i))) is_shared(parents_of(mesh%between(:, nodes(i) - &
+          mesh%n_given))) = .true.
       end do
-    end if
+      left = left .or. is_shared(nodes)
+    end associate
   end function is_left
 
   !> Hold the rows of a side against those of the increment.
@@ -96,10 +95,9 @@ contains
     type(rows_t), intent(in) :: rows
     type(contact_fields_t), intent(inout) :: contact
     type(weights_t) :: found
-    real(wp) :: normal(3), arm(3), motion(3), gap, area, sum_of_weights, changed, &
-      weight(scene%mesh%n_nodes)
+    real(wp) :: normal(3), arm(3), motion(3), gap, area, changed, weight(scene%mesh%n_nodes)
     logical :: left(size(sides%x, 2)), differs(size(sides%x, 2))
-    integer :: first, last, i, k, n
+    integer :: first, last, i, n
 
     first = sides%first
     last = sides%last
@@ -121,38 +119,28 @@ contains
         else
           differs(here) = area > compared*whole .and. norm2(normal) > compared*area
         end if
-        if (differs(here) .and. .not. norm2(normal) > 0.0_wp) then
+        if (.not. differs(here) .and. (area <= compared*whole .or. .not. is_covered(points, &
+          contact%weights, i))) cycle
+        if (.not. norm2(normal) > 0.0_wp) then
           contact%gap(i) = uncovered
           differs(here) = .false.
           cycle
         end if
-        if (.not. differs(here) .and. (area <= compared*whole .or. .not. is_covered(points, &
-          contact%weights, i))) cycle
         normal = normal/norm2(normal)
         call find_row(scene, sides, rows, here, found, n)
         found%first(here + 1) = n + 1
-        associate (entries => rows%entry(rows%first(here):rows%first(here + 1) - 1))
-          arm = sides%x(:, here) - matmul(sides%y(:, rows%place(entries)), rows%part(entries))/area
+        associate (entries => rows%of_row%item(rows%of_row%first(here): &
+          rows%of_row%first(here + 1) - 1))
+          arm = sides%x(:, here) - matmul(sides%y(:, rows%entry(entries)%place), &
+            rows%entry(entries)%part)/area
         end associate
         motion = relative_motion(found, here, points%node(i), new%displacement)
         if (sides%stays) arm = arm + motion
         gap = dot_product(normal, arm) + points%extra_gap(i)
-        sum_of_weights = 0.0_wp
-        do k = found%first(here), n
-          weight(found%node(k)) = weight(found%node(k)) + found%weight(k)
-          sum_of_weights = sum_of_weights + abs(found%weight(k))
-        end do
-        do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
-          weight(contact%weights%node(k)) = weight(contact%weights%node(k)) - &
-            contact%weights%weight(k)
-        end do
-        changed = 0.0_wp
-        call take_out(found%node(found%first(here):n), weight, changed)
-        call take_out(contact%weights%node(contact%weights%first(i):contact%weights%first(i + 1) - &
-          1), weight, changed)
+        call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &
           .or. abs(gap - contact%gap(i)) > of_quadrature*sqrt(area) .or. &
-          changed > of_quadrature*max(1.0_wp, sum_of_weights)
+          changed > of_quadrature*max(1.0_wp, sum(abs(found%weight(found%first(here):n))))
         if (.not. differs(here)) cycle
         motion = motion - relative_motion(found, here, points%node(i), old%displacement)
         contact%frame(:, :, i) = frame_of(normal)
@@ -164,6 +152,25 @@ contains
     found%first(size(left) + 1) = n + 1
     if (any(differs)) call put_rows(first, differs, found, contact%weights)
   end subroutine compare
+
+  !> By how much the weights of two rows differ, summed over the nodes.
+  pure subroutine find_change(one, i, other, j, weight, changed)
+    type(weights_t), intent(in) :: one, other
+    integer, intent(in) :: i, j          !! rows
+    real(wp), intent(inout) :: weight(:) !! (n_nodes) 0 before and after
+    real(wp), intent(out) :: changed     !! [-]
+    integer :: k
+
+    do k = one%first(i), one%first(i + 1) - 1
+      weight(one%node(k)) = weight(one%node(k)) + one%weight(k)
+    end do
+    do k = other%first(j), other%first(j + 1) - 1
+      weight(other%node(k)) = weight(other%node(k)) - other%weight(k)
+    end do
+    changed = 0.0_wp
+    call take_out(one%node(one%first(i):one%first(i + 1) - 1), weight, changed)
+    call take_out(other%node(other%first(j):other%first(j + 1) - 1), weight, changed)
+  end subroutine find_change
 
   !> Add up what is left in `weight` at nodes, and take it out.
   pure subroutine take_out(nodes, weight, total)
@@ -197,17 +204,19 @@ contains
       end associate
       return
     end if
-    do k = rows%first(here), rows%first(here + 1) - 1
-      node = sides%node(rows%place(rows%entry(k)))
-      do l = found%first(here), n
-        if (found%node(l) == node) exit
-      end do
-      if (l > n) then
-        n = l
-        found%node(n) = node
-        found%weight(n) = 0.0_wp
-      end if
-      found%weight(l) = found%weight(l) + rows%part(rows%entry(k))/rows%area(here)
+    do k = rows%of_row%first(here), rows%of_row%first(here + 1) - 1
+      associate (entry => rows%entry(rows%of_row%item(k)))
+        node = sides%node(entry%place)
+        do l = found%first(here), n
+          if (found%node(l) == node) exit
+        end do
+        if (l > n) then
+          n = l
+          found%node(n) = node
+          found%weight(n) = 0.0_wp
+        end if
+        found%weight(l) = found%weight(l) + entry%part/rows%area(here)
+      end associate
     end do
   end subroutine find_row
 

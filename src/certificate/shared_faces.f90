@@ -2,6 +2,7 @@
 !> share, for the certificate. docs/theory.md (11.1) to (11.3).
 module shared_faces_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t, lists_by_key
   use small_matrix_mod, only: cross, solve_small
   use sorting_mod, only: order_of
   use surfaces_mod, only: nodes_of
@@ -40,23 +41,27 @@ module shared_faces_mod
     real(wp) :: largest = 0.0_wp         !! diagonal of the boxes [length]
   end type two_sides_t
 
+  !> What a master's place has in a row, not yet divided by the row's area.
+  type :: entry_t
+    integer :: row = 0, place = 0
+    real(wp) :: part = 0.0_wp      !! [length^2]
+  end type entry_t
+
   !> What the rows of a side come to.
   type :: rows_t
     real(wp), allocatable :: area(:), whole(:)  !! (n) covered, and of the node [length^2]
     real(wp), allocatable :: normal(:, :)       !! (3,n) not of unit length [length^2]
     integer :: n = 0                            !! entries
-    integer, allocatable :: row(:), place(:)
-    real(wp), allocatable :: part(:)            !! not yet divided by the row's area [length^2]
-    integer, allocatable :: first(:), entry(:)  !! (n+1), (entries) those of each row
+    type(entry_t), allocatable :: entry(:)      !! room for more than n
+    type(lists_t) :: of_row                     !! the entries of each row
   end type rows_t
 
-  !> What a slave face shares with master faces.
-  type :: parts_t
-    integer :: n = 0
-    integer, allocatable :: master(:)
-    real(wp), allocatable :: away(:)     !! from the slave's plane [length]
-    type(shared_t), allocatable :: shared(:)
-  end type parts_t
+  !> What a slave face shares with a master face.
+  type :: part_t
+    integer :: master = 0
+    real(wp) :: away = 0.0_wp      !! from the slave's plane [length]
+    type(shared_t) :: shared
+  end type part_t
 
 contains
 
@@ -196,13 +201,12 @@ contains
   pure subroutine integrate(sides, rows)
     type(two_sides_t), intent(inout) :: sides
     type(rows_t), intent(out) :: rows
-    type(parts_t) :: parts
-    integer :: f, n, k
+    type(part_t), allocatable :: parts(:)
+    integer :: f, n
 
     n = size(sides%x, 2)
-    allocate (parts%master(16), parts%away(16), parts%shared(16))
+    allocate (parts(16), rows%entry(64))
     allocate (rows%area(n), rows%whole(n), rows%normal(3, n))
-    allocate (rows%row(64), rows%place(64), rows%part(64))
     do
       rows%n = 0
       rows%area = 0.0_wp
@@ -214,27 +218,16 @@ contains
       if (any(rows%area > 0.0_wp) .or. sides%before > 0.5_wp*huge(1.0_wp)) exit
       sides%before = huge(1.0_wp)
     end do
-    allocate (rows%first(n + 1), rows%entry(rows%n), source=0)
-    do k = 1, rows%n
-      rows%first(rows%row(k)) = rows%first(rows%row(k)) + 1
-    end do
-    ! From where each row ends back to where it begins.
-    do k = 2, n + 1
-      rows%first(k) = rows%first(k) + rows%first(k - 1)
-    end do
-    rows%first = rows%first + 1
-    do k = rows%n, 1, -1
-      rows%first(rows%row(k)) = rows%first(rows%row(k)) - 1
-      rows%entry(rows%first(rows%row(k))) = k
-    end do
+    rows%of_row = lists_by_key(rows%entry(:rows%n)%row, n)
   end subroutine integrate
 
   !> Find what a slave face shares with the masters before it.
-  pure subroutine find_parts(sides, x, axes, area, parts)
+  pure subroutine find_parts(sides, x, axes, area, parts, n)
     type(two_sides_t), intent(in) :: sides
     real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the face [length]
     real(wp), intent(in) :: axes(3, 3), area !! unit vectors, the third its normal; [length^2]
-    type(parts_t), intent(inout) :: parts
+    type(part_t), allocatable, intent(inout) :: parts(:) !! room for more than n
+    integer, intent(out) :: n        !! how many there are
     real(wp), dimension(3) :: middle, low, high
     real(wp) :: flat(2, size(x, 2)), place(2, 4), height(4), along, aside
     type(shared_t) :: shared
@@ -251,7 +244,7 @@ contains
       min(minval(sides%low, 2), middle))
     low = minval(x, 2) - along*abs(axes(:, 3)) - aside
     high = maxval(x, 2) + along*abs(axes(:, 3)) + aside
-    parts%n = 0
+    n = 0
     do i = first_from(sides, low(sides%axis) - sides%widest), size(sides%sorted)
       f = sides%sorted(i)
       if (sides%low(sides%axis, f) > high(sides%axis)) exit
@@ -269,24 +262,15 @@ contains
         maxval(flat, 2))) cycle
       shared = integrate_shared(flat, place(:, :k))
       if (.not. shared%area > 1.0e-12_wp*area) cycle
-      if (parts%n == size(parts%master)) then
-        parts%master = [parts%master, parts%master]
-        parts%away = [parts%away, parts%away]
-        parts%shared = [parts%shared, parts%shared]
-      end if
-      parts%n = parts%n + 1
-      parts%master(parts%n) = f
-      parts%away(parts%n) = abs(sum(height(:k)))/real(k, wp)
-      parts%shared(parts%n) = shared
+      if (n == size(parts)) parts = [parts, parts]
+      n = n + 1
+      parts(n) = part_t(f, abs(sum(height(:k)))/real(k, wp), shared)
     end do
     ! Of a master behind another nothing is faced.
-    do while (parts%n > 0)
-      if (sum(parts%shared(:parts%n)%area) <= (1.0_wp + 1.0e-6_wp)*area) exit
-      k = maxloc(parts%away(:parts%n), dim=1)
-      parts%master(k) = parts%master(parts%n)
-      parts%away(k) = parts%away(parts%n)
-      parts%shared(k) = parts%shared(parts%n)
-      parts%n = parts%n - 1
+    do while (n > 0)
+      if (sum(parts(:n)%shared%area) <= (1.0_wp + 1.0e-6_wp)*area) exit
+      parts(maxloc(parts(:n)%away, dim=1)) = parts(n)
+      n = n - 1
     end do
   end subroutine find_parts
 
@@ -294,12 +278,12 @@ contains
   pure subroutine add_face(sides, row, parts, rows)
     type(two_sides_t), intent(in) :: sides
     integer, intent(in) :: row(:)         !! of its corners
-    type(parts_t), intent(inout) :: parts !! to work with
+    type(part_t), allocatable, intent(inout) :: parts(:) !! to work with
     type(rows_t), intent(inout) :: rows
     real(wp), dimension(size(row), size(row)) :: dual, mass
     real(wp), dimension(size(row)) :: lumped, unit
     real(wp) :: x(3, size(row)), axes(3, 3), area
-    integer :: i, k, a, n
+    integer :: i, k, a, n, n_parts
     logical :: regular
 
     n = size(row)
@@ -313,13 +297,13 @@ contains
     axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
     axes(:, 2) = cross(axes(:, 3), axes(:, 1))
     rows%whole(row) = rows%whole(row) + area/real(n, wp)
-    call find_parts(sides, x, axes, area, parts)
-    if (parts%n == 0) return
+    call find_parts(sides, x, axes, area, parts, n_parts)
+    if (n_parts == 0) return
     mass = 0.0_wp
     lumped = 0.0_wp
-    do i = 1, parts%n
-      mass = mass + parts%shared(i)%mass(:n, :n)
-      lumped = lumped + parts%shared(i)%lumped(:n)
+    do i = 1, n_parts
+      mass = mass + parts(i)%shared%mass(:n, :n)
+      lumped = lumped + parts(i)%shared%lumped(:n)
     end do
     if (sum(lumped) < 1.0e-9_wp*area) return
     do a = 1, n
@@ -330,13 +314,14 @@ contains
       dual(a, :) = lumped(a)*dual(a, :)
     end do
     rows%area(row) = rows%area(row) + lumped
-    do i = 1, parts%n
-      associate (master => sides%master(:, parts%master(i)), shared => parts%shared(i))
+    do i = 1, n_parts
+      associate (master => sides%master(:, parts(i)%master), shared => parts(i)%shared)
         do a = 1, n
           rows%normal(:, row(a)) = rows%normal(:, row(a)) + shared%lumped(a)* &
-            sides%normal(:, parts%master(i))
+            sides%normal(:, parts(i)%master)
           do k = 1, count(master > 0)
-            call append(row(a), master(k), dot_product(dual(a, :), shared%mixed(:n, k)), rows)
+            call append(entry_t(row(a), master(k), dot_product(dual(a, :), shared%mixed(:n, k))), &
+              rows)
           end do
         end do
       end associate
@@ -373,20 +358,13 @@ contains
     end do
   end function first_from
 
-  pure subroutine append(row, place, part, rows)
-    integer, intent(in) :: row, place
-    real(wp), intent(in) :: part !! [length^2]
+  pure subroutine append(entry, rows)
+    type(entry_t), intent(in) :: entry
     type(rows_t), intent(inout) :: rows
 
-    if (rows%n == size(rows%row)) then
-      rows%row = [rows%row, rows%row]
-      rows%place = [rows%place, rows%place]
-      rows%part = [rows%part, rows%part]
-    end if
+    if (rows%n == size(rows%entry)) rows%entry = [rows%entry, rows%entry]
     rows%n = rows%n + 1
-    rows%row(rows%n) = row
-    rows%place(rows%n) = place
-    rows%part(rows%n) = part
+    rows%entry(rows%n) = entry
   end subroutine append
 
 end module shared_faces_mod
