@@ -2,6 +2,7 @@
 !> so large that their last bits are. docs/theory.md section 6.
 module undetermined_forces_mod
   use kinds_mod, only: wp
+  use growing_lists_mod, only: append
   use constraints_mod, only: constraint_of
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
@@ -12,6 +13,13 @@ module undetermined_forces_mod
   private
 
   public :: largest_undetermined
+
+  !> Forces of one point on free degrees of freedom.
+  type :: free_forces_t
+    real(wp), allocatable :: force(:, :)  !! (3,n_nodes) 0 but at those of the list [force]
+    integer :: n = 0
+    integer, allocatable :: at(:, :)      !! (2,n) degree of freedom, node; some may be there twice
+  end type free_forces_t
 
   real(wp), parameter :: nearly_none = 0.05_wp
   !! of a point's weights: on the edge of clamps that slide by 1e-3 of an element 1e-3 are free [-]
@@ -33,12 +41,13 @@ contains
     real(wp), intent(in) :: f(:)                   !! (n_points) scale of forces [force]
     real(wp), intent(in) :: allowed                !! [-]
     integer :: number(3, mesh%n_nodes)   !! of the constraint that a degree of freedom has, or 0
-    real(wp) :: acting(3, mesh%n_nodes)  !! on free degrees of freedom, of one point [force]
+    type(free_forces_t) :: acting
     real(wp) :: last_bits, here, most, of_slave, free_weight
     integer :: i, k
 
     worst = 0.0_wp
-    acting = 0.0_wp
+    allocate (acting%force(3, mesh%n_nodes), source=0.0_wp)
+    allocate (acting%at(2, 64))
     number = 0
     if (forces%constraints%n > 0) number = constraint_of(forces%constraints, mesh%n_nodes)
     do i = 1, points%n
@@ -54,22 +63,16 @@ contains
         do k = first, last
           call put(node(k), -weight(k)*here*normal, acting)
         end do
-        most = 0.0_wp
-        call take(slave, acting, most)
-        do k = first, last
-          call take(node(k), acting, most)
-        end do
+        call take(acting, most)
         if (most > allowed*min(here, f(i))) then
           ! One by one.
-          of_slave = 0.0_wp
           call put(slave, normal, acting)
-          call take(slave, acting, of_slave)
+          call take(acting, of_slave)
           if (of_slave > rounded) cycle
           free_weight = 0.0_wp
           do k = first, last
-            most = 0.0_wp
             call put(node(k), normal, acting)
-            call take(node(k), acting, most)
+            call take(acting, most)
             if (most > rounded) free_weight = free_weight + abs(weight(k))
           end do
           if (free_weight > nearly_none*sum(abs(weight(first:last)))) cycle
@@ -84,7 +87,7 @@ contains
     pure recursive subroutine put(node, force, acting, only)
       integer, intent(in) :: node
       real(wp), intent(in) :: force(3)
-      real(wp), intent(inout) :: acting(:, :)
+      type(free_forces_t), intent(inout) :: acting
       integer, intent(in), optional :: only !! degree of freedom
       real(wp) :: of_master(3)
       integer :: dof, l
@@ -95,7 +98,8 @@ contains
         end if
         if (forces%prescribed(dof, node)) cycle
         if (number(dof, node) == 0) then
-          acting(dof, node) = acting(dof, node) + force(dof)
+          acting%force(dof, node) = acting%force(dof, node) + force(dof)
+          call append(acting%at, acting%n, [dof, node])
           cycle
         end if
         associate (all => forces%constraints, c => number(dof, node))
@@ -107,31 +111,22 @@ contains
       end do
     end subroutine put
 
-    !> Take off what `put` has put there, and remember the most of it.
-    pure recursive subroutine take(node, acting, most, only)
-      integer, intent(in) :: node
-      real(wp), intent(inout) :: acting(:, :), most
-      integer, intent(in), optional :: only !! degree of freedom
-      integer :: dof, l
-
-      do dof = 1, 3
-        if (present(only)) then
-          if (dof /= only) cycle
-        end if
-        if (forces%prescribed(dof, node)) cycle
-        if (number(dof, node) == 0) then
-          most = max(most, abs(acting(dof, node)))
-          acting(dof, node) = 0.0_wp
-          cycle
-        end if
-        associate (all => forces%constraints, c => number(dof, node))
-          do l = all%first(c), all%first(c + 1) - 1
-            call take(all%master(l), acting, most, all%master_dof(l))
-          end do
-        end associate
-      end do
-    end subroutine take
-
   end function largest_undetermined
+
+  !> Take off all forces, and say how large the largest was.
+  pure subroutine take(acting, most)
+    type(free_forces_t), intent(inout) :: acting
+    real(wp), intent(out) :: most  !! [force]
+    integer :: k
+
+    most = 0.0_wp
+    do k = 1, acting%n
+      associate (force => acting%force(acting%at(1, k), acting%at(2, k)))
+        most = max(most, abs(force))
+        force = 0.0_wp
+      end associate
+    end do
+    acting%n = 0
+  end subroutine take
 
 end module undetermined_forces_mod
