@@ -1,10 +1,11 @@
-"""What the judge finds in a stored result after somebody has changed it."""
+"""The judge: on random decks, and on a stored result after somebody has changed it."""
 
 import shutil
+import subprocess
 import sys
 
 import h5py
-from program import SOURCE
+from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
@@ -19,3 +20,12 @@ def findings(scene, result, change=None):
         with h5py.File(path, "r+") as file:
             change(file)
     return {f.kind for f in Judge(scene, Stored(scene, path), True).judge()}
+
+
+def judge_decks(family, *options):
+    """Run the judge on decks of a family; its status is 0 if all are right, or rightly refused."""
+    return subprocess.run(
+        [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
+         "--bipot", PROGRAM, "--family", family, *options],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip

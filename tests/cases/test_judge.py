@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from judged import findings
+from judged import findings, judge_decks
 from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
@@ -958,11 +958,7 @@ class Decks(unittest.TestCase):
 
     def judge(self, family, *options):
         """Run the judge on decks that must all be right, or rightly refused."""
-        done = subprocess.run(
-            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--family", family, *options],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        done = judge_decks(family, *options)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_random_decks(self):

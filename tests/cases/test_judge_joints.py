@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from judged import findings
+from judged import findings, judge_decks
 from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
@@ -345,11 +345,7 @@ class Decks(unittest.TestCase):
 
     def test_random_decks(self):
         decks, seed = ("40", "1") if RELEASE else ("8", "1001")
-        done = subprocess.run(
-            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--family", "joined", "--decks", decks, "--seed", seed],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        done = judge_decks("joined", "--decks", decks, "--seed", seed)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from judged import findings
+from judged import findings, judge_decks
 from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
@@ -391,11 +391,7 @@ class Decks(unittest.TestCase):
 
     def test_random_decks(self):
         decks, seed = ("16", "1") if RELEASE else ("5", "1001")
-        done = subprocess.run(
-            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "judge.py"),
-             "--bipot", PROGRAM, "--family", "rims", "--decks", decks, "--seed", seed],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        done = judge_decks("rims", "--decks", decks, "--seed", seed)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
