@@ -41,8 +41,8 @@ contains
 
   !> The integrals; all 0 where the faces share nothing. Either face may go round either way.
   pure function integrate_shared(slave, master) result(shared)
-    real(wp), intent(in) :: slave(:, :)  !! (2,4) corners in a plane, one after the other [length]
-    real(wp), intent(in) :: master(:, :) !! (2,3) or (2,4) [length]
+    real(wp), intent(in) :: slave(:, :), master(:, :)
+    !! (2,3) or (2,4) corners in a plane, one after the other [length]
     type(shared_t) :: shared
     type(flat_t) :: of_slave, of_master
     real(wp) :: corner(2, most), mean(2)
@@ -93,7 +93,6 @@ contains
         if (min(s, t) > 0.0_wp .and. max(s, t) < 1.0_wp) call append(a(:, i) + s*p, corner, n)
       end do
     end do
-
   end subroutine collect_corners
 
   pure subroutine append(x, corner, n)

@@ -160,7 +160,7 @@ def taken_over(has_none):
 def place_surface(slave, x, master, y, none=()):
     """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)].
 
-    `none`: rows of slave nodes without a multiplier, (11.16); `y` is `x` then, and weights have
+    `none`: rows of slave nodes without a multiplier, (11.17); `y` is `x` then, and weights have
     those of the slave's own nodes for whose place their neighbours stand.
     """
     rows = np.unique(slave)

@@ -187,6 +187,13 @@ MISTAKES = [
         "placement%drag(:, i) = -(matmul(after, half) - after)",
         "wheel.inp",
     ),
+    Mistake(
+        "slips half as large in the result",
+        "contact/describe_contact.f90",
+        "contact%frame(:, 2:, i))",
+        "0.5_wp*contact%frame(:, 2:, i))",
+        BODIES,
+    ),
 ]
 
 
@@ -200,10 +207,10 @@ def commands(build: Path, wanted: str) -> str:
 def build_with(mistake: Mistake, build: Path, folder: Path) -> Path:
     """Compile the changed file and link it before the library."""
     text = (ROOT / "src" / mistake.file).read_text(encoding="utf-8")
-    if text.count(mistake.old) < 1:
-        sys.exit(f"{mistake.file} has no '{mistake.old}'")
+    if text.count(mistake.old) != 1:
+        sys.exit(f"{mistake.file} has '{mistake.old}' {text.count(mistake.old)} times")
     source = folder / Path(mistake.file).name
-    source.write_text(text.replace(mistake.old, mistake.new, 1), encoding="utf-8")
+    source.write_text(text.replace(mistake.old, mistake.new), encoding="utf-8")
     command = shlex.split(commands(build, f"{mistake.file}-pp.f90 -o"))
     command = [c for c in command if c != "-fpreprocessed" and not c.startswith("-J")]
     at = command.index("-c")
