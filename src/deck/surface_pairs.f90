@@ -131,9 +131,8 @@ contains
       bare = bare_nodes(surface, model%mesh%connectivity, model%mesh%n_nodes)
       if (size(bare) == 0) return
       call note(reader, 'contact pair '//surface%name//':'//master//': '//to_text(size(bare))// &
-        ' of '//to_text(size(surface%nodes))// &
-        ' slave nodes are on none of the faces whose nodes '// &
-        'the surface has, and are left out (the first: node '// &
+        ' of '//to_text(size(surface%nodes))//' slave nodes are on none of the faces whose '// &
+        'nodes the surface has, and are left out (the first: node '// &
         to_text(model%mesh%node_id(bare(1)))//')')
     end associate
     call add_surface_of_faces(model%mesh, slave, surfaces, faced)
