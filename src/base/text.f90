@@ -5,7 +5,7 @@ module text_mod
   private
 
   public :: printable, upper, to_text, in_known_digits, percent, nearest_word, string_t, as_list, &
-    one_of
+    one_of, digits_where_unknown
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -16,6 +16,9 @@ module text_mod
   interface to_text
     module procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
+
+  !> How many digits are printed of a number whose error is not known.
+  integer, parameter :: digits_where_unknown = 3
 
 contains
 
@@ -178,13 +181,12 @@ contains
   end function percent
 
   !> `number` in the digits that are known: down to the first one of its error, with zeros where
-  !> they are known to be there, 0 where all are below. At most six digits; three where the error is
-  !> not known.
+  !> they are known to be there, 0 where all are below. At most six digits.
   pure function in_known_digits(number, error) result(text)
     real(wp), intent(in) :: number
     real(wp), intent(in) :: error !! of the number; negative: not known
     character(:), allocatable :: text
-    integer, parameter :: most = 6, where_unknown = 3
+    integer, parameter :: most = 6
     character(40) :: buffer
     integer :: power, last, mark
 
@@ -196,7 +198,7 @@ contains
     if (.not. abs(number) > 0.0_wp) return
     power = power_of_ten(number)
     last = power - most + 1
-    if (error < 0.0_wp) last = power - where_unknown + 1
+    if (error < 0.0_wp) last = power - digits_where_unknown + 1
     if (error > 0.0_wp) last = max(last, power_of_ten(error))
     if (power < last) return
     ! To so many digits, which may make it a digit longer.

@@ -23,9 +23,13 @@ module cells_mod
   public :: hexahedron_nodes, hexahedron_points
   public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15
 
-  integer, parameter :: most_nodes = 20, most_edges = 12, most_faces = 6, most_points = 27
-  integer, parameter :: face_nodes = 8   !! of a face, at most
-  integer, parameter :: face_corners = 4 !! of a face, at most
+  ! The room of lists is what a hexahedron with mid-side nodes takes. Rows of the table that have
+  ! another do not compile.
+  integer, parameter :: most_corners = 8, most_edges = 12, most_faces = 6
+  integer, parameter :: most_nodes = most_corners + most_edges
+  integer, parameter :: most_points = 3**3          !! Gauss's, 3 along each line
+  integer, parameter :: face_corners = 4            !! of a face, at most
+  integer, parameter :: face_nodes = 2*face_corners !! of a face, at most
 
   !> A cell. Lists that are shorter than their room end with zeros.
   type :: cell_t
@@ -40,7 +44,7 @@ module cells_mod
     integer :: n_face_corners(most_faces) !! 3 or 4
     integer :: face(face_nodes, most_faces)
     !! corners, anticlockwise from outside, then the mid-side nodes, that of corners 1 and 2 first
-    integer :: as_hexahedron(8)
+    integer :: as_hexahedron(most_corners)
     !! the nodes of the 8-node hexahedron that it is where some of these are one; 0: it is none
     real(wp) :: point(3, most_points)  !! of the quadrature, natural coordinates [-]
     real(wp) :: weight(most_points)    !! their sum is the volume in natural coordinates [-]

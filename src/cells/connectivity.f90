@@ -93,8 +93,8 @@ contains
     nodes = connectivity%node(connectivity%first(e):connectivity%first(e + 1) - 1)
   end function nodes_of_element
 
-  !> The nodes of the 8-node hexahedron that an element is for kernels: some are one where it has
-  !> fewer. What is summed at nodes must then be added one after the other.
+  !> The nodes of an element as those of an 8-node hexahedron, for kernels. An element that has
+  !> fewer repeats some: what is summed at nodes must be added one node after the other.
   pure function nodes_of_hexahedron(connectivity, e) result(nodes)
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: e

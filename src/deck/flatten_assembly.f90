@@ -18,8 +18,7 @@
 !> point, their coordinates are moved. Each line keeps the file and the number of the line that it
 !> was made from. So whoever reads the text knows nothing of parts, and errors have their places.
 module flatten_assembly_mod
-  use parts_mod, only: assembly_t, find_structure, index_of, instance_t, is_structure, &
-    names_of_instances
+  use parts_mod, only: assembly_t, find_structure, index_of, instance_t, is_structure
   use cards_mod, only: find_cards, is_data_line, note, pieces_t, read_parameters, reader_t, &
     report, split_line
   use deck_source_mod, only: add_line, max_deck_length, source_t
@@ -31,7 +30,7 @@ module flatten_assembly_mod
     option_position, unquote
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: substitute
-  use text_mod, only: string_t, to_text, upper
+  use text_mod, only: to_text, upper
   implicit none
   private
 
@@ -83,12 +82,9 @@ contains
     type(reader_t), intent(inout) :: reader
     type(assembly_t), intent(in) :: assembly
     type(card_t) :: card
-    integer :: k, last
+    integer :: k, last_instance
 
-    last = 0
-    do k = 1, size(assembly%instance)
-      if (assembly%instance(k) > 0) last = k
-    end do
+    last_instance = findloc(assembly%instance > 0, .true., dim=1, back=.true.)
     do k = 1, reader%n_cards
       associate (keyword => reader%cards(k)%keyword)
         if (is_structure(keyword)) cycle
@@ -103,7 +99,7 @@ contains
               ' cannot stand in a part or an instance', &
               'below *END ASSEMBLY it can name INSTANCE.SET and INSTANCE.12')
           end select
-        else if (keyword == 'BLOCK' .and. k < last) then
+        else if (keyword == 'BLOCK' .and. k < last_instance) then
           call open_card(reader, k, card)
           call report(reader, card%position, '*BLOCK belongs below *END ASSEMBLY')
         end if
@@ -151,8 +147,8 @@ contains
     do i = 1, size(assembly%instances)
       associate (instance => assembly%instances(i))
         instance%added = i*int(step)
-        call note(reader, 'instance '//quoted(instance%name)//': its nodes and elements have '// &
-          'the numbers of its part plus '//to_text(instance%added))
+        call note(reader, 'instance '//quoted(instance%name%text)//': its nodes and elements '// &
+          'have the numbers of its part plus '//to_text(instance%added))
       end associate
     end do
   end subroutine number_instances
@@ -217,7 +213,6 @@ contains
     type(source_t), intent(inout) :: flat
     type(card_t) :: card
     type(change_t) :: change
-    type(string_t), allocatable :: names(:)
     character(:), allocatable :: name
     logical :: ok
 
@@ -230,12 +225,14 @@ contains
       if (has_option(card, 'INSTANCE')) then
         call name_option(reader, card, 'INSTANCE', .true., name, ok)
         if (.not. ok) return
-        allocate (names, source=names_of_instances(assembly))
-        if (index(name, '.') > 0 .and. index_of(name, names) == 0) name = local_name(assembly, name)
-        change%instance = index_of(name, names)
+        change%instance = index_of(name, assembly%instances%name)
+        if (change%instance == 0) then
+          name = local_name(assembly, name)
+          change%instance = index_of(name, assembly%instances%name)
+        end if
         if (change%instance == 0) then
           call report(reader, option_position(card, 'INSTANCE'), 'instance '//quoted(name)// &
-            ' is not defined', guess(name, names))
+            ' is not defined', guess(name, assembly%instances%name))
           return
         end if
         call flag_option(reader, card, 'GENERATE', change%generates)
@@ -374,7 +371,7 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: changed
 
-      changed = as_name(assembly%instances(change%instance)%name//'.'//unquote(name))
+      changed = as_name(assembly%instances(change%instance)%name%text//'.'//unquote(name))
     end function inner_name
 
   end subroutine write_changed
@@ -396,9 +393,9 @@ contains
     if (len(rest) /= len(bare)) changed = as_name(rest)
     do i = 1, size(assembly%instances)
       associate (instance => assembly%instances(i))
-        dot = len(instance%name) + 1
+        dot = len(instance%name%text) + 1
         if (len(rest) <= dot) cycle
-        if (upper(rest(:dot)) /= instance%name//'.') cycle
+        if (upper(rest(:dot)) /= instance%name%text//'.') cycle
         if (verify(rest(dot + 1:), '0123456789') > 0) cycle
         call read_integer(rest(dot + 1:), id, status)
         ! An id that no part has stays: that name is not defined.

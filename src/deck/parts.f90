@@ -14,23 +14,24 @@ module parts_mod
   use kinds_mod, only: wp
   use options_mod, only: allow_no_data, allow_options, card_t, name_option, open_card, &
     option_position
+  use rotations_mod, only: rotation_matrix
   use text_mod, only: string_t
   implicit none
   private
 
-  public :: assembly_t, instance_t, find_structure, is_structure, index_of, names_of_instances
+  public :: assembly_t, instance_t, find_structure, is_structure, index_of
 
   !> A pattern: the cards between *PART and *END PART.
   type :: part_t
-    character(:), allocatable :: name !! upper case
-    integer :: first = 1              !! its cards
+    type(string_t) :: name    !! upper case
+    integer :: first = 1      !! its cards
     integer :: last = 0
-    logical :: used = .false.         !! it has an instance
+    logical :: used = .false. !! it has an instance
   end type part_t
 
   !> A copy of a part, with cards of its own.
   type :: instance_t
-    character(:), allocatable :: name !! upper case
+    type(string_t) :: name            !! upper case
     integer :: part = 0               !! index of the part
     integer :: first = 1              !! cards between *INSTANCE and *END INSTANCE
     integer :: last = 0
@@ -125,7 +126,7 @@ contains
     end if
     do k = 1, size(assembly%parts)
       if (.not. assembly%parts(k)%used) call note(reader, 'part '// &
-        quoted(assembly%parts(k)%name)//' has no instance: it is not in the model')
+        quoted(assembly%parts(k)%name%text)//' has no instance: it is not in the model')
     end do
   end subroutine find_structure
 
@@ -179,10 +180,10 @@ contains
 
     call allow_options(reader, card, ['NAME'])
     call allow_no_data(reader, card)
-    call read_name(reader, card, part%name)
+    call read_name(reader, card, part%name%text)
     part%first = k + 1
-    if (index_of(part%name, names_of_parts(assembly)) > 0) call report(reader, &
-      option_position(card, 'NAME'), 'duplicate part '//quoted(part%name))
+    if (index_of(part%name%text, assembly%parts%name) > 0) call report(reader, &
+      option_position(card, 'NAME'), 'duplicate part '//quoted(part%name%text))
     assembly%parts = [assembly%parts, part]
   end subroutine open_part
 
@@ -197,18 +198,18 @@ contains
     logical :: ok
 
     call allow_options(reader, card, ['NAME', 'PART'])
-    call read_name(reader, card, instance%name)
+    call read_name(reader, card, instance%name%text)
     call name_option(reader, card, 'PART', .true., name, ok)
-    if (index_of(instance%name, names_of_instances(assembly)) > 0) call report(reader, &
-      option_position(card, 'NAME'), 'duplicate instance '//quoted(instance%name))
+    if (index_of(instance%name%text, assembly%instances%name) > 0) call report(reader, &
+      option_position(card, 'NAME'), 'duplicate instance '//quoted(instance%name%text))
     instance%first = k + 1
     if (ok) then
-      instance%part = index_of(name, names_of_parts(assembly))
+      instance%part = index_of(name, assembly%parts%name)
       if (instance%part > 0) then
         assembly%parts(instance%part)%used = .true.
       else
         call report(reader, option_position(card, 'PART'), 'part '//quoted(name)// &
-          ' is not defined', guess(name, names_of_parts(assembly)))
+          ' is not defined', guess(name, assembly%parts%name))
       end if
     end if
     call read_motion(reader, card, instance)
@@ -227,28 +228,6 @@ contains
     if (ok .and. index(name, '<') > 0) call report(reader, option_position(card, 'NAME'), &
       "a name cannot have '<'")
   end subroutine read_name
-
-  pure function names_of_parts(assembly) result(names)
-    type(assembly_t), intent(in) :: assembly
-    type(string_t), allocatable :: names(:)
-    integer :: i
-
-    allocate (names(size(assembly%parts)))
-    do i = 1, size(names)
-      names(i)%text = assembly%parts(i)%name
-    end do
-  end function names_of_parts
-
-  pure function names_of_instances(assembly) result(names)
-    type(assembly_t), intent(in) :: assembly
-    type(string_t), allocatable :: names(:)
-    integer :: i
-
-    allocate (names(size(assembly%instances)))
-    do i = 1, size(names)
-      names(i)%text = assembly%instances(i)%name
-    end do
-  end function names_of_instances
 
   !> Index of a name in a list, 0 if it is not there.
   pure integer function index_of(name, names)
@@ -307,31 +286,14 @@ contains
 
   end subroutine read_motion
 
-  !> The matrix of a rotation, by Rodrigues' formula; quarter turns are exact.
+  !> The matrix of a rotation; quarter turns about x, y and z are exact.
   pure function turn_about(axis, degrees) result(matrix)
     real(wp), intent(in) :: axis(3) !! of length 1 [-]
     real(wp), intent(in) :: degrees !! right-handed about the axis
     real(wp) :: matrix(3, 3)
-    real(wp), parameter :: quarter(0:4) = [0.0_wp, 1.0_wp, 0.0_wp, -1.0_wp, 0.0_wp]
-    real(wp) :: c, s, angle
-    integer :: i, quarters
 
-    angle = modulo(degrees, 360.0_wp)
-    quarters = nint(angle/90.0_wp)
-    if (abs(angle - 90.0_wp*quarters) > 0.0_wp) then
-      angle = angle*acos(-1.0_wp)/180.0_wp
-      c = cos(angle)
-      s = sin(angle)
-    else
-      s = quarter(quarters)
-      c = quarter(modulo(quarters + 1, 4))
-    end if
-    do i = 1, 3
-      matrix(:, i) = (1.0_wp - c)*axis(i)*axis
-      matrix(i, i) = matrix(i, i) + c
-    end do
-    matrix = matrix + s*reshape([0.0_wp, axis(3), -axis(2), -axis(3), 0.0_wp, axis(1), &
-      axis(2), -axis(1), 0.0_wp], [3, 3])
+    matrix = rotation_matrix(modulo(degrees, 360.0_wp)*acos(-1.0_wp)/180.0_wp*axis)
+    where (abs(matrix - anint(matrix)) < 4.0_wp*epsilon(1.0_wp)) matrix = anint(matrix)
   end function turn_about
 
 end module parts_mod

@@ -10,7 +10,7 @@ module surface_list_mod
   use mesh_draft_mod, only: mesh_draft_t, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: nodes_of, surface_t
+  use surfaces_mod, only: bare_nodes, nodes_of, surface_t
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -180,23 +180,11 @@ contains
     end if
     call find_outer_faces(model%mesh, surfaces%list(index)%nodes, faces)
     call move_alloc(faces, surfaces%list(index)%faces)
-    n = count_without_face(model%mesh, surfaces%list(index))
+    n = size(bare_nodes(surfaces%list(index), model%mesh%connectivity, model%mesh%n_nodes))
     if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
       quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
       'that lies in it with all four nodes: they carry no area')
   end subroutine find_faces_of_nodes
-
-  !> How many nodes of a surface none of its faces has.
-  pure function count_without_face(mesh, surface) result(n)
-    type(mesh_draft_t), intent(in) :: mesh
-    type(surface_t), intent(in) :: surface
-    integer :: n
-    logical, allocatable :: on_face(:)
-
-    allocate (on_face(0:mesh%n_nodes), source=.false.)
-    on_face([nodes_of(surface%faces, mesh%connectivity)]) = .true.
-    n = count(.not. on_face(surface%nodes))
-  end function count_without_face
 
   !> The nodes of the faces of a surface, ascending, each once.
   subroutine find_nodes(mesh, surface)

@@ -16,7 +16,7 @@ module surface_pairs_mod
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: add_surface_of_faces, find_faces_of_nodes, surface_list_t
-  use surfaces_mod, only: nodes_of, surface_t
+  use surfaces_mod, only: bare_nodes, nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
   private
@@ -122,21 +122,17 @@ contains
     type(surface_list_t), intent(inout) :: surfaces
     integer, intent(inout) :: slave      !! index of the surface
     character(*), intent(in) :: master   !! its name
-    logical :: on_face(0:model%mesh%n_nodes)
     integer, allocatable :: bare(:)
     integer :: faced
 
     if (surfaces%flawed(slave)) return
-    on_face = .false.
     associate (surface => surfaces%list(slave))
       if (size(surface%faces, 2) == 0) return
-      on_face([nodes_of(surface%faces, model%mesh%connectivity)]) = .true.
-      bare = pack(surface%nodes, .not. on_face(surface%nodes))
+      bare = bare_nodes(surface, model%mesh%connectivity, model%mesh%n_nodes)
       if (size(bare) == 0) return
       call note(reader, 'contact pair '//surface%name//':'//master//': '//to_text(size(bare))// &
-        ' of '//to_text(size(surface%nodes))// &
-        ' slave nodes are on none of the faces whose nodes '// &
-        'the surface has, and are left out (the first: node '// &
+        ' of '//to_text(size(surface%nodes))//' slave nodes are on none of the faces whose '// &
+        'nodes the surface has, and are left out (the first: node '// &
         to_text(model%mesh%node_id(bare(1)))//')')
     end associate
     call add_surface_of_faces(model%mesh, slave, surfaces, faced)
@@ -151,11 +147,9 @@ contains
     integer, intent(in) :: position
     character(*), intent(in) :: what  !! for the message
     logical, intent(inout) :: ok      !! false where it does not
-    logical :: on_face(0:model%mesh%n_nodes)
 
-    on_face = .false.
-    on_face([nodes_of(surface%faces, model%mesh%connectivity)]) = .true.
-    if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
+    if (size(surface%faces, 2) > 0 .and. size(bare_nodes(surface, model%mesh%connectivity, &
+      model%mesh%n_nodes)) == 0) return
     call report(reader, position, what//' has nodes without faces: it must consist of faces '// &
       '(*SURFACE, TYPE=ELEMENT)')
     ok = .false.

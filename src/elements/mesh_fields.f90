@@ -99,11 +99,16 @@ contains
     real(wp), intent(in) :: x(3, 8)              !! coordinates of these [length]
     real(wp), intent(in) :: values(6, 8)         !! at the Gauss points
     type(tensor_field_t), intent(inout) :: field
+    real(wp) :: at_corners(6, 8)
+    integer :: a
 
     if (allocated(field%at_centroids)) field%at_centroids(:, e) = volume_mean(x, values)
     if (allocated(field%at_gauss_points)) field%at_gauss_points(:, :, e) = values
     if (allocated(field%at_nodes)) then
-      field%at_nodes(:, nodes) = field%at_nodes(:, nodes) + extrapolate_to_nodes(values)
+      at_corners = extrapolate_to_nodes(values)
+      do a = 1, size(nodes)
+        field%at_nodes(:, nodes(a)) = field%at_nodes(:, nodes(a)) + at_corners(:, a)
+      end do
     end if
   end subroutine store_brick
 
@@ -111,12 +116,14 @@ contains
   pure subroutine divide_by_bricks(mesh, values)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(inout) :: values(:, :) !! (6,n_nodes)
-    integer :: bricks(mesh%n_nodes), e, node
+    integer :: bricks(mesh%n_nodes), e, a, node
 
     bricks = 0
     do e = 1, mesh%n_elements
       associate (nodes => nodes_of_hexahedron(mesh%connectivity, e))
-        bricks(nodes) = bricks(nodes) + 1
+        do a = 1, size(nodes)
+          bricks(nodes(a)) = bricks(nodes(a)) + 1
+        end do
       end associate
     end do
     do node = 1, mesh%n_nodes

@@ -2,7 +2,8 @@
 module mesh_forces_mod
   use kinds_mod, only: wp
   use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
+  use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_face, &
+    nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
@@ -39,13 +40,14 @@ contains
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     real(wp) :: rounding(mesh%n_nodes)     !! [force]
     real(wp), parameter :: operations = 32.0_wp ! rounded ones that add up in a nodal force
-    integer :: e, nodes(8)
+    integer :: e
 
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*brick_stiffness(mesh, &
-        materials, e)*maxval(abs(u(:, nodes)))
+      associate (nodes => nodes_of_element(mesh%connectivity, e)) ! each once
+        rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*brick_stiffness(mesh, &
+          materials, e)*maxval(abs(u(:, nodes)))
+      end associate
     end do
   end function force_rounding
 

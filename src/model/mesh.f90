@@ -1,4 +1,4 @@
-!> The mesh: nodes, 8-node bricks, the bodies they form.
+!> The mesh: nodes, elements, the bodies they form.
 module mesh_mod
   use kinds_mod, only: wp
   use lists_mod, only: lists_t, lists_with
@@ -14,7 +14,7 @@ module mesh_mod
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes
   integer, parameter :: kind_c3d8b = 3 !! B-bar: the mean dilatation of the brick
 
-  !> Nodes and bricks, numbered from 1 in the order of the deck; the deck's own ids beside them.
+  !> Nodes and elements, numbered from 1 in the order of the deck; the deck's own ids beside them.
   type :: mesh_t
     real(wp), allocatable :: coordinates(:, :)  !! (3, n_nodes) from `origin` [length]
     real(wp) :: origin(3) = 0.0_wp

@@ -1,14 +1,14 @@
-!> Surfaces: faces of bricks, or nodes.
+!> Surfaces: faces of elements, or nodes.
 module surfaces_mod
   use cells_mod, only: face_corners
   use connectivity_mod, only: connectivity_t, nodes_of_face
   implicit none
   private
 
-  public :: surface_t, nodes_of
+  public :: surface_t, nodes_of, bare_nodes
 
   !> A surface, named or of loaded faces. Made of faces: the nodes are theirs; made of nodes: the
-  !> faces are those whose four nodes it has, and there may be none.
+  !> faces are those whose corners it has, and there may be none.
   type :: surface_t
     character(:), allocatable :: name
     integer, allocatable :: faces(:, :) !! (2, n_faces) element, face 1..6
@@ -28,5 +28,21 @@ contains
       nodes(:, f) = nodes_of_face(connectivity, faces(1, f), faces(2, f))
     end do
   end function nodes_of
+
+  !> The nodes of a surface that none of its faces has.
+  pure function bare_nodes(surface, connectivity, n_nodes) result(nodes)
+    type(surface_t), intent(in) :: surface
+    type(connectivity_t), intent(in) :: connectivity
+    integer, intent(in) :: n_nodes  !! of the mesh
+    integer, allocatable :: nodes(:)
+    logical :: on_face(0:n_nodes)
+    integer :: f
+
+    on_face = .false.
+    do f = 1, size(surface%faces, 2)
+      on_face(nodes_of_face(connectivity, surface%faces(1, f), surface%faces(2, f))) = .true.
+    end do
+    nodes = pack(surface%nodes, .not. on_face(surface%nodes))
+  end function bare_nodes
 
 end module surfaces_mod

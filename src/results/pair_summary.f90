@@ -5,7 +5,7 @@
 module pair_summary_mod
   use kinds_mod, only: wp, i4, i8
   use errors_mod, only: error_t
-  use text_mod, only: string_t, to_text, in_known_digits
+  use text_mod, only: digits_where_unknown, string_t, to_text, in_known_digits
   use hdf5_files_mod, only: hdf5_file_t, open_file, close_file
   use hdf5_attributes_mod, only: read_attribute
   use hdf5_datasets_mod, only: read_dataset, read_row
@@ -149,10 +149,9 @@ contains
     real(wp), intent(in) :: x(3), error
     character(:), allocatable :: text
     real(wp) :: rounding
-    real(wp), parameter :: where_unknown = 0.01_wp !! three digits
 
     rounding = error
-    if (error < 0.0_wp) rounding = where_unknown*maxval(abs(x))
+    if (error < 0.0_wp) rounding = 10.0_wp**(1 - digits_where_unknown)*maxval(abs(x))
     text = '('//in_known_digits(x(1), rounding)//', '//in_known_digits(x(2), rounding)//', '// &
       in_known_digits(x(3), rounding)//')'
   end function vector

@@ -41,7 +41,7 @@ def run_of(slave, more="90"):
     run = Run(DECK.format(slave=slave, more=more), name="blocks")
     assert run.status == 0, run.errors
     with run.result() as result:
-        (pair,) = result.pairs.values() if hasattr(result.pairs, "values") else result.pairs
+        (pair,) = result.pairs.values()
         return run.output, np.asarray(pair.resultant[-1]), len(pair.extra_gap)
 
 

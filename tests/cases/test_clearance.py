@@ -52,7 +52,7 @@ def force(run):
     """Return the normal force at the end, and the extra gaps."""
     assert run.status == 0, run.errors
     with run.result() as result:
-        (pair,) = result.pairs.values() if hasattr(result.pairs, "values") else result.pairs
+        (pair,) = result.pairs.values()
         return pair.resultant[-1], np.asarray(pair.extra_gap)
 
 
@@ -93,7 +93,7 @@ class Clearance(unittest.TestCase):
         run = Run(deck(f"{CLEARANCE}\n{sphere}"), name="bars")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
-            pairs = result.pairs.values() if hasattr(result.pairs, "values") else result.pairs
+            pairs = result.pairs.values()
             pair = next(one for one in pairs if one.name.endswith("BALL"))
             x, y = np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 4))
             mesh = np.sqrt((x - 0.5) ** 2 + (y - 0.5) ** 2 + 200.0**2) - 200
@@ -109,7 +109,7 @@ class Clearance(unittest.TestCase):
                               capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 2, done.stderr)
         with run.result() as result:
-            (pair,) = result.pairs.values() if hasattr(result.pairs, "values") else result.pairs
+            (pair,) = result.pairs.values()
             np.testing.assert_allclose(pair.resultant[-1], [0, 0, 10.0], atol=2e-7)
 
 

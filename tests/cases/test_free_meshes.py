@@ -181,6 +181,22 @@ class FreeMeshes(unittest.TestCase):
                     result.pairs[0].resultant[-1], [0, 0, 6000.0 * 9.81], rtol=1e-9, atol=1e-6
                 )
 
+    def test_a_cantilever_sags_as_the_page_of_decks_says(self):
+        # By Timoshenko's theory, with 5/6 of the section against shear.
+        length, weight = 10.0, 1000.0
+        shear = YOUNG / (2 * (1 + POISSON))
+        exact = weight * length**4 / (8 * YOUNG / 12) + weight * length**2 / (2 * shear * 5 / 6)
+        for n, percent in ((1, 22), (4, 79)):
+            with self.subTest(n=n):
+                box = Box("B", (10 * n, n, n), ("C3D4",), size=(length, 1, 1), shift=0)
+                result = self.solve(
+                    box.cards() + MATERIAL + "*BOUNDARY\nB-X0, 1, 3\n" + STEP
+                    + "*DLOAD\nB, GRAV, 1., 0., 0., -1.\n*END STEP\n"
+                )
+                tip = result.points[:, 0] == length
+                sag = -result.field("displacement")[tip, 2].mean()
+                self.assertEqual(round(100 * sag / exact), percent)
+
     def test_what_is_refused(self):
         box = Box("B", (1, 1, 1), ("C3D4",))
         deck = (

@@ -18,11 +18,14 @@ module read_mesh_mod
     rigid_facet, set_of_elements, set_of_nodes, shell_facet
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
-  use text_mod, only: string_t, to_text
+  use text_mod, only: as_list, string_t, to_text
   implicit none
   private
 
-  public :: read_nodes, read_elements, connect_mesh, check_element_type
+  public :: read_nodes, read_elements, connect_mesh, check_element_type, available_types
+
+  !> The types of elements that are computed, for messages.
+  character(*), parameter :: available_types = 'C3D8, C3D8I, C3D8B, C3D6 and C3D4'
 
   ! What a type of element is to us, beside the kinds of bricks.
   integer, parameter :: unknown_type = 0, skipped_type = -1
@@ -109,7 +112,6 @@ contains
     integer, intent(out) :: kind    !! of element (> 0), skipped_type or unknown_type
     integer, intent(out) :: cell    !! row of the table of cells
     character(:), allocatable :: name
-    type(string_t) :: words(5)
     integer :: facet, corners
     logical :: ok
 
@@ -145,11 +147,6 @@ contains
             any(reader%cards(:reader%n_cards)%keyword == 'RIGID BODY'))) call note(reader, name// &
           ' elements are skipped: only solids are supported')
       else
-        words(1)%text = 'C3D8'
-        words(2)%text = 'C3D8I'
-        words(3)%text = 'C3D8B'
-        words(4)%text = 'C3D6'
-        words(5)%text = 'C3D4'
         reader%lacks_elements = .true.
         if (is_of_other_field(name)) then
           reader%other_field = .true.
@@ -158,8 +155,8 @@ contains
           return
         end if
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; C3D8, C3D8I, C3D8B, C3D6 and C3D4 are', &
-          how_to_get_bricks(name, words))
+          ' is not available; '//available_types//' are', how_to_get_bricks(name, &
+          as_list([character(5) :: 'C3D8', 'C3D8I', 'C3D8B', 'C3D6', 'C3D4'])))
       end if
     end select
   end subroutine check_element_type
@@ -250,7 +247,7 @@ contains
     logical :: found, ok, all_ok, comma, room
     character(:), allocatable :: what
 
-    what = 'an id and '//in_letters(cells(cell)%n_nodes)//' nodes'
+    what = 'an id and '//to_text(cells(cell)%n_nodes)//' nodes'
     have = 0
     position = 0
     comma = .false.
@@ -304,19 +301,11 @@ contains
   contains
 
     subroutine too_few()
-      if (all_ok) call report(reader, position, 'an element of this type has an id and '// &
-        to_text(cells(cell)%n_nodes)//' nodes, found only '//to_text(have)//' numbers')
+      if (all_ok) call report(reader, position, 'an element of this type has '//what// &
+        ', found only '//to_text(have)//' numbers')
     end subroutine too_few
 
   end subroutine read_solids
-
-  pure function in_letters(n) result(word)
-    integer, intent(in) :: n
-    character(:), allocatable :: word
-    character(5), parameter :: words(4:8) = ['four ', 'five ', 'six  ', 'seven', 'eight']
-
-    word = trim(words(n))
-  end function in_letters
 
   !> Keep the ids of elements that are not computed, so that sets may name them.
   subroutine skip_elements(reader, card, draft)

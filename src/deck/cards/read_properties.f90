@@ -17,6 +17,7 @@ module read_properties_mod
     next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: refused_element
+  use read_mesh_mod, only: available_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, name_option, open_card, option_position
   use material_law_mod, only: new_law
@@ -321,7 +322,7 @@ contains
       ! with one carry forces.
       call report(reader, option_position(card, 'ELSET'), &
         'the elements of '//quoted(name_of_set)//' are bars, plates or plane elements, which '// &
-        'are not available; C3D8, C3D8I and C3D8B are')
+        'are not available; '//available_types//' are')
       reader%lacks_elements = .true.
       any_unknown = .true.
     else if (model%element_sets%list(set)%n == 0 .and. .not. &

@@ -11,7 +11,7 @@ module read_ties_mod
     open_card, real_option
   use sets_mod, only: model_t
   use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: bare_nodes
   use ties_mod, only: check_tie, tie_t
   implicit none
   private
@@ -87,7 +87,6 @@ contains
       character(*), intent(in) :: what
       integer, intent(out) :: index
       character(:), allocatable :: word
-      logical :: on_face(0:model%mesh%n_nodes)
 
       index = 0
       call name_field(reader, fields, i, what, word, ok)
@@ -100,10 +99,9 @@ contains
         index = 0
         return
       end if
-      on_face = .false.
       associate (surface => surfaces%list(index))
-        on_face([nodes_of(surface%faces, model%mesh%connectivity)]) = .true.
-        if (size(surface%faces, 2) > 0 .and. all(on_face(surface%nodes))) return
+        if (size(surface%faces, 2) > 0 .and. size(bare_nodes(surface, model%mesh%connectivity, &
+          model%mesh%n_nodes)) == 0) return
       end associate
       call report(reader, field_position(reader, fields, i), what//' '//quoted(word)// &
         ' of a tie has nodes without faces: it must consist of faces (*SURFACE, TYPE=ELEMENT)')

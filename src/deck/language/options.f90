@@ -334,8 +334,7 @@ contains
     call read_real(card%options(i)%value, value, status)
     ok = status == number_ok
     if (.not. ok) call report(reader, card%options(i)%value_position, name// &
-      ' must be a number, '// &
-      'not '//quoted(card%options(i)%value))
+      ' must be a number, not '//quoted(card%options(i)%value))
   end subroutine signed_option
 
   !> One of several words; `choice` is its index.
