@@ -276,7 +276,7 @@ class Result:
         Raises ResultError where any is a wedge or a tetrahedron: `to_pyvista` has them all.
         """
         if (self._dataset("/VTKHDF/Types")[()] != 12).any():
-            raise ResultError(f"{self.path}: not all elements are bricks")
+            raise ResultError(f"{self.path}: not all elements are bricks; ParaView shows the others")
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
 
     @cached_property
