@@ -152,7 +152,7 @@ def summary(result: Result) -> str:
     words = {
         "status": str(result.run.get("status", "unknown")),
         "worst error of the certificate": short(result.worst_error),
-        "mesh": f"{len(result.points)} nodes, {len(result.bricks)} bricks",
+        "mesh": f"{len(result.points)} nodes, {len(result.element_ids)} elements",
         "steps": f"{len(result.step_ends)}, to the time {result.history('time')[-1]:.6g}",
         "took": f"{took:.3g} s" if took else "",
         "started": str(result.run.get("started", "")),
@@ -274,7 +274,7 @@ def estimated_errors(result: Result) -> str:
 
 def errors_of_runs(runs: MeshSequence) -> str:
     """Return what the runs by which an accuracy was looked for say of the last one."""
-    head = ("run", "bricks", "edges over the deck's", "parts of increments", "processor [s]")
+    head = ("run", "elements", "edges over the deck's", "parts of increments", "CPU time [s]")
     rows = [
         [str(k + 1), str(runs.bricks[k]), short(runs.brick_size[k]), str(runs.divisions[k]),
          short(runs.processor_time[k])]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.by_name import ByName
 from bipot.errors import ResultError
 from bipot.obstacle import SHAPES, Obstacle
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 
-class Pairs(Mapping[str, "Pair"]):
+class Pairs(ByName["Pair"]):
     """The contact pairs of a result by name: pairs["BODY-ZMIN:GROUND"], in any case, or pairs[0].
 
     Names are those of the deck, "<slave surface>:<master>". It is a mapping: `for name in pairs`
@@ -27,22 +27,13 @@ class Pairs(Mapping[str, "Pair"]):
     """
 
     def __init__(self, result: Result, names: list[str]):
-        self._result = result
-        self._pairs = {name.upper(): Pair(result, name) for name in names}
+        super().__init__(result.path, "contact pair", names)
+        self._pairs = {name: Pair(result, name) for name in self}
 
     @property
     def names(self) -> list[str]:
         """The names of the pairs."""
-        return [pair.name for pair in self._pairs.values()]
-
-    def __len__(self) -> int:
-        return len(self._pairs)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and _key(name) in self._pairs
+        return list(self)
 
     @overload
     def __getitem__(self, which: int | str) -> Pair: ...
@@ -53,24 +44,10 @@ class Pairs(Mapping[str, "Pair"]):
     def __getitem__(self, which: int | str | slice) -> Pair | list[Pair]:
         if not isinstance(which, str):
             return list(self._pairs.values())[which]
-        if which in self:
-            return self._pairs[_key(which)]
-        there = f"; it has {', '.join(self.names)}" if self._pairs else ""
-        raise ResultError(f"{self._result.path}: no contact pair '{which}'{there}")
-
-    def get(self, name: str, default: Any = None) -> Any:
-        """Return the pair of a name, or `default` where there is none."""
-        try:
-            return self[name]
-        except ResultError:
-            return default
+        return self._pairs[self._name_in_file(which)]
 
     def __repr__(self) -> str:
-        return f"<Pairs {', '.join(self.names)}>"
-
-
-def _key(name: str) -> str:
-    return name.upper().replace("/", "_")
+        return f"<Pairs {', '.join(self)}>"
 
 
 class Pair:

@@ -64,7 +64,7 @@ class ReferenceNodes:
     def sets(self) -> NamedSets:
         """The deck's sets that have reference nodes, by name: places of these in the arrays.
 
-        A reference node that a brick has, too, is not among them: it is a node of the mesh.
+        A reference node that an element has, too, is not among them: it is a node of the mesh.
         """
         return NamedSets(self.result, "reference_nodes")
 

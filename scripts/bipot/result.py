@@ -266,17 +266,17 @@ class Result:
 
     @cached_property
     def points(self) -> Array:
-        """Coordinates of the nodes of bricks before any displacement, (N, 3)."""
+        """Coordinates of the nodes of elements before any displacement, (N, 3)."""
         return self._dataset("/VTKHDF/Points")[()]
 
     @cached_property
     def bricks(self) -> Array:
-        """Nodes of the bricks as rows of `points`, (E, 8).
+        """Nodes of the elements as rows of `points`, (E, 8), where all are bricks.
 
-        Raises ResultError where elements are others: `to_pyvista` has them all.
+        Raises ResultError where any is a wedge or a tetrahedron: `to_pyvista` has them all.
         """
         if (self._dataset("/VTKHDF/Types")[()] != 12).any():
-            raise ResultError(f"{self.path}: not all elements are bricks")
+            raise ResultError(f"{self.path}: not all elements are bricks; ParaView shows the others")
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
 
     @cached_property
@@ -290,13 +290,13 @@ class Result:
 
     @cached_property
     def element_ids(self) -> Array:
-        """The deck's ids of the bricks, (E,)."""
+        """The deck's ids of the elements, (E,)."""
         return self._dataset("/VTKHDF/CellData/element_id")[: self._n_elements].ravel().astype(int)
 
     def node(self, node_id: int) -> int:
         """Return the row in `points` of the node that the deck calls `node_id`.
 
-        Raises ResultError where no brick has it; `reference_nodes` has others.
+        Raises ResultError where no element has it; `reference_nodes` has others.
         """
         found = np.flatnonzero(self.node_ids == node_id)
         if len(found) == 0:
@@ -322,20 +322,21 @@ class Result:
     def node_sets(self) -> NamedSets:
         """The deck's sets of nodes, and its surfaces of nodes, by name: rows of `points`, (n,).
 
-        Nodes of a set that no brick has are not among them: reference nodes are found by
-        `reference_nodes.of_set`. A set without nodes of bricks is left out.
+        Nodes of a set that no element has are not among them: reference nodes are found by
+        `reference_nodes.of_set`. A set without nodes of elements is left out.
         """
         return NamedSets(self, "nodes")
 
     @cached_property
     def element_sets(self) -> NamedSets:
-        """The deck's sets of bricks by name: rows of `bricks`, (n,)."""
+        """The deck's sets of elements by name: rows of `element_ids`, (n,)."""
         return NamedSets(self, "elements")
 
     @cached_property
     def face_sets(self) -> NamedSets:
-        """The deck's surfaces of faces by name: (F, 2), row of `bricks` and face 0 to 5 (S1 to S6).
+        """The deck's surfaces of faces by name: (F, 2), element and face 0 to 5 (S1 to S6).
 
+        The element is a row of `element_ids`. Where all elements are bricks,
         `bipot.brick_faces.face_nodes(result.bricks, result.face_sets["TOP"])` are their nodes.
         """
         return NamedSets(self, "faces")
@@ -373,7 +374,7 @@ class Result:
     ) -> Array:
         """Return a field of the stored increment `index` (0 to S-1): (N, ...) or (E, ...).
 
-        `on` is "nodes" or "elements" (the bricks); it may be left out unless the run has the field
+        `on` is "nodes" or "elements"; it may be left out unless the run has the field
         on both, as it may have stress and strain. `nodes` or `elements` is the name of a set of
         the deck, or rows, of which the values are wanted. Negative indices count from the end;
         `field_rows[index]` is the increment of the run. Raises ResultError where there is no such
@@ -452,7 +453,7 @@ class Result:
 
     @cached_property
     def reference_nodes(self) -> ReferenceNodes:
-        """What moves or carries forces beside the bricks, by the deck's ids of the nodes."""
+        """What moves or carries forces beside the elements, by the deck's ids of the nodes."""
         return ReferenceNodes(self)
 
     # --- For other programs -------------------------------------------------------------------
@@ -465,9 +466,11 @@ class Result:
         """
         import pyvista
 
-        cells = np.insert(self.bricks, 0, 8, axis=1).ravel()
-        kinds = np.full(len(self.bricks), pyvista.CellType.HEXAHEDRON)
-        grid = pyvista.UnstructuredGrid(cells, kinds, self.points)
+        # Before the nodes of each cell stands how many there are.
+        offsets = self._dataset("/VTKHDF/Offsets")[()]
+        nodes = self._dataset("/VTKHDF/Connectivity")[()]
+        cells = np.insert(nodes, offsets[:-1], np.diff(offsets))
+        grid = pyvista.UnstructuredGrid(cells, self._dataset("/VTKHDF/Types")[()], self.points)
         grid.point_data["node_id"] = self.node_ids
         grid.cell_data["element_id"] = self.element_ids
         if len(self.field_rows) == 0:
@@ -539,7 +542,7 @@ class Result:
             "status": str(self.run.get("status", "unknown")),
             "increments": f"{self.finished}, {good} of them certified",
             "worst error of the certificate": f"{self.worst_error:.2g}",
-            "mesh": f"{len(self.points)} nodes, {len(self.bricks)} bricks",
+            "mesh": f"{len(self.points)} nodes, {len(self.element_ids)} elements",
         }
         if self.finished:
             for pair in self.pairs.values():

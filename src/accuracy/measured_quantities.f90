@@ -42,15 +42,23 @@ contains
   subroutine list_quantities(scene, list)
     type(scene_t), intent(in) :: scene
     type(quantity_t), allocatable, intent(out) :: list(:)
-    integer :: p
 
     allocate (list(0))
     if (allocated(scene%accuracy%set)) then
       call list_of_set(scene, list)
-      call add_used_gaps(scene, list)
-      call name_pairs(scene, list)
-      return
+    else
+      call list_of_scene(scene, list)
     end if
+    call add_used_gaps(scene, list)
+    call name_pairs(scene, list)
+  end subroutine list_quantities
+
+  !> Those of an accuracy that is of no set.
+  subroutine list_of_scene(scene, list)
+    type(scene_t), intent(in) :: scene
+    type(quantity_t), allocatable, intent(inout) :: list(:)
+    integer :: p
+
     select case (scene%accuracy%of)
     case (accuracy_of_resultants)
       do p = 1, size(scene%pairs)
@@ -92,9 +100,7 @@ contains
         'of the mean stresses of the bricks', scale=1), 'von_mises_beside', &
         'of the bricks that share a face with that one, the least')
     end select
-    call add_used_gaps(scene, list)
-    call name_pairs(scene, list)
-  end subroutine list_quantities
+  end subroutine list_of_scene
 
   !> Put the names of pairs before what is theirs.
   pure subroutine name_pairs(scene, list)

@@ -424,7 +424,7 @@ contains
       '  -o, --output FILE   result file (default: NAME.vtkhdf in the working directory);', &
       '                      .vtkhdf is added to a name without an ending', &
       '  --set name=value    change the value of a parameter of the deck; may be repeated', &
-      '  -q, --quiet         print warnings and the closing line only', &
+      '  -q, --quiet         print warnings, notes on steps and the closing line only', &
       '  -v, --verbose       print the whole plan, solvers and residuals, CPU time of each phase', &
       '  --plan              check the deck, print what a run would do and cost, and stop', &
       '  --check             check the deck only, one error a line, for editors;', &

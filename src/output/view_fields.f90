@@ -289,7 +289,7 @@ contains
 
   subroutine gauss_principal_stress(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (24, n_elements)
+    real(wp), intent(inout) :: values(:, :) !! (3 n_points, n_elements)
 
     call make_tensors(source)
     call at_each_point(source%stress%at_gauss_points, values)
@@ -297,22 +297,22 @@ contains
 
   subroutine gauss_principal_strain(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (24, n_elements)
+    real(wp), intent(inout) :: values(:, :) !! (3 n_points, n_elements)
 
     call make_tensors(source)
     call at_each_point(source%strain%at_gauss_points, values)
   end subroutine gauss_principal_strain
 
-  !> Principal values of eight tensors a brick, one point after the other.
+  !> Principal values of the tensors of a brick, one point after the other.
   subroutine at_each_point(tensor, values)
     real(wp), intent(in) :: tensor(:, :, :)   !! (6, n_points, n_elements)
-    real(wp), intent(inout) :: values(:, :)   !! (24, n_elements)
+    real(wp), intent(inout) :: values(:, :)   !! (3 n_points, n_elements)
     real(wp) :: of_brick(3, hexahedron_points)
     integer :: e
 
     do e = 1, size(values, 2)
       call principal_values(tensor(:, :, e), of_brick)
-      values(:, e) = reshape(of_brick, [24])
+      values(:, e) = reshape(of_brick, [size(of_brick)])
     end do
   end subroutine at_each_point
 

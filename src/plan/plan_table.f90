@@ -118,7 +118,7 @@ contains
     words = to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps))
   end function steps_in_words
 
-  !> 1 % of the contact resultants, on a mesh that is to be found, within 60 s of the processor.
+  !> 1 % of the contact forces; the mesh is chosen for it, within 60 s of CPU time.
   function accuracy_in_words(accuracy) result(words)
     type(accuracy_controls_t), intent(in) :: accuracy
     character(:), allocatable :: words
@@ -250,20 +250,19 @@ contains
 
     listed = min(size(scene%pairs), most_listed)
     do i = 1, listed
-      if (size(scene%pairs) == 1) then
-        call add_line(plan, 'contact', bound_at_most, points_in_words(scene, plan, i, .true.), &
-          points_in_words(scene, plan, i, .false.))
-      else
-        call add_line(plan, 'contact', bound_at_most, points_in_words(scene, plan, i, .true.))
-      end if
+      call add_line(plan, 'contact', bound_at_most, points_in_words(scene, plan, i, .true.))
     end do
     associate (a => plan%points%first(listed + 1))
       if (listed < size(scene%pairs)) call add_line(plan, 'contact', bound_at_most, &
         to_text(size(scene%pairs) - listed)//' more pairs: '// &
         to_text(count(plan%points%in_reach(a:)))//' points, '//to_text(sum(plan%rows(a:)))//' rows')
     end associate
-    if (size(scene%pairs) > 1) call add_brief(plan, 'contact', to_text(size(scene%pairs))// &
-      ' pairs, '//to_text(count(plan%points%in_reach))//' points')
+    if (size(scene%pairs) == 1) then
+      call add_brief(plan, 'contact', points_in_words(scene, plan, 1, .false.))
+    else
+      call add_brief(plan, 'contact', to_text(size(scene%pairs))//' pairs, '// &
+        to_text(count(plan%points%in_reach))//' points')
+    end if
   end subroutine describe_pairs
 
   !> top:tool: 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows

@@ -262,18 +262,18 @@ contains
     integer, intent(in) :: n_bricks !! of the run that failed
     type(error_t), intent(inout) :: error
     type(sequence_error_t) :: errors
-    character(:), allocatable :: known
+    character(:), allocatable :: so_far
 
     if (error%exit_status /= exit_not_solved .and. error%exit_status /= exit_machine) return
     call estimate_sequence(sequence, errors)
-    known = errors_in_words(sequence, errors)
-    if (known /= '') known = ' ('//known//')'
+    so_far = errors_in_words(sequence, errors)
+    if (so_far /= '') so_far = ' ('//so_far//')'
     if (sequence%wanted > 0.0_wp) then
       error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
-        subject_in_words(deck%accuracy)//' was not reached'//known//'; then, on '// &
+        subject_in_words(deck%accuracy)//' was not reached'//so_far//'; then, on '// &
         to_text(n_bricks)//' elements: '//error%message
     else
-      error%message = 'after '//to_text(size(sequence%runs))//' runs'//known//', on '// &
+      error%message = 'after '//to_text(size(sequence%runs))//' runs'//so_far//', on '// &
         to_text(n_bricks)//' elements: '//error%message
     end if
   end subroutine tell_earlier

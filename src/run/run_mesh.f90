@@ -211,10 +211,11 @@ contains
     character(:), allocatable :: path, status
     integer(i8) :: written
     real(wp) :: began
-    logical :: in_place
+    logical :: in_place, continues
 
     began = cpu_seconds()
     path = result_path(options, scene)
+    continues = goes_on(options, scene) ! later any run has a file
     call check_library_room(3*room_to_write(scene, plan), 'begin the result file', error)
     if (allocated(error)) return
     call catch_signals()
@@ -244,7 +245,7 @@ contains
     end if
 
     if (allocated(progress%sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
-      cpu_seconds() - began, goes_on(options, scene), file, progress, error)
+      cpu_seconds() - began, continues, file, progress, error)
     status = run_finished
     if (allocated(error)) then
       status = run_failed

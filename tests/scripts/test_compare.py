@@ -188,6 +188,28 @@ class Translation(unittest.TestCase):
         with self.assertRaisesRegex(DeckError, "C3D8B"):
             check_translatable(read_flat(PROGRAM, INPUT / "block.inp", {"element": "C3D8B"}))
 
+    def test_other_cells_and_finite_strain_have_no_translation(self):
+        block = (INPUT / "block.inp").read_text()
+        wedge = """*NODE
+9001, 9., 0., 0.
+9002, 10., 0., 0.
+9003, 10., 1., 0.
+9004, 9., 0., 1.
+9005, 10., 0., 1.
+9006, 10., 1., 1.
+*ELEMENT, TYPE=C3D6, ELSET=BODY
+9001, 9001, 9002, 9003, 9004, 9005, 9006
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            for text, words in (
+                (block.replace("*STEP\n", wedge + "*STEP\n", 1), "TYPE=C3D6"),
+                (block.replace("*STEP\n", "*STEP, NLGEOM\n"), "NLGEOM"),
+            ):
+                deck = Path(folder) / "deck.inp"
+                deck.write_text(text)
+                with self.assertRaisesRegex(DeckError, f"{words}.* no translation"):
+                    read_flat(PROGRAM, deck, {"n": "1"})
+
     def test_master_faces_lie_on_the_planes(self):
         scene = read_flat(PROGRAM, INPUT / "corner.inp", {})
         for plane, normal in zip(make_masters(scene), np.eye(3), strict=True):

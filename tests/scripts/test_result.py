@@ -1,5 +1,6 @@
 """The reader of result files and `scripts/show`, on small files written here."""
 
+import importlib.util
 import io
 import subprocess
 import sys
@@ -124,6 +125,28 @@ class ReaderTest(WithFolder):
         result = self.open()
         self.assertEqual(result.field_rows.tolist(), [1, 4])
         self.assertEqual(result.label(4), "step 2, increment 4, time 2.5")
+
+    def test_a_mesh_of_other_cells_than_bricks(self):
+        # A wedge in place of the second brick.
+        with h5py.File(self.path, "r+") as file:
+            grid = file["VTKHDF"]
+            bricks = grid["Connectivity"][()].reshape(2, 8)
+            for name, values in (
+                ("Connectivity", np.concatenate([bricks[0], bricks[1, [0, 1, 2, 4, 5, 6]]])),
+                ("Offsets", np.array([0, 8, 14])), ("Types", np.array([12, 13], dtype="u1")),
+            ):
+                del grid[name]
+                grid[name] = values
+        result = self.open()
+        self.assertIn("12 nodes, 2 elements", result._repr_html_())
+        self.assertEqual(result.element_ids.tolist(), [1, 2])
+        np.testing.assert_allclose(result.field("stress", -1)[:, 2], [-30] * 2)
+        with self.assertRaisesRegex(ResultError, "not all elements are bricks"):
+            _ = result.bricks
+        if importlib.util.find_spec("pyvista") is not None:
+            grid = result.to_pyvista(-1)
+            self.assertEqual(grid.celltypes.tolist(), [12, 13])
+            self.assertAlmostEqual(abs(grid.volume), 1.5, places=12)
 
     def test_boundary_of_two_bricks_has_ten_faces(self):
         result = self.open()

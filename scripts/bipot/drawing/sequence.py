@@ -42,7 +42,7 @@ def draw_sequence(result):
         axes.plot(seconds, drawn, "o-", color=colour, markersize=4, linewidth=1.2, label=name)
     told = sequence.mesh + max(0.0, sequence.load_steps) + sequence.others
     if sequence.mesh >= 0:
-        axes.plot(seconds[-1], told, "k_", markersize=14, label="error as told")
+        axes.plot(seconds[-1], told, "k_", markersize=14, label="estimated error")
     if sequence.wanted > 0:
         axes.axhline(sequence.wanted, color=INK, linewidth=0.8, linestyle=":", label="wanted")
     top = axes.get_xaxis_transform()
@@ -58,7 +58,7 @@ def draw_sequence(result):
     axes.grid(color=GRID, linewidth=0.4)
     axes.set_axisbelow(True)
     axes.set_xlabel(
-        "processor time of all runs so far [s]; above: bricks, cuts at contact, parts of increments"
+        "CPU time of all runs so far [s]; above: elements, cuts at contact, parts of increments"
     )
     axes.set_ylabel("distance from the limit, in parts of the scale")
     axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)

@@ -21,6 +21,7 @@ from bipot.running import flat
 BRICKS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
     ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
 )
+OTHER_SOLIDS = ("C3D6", "C3D4")
 HELD = {
     "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,), "XASYMM": (2, 3), "YASYMM": (1, 3),
     "ZASYMM": (1, 2), "PINNED": (1, 2, 3), "ENCASTRE": (1, 2, 3),
@@ -292,6 +293,8 @@ def read_set(card, scene):
 def read_elements(card, scene):
     """Add the elements of a card."""
     kind = card.name("TYPE")
+    if kind in OTHER_SOLIDS:
+        raise DeckError(f"elements of TYPE={kind} have no translation")
     numbers = [int(word) for row in card.rows for word in row if word]
     # Of what is no brick the number of nodes is not known; such cards have a line an element.
     rows = (
@@ -416,6 +419,8 @@ def read_flat(program, path, overrides):
                 words = [word for row in card.rows for word in row if word]
                 scene.amplitudes[card.name("NAME")] = [number(word) for word in words]
             case "STEP":
+                if card.options.get("NLGEOM", "NO").upper() != "NO":
+                    raise DeckError("*STEP, NLGEOM has no translation")
                 step = Step()
                 if not scene.steps:
                     step.cards = before.cards
