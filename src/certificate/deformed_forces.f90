@@ -2,8 +2,8 @@
 !>
 !>     x = X + u,   H = du/dxi (dX/dxi)^-1,   tau = P (I + H)^T,   f_a = sum of w tau grad_x N_a
 !>
-!> w are the undeformed volumes of the points. The stress P is that of the law, which the solver asks
-!> too: what is wrong in a law is not seen. docs/theory.md (8.24).
+!> w are the undeformed volumes of the points. The stress P is that of the law, which the solver
+!> asks too: what is wrong in a law is not seen. docs/theory.md (8.24).
 module deformed_forces_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse
