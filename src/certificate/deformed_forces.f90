@@ -1,14 +1,16 @@
 !> Internal forces at finite strain by another formula than the solver's: about the deformed places.
 !>
-!>     x = X + u,   F = (dX/dx)^-1,   tau = P F^T,   f_a = sum over points of w tau grad_x N_a
+!>     x = X + u,   H = du/dxi (dX/dxi)^-1,   tau = P (I + H)^T,   f_a = sum of w tau grad_x N_a
 !>
-!> w are the undeformed volumes. docs/theory.md (8.22).
+!> w are the undeformed volumes of the points. The stress P is that of the law, which the solver
+!> asks too: what is wrong in a law is not seen. docs/theory.md (8.24).
 module deformed_forces_mod
   use kinds_mod, only: wp
-  use small_matrix_mod, only: inverse
+  use small_matrix_mod, only: determinant, inverse
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
+  use strain_measures_mod, only: deformation_of
   use material_law_mod, only: finite_stress
   use increment_forces_mod, only: increment_forces_t
   implicit none
@@ -16,7 +18,7 @@ module deformed_forces_mod
 
   public :: find_deformed_forces
 
-  real(wp), parameter :: place = 1.0_wp/sqrt(3.0_wp) !! of Gauss points, each of weight 1
+  real(wp), parameter :: gauss = 1.0_wp/sqrt(3.0_wp) !! coordinate of the points, of weight 1
 
 contains
 
@@ -27,9 +29,9 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement, J > 0 [length]
     type(increment_forces_t), intent(inout) :: forces
-    real(wp), dimension(3, 8) :: corner, before, after, local, gradient, of_element
-    real(wp), dimension(3, 3) :: jacobian_before, jacobian_after, deformation, tau
-    real(wp) :: point(3), volume
+    real(wp), dimension(3, 8) :: corner, place, moved, local, of_element
+    real(wp), dimension(3, 3) :: by_xi, h, tau
+    real(wp) :: point(3)
     integer :: e, g, a, i, nodes(8)
 
     forces%is_finite = .true.
@@ -41,32 +43,23 @@ contains
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       ! From the first node: elements far from the origin, or that have moved far, lose no digits.
-      before = mesh%coordinates(:, nodes) - spread(mesh%coordinates(:, nodes(1)), 2, 8)
-      after = before + (u(:, nodes) - spread(u(:, nodes(1)), 2, 8))
+      place = mesh%coordinates(:, nodes) - spread(mesh%coordinates(:, nodes(1)), 2, 8)
+      moved = u(:, nodes) - spread(u(:, nodes(1)), 2, 8)
       of_element = 0.0_wp
       do g = 1, 8
-        point = place*corner(:, g)
+        point = gauss*corner(:, g)
         do a = 1, 8
           do i = 1, 3
             local(i, a) = 0.125_wp*corner(i, a)*product(1.0_wp + point*corner(:, a), &
               mask=[1, 2, 3] /= i)
           end do
         end do
-        jacobian_before = matmul(before, transpose(local))
-        jacobian_after = matmul(after, transpose(local))
-        ! Lines that are xi, eta, zeta in turns: F = dx/dxi dxi/dX.
-        deformation = matmul(jacobian_after, inverse(jacobian_before))
-        volume = triple(jacobian_before)
-        gradient = matmul(transpose(inverse(jacobian_after)), local)
-        do i = 1, 3
-          deformation(i, i) = deformation(i, i) - 1.0_wp
-        end do
-        tau = finite_stress(materials(mesh%material(e))%law, deformation)
-        do i = 1, 3
-          deformation(i, i) = deformation(i, i) + 1.0_wp
-        end do
-        tau = matmul(tau, transpose(deformation))
-        of_element = of_element + volume*matmul(tau, gradient)
+        by_xi = matmul(place, transpose(local))
+        h = matmul(matmul(moved, transpose(local)), inverse(by_xi))
+        tau = matmul(finite_stress(materials(mesh%material(e))%law, h), &
+          transpose(deformation_of(h)))
+        of_element = of_element + determinant(by_xi)*matmul(tau, matmul(transpose(inverse( &
+          matmul(place + moved, transpose(local)))), local))
       end do
       do a = 1, 8
         forces%internal(:, nodes(a)) = forces%internal(:, nodes(a)) + of_element(:, a)
@@ -76,13 +69,5 @@ contains
       end associate
     end do
   end subroutine find_deformed_forces
-
-  !> The volume that three columns span.
-  pure real(wp) function triple(a)
-    real(wp), intent(in) :: a(3, 3)
-
-    triple = a(1, 1)*(a(2, 2)*a(3, 3) - a(3, 2)*a(2, 3)) + a(2, 1)*(a(3, 2)*a(1, 3) - a(1, 2)* &
-      a(3, 3)) + a(3, 1)*(a(1, 2)*a(2, 3) - a(2, 2)*a(1, 3))
-  end function triple
 
 end module deformed_forces_mod

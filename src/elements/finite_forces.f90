@@ -72,7 +72,7 @@ contains
 
   !> Tangent of a brick, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it: the
   !> next positive semi-definite matrix. A soft body that is pressed has a tangent that is none, and
-  !> a compliance of which contact problems have several solutions. docs/theory.md (8.24).
+  !> a compliance of which contact problems have several solutions. docs/theory.md (8.23).
   subroutine projected_tangent(law, x, u, k)
     type(law_t), intent(in) :: law
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and displacements, det F > 0 [length]
@@ -110,7 +110,7 @@ contains
   end subroutine projected_tangent
 
   !> Logarithmic strain and Cauchy stress of a brick at its Gauss points: sigma = P F^T/J.
-  pure subroutine finite_tensors(material, x, u, strain, stress)
+  subroutine finite_tensors(material, x, u, strain, stress)
     type(material_t), intent(in) :: material
     real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
     real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]

@@ -5,7 +5,7 @@
 !> objective. At small strain they are those of elements_mod. docs/theory.md (8.14) to (8.17).
 module finite_strain_mod
   use kinds_mod, only: wp
-  use strain_measures_mod, only: growth_of
+  use strain_measures_mod, only: growth_of, deformation_of
   use material_law_mod, only: law_t, finite_stress
   use mesh_mod, only: kind_c3d8i, kind_c3d8b
   use small_matrix_mod, only: inverse
@@ -100,11 +100,7 @@ contains
       ! P_b : F_b
       pressure(g) = sum(p_b(:, :, g)*h_b) + p_b(1, 1, g) + p_b(2, 2, g) + p_b(3, 3, g)
       p_b(:, :, g) = b*p_b(:, :, g)
-      back(:, :, g) = h(:, :, g)
-      do i = 1, 3
-        back(i, i, g) = back(i, i, g) + 1.0_wp
-      end do
-      back(:, :, g) = transpose(inverse(back(:, :, g)))
+      back(:, :, g) = transpose(inverse(deformation_of(h(:, :, g))))
     end do
     associate (common => dot_product(weight, pressure)/(3.0_wp*(1.0_wp + mean)*sum(weight)))
       do g = 1, 8

@@ -21,7 +21,7 @@ module mesh_fields_mod
 contains
 
   !> Fill those parts of the two fields of a state that are allocated, thermal expansion included.
-  pure subroutine fill_tensors_of(scene, state, strain, stress)
+  subroutine fill_tensors_of(scene, state, strain, stress)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state
     type(tensor_field_t), intent(inout) :: strain  !! [-]
@@ -38,7 +38,7 @@ contains
   !> A node's value is the plain average over all bricks at the node, whatever their material, of
   !> what each extrapolates; 0 where no brick uses the node.
   !> At finite strain these are the logarithmic strain and Cauchy's stress.
-  pure subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free, is_finite)
+  subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free, is_finite)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)                !! (3,n_nodes) displacement [length]

@@ -63,11 +63,9 @@ contains
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
     logical :: is_missed, is_first
-    integer :: inverted !! element, at finite strain; 0: none
 
     new%rotation = trial%rotation
     is_missed = .false.
-    inverted = 0
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)
     newton_raphson: do while (loop%i < max_newton_raphson)
@@ -103,15 +101,8 @@ contains
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      if (scene%finite_strain) then
-        call extrapolate(scene%mesh, solver%body%inverse%map, old, trial, new, loop)
-        call finite_internal_force(scene%mesh, scene%materials, new%displacement, &
-          trial%forces%internal, inverted)
-        report%force_evaluations = report%force_evaluations + 1
-        if (inverted > 0) exit newton_raphson
-      else
-        call internal_force(scene%mesh, scene%materials, new%displacement, trial%forces%internal)
-      end if
+      call find_internal_force(scene, solver%body%inverse%map, old, trial, new, loop, report)
+      if (report%worst_element > 0) exit newton_raphson
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
       call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
@@ -127,11 +118,10 @@ contains
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
-    if (inverted > 0 .or. (scene%finite_strain .and. &
+    if (report%worst_element > 0 .or. (scene%finite_strain .and. &
       loop%imbalance > trial%controls%tolerance)) then
       report%converged = .false.
-      report%ending = merge(ended_inverted, ended_out_of_balance, inverted > 0)
-      report%worst_element = inverted
+      report%ending = merge(ended_inverted, ended_out_of_balance, report%worst_element > 0)
       report%residual = loop%imbalance
       return
     end if
@@ -171,9 +161,30 @@ contains
     if (is_finite) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
   end function is_settled
 
-  !> At finite strain: the displacement at which forces are asked for next. The factor is that of
-  !> the undeformed bodies: what it leads to is a map from displacements to displacements, whose
-  !> fixed point Anderson's acceleration finds in some ten iterations.
+  !> The internal forces of the displacement, which at finite strain is accelerated first.
+  subroutine find_internal_force(scene, map, old, trial, new, loop, report)
+    type(scene_t), intent(in) :: scene
+    type(dof_map_t), intent(in) :: map
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial             !! gets the forces
+    type(state_t), intent(inout) :: new               !! its displacement, as of `extrapolate`
+    type(newton_raphson_t), intent(inout) :: loop
+    type(increment_report_t), intent(inout) :: report !! gets an element that is inside out
+
+    associate (u => new%displacement, f => trial%forces%internal)
+      if (.not. scene%finite_strain) then
+        call internal_force(scene%mesh, scene%materials, u, f)
+        return
+      end if
+      call extrapolate(scene%mesh, map, old, trial, new, loop)
+      call finite_internal_force(scene%mesh, scene%materials, u, f, report%worst_element)
+      report%force_evaluations = report%force_evaluations + 1
+    end associate
+  end subroutine find_internal_force
+
+  !> At finite strain: the displacement at which forces are asked for next. With a factor of another
+  !> place an iteration is a map from displacements to displacements, whose fixed point Anderson's
+  !> acceleration finds. docs/theory.md (8.22).
   subroutine extrapolate(mesh, map, old, trial, new, loop)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
@@ -184,7 +195,6 @@ contains
     real(wp) :: image(map%n_free), next(map%n_free), step(3, size(new%displacement, 2)), way
 
     image = unknowns_of(map, new%displacement)
-    loop%apart = 0.0_wp
     if (.not. allocated(loop%at)) then
       loop%memory = new_anderson(map%n_free, depth)
       loop%apart = huge(1.0_wp)
@@ -192,6 +202,7 @@ contains
       way = max(maxval(abs(new%displacement - old%displacement)), largest_deformation(mesh, &
         new%displacement))
       associate (before => loop%last_apart)
+        loop%apart = 0.0_wp
         if (way > 0.0_wp) loop%apart = maxval(abs(image - loop%at))/way
         if (0.5_wp*loop%apart > before) call forget(loop%memory)
         before = loop%apart

@@ -6,7 +6,8 @@
 module neo_hooke_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t
-  use strain_measures_mod, only: deformation_of, growth_of, transposed_inverse
+  use small_matrix_mod, only: determinant, inverse
+  use strain_measures_mod, only: deformation_of, growth_of
   implicit none
   private
 
@@ -34,7 +35,7 @@ contains
     do i = 1, 3
       tau(i, i) = tau(i, i) + 2.0_wp/constants(2)*growth*(1.0_wp + growth)
     end do
-    p = matmul(tau, transposed_inverse(deformation_of(h)))
+    p = matmul(tau, transpose(inverse(deformation_of(h))))
   end function first_piola
 
   !> W. I1 J^(-2/3) - 3 is 3 ((1 - x)^(-1/3) - 1), x of the second order in the strains: with
@@ -51,8 +52,7 @@ contains
       d(i, i) = d(i, i) - m
     end do
     m = 1.0_wp + m
-    x = sum(d**2)/(2.0_wp*m**2) - (d(1, 1)*(d(2, 2)*d(3, 3) - d(2, 3)**2) - d(1, 2)*(d(1, 2)* &
-      d(3, 3) - d(2, 3)*d(1, 3)) + d(1, 3)*(d(1, 2)*d(2, 3) - d(2, 2)*d(1, 3)))/m**3
+    x = sum(d**2)/(2.0_wp*m**2) - determinant(d)/m**3
     growth = growth_of(h)
     root = (1.0_wp - x)**(1.0_wp/3.0_wp)
     w = constants(1)*3.0_wp*x/((1.0_wp + root + root**2)*root) + growth**2/constants(2)
@@ -69,7 +69,7 @@ contains
     integer :: i, k, l
 
     f = deformation_of(h)
-    b = transposed_inverse(f)
+    b = transpose(inverse(f))
     jacobian = 1.0_wp + growth_of(h)
     third = sum(f**2)/3.0_wp
     shear = 2.0_wp*constants(1)*jacobian**(-2.0_wp/3.0_wp)

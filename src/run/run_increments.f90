@@ -21,7 +21,8 @@ module run_increments_mod
   use console_mod, only: console_t, count_from, say, print_increment, print_warning, clear_bar
   use checkpoint_mod, only: progress_t, not_known, save_checkpoint
   use increment_notes_mod, only: note_t
-  use solve_next_mod, only: solved_t, watch_t, begin_watch, solve_next, judge_increment
+  use judge_increment_mod, only: solved_t, watch_t, begin_watch, judge_increment
+  use solve_next_mod, only: solve_next
   implicit none
   private
 

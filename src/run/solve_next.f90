@@ -1,5 +1,5 @@
-!> The next increment of a run: how large it is, its solution, and how wrong that may be. Nothing is
-!> printed or written here; what there is to say goes into notes.
+!> The next increment of a run: how large it is, and its solution, sought again by other means where
+!> it is not found. Nothing is printed or written here; what there is to say goes into notes.
 module solve_next_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, exit_not_solved
@@ -7,7 +7,7 @@ module solve_next_mod
   use controls_mod, only: take_double
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use increments_mod, only: increment_t, next_increment, is_extra
+  use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
     ended_unbalanced
@@ -16,75 +16,28 @@ module solve_next_mod
   use load_response_mod, only: sum_patterns
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface, linearise_at
   use advance_mod, only: advance, advance_from, advance_along
-  use kinks_mod, only: count_between
-  use contact_points_mod, only: contact_points_t, master_nodes
-  use load_events_mod, only: first_touch, no_event
+  use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
-  use load_step_error_mod, only: follow_coarsely
   use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
-  use smooth_faces_mod, only: smooth_faces_t
-  use cells_mod, only: face_corners
-  use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces, find_entries
-  use folded_faces_mod, only: find_folded
-  use unfelt_overlaps_mod, only: find_unfelt_overlap, find_entered_faces, &
-    hollows_of_pairs, fits_of_pairs
-  use initial_overlaps_mod, only: find_deep_overlap
-  use inverted_bricks_mod, only: find_reach, find_inverted
+  use faces_between_nodes_mod, only: find_entries
+  use unfelt_overlaps_mod, only: find_entered_faces
   use passed_faces_mod, only: find_passed_faces
-  use leaning_pairs_mod, only: find_leaning, presses
-  use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
-  use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
-  use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, &
-    refuse_unfelt_overlap, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
-    refuse_lost_energy, is_solved, next_tolerance
-  use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_unheld, &
-    note_entries, note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double, note_redundant, note_opposed_reactions
+  use refuse_unsolved_mod, only: is_solved, next_tolerance
+  use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_passed, &
+    note_turn, note_double
+  use judge_increment_mod, only: solved_t, watch_t, least_overlap
   implicit none
   private
 
-  public :: solved_t, watch_t, begin_watch, solve_next, judge_increment
+  public :: solve_next
 
   integer, parameter :: few = 8, longer = 3
   !! evaluations of internal forces in an increment, and beyond the first with the same factor, from
   !! which on another factor pays: of the paper's block, a soft one, a ball and ironing
 
-  !> An increment and its solution.
-  type :: solved_t
-    type(increment_t) :: increment
-    type(state_t) :: state
-    type(increment_report_t) :: report
-    type(entries_t) :: entries !! of obstacles into faces, where it is solved
-    logical :: found = .false. !! there is such an increment: the run is not complete
-    real(wp) :: met_tolerance = 0.0_wp
-    !! with which it was solved, where it was not with its own; 0: with none that was tried [-]
-  end type solved_t
-
-  !> What is watched from increment to increment, for notes alone.
-  type :: watch_t
-    type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
-    real(wp), allocatable :: reach(:, :)
-    !! (3,n_elements) of the bricks' edges, as of find_reach [1/length]
-    real(wp), allocatable :: hollow(:), fit(:)
-    !! (n_pairs) what meshes alone overlap by where they do not press, and where they do [length]
-    type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
-    character(:), allocatable :: unheld !! motions that nothing held in the increment before
-  end type watch_t
-
 contains
-
-  subroutine begin_watch(scene, watch)
-    type(scene_t), intent(in) :: scene
-    type(watch_t), intent(out) :: watch
-
-    watch%unheld = ''
-    call list_faces(scene, watch%faces)
-    watch%reach = find_reach(scene%mesh)
-    watch%hollow = hollows_of_pairs(scene)
-    watch%fit = fits_of_pairs(scene)
-  end subroutine begin_watch
 
   !> Solve the next increment, where there is one, cut as often as it takes. Whether it is solved,
   !> the report says.
@@ -410,225 +363,5 @@ contains
     end subroutine advance_once
 
   end subroutine advance_or_widen
-
-  !> Whether the increment may stand, how wrong it may be, and what there is to say of it.
-  subroutine judge_increment(scene, plan, solver, progress, watch, solved, notes, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(step_solver_t), intent(inout) :: solver
-    type(progress_t), intent(inout) :: progress
-    type(watch_t), intent(inout) :: watch
-    type(solved_t), intent(inout) :: solved     !! its report gets the errors
-    type(note_t), allocatable, intent(inout) :: notes(:)
-    type(error_t), allocatable, intent(out) :: error
-    !! not solved, not certified, contact that the nodes do not see
-    real(wp) :: clock
-
-    associate (increment => solved%increment, report => solved%report, entries => solved%entries)
-      call refuse_unsolved(scene, plan, solver%choices, increment, report, &
-        solver%body%inverse%condition, solved%met_tolerance, error)
-      if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
-      if (allocated(error)) return
-      clock = wall_seconds()
-      call judge_shape(scene, plan, solver%undeformed%gap, watch%reach, solved, error)
-      progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
-      if (allocated(error)) return
-      if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
-      call refuse_missed_contact(scene, increment, entries, error)
-      if (allocated(error)) return
-      ! Within a *STEP surfaces may be on their way to each other's nodes.
-      if (increment%last_of_step) call judge_overlap(scene, plan, solver%choices%tolerance, &
-        watch, solved, notes, error)
-      if (allocated(error)) return
-      call judge_leaning(scene, plan, solver, solved, error)
-      if (allocated(error)) return
-      call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
-      call refuse_lost_energy(increment, report, error)
-      if (allocated(error)) return
-      call note_unheld(increment, report, watch%unheld, notes)
-      if (increment%last_of_step) then
-        call note_redundant(scene, plan%points, increment, report, notes)
-        call note_opposed_reactions(scene, plan%points, solver%undeformed%gap, increment, &
-          solved%state, report, notes)
-        call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
-          notes)
-        call note_entries(scene, increment, watch%deepest, notes)
-        watch%deepest = face_entry_t()
-      end if
-      call count_events(scene, plan, solver, increment, progress, notes)
-    end associate
-  end subroutine judge_increment
-
-  !> A contact face that has folded ends the run.
-  subroutine judge_faces(scene, plan, solved, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(solved_t), intent(in) :: solved
-    type(error_t), allocatable, intent(out) :: error
-    integer :: surface, nodes(face_corners)
-
-    call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, &
-      surface, nodes)
-    if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
-  end subroutine judge_faces
-
-  !> Bricks that are inside out end the run, and so do bodies that begin deeper in one another than
-  !> a brick.
-  subroutine judge_shape(scene, plan, first_gap, reach, solved, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    real(wp), intent(in) :: first_gap(:) !! (n_points) of the undeformed mesh [length]
-    real(wp), intent(in) :: reach(:, :)  !! as of watch_t
-    type(solved_t), intent(in) :: solved
-    type(error_t), allocatable, intent(out) :: error
-    real(wp) :: least
-    integer :: element, point
-
-    call find_inverted(scene%mesh, reach, solved%state%displacement, element, least)
-    if (element > 0) then
-      call refuse_inverted(scene, solved%increment, element, least, error)
-    else if (solved%increment%index == 1) then
-      call find_deep_overlap(scene, plan%points, solved%report%contact, first_gap, point, element)
-      if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
-        -first_gap(point), element, error)
-    end if
-  end subroutine judge_shape
-
-  !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
-  subroutine judge_overlap(scene, plan, tolerance, watch, solved, notes, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    real(wp), intent(in) :: tolerance !! of contact [-]
-    type(watch_t), intent(in) :: watch
-    type(solved_t), intent(in) :: solved
-    type(note_t), allocatable, intent(inout) :: notes(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(face_entry_t) :: unfelt
-    logical :: is_missed
-
-    call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, &
-      least_overlap(scene, tolerance, solved%state%displacement), unfelt, is_missed)
-    if (is_missed) then
-      call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
-    else
-      call note_unfelt(scene, solved%increment, unfelt, notes)
-    end if
-  end subroutine judge_overlap
-
-  !> An overlap that is more than what tolerance and rounding leave.
-  pure real(wp) function least_overlap(scene, tolerance, u) result(allowed)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: tolerance !! of contact [-]
-    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
-
-    allowed = 10.0_wp*tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
-  end function least_overlap
-
-  !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
-  subroutine judge_leaning(scene, plan, solver, solved, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(step_solver_t), intent(in) :: solver
-    type(solved_t), intent(in) :: solved
-    type(error_t), allocatable, intent(out) :: error
-    real(wp) :: beyond, axis(3)
-    integer :: pair, body
-
-    do pair = 1, size(scene%pairs)
-      call find_leaning(scene, plan%points, solved%report%contact, solved%state%displacement, &
-        pair, beyond, axis)
-      if (.not. beyond > 0.0_wp) cycle
-      body = scene%mesh%body(plan%points%node(plan%points%first(pair)))
-      if (may_tip(body) .and. .not. is_pressed_elsewhere(body, pair)) then
-        call refuse_leaning(scene, solved%increment, pair, body, beyond, error)
-        return
-      end if
-    end do
-
-  contains
-
-    !> Whether no support keeps it from turning over the edge.
-    pure logical function may_tip(body)
-      integer, intent(in) :: body
-
-      associate (motions => solver%body%motions)
-        may_tip = any(motions%body == body .and. &
-          abs(matmul(axis, motions%rotation))*motions%extent > 1.0e-6_wp)
-      end associate
-    end function may_tip
-
-    pure logical function is_pressed_elsewhere(body, but)
-      integer, intent(in) :: body, but
-      integer :: other
-
-      is_pressed_elsewhere = .false.
-      do other = 1, size(scene%pairs)
-        if (other == but .or. .not. presses(plan%points, solved%report%contact, other)) cycle
-        associate (first => plan%points%first(other), masters => master_nodes(plan%points, other))
-          is_pressed_elsewhere = is_pressed_elsewhere .or. any(scene%mesh%body( &
-            [plan%points%node(first), masters]) == body)
-        end associate
-      end do
-    end function is_pressed_elsewhere
-
-  end subroutine judge_leaning
-
-  !> Count the events of the load path that the increment ends at or goes across; note what a *STEP
-  !> goes across, the first time.
-  subroutine count_events(scene, plan, solver, increment, progress, notes)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(step_solver_t), intent(in) :: solver
-    type(increment_t), intent(in) :: increment
-    type(progress_t), intent(inout) :: progress !! before the increment; its tally counts
-    type(note_t), allocatable, intent(inout) :: notes(:)
-    integer :: n_inside
-
-    associate (kinks => solver%response%loads%kinks, tally => progress%tally)
-      if (is_extra(increment%position) .and. increment%position == progress%size%event) then
-        tally%at_events = tally%at_events + 1
-      end if
-      n_inside = count_between(kinks, increment%start, increment%position)
-      if (n_inside > 0 .and. .not. any(kinks <= increment%start)) call note_kinks(scene, &
-        increment, kinks, notes)
-      tally%kinks_inside = tally%kinks_inside + n_inside
-      if (first_touch(scene, plan%points, solver, progress%state, increment%step, &
-        increment%start, increment%position) == no_event) return
-      tally%touches_inside = tally%touches_inside + 1
-      if (progress%touched_in == increment%step) return
-      progress%touched_in = increment%step
-      call note_touch(increment, scene%steps(increment%step)%direct, notes)
-    end associate
-  end subroutine count_events
-
-  !> How wrong the increment is.
-  subroutine estimate_errors(scene, plan, solver, new, progress, entries, report)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(step_solver_t), intent(inout) :: solver
-    type(state_t), intent(in) :: new
-    type(progress_t), intent(inout) :: progress
-    type(entries_t), intent(in) :: entries !! of obstacles between the nodes
-    type(increment_report_t), intent(inout) :: report
-    real(wp) :: clock
-
-    clock = wall_seconds()
-    associate (c => report%certificate)
-      report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
-    end associate
-    report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
-    if (scene%accuracy%estimates .and. solver%choices%follows_steps) call follow_coarsely(scene, &
-      plan%points, solver, progress%state, new, progress%coarse, report)
-    if (.not. scene%finite_strain) then
-      if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
-        plan%points, new, report)
-      call estimate_theory(scene, plan%points, solver%contact, new, report)
-    end if
-    ! docs/theory.md (10.8)
-    if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
-      max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
-    call measure_deformation(scene, new, report)
-    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
-  end subroutine estimate_errors
 
 end module solve_next_mod

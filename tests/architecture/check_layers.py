@@ -26,7 +26,7 @@ MAY_USE = {
     "base": set(),
     "machine": {"base"},
     "algebra": {"base", "machine"},
-    "laws": {"base"},
+    "laws": {"base", "algebra"},
     "cells": {"base"},
     "model": {"base", "laws", "cells"},
     "elements": {"base", "algebra", "laws", "cells", "model"},

@@ -76,6 +76,20 @@ MISTAKES = [
         f"{BLOCK}, {BODIES}",
     ),
     Mistake(
+        "internal forces at finite strain 1e-6 too large",
+        "elements/finite_strain.f90",
+        "p = weight(g)*stress(:, :, g)",
+        "p = 1.000001_wp*weight(g)*stress(:, :, g)",
+        "rubber.inp",
+    ),
+    Mistake(
+        "the first Piola-Kirchhoff stress transposed",
+        "elements/finite_strain.f90",
+        "p = weight(g)*stress(:, :, g)",
+        "p = weight(g)*transpose(stress(:, :, g))",
+        "rubber.inp",
+    ),
+    Mistake(
         "modes of C3D8I with the wrong sign",
         "elements/c3d8i.f90",
         "b = -reshape(force_of(3,",
