@@ -3,7 +3,7 @@
     studies/run asked_accuracy [-o docs/studies/asked-accuracy.md] [--jobs N]
 
 All scenes of scenes.py, 10 and 1 % of the contact resultants, ten of them 3 and 0.3 % too, of what
-the last mesh gives and, with --extrapolated, of what bricks and increments without size would. By
+the last mesh gives and, with --extrapolated, of what elements and increments without size would. By
 hand: meshes and increments, all combinations; the cheapest run that is as accurate, which only the
 truth tells. And what is common: finer meshes until the last change is less than what is asked, then
 more increments until theirs is.
@@ -161,13 +161,13 @@ def ask(program, scene, folder, wanted, known):
     error = error_of(of_sequence(one) if options and one.status == 0 else one, true)
     found.end = end_of(one.status, error, asked, doubt)
     found.effectivity = effectivity(told, error, doubt)
-    bricks = f"{sequence.bricks[-1]:.0f}"
+    elements = f"{sequence.elements[-1]:.0f}"
     if sequence.cuts[-1] > 0:
-        bricks += f", {sequence.cuts[-1]:.0f} cuts"
+        elements += f", {sequence.cuts[-1]:.0f} cuts"
     if sequence.divisions[-1] > 1:
-        bricks += f", {sequence.divisions[-1]:.0f} parts"
+        elements += f", {sequence.divisions[-1]:.0f} parts"
     return found, [
-        f"{one.seconds:.3g}", bricks, f"{100 * told:.2g} %" if told >= 0 else "-",
+        f"{one.seconds:.3g}", elements, f"{100 * told:.2g} %" if told >= 0 else "-",
         f"{100 * error:.2g} %{MARKS[found.end]}", len(sequence),
     ]  # fmt: skip
 
@@ -211,7 +211,7 @@ def page(program, jobs):
     rows = [row for rows, _ in scenes for row in rows]
     ends = [end for _, ends in scenes for end in ends]
     last, extrapolated = ([e for e in ends if e.extrapolated == of] for of in (False, True))
-    value = ["s", "bricks", "told", "true", "runs"]
+    value = ["s", "elements", "told", "true", "runs"]
     head = ["scene", "asked", "doubt", "s by hand", "best by hand", "s, common way", "its error",
             *value, *(f"{name}, extrapolated" for name in value)]  # fmt: skip
     head_of_summary = ["of", "asked", "scenes", *HEADS, "over best, median", "most",
@@ -222,12 +222,12 @@ def page(program, jobs):
             "",
             "By `studies/run asked_accuracy`: `--accuracy` of the contact resultants, on meshes",
             "and with increments that the program chooses, of what the last mesh gives and, with",
-            "`--extrapolated`, of what bricks and increments without size would give. `told` is",
+            "`--extrapolated`, of what elements and increments without size would give. `told` is",
             "the error as the program says it, by mesh and load steps; `true` that against the",
             "limit of four fine meshes with fine increments, and `doubt` what is not known of that",
             f"limit: promises are judged where it is at most {JUDGED:g} of what is asked, and `?`",
-            "marks those that are not. `bricks` are those of the last run, with the `cuts` of",
-            "bricks at contact and the `parts` of each increment. Processor seconds, of all",
+            "marks those that are not. `elements` are those of the last run, with the `cuts` of",
+            "elements at contact and the `parts` of each increment. Processor seconds, of all",
             f"`runs`, one thread, {machine()}. Scenes that are not in `input/` were made to be",
             "hard to judge; they are in `studies/data/scenes`.",
             "",

@@ -59,7 +59,7 @@ A ring shrunk onto a hub, alike in material, with free ends: radii 10, 20 and 30
 touch, so pressures vary from point to point: the last column is the largest less the smallest,
 beside the mean.
 
-{table(["bricks across a ring", "points", "mean pressure", "error", "largest - smallest"], rows)}
+{table(["elements across a ring", "points", "mean pressure", "error", "largest - smallest"], rows)}
 """
 
 

@@ -125,7 +125,7 @@ def spheres(runs, folder):
         right.plot(n, 100 * radius, "o-", color=colour, label=f"{case}: a")
         right.plot(n, 100 * peak, "s--", color=colour, label=f"{case}: p0")
     right.axhline(0, color=INK, linewidth=0.8)
-    right.set_xlabel("bricks along an edge")
+    right.set_xlabel("elements along an edge")
     right.set_ylabel("error (%)")
     right.legend(fontsize=8)
     figure.set_size_inches(8.4, 3.6)
@@ -311,7 +311,7 @@ stick zone is free in the fit.
 
 The tool's force arrives: Fx/Fn = {ratio:.6f} = 7/8 0.4. The block reaches 4 a down and to each
 side: worth 1 to 2 % of p0, and its tilt moves the stick zone sideways. The mesh is uniform along
-x (the finest bricks of a graded block are at its end), so it takes n = 48 for 6 bricks in a
+x (the finest elements of a graded block are at its end), so it takes n = 48 for 6 elements in a
 radius.
 
 ![Traction along the line of symmetry](figures/case-mindlin.png)
@@ -356,14 +356,14 @@ def elements(runs, folder):
     left.axhline(1, color=INK, linewidth=0.8)
     left.set_xscale("log", base=2)
     left.set_xticks(across, [str(n) for n in across])
-    left.set_xlabel("bricks across the beam")
+    left.set_xlabel("elements across the beam")
     left.set_ylabel("deflection over Timoshenko's")
     left.legend(fontsize=8)
     right.axhline(1, color=INK, linewidth=0.8)
     right.set_xscale("log", base=2)
     right.set_yscale("log")
     right.set_xticks(along, [str(n) for n in along])
-    right.set_xlabel("bricks along half the height")
+    right.set_xlabel("elements along half the height")
     right.set_ylabel("modulus over Gent and Lindley's")
     right.legend(fontsize=8)
     figure.set_size_inches(8.4, 3.6)
@@ -383,20 +383,20 @@ def elements(runs, folder):
 ## Cantilever: `cantilever.inp`
 
 A beam ten times as long as high, clamped at one end, with a pressure on top or a moment at its
-tip. No contact: how well bricks bend.
+tip. No contact: how well elements bend.
 
 Source: Timoshenko's beam. Deflection of the tip over q L^4/(8 E I) + q L^2/(2 k G A), nu = 0,
 cubes, n of them across the beam:
 
 {table(["element", *(f"n = {n}" for n in across)], beam)}
 
-Bent by a moment, one brick across the beam, C3D8 reaches 1/(1 + (l/h)^2/2) of the deflection, l
-and h length and height of a brick (Cook and others,
+Bent by a moment, one element across the beam, C3D8 reaches 1/(1 + (l/h)^2/2) of the deflection, l
+and h length and height of an element (Cook and others,
 *Concepts and Applications of Finite Element Analysis*, 2002), and C3D8I all of it. One layer of
 C3D8B is not enough: its volume strain is constant, so in bending only its shape resists, and
-where its bricks are short it is too soft.
+where its elements are short it is too soft.
 
-{table(["bricks along", "C3D8 by theory", *ELEMENTS], bent)}
+{table(["elements along", "C3D8 by theory", *ELEMENTS], bent)}
 
 ## Nearly incompressible strip: `incompressible.inp`
 
@@ -405,7 +405,7 @@ only bulge at its sides.
 
 Source: Gent and Lindley (1959) for a long incompressible strip, mean pressure over mean strain =
 4/3 E (1 + S^2), S = width/(2 height) = 1 here: {theory:.4f}. It is a bound from above for thin
-strips and very near for this one. n bricks along half the height:
+strips and very near for this one. n elements along half the height:
 
 {table(["element", *(f"n = {n}" for n in along)], strip)}
 
@@ -462,7 +462,7 @@ def statics(runs, folder):
     return f"""\
 ## Patch test under contact: `patch.inp`
 
-Eight distorted bricks and a graded block on a frictionless plane under uniform pressure, sides
+Eight distorted elements and a graded block on a frictionless plane under uniform pressure, sides
 free. Only contact holds them in z. Source: Irons's patch test: stress and contact pressure are
 uniform, in any mesh. Largest relative errors:
 

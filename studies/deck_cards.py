@@ -12,7 +12,7 @@ BLOCK = """*BLOCK, NAME={name}, NX={n[0]}, NY={n[1]}, NZ={n[2]}
 
 
 def block(name, n, low, size, young=1000.0, nu=0.3):
-    """Return the cards of a block of `n` bricks (along each axis, or one number for all)."""
+    """Return the cards of a block of `n` elements (along each axis, or one number for all)."""
     counts = (n, n, n) if isinstance(n, int) else n
     return BLOCK.format(name=name, n=counts, low=low, size=size, young=young, nu=nu)
 
@@ -41,13 +41,13 @@ def deck(*cards, held="", tolerance=1e-10):
     )
 
 
-def quarter_ring(name, first, radii, bricks, height=0.1):
-    """Return the cards of a quarter of a ring of C3D8, `bricks` across and around, one high.
+def quarter_ring(name, first, radii, divisions, height=0.1):
+    """Return the cards of a quarter of a ring of C3D8, `divisions` across and around, one high.
 
     Node and element numbers begin at `first`. Its surfaces are NAME-IN and NAME-OUT; its sets of
     nodes NAME-ALL, and NAME-X and NAME-Y on the planes x = 0 and y = 0.
     """
-    across, around = bricks
+    across, around = divisions
     number, nodes = {}, []
     for k in range(2):
         for j in range(around + 1):

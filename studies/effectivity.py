@@ -145,7 +145,7 @@ def page(program):
             "",
             "## Where it is too large",
             "",
-            "A round tool of a few bricks' contact width. The mesh makes the body too stiff, and",
+            "A round tool of a few elements' contact width. The mesh makes the body too stiff, and",
             "between its nodes the tool sinks into it, so that errors of opposite sign cancel in",
             "its force; the estimate sees the energy of both. True: n = 36.",
             f"Between 1/3 and 3: {beside_within} of {len(beside)}.",

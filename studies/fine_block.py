@@ -30,7 +30,7 @@ LONGEST = 7200  # [s]
 def time_of(error, settings):
     """Seconds of one mesh with such an error, between those by hand or with the last two's order.
 
-    Time and error are powers of the bricks' size there.
+    Time and error are powers of the elements' size there.
     """
     logs = np.log([(e, s) for e, s in settings])
     at = min(max(1, int(np.searchsorted(-logs[:, 0], -np.log(error)))), len(logs) - 1)
@@ -57,7 +57,7 @@ def page(program):
             mark = MARKS[end_of(one.status, error, asked, doubt)]
             ratios = [one.seconds / time_of(e, settings) for e in (asked, max(error, doubt))]
             rows.append(
-                [f"`--accuracy {asked:g}`", f"{one.seconds:.3g}", f"{sequence.bricks[-1]:.0f}",
+                [f"`--accuracy {asked:g}`", f"{one.seconds:.3g}", f"{sequence.elements[-1]:.0f}",
                  f"{sequence.divisions[-1]:.0f}", f"{100 * told_by(sequence):.2g} %",
                  f"{100 * error:.2g} %{mark}", *(f"{ratio:.2g}" for ratio in ratios)]
             )  # fmt: skip
@@ -76,7 +76,7 @@ def page(program):
             "mesh has, nothing but the truth tells.",
             f"Processor seconds, one thread, {machine()}.",
             "",
-            *table(["how", "s", "bricks", "parts", "told", "true", "over one mesh, as asked",
+            *table(["how", "s", "elements", "parts", "told", "true", "over one mesh, as asked",
                     "over one mesh, as true"], rows),
             "",
         ]

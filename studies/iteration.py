@@ -7,7 +7,7 @@ The paper's block by the automatic solver, one thread, with `TYPE=ITERATIVE`, an
 to the size `--factor`: processor time, memory, iterations, and by how much the reactions differ,
 relative to the largest. Runs are kept in studies/data/iteration.csv, one of each size and number of
 increments; --take adds one that was made otherwise, and --page runs nothing. Exponents are fitted
-to what was run from 24 bricks an edge on.
+to what was run from 24 elements an edge on.
 
 Wants build/mpi/bipot (scripts/run --iterative DECK builds it) for both.
 """
@@ -40,7 +40,7 @@ COLUMNS = (
     "newton", "cpu", "total", "memory", *(f"seconds_{name}" for name in PHASES), "factor_cpu",
     "factor_memory", "forces", "load", "machine",
 )
-FROM = 24  # bricks along an edge, from where on laws are fitted
+FROM = 24  # elements along an edge, from where on laws are fitted
 INDEX = 2**31 / 81  # equations whose entries PETSc's indices of Debian count, 81 in a row
 
 
@@ -203,7 +203,7 @@ def page(rows):
     certified = all(row["certified"] == row["increments"] for row in rows)
     return [
         "# Bodies by iteration", "",
-        "By `studies/run iteration`: the paper's block with n bricks along an edge,",
+        "By `studies/run iteration`: the paper's block with n elements along an edge,",
         "[`*BODY SOLVER, TYPE=ITERATIVE`](../deck.md#-body-solver) and the automatic solver, one "
         "thread,",
         f"{machines}; the load of its two processors was {min(loads):.1f} to {max(loads):.1f}, and "

@@ -105,7 +105,7 @@ def ask(one, name, asked, known):
     found = Ask(name, asked, end_of(one.status, error, asked, doubt), doubt,
                 effectivity(told, error, doubt))  # fmt: skip
     return found, [
-        f"{one.seconds:.2g}", f"{sequence.bricks[-1]}",
+        f"{one.seconds:.2g}", f"{sequence.elements[-1]}",
         f"{100 * told:.2g} %" if told >= 0 else "-",
         f"{100 * error:.2g} %{MARKS[found.end]}",
     ]  # fmt: skip
@@ -130,7 +130,7 @@ def page(program, jobs):
     rows = [row for found, _ in done for row in found]
     asks = [one for _, found in done for one in found]
     heads = [f"{name}, {100 * asked:g} %" for asked in ASKED
-             for name in ("s", "bricks", "told", "true")]  # fmt: skip
+             for name in ("s", "elements", "told", "true")]  # fmt: skip
     return "\n".join(
         [
             "# Accuracies of local values and of the energy",

@@ -1,4 +1,4 @@
-"""Write the meshes of input/meshes: what *BLOCK cannot make, of bricks mapped from grids."""
+"""Write the meshes of input/meshes: what *BLOCK cannot make, of elements mapped from grids."""
 
 import argparse
 import math
@@ -8,20 +8,20 @@ from bipot.program import ROOT
 
 FOLDER = ROOT / "input" / "meshes"
 
-# The corners of a brick of a grid, and those of its sides as *SURFACE numbers them.
+# The corners of an element of a grid, and those of its sides as *SURFACE numbers them.
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 SIDES = {"k-": "S1", "k+": "S2", "j-": "S3", "i+": "S4", "j+": "S5", "i-": "S6"}
 
 
 class Mesh:
-    """Bricks on grids that are joined where their nodes coincide; one body, one set of cards."""
+    """Elements on grids that are joined where their nodes coincide; one body, one set of cards."""
 
     def __init__(self, name, first=1, close=1e-7):
-        """Number nodes and bricks from `first`; nodes nearer than `close` are one."""
+        """Number nodes and elements from `first`; nodes nearer than `close` are one."""
         self.name, self.first, self.close = name, first, close
-        self.nodes, self.bricks = [], []
+        self.nodes, self.elements = [], []
         self.number = {}
-        self.surfaces = {}    # bricks and sides
+        self.surfaces = {}    # elements and sides
         self.of_surface = {}  # nodes
 
     def node(self, x):
@@ -34,7 +34,7 @@ class Mesh:
         return self.number[key]
 
     def grid(self, counts, place, **surfaces):
-        """Add a grid of bricks: `place(a, b, c)` with a, b and c from 0 to 1 is a point of it.
+        """Add a grid of elements: `place(a, b, c)` with a, b and c from 0 to 1 is a point of it.
 
         A surface is named with its side of the grid, TOP="k+"; its nodes are a set of that name.
         """
@@ -48,13 +48,13 @@ class Mesh:
         for i in range(counts[0]):
             for j in range(counts[1]):
                 for k in range(counts[2]):
-                    self.bricks.append([at[i + a, j + b, k + c] for a, b, c in CORNERS])
-                    brick = self.first + len(self.bricks) - 1
+                    self.elements.append([at[i + a, j + b, k + c] for a, b, c in CORNERS])
+                    element = self.first + len(self.elements) - 1
                     for name, side in surfaces.items():
                         here = (i, j, k)["ijk".index(side[0])]
                         last = counts["ijk".index(side[0])] - 1
                         if here == (last if side[1] == "+" else 0):
-                            self.surfaces.setdefault(name, []).append((brick, SIDES[side]))
+                            self.surfaces.setdefault(name, []).append((element, SIDES[side]))
                             self.of_surface.setdefault(name, set()).update(
                                 at[i + a, j + b, k + c]
                                 for a, b, c in CORNERS
@@ -68,7 +68,7 @@ class Mesh:
     def cards(self, **sets):
         """Return the mesh as cards of a deck; a set of nodes is named with its condition.
 
-        The type of its bricks is the deck's parameter `element`.
+        The type of its elements is the deck's parameter `element`.
         """
         lines = ["*NODE"]
         lines += [
@@ -77,14 +77,14 @@ class Mesh:
         ]
         lines.append(f"*ELEMENT, TYPE=<element>, ELSET={self.name}")
         lines += [
-            ", ".join(map(str, [self.first + i, *brick])) for i, brick in enumerate(self.bricks)
+            ", ".join(map(str, [self.first + i, *nodes])) for i, nodes in enumerate(self.elements)
         ]
         for name, condition in sets.items():
             lines.append(f"*NSET, NSET={self.name}-{name}")
             lines += in_lines(self.select(condition))
         for name, faces in self.surfaces.items():
             lines.append(f"*SURFACE, NAME={self.name}-{name}, TYPE=ELEMENT")
-            lines += [f"{brick}, {side}" for brick, side in faces]
+            lines += [f"{element}, {side}" for element, side in faces]
             lines.append(f"*NSET, NSET={self.name}-{name}")
             lines += in_lines(sorted(self.of_surface[name]))
         return "\n".join(lines) + "\n"
@@ -111,7 +111,7 @@ def between(p, q, s):
 def quarter_disc(mesh, radius, counts, into, gradings=(1.0, 1.0), **surfaces):
     """Add a quarter of a disc: a core with four corners, and two grids between it and the arc.
 
-    `counts`: bricks along the arc from the first axis to its middle and from there to the second,
+    `counts`: elements along the arc from the first axis to its middle and from there to the second,
     from the core to the arc, and through the disc. `into(p, q, c)` is the point of the disc at
     (p, q), p and q from 0 to `radius`, c from 0 to 1. `gradings`: the last step over the first, on
     the arc from the first axis to its middle, and from the arc to the core. Surfaces: ARC=... is
@@ -153,7 +153,7 @@ def quarter_disc(mesh, radius, counts, into, gradings=(1.0, 1.0), **surfaces):
 
 
 def quarter_ring(mesh, inner, outer, counts, into, radial, **surfaces):
-    """Add a quarter of a ring: bricks across it, along its arc and through it.
+    """Add a quarter of a ring: elements across it, along its arc and through it.
 
     `radial` maps 0 to 1 on itself, from the inside to the outside; `into` is that of quarter_disc.
     """
@@ -166,7 +166,7 @@ def quarter_ring(mesh, inner, outer, counts, into, radial, **surfaces):
 
 
 def rings(n=4):
-    """Two quarter rings with the radii 10, 20 and 30, 1 high; n + 1 and n bricks across."""
+    """Two quarter rings with the radii 10, 20 and 30, 1 high; n + 1 and n elements across."""
     inner, outer = Mesh("HUB", 1), Mesh("RING", 100001)
     for mesh, radius, counts in ((inner, 10.0, (n + 1, 5 * n, 1)), (outer, 20.0, (n, 6 * n, 1))):
         quarter_ring(mesh, radius, radius + 10, counts, lambda p, q, c: (p, q, c), lambda t: t,
@@ -177,7 +177,7 @@ def rings(n=4):
 
 
 def cylinder(n=4):
-    """Half of a cylinder of radius 50 on half of a block of 200 by 200, one brick thick."""
+    """Half of a cylinder of radius 50 on half of a block of 200 by 200, one element thick."""
     round_one = Mesh("CYLINDER", 1)
     counts = (3 * n, n, 2 * n, 1)
 

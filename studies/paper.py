@@ -69,7 +69,7 @@ def figure_2(runs, n, path):
         for row in (turn - 1, -1)
     )
     return (
-        f"Normal contact forces of the corners F and H of the block ({n} x {n} x {n} bricks) over"
+        f"Normal contact forces of the corners F and H of the block ({n} x {n} x {n} elements) over"
         f" the load steps. Step {turn}: {at_turn} N; step {increments[-1]}: {last} N. The two local"
         f" solvers differ by {difference:.1e} of the largest force. A corner's force depends on the"
         " mesh: it is the share of one node."
@@ -95,8 +95,8 @@ def figure_3(runs, n, path):
     axes.legend(fontsize=8)
     save(figure, path)
     return (
-        f"Sweeps over the contact points ({n} x {n} x {n} bricks, bi-potential, ended by a relative"
-        f" change of {COUNTED['tolerance']}) against cumulative Newton-Raphson iterations."
+        f"Sweeps over the contact points ({n} x {n} x {n} elements, bi-potential, ended by a"
+        f" relative change of {COUNTED['tolerance']}) against cumulative Newton-Raphson iterations."
         f" Sweeps of the whole run: {'; '.join(totals)}. `rho` is a factor of its natural scale,"
         " 1 over the largest eigenvalue of the point's compliance."
     )
@@ -114,7 +114,7 @@ def show_block(runs, folder):
     for name, caption in (
         (
             "deformed",
-            "The block at the end of the push, from below (8 x 8 x 8 bricks, displacements to "
+            "The block at the end of the push, from below (8 x 8 x 8 elements, displacements to "
             "scale); grey is the ground.",
         ),
         ("pressure", "The contact pressure there."),
@@ -133,7 +133,7 @@ def show_block(runs, folder):
 def main():
     """Run the block, draw the figures and write the page of their captions."""
     parser = script_options(__doc__, PAGES, "the page and its figures go")
-    parser.add_argument("-n", type=int, default=4, help="bricks along an edge of the block (4)")
+    parser.add_argument("-n", type=int, default=4, help="elements along an edge of the block (4)")
     options = parser.parse_args()
     text = ["# Figures of the paper", "", "Written by `studies/run paper`, numbers too.", ""]
     try:

@@ -128,7 +128,7 @@ def against_getfem(found):
         lines.append(
             "- GetFEM's error is that of the tolerance of its Newton iterations: there is no "
             "penalty, and a program by others finds the same resultants with "
-            f"the same bricks. It takes {min(each):.1f} to {max(each):.1f} iterations an "
+            f"the same elements. It takes {min(each):.1f} to {max(each):.1f} iterations an "
             "increment, a factorisation each."
         )
     return lines
@@ -223,17 +223,17 @@ def page(found, others, contact, where):
         "# Beside CalculiX, GetFEM and Siconos", "",
         f"By `studies/run peers` on {where}, one thread a program; `studies/data/peers.csv`",
         "holds the runs. `scripts/compare DECK` does the same for a deck of yours.", "",
-        "All programs have the same bricks (their C3D8 is ours: full integration), increments",
+        "All programs have the same elements (their C3D8 is ours: full integration), increments",
         "and loads. CalculiX 2.20 (Debian's `calculix-ccx`, with SPOOLES) takes contact node to",
         "surface by a linear penalty K and friction by a stick slope of K/10; the rigid plane is",
-        "the face of a large brick that is held. GetFEM 5.4 (Debian's `python3-getfem`, with",
+        "the face of a large element that is held. GetFEM 5.4 (Debian's `python3-getfem`, with",
         "MUMPS) takes contact and friction at the nodes, exactly, by the augmented Lagrangian of",
         "Alart and Curnier, with Newton's iterations over displacements and contact forces at once",
         "(`scripts/bipot/peers/getfem_contact.py`), which begin at those of the increment before.",
         "Its augmentation is Young's modulus E times the length h of an edge, its tolerance that",
         "of the residual over the external load. The residual adds forces and lengths, so forces",
         "are given over E: in N and mm the lengths do not count. Without friction its resultants",
-        "are ours to 1e-10 and better (`tests/scripts/test_compare.py`): the bricks are the same.",
+        "are ours to 1e-10 and better (`tests/scripts/test_compare.py`): elements are the same.",
         "",
         "Times are processor seconds of the whole process, user and system, with reading and",
         "writing (bipot writes all fields, the others the resultants alone). The error is the",
@@ -274,7 +274,7 @@ def main():
     """Run all and write the page and its figure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("-o", dest="folder", type=Path, default=PAGES)
-    parser.add_argument("--n", default="4,8,16,24", help="bricks along the block's edge")
+    parser.add_argument("--n", default="4,8,16,24", help="elements along the block's edge")
     parser.add_argument("--limit", type=float, default=200.0,
                         help="processor seconds a run of a peer")
     parser.add_argument("--page", action="store_true", help="write the page from the runs kept")

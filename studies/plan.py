@@ -33,7 +33,7 @@ def cases(largest):
         yield f"block, n = {n}, sweeps", block, {"n": n}
     for deck in DECKS:
         yield deck, ROOT / "input" / f"{deck}.inp", {}
-    yield "Gmsh's bricks", ROOT / "tests" / "deck" / "odd" / "gmsh_bricks.inp", {}
+    yield "Gmsh's elements", ROOT / "tests" / "deck" / "odd" / "gmsh_hexahedra.inp", {}
 
 
 def run(program, deck, settings, folder):

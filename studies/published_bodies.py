@@ -54,7 +54,7 @@ def rings_in_rings(theta, radii=(0.2, 0.6, 1.0), young=1e9, nu=0.2, mean=1e7, se
 
 
 def rings_deck(around, second):
-    """Return the deck of rings with `around` bricks each in a quarter, `second` as above."""
+    """Return the deck of rings with `around` elements each in a quarter, `second` as above."""
     across, height = 10, 0.05
     load, angle = [], 0.5 * np.pi / around[1]
     for k in range(2):
@@ -107,7 +107,7 @@ def rings(runs):
             rows.append([f"{around[0]}, {around[1]}", f"{second:.0e}", f"{100 * point:.2f} %",
                          f"{100 * waves[0]:.2f} %", f"{100 * waves[1]:.2f} %",
                          f"{100 * way:.2f} %"])
-    heads = ["bricks around", "p2", "pressure, worst point", "its mean",
+    heads = ["elements around", "p2", "pressure, worst point", "its mean",
              "its part with cos 2 theta", "way inwards"]
     return f"""\
 ## Rings in one another: SSNP167 of Code_Aster
@@ -164,7 +164,7 @@ Source: F/G = (tan a + mu)/(1 - mu tan a).
 
 
 # --- Bodies that are half-spaces beside their contact ---------------------------------------------
-# Blocks whose gaps are those of round ones; bricks grow with the distance from the contact.
+# Blocks whose gaps are those of round ones; elements grow with the distance from the contact.
 
 
 def as_c3d8i(text):
@@ -224,7 +224,7 @@ def cylinders(runs):
             b, p0, c, _ = cylinders_values(result)
         rows.append([n, f"{b:.4f}", percent(b, 0.68078), f"{p0:.4f}", percent(p0, 9.3514),
                      f"{c:.4f}", percent(c, 0.49651)])
-    heads = ["bricks along x", "b", "error", "p0", "error", "c", "error"]
+    heads = ["elements along x", "b", "error", "p0", "error", "c", "error"]
     return f"""\
 ## Two cylinders, pressed and pulled
 
@@ -287,5 +287,5 @@ def spheres(runs):
 Two spheres alike, R = 50, E = 20000, nu = 0.3. Source: Hertz: a = 10, p0 = 2798.3. Two blocks of 60
 with the gap of the spheres, under the force of that contact ({spheres_load():.0f}).
 
-{table(["bricks along x and y", "a", "error", "p0", "error"], rows)}
+{table(["elements along x and y", "a", "error", "p0", "error"], rows)}
 """

@@ -31,7 +31,7 @@ COUNTERS = (
     "contact_points",
     "contact_rows",
     "solutions",
-    "brick_stiffnesses",
+    "element_stiffnesses",
     "factor_entries",
 )
 
@@ -275,14 +275,14 @@ def page(comparisons, runs, differences, rounds):
 EXPLANATION = """\
 - **Friction.** Without it only the normal displacements of the face are condensed to, a third of
   the rows with friction. All rows kept is the same problem with a coefficient of 1e-16.
-- **Plate.** 60 x 60 x 3 bricks, the upper face held, a rigid sphere of radius 150 pressed by 0.1
+- **Plate.** 60 x 60 x 3 elements, the upper face held, a rigid sphere of radius 150 pressed by 0.1
   into the lower one, 10 increments. The plan knows how far sphere and plate go, and takes a
   twentieth of the nodes into the interface; a force of 1e-290 on a node, which does nothing, takes
   that knowledge away.
 - **No contact.** The whole process, from reading the deck to the closed result file, against what
   `studies/programs/bare_factorisation.f90` spends in METIS, and in MUMPS as it comes, on the same
   matrix in the same order: 1.3 times is the most that is allowed. Memory is that of both processes.
-- Bricks share a stiffness where they are congruent to the rounding of coordinates."""
+- Elements share a stiffness where they are congruent to the rounding of coordinates."""
 
 
 def main():

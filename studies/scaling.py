@@ -28,7 +28,7 @@ from studies.speed import machines, medians, read_rows, seconds_of
 SMALLEST = 16  # below, fixed costs hide the growth
 CHECKED = 2    # the largest runs, foretold from the others
 INCREMENTS = 50
-PLATE = 100  # bricks along its sides
+PLATE = 100  # elements along its sides
 CUBE_TRIANGLE = (3 * 65**2) ** 2 / 2  # entries of W of the block with n = 64
 YEAR = 365.25 * 24 * 3600
 # Bytes of memory of machines that the page speaks of.
@@ -279,13 +279,13 @@ def entries_without_contact(program):
 
 
 def plate_words(program):
-    """Return what 100 x 100 bricks on their contact points would take, with W and without."""
+    """Return what 100 x 100 elements on their contact points would take, with W and without."""
     rows = 3 * (PLATE + 1) ** 2
     entries, triangle = entries_without_contact(program), rows**2 / 2
     share = triangle / (2 * entries)
     return claim(
         share > 2,
-        f"C and W of `studies/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 bricks, are "
+        f"C and W of `studies/plate.inp` with n = {PLATE}, {PLATE} x {PLATE} x 3 elements, are "
         f"{bytes_in_words(16 * rows**2)}, W's copy {bytes_in_words(2 * rows**2)}, about what this "
         "machine holds beside the factor; what was run is in [speed](speed.md). Two things would "
         "halve it without another method: on planes along the axes W is C with its rows in another "
@@ -358,7 +358,7 @@ def page(rows, program):
         "# How it grows", "",
         "By `studies/run scaling` from the runs in `studies/data/runs.csv` on "
         f"{machines(rows)}: the",
-        f"paper's block with n bricks along an edge, {INCREMENTS} increments, one thread, "
+        f"paper's block with n elements along an edge, {INCREMENTS} increments, one thread, "
         f"automatic",
         "solver ([speed](speed.md)). N is the number of equations, 3 n (n + 1)^2.", "",
         "![Phases](figures/scaling.png)", "",

@@ -45,7 +45,7 @@ class Scene:
         return own if own.exists() else ROOT / "input" / own.name
 
     def parameters(self, n, finer=1):
-        """The parameters of a run with n bricks and so many times as many increments."""
+        """The parameters of a run with n elements and so many times as many increments."""
         found = {**self.settings, "n": n}
         if self.steps:
             found["steps"] = self.steps * finer
@@ -75,7 +75,7 @@ SCENES = (
     Scene("partial slip turned round", "reversal", 0.5, COARSE, 3),
     Scene("contact that spreads", "spreading", 0.4, (4, 6, 8, 12, 16, 20), 4, finer=16),
     Scene("a tilted plate", "tilted", 0.3, steps=3, finer=32),
-    Scene("ball inside a brick, by hand with *REFINE", "inside", 0.2, (2, 3, 4, 6, 8, 10), 2,
+    Scene("ball inside an element, by hand with *REFINE", "inside", 0.2, (2, 3, 4, 6, 8, 10), 2,
           {"times": 3}, by_hand="*REFINE, TIMES=<times>\n<at>, <at>, 0., 0.25\n"),
     Scene("layers 1 : 1000", "layers", 0.3, (4, 6, 8, 12, 16, 20), 3),
     Scene("re-entrant corner", "angle", 0.3, COARSE, 4),
@@ -91,7 +91,7 @@ SCENES = (
     Scene("warm between two walls", "heat", 0.3, COARSE, 4),
     Scene("pressed, lifted, pressed again", "again", 0.4, steps=4, finer=32),
     Scene("two layers, much friction", "grip", 1.5, steps=4),
-    Scene("a soft layer, bricks cut", "fixed", 0.3, (2, 3, 4, 8, 12, 16), 4),
+    Scene("a soft layer, elements cut", "fixed", 0.3, (2, 3, 4, 8, 12, 16), 4),
     Scene("a strip drawn from under a lid", "lap", 0.2, (2, 3, 4, 5, 6), 4),
     Scene("a plate in plane strain", "ssnv128", 1.0, (16, 24, 32, 48, 64, 96),
           settings={"thickness": 0.002}),

@@ -297,7 +297,7 @@ def main() -> int:
     parser.add_argument("problems", nargs="*", type=Path)
     parser.add_argument("--bipot", help="the program (default: build/bipot)")
     parser.add_argument("--driver", help="Siconos' driver (default: build/studies/solve_fclib)")
-    parser.add_argument("--n", default="8,16", help="bricks along the block's edge, or none")
+    parser.add_argument("--n", default="8,16", help="elements along the block's edge, or none")
     parser.add_argument("--steps", default="1,15,30", help="increments of the block")
     parser.add_argument("--tolerance", type=float, default=1e-8)
     parser.add_argument("--timeout", type=float, default=20, help="seconds a run")

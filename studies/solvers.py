@@ -293,12 +293,12 @@ def solved(study, case, quantity):
 
 
 def mesh_axis(axes, meshes):
-    """Set the axis of bricks an edge."""
+    """Set the axis of elements an edge."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(FixedLocator(meshes))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.set_xlabel("bricks along an edge, n")
+    axes.set_xlabel("elements along an edge, n")
 
 
 def figure_over_meshes(study, path, meshes, shown):
@@ -749,7 +749,7 @@ def write_page(study, cases, path):
         "# Contact solvers compared", "",
         "The paper compares Uzawa and Newton on one mesh, and leaves the pseudo-potential to"
         " further work. Here is the same block (`input/block.inp`, 50 steps, theta = 60 degrees)"
-        " on meshes of n x n x n bricks, with every contact solver of bipot. Written by"
+        " on meshes of n x n x n elements, with every contact solver of bipot. Written by"
         " `studies/run solvers`, numbers too; it does not write a sentence that the runs do"
         " not bear out.", "",
         "    studies/run solvers", "",

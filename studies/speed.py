@@ -15,7 +15,7 @@ other sizes and threads, without it the file holds the new runs only; `--page` o
 each setting is run once. A quiet machine takes some ten minutes. `--runs` and `-o` name another
 file and page.
 
-The scene `plate` is studies/plate.inp: many contact points and few bricks above them.
+The scene `plate` is studies/plate.inp: many contact points and few elements above them.
 """
 
 import argparse
@@ -338,7 +338,7 @@ def page(rows, products=DATA / PRODUCTS):
                   "", *threads, ""]
     if plates:
         lines += ["## A plate with many contact points", "",
-                  f"`studies/plate.inp`, three layers of bricks, on {machines(plates)}, whose",
+                  f"`studies/plate.inp`, three layers of elements, on {machines(plates)}, whose",
                   f"dense products ran at {rate_in_words(plates)}; {runs_in_words(plates)}.", ""]
         for scene, words in PLATES.items():
             found = [row for row in plates if row["scene"] == scene]

@@ -79,7 +79,7 @@ def study(program):
                     [
                         scene.name, f"{allowed}", f"{seconds:.2g}", f"{used[-1]:.2f}", *told,
                         f"{100 * error:.2g} %", f"{100 * doubt:.1g} %", len(sequence),
-                        f"{sequence.bricks[-1]:.0f}", sequence.divisions[-1],
+                        f"{sequence.elements[-1]:.0f}", sequence.divisions[-1],
                         f"{100 * best[0]:.2g} %", f"{ratios[-1]:.2f}", f"{best[1]:.2g}", best[2],
                     ]
                 )  # fmt: skip
@@ -112,8 +112,8 @@ def page(program):
     rows, used, ratios, hands = study(program)
     brief = hands < 0.5
     head = [
-        "scene", "s allowed", "s used", "used", "mesh", "steps", "true", "doubt", "runs", "bricks",
-        "parts", "by hand", "ratio", "s by hand", "best by hand",
+        "scene", "s allowed", "s used", "used", "mesh", "steps", "true", "doubt", "runs",
+        "elements", "parts", "by hand", "ratio", "s by hand", "best by hand",
     ]  # fmt: skip
     return "\n".join(
         [
@@ -125,7 +125,7 @@ def page(program):
             "allowed; `mesh` and `steps` are the errors of the result as the program estimates",
             "them, `true` is the one against the limit of four fine meshes with fine increments,",
             "and `doubt` what is not known of that limit; `ratio` is that of the true errors, none",
-            "of them taken for less than the doubt. `runs` are all that were made, `bricks` and",
+            "of them taken for less than the doubt. `runs` are all that were made, `elements` and",
             "`parts` of each increment those",
             f"of the last. One thread, {machine()}, whose processors and memory other programs",
             "used too. By hand nothing tells how accurate a run is, nor how long it will take: its",

@@ -4,8 +4,8 @@ Errors are those of docs/deck.md, *ACCURACY: of each pair the normal forces as p
 largest sum, friction as a part of mu times that, at the ends of the deck's increments.
 
 The runs are the program's, so what all of them have wrong is not seen. Their limit is that of one
-power of the bricks' size, which is what the program's own estimates suppose: where values converge
-otherwise, or slower than by the order 1/2, the doubt may be too small.
+power of the elements' size, which is what the program's own estimates suppose: where values
+converge otherwise, or slower than by the order 1/2, the doubt may be too small.
 """
 
 from dataclasses import dataclass

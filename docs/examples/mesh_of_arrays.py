@@ -15,10 +15,10 @@ points = np.stack([r * np.cos(a), r * np.sin(a), z], axis=-1).reshape(-1, 3)
 number = np.arange(len(points)).reshape(z.shape)
 low = [number[0, :-1, :-1], number[0, :-1, 1:], number[0, 1:, 1:], number[0, 1:, :-1]]
 high = [number[1, :-1, :-1], number[1, :-1, 1:], number[1, 1:, 1:], number[1, 1:, :-1]]
-bricks = np.stack([*low, *high], axis=-1).reshape(-1, 8)
+elements = np.stack([*low, *high], axis=-1).reshape(-1, 8)
 
 deck = bipot.Deck("A quarter of a thick ring", name="ring")
-ring = deck.mesh((points, bricks), name="RING", type="C3D8I")
+ring = deck.mesh((points, elements), name="RING", type="C3D8I")
 deck.surface("BORE", ring.faces(lambda x, n: np.hypot(x[:, 0], x[:, 1]) < inner * 1.0001))
 deck.node_set("Y0", ring.nodes(lambda x: x[:, 1] < 1e-9))
 deck.node_set("X0", ring.nodes(lambda x: x[:, 0] < 1e-9))

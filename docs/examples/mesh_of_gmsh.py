@@ -14,18 +14,18 @@ grid = np.stack(np.meshgrid(*(np.linspace(0, s, n + 1) for s, n in zip(size, cou
                             indexing="ij"), axis=-1)
 number = np.arange(grid[..., 0].size).reshape(grid.shape[:3])
 low = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
-bricks = np.stack([c[:, :, k] for k in (slice(0, -1), slice(1, None)) for c in low], axis=-1)
-bricks = bricks.reshape(-1, 8)
+elements = np.stack([c[:, :, k] for k in (slice(0, -1), slice(1, None)) for c in low], axis=-1)
+elements = elements.reshape(-1, 8)
 bottom = np.stack([c[:, :, 0] for c in low], axis=-1).reshape(-1, 4)
-tags = [np.full(len(bricks), 1), np.full(len(bottom), 2)]
+tags = [np.full(len(elements), 1), np.full(len(bottom), 2)]
 meshio.Mesh(
-    grid.reshape(-1, 3), [("hexahedron", bricks), ("quad", bottom)],
+    grid.reshape(-1, 3), [("hexahedron", elements), ("quad", bottom)],
     cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
     field_data={"block": np.array([1, 3]), "foot": np.array([2, 2])},
 ).write("block.msh", file_format="gmsh22", binary=False)
 
 deck = bipot.Deck("A block from Gmsh", name="gmsh_block")
-deck.mesh("block.msh")  # its groups: a set of bricks "block", a surface "foot"
+deck.mesh("block.msh")  # its groups: a set of elements "block", a surface "foot"
 deck.material("STEEL", young=210000.0, poisson=0.3, density=7.8e-9)
 deck.section("STEEL", "block")
 deck.plane("GROUND", point=(0, 0, 0), normal=(0, 0, 1))

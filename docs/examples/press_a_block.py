@@ -23,7 +23,7 @@ with deck.step(increment=0.5):
 print(deck)  # the text that the program reads; it is written beside the result as cube.inp
 with bipot.run(deck, push=0.02) as result:
     force = result.pairs["CUBE-ZMIN:GROUND"].resultant[-1]
-    stress = result.field("stress")  # (bricks, 6): XX YY ZZ XY YZ XZ
+    stress = result.field("stress")  # (elements, 6): XX YY ZZ XY YZ XZ
     print("force on the cube:", force, "stress along z:", stress[:, 2].mean())
 
 expected = 210000.0 * 100.0 * 0.02 / 10.0

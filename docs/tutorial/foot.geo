@@ -1,5 +1,5 @@
-// A rounded foot on a pad [mm]: cross-sections of quadrilaterals, extruded to bricks.
-DefineConstant[ size = { 2.5, Name "size" } ]; // of the bricks, far from the contact
+// A rounded foot on a pad [mm]: cross-sections of quadrilaterals, extruded to elements.
+DefineConstant[ size = { 2.5, Name "size" } ]; // of the elements, far from the contact
 
 radius = 20;
 depth = 12;

@@ -33,9 +33,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.brick_faces import face_nodes, face_normals, outer_faces
+from bipot.element_faces import face_nodes, face_normals, outer_faces
 from bipot.errors import RefusedError
-from bipot.meshes import BrickMesh, read_mesh
+from bipot.meshes import HexahedralMesh, read_mesh
 
 Array = NDArray[Any]
 Number = float | int | str
@@ -92,9 +92,9 @@ def _members(members: Members) -> list[str]:
 class MeshPart:
     """A mesh as it stands in a deck: `faces` and `nodes` choose from it by place."""
 
-    mesh: BrickMesh
+    mesh: HexahedralMesh
     node_ids: Array  #: of the rows of `mesh.points`, (N,)
-    element_ids: Array  #: of the rows of `mesh.bricks`, (E,)
+    element_ids: Array  #: of the rows of `mesh.elements`, (E,)
 
     def nodes(self, where: Callable[[Array], ArrayLike]) -> Array:
         """Return the ids of nodes: `where` takes coordinates (N, 3) and returns a mask (N,)."""
@@ -106,10 +106,10 @@ class MeshPart:
         `where` takes the middles (F, 3) of all outer faces and their outward unit normals (F, 3),
         and returns a mask (F,).
         """
-        faces = outer_faces(self.mesh.bricks)
-        corners = self.mesh.points[face_nodes(self.mesh.bricks, faces)]
+        faces = outer_faces(self.mesh.elements)
+        corners = self.mesh.points[face_nodes(self.mesh.elements, faces)]
         chosen = faces[np.asarray(where(corners.mean(axis=1), face_normals(corners)), bool)]
-        return [(int(self.element_ids[brick]), f"S{face + 1}") for brick, face in chosen]
+        return [(int(self.element_ids[element]), f"S{face + 1}") for element, face in chosen]
 
 
 class Deck:
@@ -350,19 +350,19 @@ class Deck:
         element_sets: Mapping[str, ArrayLike] | None = None,
         node_sets: Mapping[str, ArrayLike] | None = None,
     ) -> MeshPart:
-        """Add a mesh of bricks: from a file by meshio, meshio, PyVista, or (points, bricks).
+        """Add a mesh of hexahedra: from a file by meshio, meshio, PyVista, or (points, elements).
 
-        name          of the set of all its nodes, and of all its bricks
+        name          of the set of all its nodes, and of all its elements
         type          C3D8, C3D8I or C3D8B
-        element_sets  more sets: rows or masks of the bricks
+        element_sets  more sets: rows or masks of the elements
         node_sets     more sets: rows or masks of the points
 
         Named groups become sets; those of quadrilaterals surfaces and sets of nodes. Returns what
-        chooses nodes and faces by place. MeshError where the mesh is not of bricks with 8 nodes.
+        chooses nodes and faces by place. MeshError where the mesh is not of hexahedra with 8 nodes.
         """
         mesh = read_mesh(source, element_sets, node_sets)
         node_ids = self.nodes(mesh.points, set=name)
-        element_ids = self.elements(node_ids[mesh.bricks], set=name, type=type)
+        element_ids = self.elements(node_ids[mesh.elements], set=name, type=type)
         for set_name, rows in mesh.element_sets.items():
             self.element_set(set_name, element_ids[rows])
         for set_name, rows in mesh.node_sets.items():
@@ -376,10 +376,10 @@ class Deck:
         corner: Sequence[Number] = (0.0, 0.0, 0.0), type: str | None = None,
         set: str | None = None, grow: Mapping[str, Number | Sequence[Number]] | None = None,
     ) -> Deck:
-        """Add a box of bricks with the sets and surfaces NAME, NAME-XMIN to NAME-ZMAX.
+        """Add a box of elements with the sets and surfaces NAME, NAME-XMIN to NAME-ZMAX.
 
-        cells  bricks along x, y, z
-        grow   {"X": 3} or {"X": (3, "MIDDLE")}: the size of the last brick over the first
+        cells  elements along x, y, z
+        grow   {"X": 3} or {"X": (3, "MIDDLE")}: the size of the last element over the first
         """
         lines: list[Sequence[Any]] = [(*corner, *size)]
         for axis, factor in (grow or {}).items():
@@ -402,7 +402,7 @@ class Deck:
         self, balls: Iterable[Sequence[Number]] = (), times: int = 1, nodes: str | None = None,
         elements: str | None = None,
     ) -> Deck:
-        """Cut bricks into eight, some times: about balls, at a set of nodes, or those of a set.
+        """Cut elements into eight, some times: about balls, at a set of nodes, or those of a set.
 
         balls  (x, y, z, radius) of each
         """

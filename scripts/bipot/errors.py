@@ -2,7 +2,7 @@
 
     BipotError
         ResultError             a file is no result, or does not hold what was asked for
-        MeshError               a mesh has no bricks, or is none
+        MeshError               a mesh has no elements, or is none
         RunError                a run did not end well
             ProgramMissingError     there is no executable
             DeckError               exit status 1: the deck is wrong; nothing was computed
@@ -31,7 +31,7 @@ class ResultError(BipotError):
 
 
 class MeshError(BipotError):
-    """A mesh cannot be made one of bricks with 8 nodes."""
+    """A mesh cannot be made one of hexahedra with 8 nodes."""
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def built_program(path: str | os.PathLike[str] | None = None) -> Path:
 def set_words(settings: Mapping[str, Any]) -> list[str]:
     """Return the words of a command line that give a deck's parameters these values.
 
-    The name "--refine" is the program's option: how often every brick is cut into eight, 0 or more.
+    The name "--refine" is the program's option: how often every element is cut into eight.
     """
     words = []
     for name, value in settings.items():

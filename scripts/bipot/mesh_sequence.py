@@ -22,12 +22,12 @@ class MeshSequence:
     time_allowed, memory_allowed   seconds of the processor and bytes that runs might take, 0: any
     of_extrapolated   whether the accuracy is that of the extrapolated values
     mesh, load_steps, others   errors of these, or of the result, by source, -1 where not known
-    brick_size        (K,) edges of the bricks over those of the deck
-    divisions, bricks, processor_time   (K,) parts of each increment, bricks, seconds
-    cuts              (K,) how often the bricks at contact were cut beside all others
+    element_size        (K,) edges of the elements over those of the deck
+    divisions, elements, processor_time   (K,) parts of each increment, elements, seconds
+    cuts              (K,) how often the elements at contact were cut beside all others
     names             what was compared: C names, such as "BODY:GROUND/friction_force_x"
     values            (K, T, C) what each run gives at the ends of the deck's T increments
-    extrapolated      (T, C) for bricks without size; not certified
+    extrapolated      (T, C) for elements without size; not certified
     error, extrapolated_error   (C,) of each name: error of the result, and of these values, by the
                       mesh as a part of the scale, -1 where not known
     order, scale      (C,) the order that was observed, and what errors are parts of
@@ -43,10 +43,10 @@ class MeshSequence:
         self.mesh, self.load_steps, self.others = (
             float(group.attrs[name]) for name in ("mesh", "load_steps", "others")
         )
-        self.brick_size: Array = group["brick_size"][()]
+        self.element_size: Array = group["element_size"][()]
         self.divisions: Array = group["divisions"][()].astype(int)
         self.cuts: Array = group["cuts"][()].astype(int)
-        self.bricks: Array = group["bricks"][()].astype(int)
+        self.elements: Array = group["elements"][()].astype(int)
         self.processor_time: Array = group["processor_time"][()]
         self.names = [
             name.decode() if isinstance(name, bytes) else str(name)
@@ -60,12 +60,12 @@ class MeshSequence:
         self.scale: Array = group["scale"][()]
 
     def __len__(self) -> int:
-        return len(self.bricks)
+        return len(self.elements)
 
     def __repr__(self) -> str:
         told = [f"{self.wanted:g} {'' if self.reached else 'not '}reached"] if self.wanted else []
         bounds = [f"{self.time_allowed:g} s"] if self.time_allowed else []
         bounds += [f"{self.memory_allowed / 1e6:g} MB"] if self.memory_allowed else []
         told += [f"within {' and '.join(bounds)}"] if bounds else []
-        told += [f"{len(self)} runs", f"{self.bricks[-1]} bricks"]
+        told += [f"{len(self)} runs", f"{self.elements[-1]} elements"]
         return f"<MeshSequence {', '.join(told)}>"

@@ -1,7 +1,7 @@
-"""Meshes of bricks from meshio, PyVista, files and arrays, for bipot.Deck.
+"""Meshes of elements from meshio, PyVista, files and arrays, for bipot.Deck.
 
-`read_mesh` makes one kind of mesh of them: nodes, bricks with 8 nodes, and named sets. Physical
-groups of a Gmsh file become sets: groups of volumes sets of bricks, groups of quadrilaterals
+`read_mesh` makes one kind of mesh of them: nodes, hexahedra with 8 nodes, and named sets. Physical
+groups of a Gmsh file become sets: groups of volumes sets of elements, groups of quadrilaterals
 surfaces, groups of lines and points sets of nodes.
 """
 
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.brick_faces import face_nodes, outer_faces
+from bipot.element_faces import face_nodes, outer_faces
 from bipot.errors import MeshError
 
 Array = NDArray[Any]
@@ -33,22 +33,22 @@ FLAT = ("vertex", "line", "triangle", "quad", "polygon", "pixel")
 FROM_VOXEL = [0, 1, 3, 2, 4, 5, 7, 6]
 UPSIDE_DOWN = [4, 5, 6, 7, 0, 1, 2, 3]
 HOW_TO = (
-    "bricks with 8 nodes are needed. In Gmsh: extrude a surface with Layers and Recombine, or make"
-    " surfaces and volumes transfinite; Mesh.SubdivisionAlgorithm = 2 cuts tetrahedra into bricks;"
-    " Mesh.ElementOrder = 1 gives 8 nodes"
+    "hexahedra with 8 nodes are needed. In Gmsh: extrude a surface with Layers and Recombine, or"
+    " make surfaces and volumes transfinite; Mesh.SubdivisionAlgorithm = 2 cuts tetrahedra into"
+    " hexahedra; Mesh.ElementOrder = 1 gives 8 nodes"
 )
 
 
 @dataclass
-class BrickMesh:
-    """Nodes (N, 3), bricks (E, 8) as rows of the nodes, and named sets of both."""
+class HexahedralMesh:
+    """Nodes (N, 3), elements (E, 8) as rows of the nodes, and named sets of both."""
 
     points: Array
-    bricks: Array
+    elements: Array
     rows: Array  #: row of each node in the mesh that it was made of, (N,)
-    element_sets: dict[str, Array] = field(default_factory=dict)  #: rows of bricks
+    element_sets: dict[str, Array] = field(default_factory=dict)  #: rows of elements
     node_sets: dict[str, Array] = field(default_factory=dict)  #: rows of nodes
-    surfaces: dict[str, Array] = field(default_factory=dict)  #: (F, 2): brick, face 0 to 5
+    surfaces: dict[str, Array] = field(default_factory=dict)  #: (F, 2): element, face 0 to 5
 
 
 @dataclass
@@ -64,23 +64,23 @@ class _Cells:
 def read_mesh(
     source: Any, element_sets: Mapping[str, ArrayLike] | None = None,
     node_sets: Mapping[str, ArrayLike] | None = None,
-) -> BrickMesh:
-    """Return the bricks of a mesh.
+) -> HexahedralMesh:
+    """Return the elements of a mesh.
 
     source        the path of a file that meshio reads (.msh, .vtu, ...), a meshio.Mesh, a grid of
-                  PyVista, or arrays (points (N, 3), bricks (E, 8) as rows of points from 0)
-    element_sets  more sets: rows, or a mask, of the bricks, in their order in the source
+                  PyVista, or arrays (points (N, 3), elements (E, 8) as rows of points from 0)
+    element_sets  more sets: rows, or a mask, of the elements, in their order in the source
     node_sets     more sets: rows, or a mask, of the points
 
-    Nodes that no brick has are left out. Bricks that stand inside out are turned. Raises MeshError
-    where there are other solids than bricks, or none, or the file cannot be read.
+    Nodes that no element has are left out. Those that stand inside out are turned. Raises MeshError
+    where there are other solids than elements, or none, or the file cannot be read.
     """
     cells = _cells_of(source)
     for name, members in (node_sets or {}).items():
         cells.node_sets[name] = _chosen(members, len(cells.points), f"node set {name}")
-    found = _bricks_of(cells)
+    found = _elements_of(cells)
     for name, members in (element_sets or {}).items():
-        found.element_sets[name] = _chosen(members, len(found.bricks), f"element set {name}")
+        found.element_sets[name] = _chosen(members, len(found.elements), f"element set {name}")
     return found
 
 
@@ -106,16 +106,17 @@ def _cells_of(source: Any) -> _Cells:
     if hasattr(source, "cells") and hasattr(source, "cell_sets"):
         return _from_meshio(source)
     try:
-        points, bricks = source
+        points, elements = source
     except (TypeError, ValueError):
         raise TypeError(
-            "a mesh is a path, a meshio.Mesh, a grid of PyVista, or (points, bricks),"
+            "a mesh is a path, a meshio.Mesh, a grid of PyVista, or (points, elements),"
             f" not {type(source).__name__}"
         ) from None
-    bricks = np.asarray(bricks)
-    if bricks.ndim != 2 or bricks.shape[1] != 8 or not np.issubdtype(bricks.dtype, np.integer):
-        raise MeshError(f"bricks are rows of 8 whole numbers, not {bricks.dtype} {bricks.shape}")
-    return _Cells(np.asarray(points, float), [("hexahedron", bricks)], {}, {})
+    elements = np.asarray(elements)
+    kind, shape = elements.dtype, elements.shape
+    if len(shape) != 2 or shape[1] != 8 or not np.issubdtype(kind, np.integer):
+        raise MeshError(f"elements are rows of 8 whole numbers, not {kind} {shape}")
+    return _Cells(np.asarray(points, float), [("hexahedron", elements)], {}, {})
 
 
 def _read_file(path: Path) -> Any:
@@ -190,8 +191,8 @@ def _from_pyvista(grid: Any) -> _Cells:
     return _Cells(np.asarray(grid.points, float), blocks, {}, {})
 
 
-def _bricks_of(cells: _Cells) -> BrickMesh:
-    """Return the bricks of a mesh with their groups."""
+def _elements_of(cells: _Cells) -> HexahedralMesh:
+    """Return the elements of a mesh with their groups."""
     if cells.points.ndim != 2 or cells.points.shape[1] != 3:
         raise MeshError(f"nodes have 3 coordinates each, and these are {cells.points.shape}")
     if not np.isfinite(cells.points).all():
@@ -200,15 +201,15 @@ def _bricks_of(cells: _Cells) -> BrickMesh:
     for kind, corners in cells.blocks:
         counted[kind] = counted.get(kind, 0) + len(corners)
     solids = {kind: n for kind, n in counted.items() if n and _dimension(kind) == 3}
-    bricks = solids.pop("hexahedron", 0)
+    elements = solids.pop("hexahedron", 0)
     if solids:
         words = ", ".join(f"{n} of kind {kind}" for kind, n in solids.items())
-        raise MeshError(f"the mesh has solids that are no bricks: {words}; {HOW_TO}")
-    if not bricks:
+        raise MeshError(f"the mesh has solids that are no hexahedra: {words}; {HOW_TO}")
+    if not elements:
         there = ", ".join(f"{n} of kind {kind}" for kind, n in counted.items() if n) or "no cells"
-        raise MeshError(f"the mesh has no bricks, but {there}; {HOW_TO}")
+        raise MeshError(f"the mesh has no elements, but {there}; {HOW_TO}")
 
-    first: dict[int, int] = {}  # row of the first brick of each block
+    first: dict[int, int] = {}  # row of the first element of each block
     parts: list[Array] = []
     for number, (kind, corners) in enumerate(cells.blocks):
         if kind == "hexahedron":
@@ -217,14 +218,14 @@ def _bricks_of(cells: _Cells) -> BrickMesh:
     old = np.concatenate(parts)
     if old.min() < 0 or old.max() >= len(cells.points):
         raise MeshError(
-            f"bricks name rows of the points, 0 to {len(cells.points) - 1}; these go from"
+            f"elements name rows of the points, 0 to {len(cells.points) - 1}; these go from"
             f" {old.min()} to {old.max()}"
         )
     old = _upright(cells.points, old)
     rows, corners = np.unique(old, return_inverse=True)
     new = np.full(len(cells.points), -1)
     new[rows] = np.arange(len(rows))
-    mesh = BrickMesh(cells.points[rows], corners.reshape(-1, 8), rows)
+    mesh = HexahedralMesh(cells.points[rows], corners.reshape(-1, 8), rows)
     for name, members in cells.node_sets.items():
         kept = new[members]
         mesh.node_sets[name] = kept[kept >= 0]
@@ -232,31 +233,31 @@ def _bricks_of(cells: _Cells) -> BrickMesh:
     return mesh
 
 
-def _upright(points: Array, bricks: Array) -> Array:
-    """Return bricks none of which stands inside out, by the edges about each one's middle."""
-    x = points[bricks]
+def _upright(points: Array, elements: Array) -> Array:
+    """Return elements none of which stands inside out, by the edges about each one's middle."""
+    x = points[elements]
     along = x[:, [1, 2, 5, 6]].mean(axis=1) - x[:, [0, 3, 4, 7]].mean(axis=1)
     across = x[:, [2, 3, 6, 7]].mean(axis=1) - x[:, [0, 1, 4, 5]].mean(axis=1)
     up = x[:, 4:].mean(axis=1) - x[:, :4].mean(axis=1)
     inverted = np.einsum("ei,ei->e", np.cross(along, across), up) < 0
-    bricks = bricks.copy()
-    bricks[inverted] = bricks[inverted][:, UPSIDE_DOWN]
-    return bricks
+    elements = elements.copy()
+    elements[inverted] = elements[inverted][:, UPSIDE_DOWN]
+    return elements
 
 
-def _add_groups(mesh: BrickMesh, cells: _Cells, first: dict[int, int], new: Array) -> None:
+def _add_groups(mesh: HexahedralMesh, cells: _Cells, first: dict[int, int], new: Array) -> None:
     """Make sets and surfaces of the named groups."""
     if not cells.groups:
         return
-    outer = outer_faces(mesh.bricks)
-    keys = np.sort(face_nodes(mesh.bricks, outer), axis=1)
+    outer = outer_faces(mesh.elements)
+    keys = np.sort(face_nodes(mesh.elements, outer), axis=1)
     table = dict(zip(map(tuple, keys.tolist()), outer.tolist(), strict=True))
     for name, parts in cells.groups.items():
-        bricks, faces, nodes, lost = [], [], [], 0
+        elements, faces, nodes, lost = [], [], [], 0
         for number, rows in parts.items():
             kind, corners = cells.blocks[number]
             if kind == "hexahedron":
-                bricks.append(first[number] + rows)
+                elements.append(first[number] + rows)
                 continue
             members = new[corners[rows]]
             nodes.append(members[members >= 0])
@@ -268,11 +269,11 @@ def _add_groups(mesh: BrickMesh, cells: _Cells, first: dict[int, int], new: Arra
                 lost += len(rows)
         if lost:
             warnings.warn(
-                f"{lost} cells of group {name} are no outer faces of bricks: no surface has them",
+                f"{lost} cells of group {name} are no outer faces of solids: no surface has them",
                 stacklevel=5,
             )
-        if bricks:
-            mesh.element_sets[name] = np.concatenate(bricks)
+        if elements:
+            mesh.element_sets[name] = np.concatenate(elements)
         if nodes and any(map(len, nodes)):
             mesh.node_sets.setdefault(name, np.unique(np.concatenate(nodes)))
         if faces:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.brick_faces import face_normals
+from bipot.element_faces import face_normals
 
 Array = NDArray[Any]
 

@@ -276,7 +276,7 @@ def errors_of_runs(runs: MeshSequence) -> str:
     """Return what the runs by which an accuracy was looked for say of the last one."""
     head = ("run", "elements", "edges over the deck's", "parts of increments", "CPU time [s]")
     rows = [
-        [str(k + 1), str(runs.bricks[k]), short(runs.brick_size[k]), str(runs.divisions[k]),
+        [str(k + 1), str(runs.elements[k]), short(runs.element_size[k]), str(runs.divisions[k]),
          short(runs.processor_time[k])]
         for k in range(len(runs))
     ]

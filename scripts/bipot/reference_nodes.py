@@ -1,4 +1,4 @@
-"""The reference nodes of a result: what moves or carries forces beside the bricks, over time."""
+"""The reference nodes of a result: what moves or carries forces beside the elements, over time."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
+from bipot.element_faces import ELEMENT_FACES, face_nodes, outer_faces
 from bipot.errors import ResultError
 from bipot.mesh_sequence import GROUP as ACCURACY
 from bipot.mesh_sequence import MeshSequence
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     import pyvista
 
 __all__ = (
-    "BRICK_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "MeshSequence",
+    "ELEMENT_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "MeshSequence",
     "NamedSets", "Pair", "Pairs", "ReferenceNode", "ReferenceNodes", "Result", "ResultError",
     "von_mises",
 )
@@ -270,13 +270,13 @@ class Result:
         return self._dataset("/VTKHDF/Points")[()]
 
     @cached_property
-    def bricks(self) -> Array:
-        """Nodes of the elements as rows of `points`, (E, 8), where all are bricks.
+    def elements(self) -> Array:
+        """Nodes of the elements as rows of `points`, (E, 8), where all are hexahedra.
 
         Raises ResultError where any is a wedge or a tetrahedron: `to_pyvista` has them all.
         """
         if (self._dataset("/VTKHDF/Types")[()] != 12).any():
-            raise ResultError(f"{self.path}: not all elements are bricks; ParaView shows the others")
+            raise ResultError(f"{self.path}: not all elements are C3D8; ParaView shows the others")
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
 
     @cached_property
@@ -303,7 +303,7 @@ class Result:
             also = ""
             if node_id in self.reference_nodes.node_ids:
                 also = "; it is one of reference_nodes"
-            raise ResultError(f"{self.path}: bricks have no node {node_id}{also}")
+            raise ResultError(f"{self.path}: elements have no node {node_id}{also}")
         return int(found[0])
 
     def nearest_node(self, position: ArrayLike) -> int:
@@ -312,9 +312,9 @@ class Result:
 
     @cached_property
     def boundary(self) -> tuple[Array, Array]:
-        """Faces that belong to one brick only: (nodes (F, 4) counterclockwise, brick (F,))."""
-        faces = outer_faces(self.bricks)
-        return face_nodes(self.bricks, faces), faces[:, 0]
+        """Faces that belong to one element only: (nodes (F, 4) counterclockwise, element (F,))."""
+        faces = outer_faces(self.elements)
+        return face_nodes(self.elements, faces), faces[:, 0]
 
     # --- Sets ---------------------------------------------------------------------------------
 
@@ -336,8 +336,8 @@ class Result:
     def face_sets(self) -> NamedSets:
         """The deck's surfaces of faces by name: (F, 2), element and face 0 to 5 (S1 to S6).
 
-        The element is a row of `element_ids`. Where all elements are bricks,
-        `bipot.brick_faces.face_nodes(result.bricks, result.face_sets["TOP"])` are their nodes.
+        The element is a row of `element_ids`. Where all elements are hexahedra,
+        `bipot.element_faces.face_nodes(result.elements, result.face_sets["TOP"])` are their nodes.
         """
         return NamedSets(self, "faces")
 

@@ -236,7 +236,7 @@ class Plan:
         return self._count("mesh", r"^(?P<number>\d+) node")
 
     @property
-    def bricks(self) -> int | None:
+    def elements(self) -> int | None:
         """Elements of the mesh."""
         return self._count("mesh", r"(?P<number>\d+) element")
 
@@ -468,7 +468,7 @@ def run(
     time        seconds of the processor that all runs together may take: the most accurate mesh
                 and increments within them are chosen
     memory      that a run may take, as "4GB" or "500MB": the same
-    refine      how often every brick is cut into eight; beside these three it keeps the mesh
+    refine      how often every element is cut into eight; beside these three it keeps the mesh
     force       run even what does not fit in memory or on the disk
     threads     of the linear algebra library (as the environment has it)
     quiet       no progress bar; there is one anyway only where tqdm is installed

@@ -3,8 +3,8 @@
     scripts/tradeoff input/block.inp --reference n=24,steps=100,solver=AUTO,local=AUTO \\
         --vary n=2,4,8,16 --vary tolerance=1e-2,1e-4,1e-8 --also solver=AUTO,local=AUTO
 
-Names are parameters of the deck, as `bipot --set` takes them, or --refine, how often every brick of
-any mesh is cut into eight: `--vary=--refine=0,1 --reference=--refine=2`. All combinations of the
+Names are parameters of the deck, as `bipot --set` takes them, or --refine, how often every element
+of any mesh is cut into eight: `--vary=--refine=0,1 --reference=--refine=2`. All combinations of the
 --vary lists are run, once as the deck stands and once with each --also, which may also pin a varied
 name. The error of a run is its largest difference from the reference over contact pairs and ends of
 *STEPs, relative to the largest value of the reference. Its time is processor time without what

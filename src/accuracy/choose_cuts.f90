@@ -1,11 +1,11 @@
-!> How often the bricks at contact are to be cut ahead of all others: tried on a coarse mesh, where
-!> a run is cheap, and judged by one whose bricks are all of half the size.
+!> How often the elements at contact are to be cut ahead of all others: tried on a coarse mesh,
+!> where a run is cheap, and judged by one whose elements are all of half the size.
 !>
 !> What one cut there misses of this is the part of the mesh that is far from contact; what another
 !> cut changes is the part at contact. Where that is little, the runs on this mesh say how wrong the
-!> last one is. If it is not enough, all bricks get smaller together, those at contact so many cuts
-!> ahead: the errors of such runs fall with the size of all bricks as they do without cuts, and are
-!> estimated likewise.
+!> last one is. If it is not enough, all elements get smaller together, those at contact so many
+!> cuts ahead: the errors of such runs fall with the size of all elements as they do without cuts,
+!> and are estimated likewise.
 !>
 !> docs/theory.md section 10.
 module choose_cuts_mod
@@ -22,9 +22,9 @@ module choose_cuts_mod
 
   integer, parameter :: most_cuts = 6
   real(wp), parameter :: enough = 0.5_wp
-  !! of what bricks of half the size change, that those far from contact may have a part in [-]
+  !! of what elements of half the size change, that those far from contact may have a part in [-]
   real(wp), parameter :: little = 0.25_wp   !! of the accuracy, that a cut changes [-]
-  real(wp), parameter :: for_near = 0.5_wp  !! of the accuracy, for the bricks at contact [-]
+  real(wp), parameter :: for_near = 0.5_wp  !! of the accuracy, for the elements at contact [-]
 
 contains
 
@@ -68,7 +68,7 @@ contains
 
   contains
 
-    !> Whether the bricks at contact leave little error, or less than all others.
+    !> Whether the elements at contact leave little error, or less than all others.
     pure logical function is_resolved(run)
       integer, intent(in) :: run
       type(convergence_t), allocatable :: near(:)

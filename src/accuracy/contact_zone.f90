@@ -32,11 +32,11 @@ contains
     end do
   end subroutine mark_touched
 
-  !> Balls that hold the marked nodes of bricks, and reach half-way to their neighbours.
+  !> Balls that hold the marked nodes of elements, and reach half-way to their neighbours.
   pure function balls_about(mesh, touched, across) result(balls)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: touched(:, :)   !! (1,n_nodes) of mark_touched
-    integer, intent(in) :: across           !! axis along which bricks stay as they are; 0: none
+    integer, intent(in) :: across           !! axis along which elements stay as they are; 0: none
     real(wp), allocatable :: balls(:, :)    !! (4,n) centre, radius [length]
     real(wp) :: radius(mesh%n_nodes), low(3), cell, half
     integer, allocatable :: nodes(:), cells(:, :), order(:)
@@ -91,7 +91,7 @@ contains
     end do
   end function balls_about
 
-  !> The part of the bricks that are in a zone, or in the ring around it [-].
+  !> The part of the elements that are in a zone, or in the ring around it [-].
   pure real(wp) function share_near(mesh, balls, across) result(share)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: balls(:, :) !! (4,n)

@@ -7,13 +7,13 @@ module convergence_mod
   implicit none
   private
 
-  public :: least_order, most_order, order_of_bricks, order_of_increments, safety, safety_of_two, &
-    about_twice, convergence_t, observe_convergence, assume_first_order, fitted_order, &
-    error_at_least, error_by_differences, size_for_error
+  public :: least_order, most_order, order_of_elements, order_of_increments, safety, &
+    safety_of_two, about_twice, convergence_t, observe_convergence, assume_first_order, &
+    fitted_order, error_at_least, error_by_differences, size_for_error
 
   real(wp), parameter :: least_order = 0.5_wp, most_order = 1.5_wp !! that are believed
-  real(wp), parameter :: order_of_bricks = 2.0_wp, order_of_increments = 1.0_wp
-  !! the highest that any part of an error has in the size of bricks, and of increments
+  real(wp), parameter :: order_of_elements = 2.0_wp, order_of_increments = 1.0_wp
+  !! the highest that any part of an error has in the size of elements, and of increments
   real(wp), parameter :: safety = 1.4_wp, safety_of_two = 3.0_wp
   !! of an error with three meshes and with two [-]
   real(wp), parameter :: about_twice = 1.9_wp !! a size over another that is distant enough [-]
@@ -90,7 +90,7 @@ contains
     order = lowest
     least = huge(1.0_wp)
     far = values - spread(sum(values, 2)/size(h), 2, size(h))
-    do i = 0, nint((order_of_bricks - lowest)/step)
+    do i = 0, nint((order_of_elements - lowest)/step)
       x = h**(lowest + i*step)
       x = x - sum(x)/size(x)
       left = sum((far - spread(matmul(far, x), 2, size(h))*spread(x, 1, size(values, 1))/ &

@@ -1,4 +1,4 @@
-!> The runs of a sequence whose bricks at contact were cut on one mesh, again and again.
+!> The runs of a sequence whose elements at contact were cut on one mesh, again and again.
 !>
 !> docs/theory.md section 10.
 module cut_runs_mod
@@ -13,19 +13,19 @@ module cut_runs_mod
     is_in_few_places, is_all_but_cut
 
   real(wp), parameter :: most_near = 1.0_wp/3.0_wp
-  !! of the bricks at contact: where there are more, cutting all of them costs little more [-]
+  !! of the elements at contact: where there are more, cutting all of them costs little more [-]
   real(wp), parameter :: about_half = 0.55_wp !! of a size [-]
   real(wp), parameter :: alike = 0.5_wp       !! of the accuracy, that two runs are apart [-]
 
 contains
 
-  !> The coarsest mesh on which contact is in few places, of those with a run whose bricks are half
-  !> as large.
+  !> The coarsest mesh on which contact is in few places, of those with a run whose elements are
+  !> half as large.
   pure subroutine find_base(sequence, divisions, base, half)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: divisions !! of the deck's increments, of the runs
     integer, intent(out) :: base     !! its run; 0: there is none
-    integer, intent(out) :: half     !! the run with smaller bricks
+    integer, intent(out) :: half     !! the run with smaller elements
     integer, allocatable :: runs(:)
     integer :: i, k
 
@@ -46,7 +46,7 @@ contains
     end do
   end subroutine find_base
 
-  !> The coarsest mesh on which contact is in few places, where no run has bricks that are half as
+  !> The coarsest mesh on which contact is in few places, where no run has elements that are half as
   !> large; 0: one has, or contact is in few places on none.
   pure integer function waits_for_half(sequence, divisions) result(base)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -67,9 +67,9 @@ contains
     base = 0
   end function waits_for_half
 
-  !> Whether a cut of the bricks at contact takes much less than one of all.
+  !> Whether a cut of the elements at contact takes much less than one of all.
   pure logical function is_in_few_places(near)
-    real(wp), intent(in) :: near !! the part of the bricks that are there [-]
+    real(wp), intent(in) :: near !! the part of the elements that are there [-]
 
     is_in_few_places = near > 0.0_wp .and. near <= most_near
   end function is_in_few_places

@@ -1,5 +1,5 @@
-!> What a quantity would be with bricks without size, as its values on five meshes and more say, and
-!> how wrong that may be.
+!> What a quantity would be with elements without size, as its values on five meshes and more say,
+!> and how wrong that may be.
 !>
 !> docs/theory.md (10.18), (10.22).
 module extrapolation_mod
@@ -112,7 +112,7 @@ contains
 
   contains
 
-    !> What bricks without size have on the parabola through the last size, one about twice as
+    !> What elements without size have on the parabola through the last size, one about twice as
     !> large, and one between.
     pure function of_parabola() result(q)
       real(wp) :: q(size(found, 1), size(found, 2))

@@ -10,7 +10,7 @@ module finer_meshes_mod
   public :: begin_sequence, finer, next_finer, skip_mesh, mesh_before
   public :: least_step, largest_step, second_step
 
-  integer, parameter :: fewest_bricks = 2 !! along the longest edge of a block, to begin with
+  integer, parameter :: fewest_elements = 2 !! along the longest edge of a block, to begin with
   integer, parameter :: fewest_of_trial = 4 !! likewise, where increments are tried
   real(wp), parameter :: least_step = 1.25_wp, largest_step = 2.0_wp !! from size to size
   real(wp), parameter :: second_step = 1.5_wp !! from the first size to the second
@@ -19,7 +19,7 @@ module finer_meshes_mod
 contains
 
   !> A sequence without runs; the mesh to begin with is that of the deck where its blocks cannot
-  !> have other bricks.
+  !> have other elements.
   subroutine begin_sequence(deck, blocks, across, sequence)
     type(scene_t), intent(in) :: deck       !! as written
     type(blocks_t), intent(in) :: blocks(3) !! of it that may have others, along each axis
@@ -31,7 +31,7 @@ contains
     sequence%trial = coarsest(sequence%blocks, fewest_of_trial)
     sequence%first = sequence%trial
     ! What coarser meshes take is too little to foresee others by.
-    if (.not. has_bound(sequence)) sequence%first = coarsest(sequence%blocks, fewest_bricks)
+    if (.not. has_bound(sequence)) sequence%first = coarsest(sequence%blocks, fewest_elements)
     sequence%trial%across = across
     sequence%first%across = across
   end subroutine begin_sequence
@@ -49,7 +49,7 @@ contains
     end do
   end function but_across
 
-  !> The coarsest mesh with so many bricks along the longest edge of a block.
+  !> The coarsest mesh with so many elements along the longest edge of a block.
   pure type(mesh_size_t) function coarsest(blocks, fewest)
     type(blocks_t), intent(in) :: blocks
     integer, intent(in) :: fewest
@@ -62,7 +62,7 @@ contains
     end do
   end function coarsest
 
-  !> A finer mesh, of bricks about so many times smaller.
+  !> A finer mesh, of elements about so many times smaller.
   pure type(mesh_size_t) function finer(sequence, mesh_size, times)
     type(mesh_sequence_t), intent(in) :: sequence
     type(mesh_size_t), intent(in) :: mesh_size

@@ -1,5 +1,5 @@
-!> What the values of a quantity in runs of three sizes and more, of bricks or of increments, say of
-!> the error of the last one.
+!> What the values of a quantity in runs of three sizes and more, of elements or of increments, say
+!> of the error of the last one.
 !>
 !> docs/theory.md (10.9) to (10.15).
 module follow_sizes_mod
@@ -14,8 +14,8 @@ module follow_sizes_mod
 
 contains
 
-  !> What three sizes and more, of bricks or of increments, say of the error of the last one: of the
-  !> finest as many as span twice its size, and three at least.
+  !> What three sizes and more, of elements or of increments, say of the error of the last one: of
+  !> the finest as many as span twice its size, and three at least.
   pure subroutine follow_sizes(sequence, all_runs, all_sizes, highest_order, k, scale, observed, &
     n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -27,7 +27,7 @@ contains
     type(convergence_t), intent(out) :: observed
     integer, intent(out) :: n_rising !! as of sequence_error_t
     integer, parameter :: fitted_to = 4 !! sizes is an order, where there are so many
-    real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed, of bricks
+    real(wp), parameter :: most_fitted = 1.25_wp !! of such an order that is believed, of elements
     real(wp), parameter :: widest = 2.0_wp
     !! sizes over the last, beyond which coarser ones are forgotten: what they miss is of its own
     integer, allocatable :: runs(:)

@@ -9,7 +9,7 @@ module foreseen_costs_mod
 
   public :: fits, seconds_to_run, memory_to_run, note_plan
 
-  !> How a cost grows as bricks get smaller: but for a part that is fixed, as a power of their
+  !> How a cost grows as elements get smaller: but for a part that is fixed, as a power of their
   !> number along an edge; while it is small as another, until the arithmetic of the factor, or
   !> memory beyond the caches, prevails.
   type :: growth_t
@@ -17,7 +17,7 @@ module foreseen_costs_mod
     real(wp) :: power(2)     !! while it is small, and from there on [-]
   end type growth_t
 
-  ! Of bricks that are cut along all three axes; in a slice along two.
+  ! Of elements that are cut along all three axes; in a slice along two.
   type(growth_t), parameter :: of_start = growth_t(0.01_wp, 0.3_wp, [3.5_wp, 4.8_wp])
   type(growth_t), parameter :: of_increments = growth_t(0.0_wp, 0.3_wp, [2.8_wp, 4.2_wp])
   type(growth_t), parameter :: of_planning = growth_t(0.01_wp, 0.3_wp, [3.3_wp, 3.3_wp])
@@ -122,13 +122,13 @@ contains
     memory = planned_at(sequence, sequence%plans%memory, of_memory, relative_size(mesh_size))
   end function memory_to_run
 
-  !> A cost at a size of bricks: between the plans of a coarser and a finer mesh along a power of
+  !> A cost at a size of elements: between the plans of a coarser and a finer mesh along a power of
   !> the size; else from the nearest, with the growth that is given.
   pure real(wp) function planned_at(sequence, costs, growth, h) result(cost)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: costs(:) !! of its plans
     type(growth_t), intent(in) :: growth
-    real(wp), intent(in) :: h        !! size of the bricks [-]
+    real(wp), intent(in) :: h        !! size of the elements [-]
     real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
     real(wp) :: at, n_cut
     integer :: coarser, finer, i
@@ -163,7 +163,7 @@ contains
 
   contains
 
-    !> A cost with bricks so many times smaller.
+    !> A cost with elements so many times smaller.
     pure real(wp) function grown(from, times)
       real(wp), intent(in) :: from, times
       real(wp) :: while_small !! times, 1 and more
@@ -182,7 +182,7 @@ contains
 
   end function planned_at
 
-  !> Whether two sizes of bricks are one.
+  !> Whether two sizes of elements are one.
   pure logical function is_same(a, b)
     real(wp), intent(in) :: a, b
     real(wp), parameter :: rounding = 1.0e-9_wp

@@ -29,7 +29,7 @@ module measured_quantities_mod
     !! its error counts; else it is there for its scale, or beside another one
     logical  :: is_share = .false. !! a number up to 1: they are parts of what is left to that
     integer  :: beside = 0
-    !! of a largest value the place of what the next one is, across a brick; 0: none
+    !! of a largest value the place of what the next one is, across an element; 0: none
   end type quantity_t
 
   !> The least size of a pair, or of a set, beside the largest, down to which errors are its own;
@@ -91,14 +91,14 @@ contains
           pair=p, is_scale=.false., is_share=.true.))
       end do
       call add_measure(list, quantity_t('largest_displacement', 'length', &
-        'of the nodes of bricks', scale=size(scene%pairs) + 1))
+        'of the nodes of elements', scale=size(scene%pairs) + 1))
     case (accuracy_of_displacement)
-      call add(list, quantity_t('largest_displacement', 'length', 'of the nodes of bricks', &
+      call add(list, quantity_t('largest_displacement', 'length', 'of the nodes of elements', &
         scale=1))
     case default
       call add_largest(list, quantity_t('largest_von_mises', 'pressure', &
-        'of the mean stresses of the bricks', scale=1), 'von_mises_beside', &
-        'of the bricks that share a face with that one, the least')
+        'of the mean stresses of the elements', scale=1), 'von_mises_beside', &
+        'of the elements that share a face with that one, the least')
     end select
   end subroutine list_of_scene
 

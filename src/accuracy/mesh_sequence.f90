@@ -22,7 +22,7 @@ module mesh_sequence_mod
   type :: mesh_run_t
     type(mesh_size_t) :: mesh_size
     integer  :: divisions = 1         !! of the deck's increments
-    integer  :: n_bricks = 0
+    integer  :: n_elements = 0
     real(wp) :: equations = 0.0_wp
     real(wp) :: memory = 0.0_wp       !! as planned [bytes]
     real(wp) :: seconds = 0.0_wp      !! of the processor [s]
@@ -32,15 +32,15 @@ module mesh_sequence_mod
     real(wp), allocatable :: values(:, :) !! (n_components,n_increments) of the deck's increments
     real(wp) :: planned = 0.0_wp      !! its seconds, as planned; 0: not known [s]
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
-    real(wp) :: near = 1.0_wp             !! the part of the bricks that are there [-]
+    real(wp) :: near = 1.0_wp             !! the part of the elements that are there [-]
     logical :: is_kept = .true.           !! its result is in the file
     real(wp) :: theory = 0.0_wp           !! error of small strain, the largest; in no sum [-]
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
   end type mesh_run_t
 
-  !> Runs that differ in the size of all bricks alone.
+  !> Runs that differ in the size of all elements alone.
   type :: family_t
-    integer :: cuts = 0      !! of bricks at contact, beside all others
+    integer :: cuts = 0      !! of elements at contact, beside all others
     integer :: divisions = 1 !! of the deck's increments
   end type family_t
 
@@ -173,7 +173,7 @@ contains
     if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
   end function step_runs
 
-  !> Those of some runs whose bricks are of a size or smaller.
+  !> Those of some runs whose elements are of a size or smaller.
   pure function runs_up_to(sequence, runs, h) result(finer)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:)
@@ -201,7 +201,7 @@ contains
     runs = by_divisions(sequence, runs)
   end function runs_on_mesh
 
-  !> The sizes of the bricks of runs.
+  !> The sizes of the elements of runs.
   pure function sizes_of(sequence, runs) result(h)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:)
@@ -285,7 +285,7 @@ contains
       if (i <= size(sequence%runs)) run = sequence%runs(i)
       call carry_size(run%mesh_size)
       call archive(list, run%divisions)
-      call archive(list, run%n_bricks)
+      call archive(list, run%n_elements)
       call archive(list, run%equations)
       call archive(list, run%memory)
       call archive(list, run%seconds)

@@ -33,12 +33,12 @@ module next_run_mod
 
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
   real(wp), parameter :: wary_step = 1.5_wp
-  !! from size to size: estimates are high on coarse meshes, and bricks of half the size take thirty
-  !! times as long
+  !! from size to size: estimates are high on coarse meshes, and elements of half the size take
+  !! thirty times as long
   real(wp), parameter :: worth_a_try = 1.5_wp
-  !! times smaller that all bricks must get, from which on cuts at contact are tried
+  !! times smaller that all elements must get, from which on cuts at contact are tried
   real(wp), parameter :: far_off = 4.0_wp
-  !! times smaller that bricks must get, from which on it is looked whether that helps
+  !! times smaller that elements must get, from which on it is looked whether that helps
   real(wp), parameter :: differs_by = 0.25_wp
   !! of what divisions of increments change on a mesh: how much of it may count as an error of the
   !! last one, for it is not the same there [-]
@@ -56,7 +56,7 @@ module next_run_mod
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
     integer :: of_run = 0            !! the run that reaches it; 0: none does
     real(wp) :: finer = 1.0_wp
-    !! beyond the machine: how many times smaller the bricks of the last run would have to be [-]
+    !! beyond the machine: how many times smaller the elements of the last run would have to be [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
     real(wp) :: seconds = 0.0_wp     !! foreseen up to its end, all runs; 0: not known [s]
     real(wp) :: error = -1.0_wp      !! foreseen; negative: not known [-]
@@ -87,7 +87,7 @@ contains
     if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
   end subroutine choose_run
 
-  !> Increments on the first mesh, then all bricks, those at contact, increments there.
+  !> Increments on the first mesh, then all elements, those at contact, increments there.
   subroutine follow_runs(sequence, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     real(wp), intent(in) :: memory_left
@@ -121,7 +121,7 @@ contains
     if (has_bound(sequence) .or. size(mesh_runs(sequence, family_t())) < 3) return
     fewest = minval(sequence%runs%divisions)
     base = waits_for_half(sequence, fewest)
-    ! Contact on few bricks says little of how it converges.
+    ! Contact on few elements says little of how it converges.
     if (base > 0 .and. choice%outcome == not_convergent) choice%outcome = to_run
     if (base > 0 .and. choice%outcome == to_run) call go_no_further(finer(sequence, &
       sequence%runs(base)%mesh_size, largest_step), choice)
@@ -267,7 +267,7 @@ contains
     choice%may_be_last = .false.
   end subroutine go_no_further
 
-  !> What follows where bricks at contact are cut: increments there, then all bricks.
+  !> What follows where elements at contact are cut: increments there, then all elements.
   subroutine follow_cuts(sequence, family, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(in) :: family !! its divisions are those that cuts were tried with
@@ -387,7 +387,7 @@ contains
       if (needed > far_off) then
         if (is_as_wrong_as_before()) choice%outcome = not_convergent
       end if
-      ! The factor of bricks s times smaller takes s^4 of the memory. What is small yet is no
+      ! The factor of elements s times smaller takes s^4 of the memory. What is small yet is no
       ! measure of that, and another mesh is cheap.
       choice%finer = needed
       choice%memory = last%memory*needed**4
@@ -398,7 +398,7 @@ contains
 
   contains
 
-    !> Whether, of six meshes and more, the error is about what it was with bricks of twice the
+    !> Whether, of six meshes and more, the error is about what it was with elements of twice the
     !> size: that of the last mesh and of the one before, for scatter may make one of them so large.
     !> Of resultants and the energy three times the size: they scatter where contact goes on from
     !> node to node, and resultants have a limit, and so has the energy without forces on nodes.

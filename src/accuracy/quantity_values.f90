@@ -83,7 +83,7 @@ contains
 
   contains
 
-    !> Of the means of the bricks the largest, and the least next to it, in the same material.
+    !> Of the means of the elements the largest, and the least next to it, in the same material.
     subroutine find_mises(largest, beside)
       real(wp), intent(out) :: largest, beside
       type(tensor_field_t) :: strain, stress
@@ -125,12 +125,12 @@ contains
 
   end subroutine measure_quantities
 
-  !> Of the nodes of bricks.
+  !> Of the nodes of elements.
   pure real(wp) function largest_displacement(mesh, state)
     type(mesh_t), intent(in) :: mesh
     type(state_t), intent(in) :: state
 
-    largest_displacement = maxval(norm2(state%displacement(:, mesh%brick_nodes), dim=1))
+    largest_displacement = maxval(norm2(state%displacement(:, mesh%element_nodes), dim=1))
   end function largest_displacement
 
   !> How much of the friction that there may be a pair's points take, at most: 1 where one slips.
@@ -195,8 +195,8 @@ contains
     end associate
   end function used_gap
 
-  !> Of the points at the other ends of a brick's edges where a pair's pressure is the largest the
-  !> least pressure.
+  !> Of the points at the other ends of an element's edges where a pair's pressure is the largest
+  !> the least pressure.
   pure real(wp) function pressure_beside(mesh, points, contact, pair) result(beside)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points

@@ -28,7 +28,7 @@ module run_within_mod
   real(wp), parameter :: largest_jump = 2.2_wp
   !! from size to size: the mesh before the last then takes a few parts in a hundred of its time
   real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
-  real(wp), parameter :: worth_another_plan = 1.08_wp !! bricks so many times smaller
+  real(wp), parameter :: worth_another_plan = 1.08_wp !! elements so many times smaller
   real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without
   integer, parameter :: most_plans = 3 !! of one run, before it is begun
   integer, parameter :: first_trials = 4 !! divisions that are tried on the first mesh
@@ -261,7 +261,7 @@ contains
   real(wp) function expected_error(sequence, errors, h, divisions, of_steps) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors !! of the last run
-    real(wp), intent(in) :: h                    !! size of its bricks [-]
+    real(wp), intent(in) :: h                    !! size of its elements [-]
     integer, intent(in) :: divisions
     real(wp), intent(in), optional :: of_steps   !! what of their error counts (all) [-]
     real(wp) :: order, steps

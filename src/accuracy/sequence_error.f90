@@ -9,7 +9,7 @@ module sequence_error_mod
     fewest_divisions, sizes_of
   use cut_runs_mod, only: find_base, runs_on_base
   use convergence_mod, only: convergence_t, assume_first_order, safety_of_two, about_twice, &
-    order_of_bricks
+    order_of_elements
   use sequence_limits_mod, only: has_limit, error_of_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
   use step_errors_mod, only: error_by_steps, runs_for_steps, error_by_transfer
@@ -86,7 +86,7 @@ contains
           scales(k), runs(1), runs(2)))
         cycle
       end if
-      call follow_sizes(sequence, runs, sizes_of(sequence, runs), order_of_bricks, k, scales(k), &
+      call follow_sizes(sequence, runs, sizes_of(sequence, runs), order_of_elements, k, scales(k), &
         errors%of_mesh(k), errors%n_rising(k))
       associate (more => error_by_transfer(sequence, k, scales(k), runs(n)))
         errors%of_mesh(k)%error = min(errors%of_mesh(k)%error + more, error_by_divided(sequence, &
@@ -117,7 +117,7 @@ contains
 
   contains
 
-    !> Whether two meshes say something: another witness does, on bricks that are not too few for
+    !> Whether two meshes say something: another witness does, on elements that are not too few for
     !> it.
     pure logical function two_are_enough(last)
       integer, intent(in) :: last
@@ -190,13 +190,13 @@ contains
     if (n < 3 .or. sequence%runs(runs(n))%divisions == 1) return
     associate (h => sizes_of(sequence, runs))
       if (h(1) < about_twice*h(n)) return
-      call follow_sizes(sequence, runs, h, order_of_bricks, k, scale, observed, n_rising)
+      call follow_sizes(sequence, runs, h, order_of_elements, k, scale, observed, n_rising)
     end associate
     error = observed%error
   end function error_by_divided
 
   !> The least that the errors of largest values are: what they change by to the next one, across a
-  !> brick. Where coarse meshes agree by accident on what grows without end, at an edge
+  !> element. Where coarse meshes agree by accident on what grows without end, at an edge
   !> say, or on what is the largest there alone, that is much.
   pure function errors_beside(sequence, run, scales) result(errors)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -242,9 +242,9 @@ contains
     errors%turns = spread(.false., 1, size(near))
   end subroutine take_cuts
 
-  !> What is wrong with a run whose bricks at contact were cut again and again on one mesh: of these
-  !> bricks by how it converged with their size, of all others by what half their size changed where
-  !> those at contact were alike.
+  !> What is wrong with a run whose elements at contact were cut again and again on one mesh: of
+  !> these elements by how it converged with their size, of all others by what half their size
+  !> changed where those at contact were alike.
   pure subroutine estimate_cuts(sequence, run, scales, near, far, n_rising)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: run
@@ -275,7 +275,7 @@ contains
       base)%mesh_size)
     do k = 1, size(scales)
       call follow_sizes(sequence, runs, [(0.5_wp**i, i=0, size(runs) - 1)], &
-        order_of_bricks, k, scales(k), near(k), n_rising(k))
+        order_of_elements, k, scales(k), near(k), n_rising(k))
       far(k) = (1.0_wp + safety_of_two*half_size/(1.0_wp - half_size))*change(sequence, k, &
         scales(k), runs(2), half)
     end do
@@ -300,7 +300,7 @@ contains
       errors%of_mesh(k)%error
   end function is_limit_better
 
-  !> The values of a quantity's components, extrapolated to bricks without size; those of the last
+  !> The values of a quantity's components, extrapolated to elements without size; those of the last
   !> mesh where an accuracy of extrapolated values knows these better.
   pure function extrapolated(sequence, errors, k) result(values)
     type(mesh_sequence_t), intent(in) :: sequence

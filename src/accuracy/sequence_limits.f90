@@ -1,4 +1,4 @@
-!> Limits of what the runs of a sequence give, as their bricks get smaller.
+!> Limits of what the runs of a sequence give, as their elements get smaller.
 module sequence_limits_mod
   use kinds_mod, only: wp
   use mesh_sequence_mod, only: mesh_sequence_t, sizes_of, values_in
@@ -10,8 +10,8 @@ module sequence_limits_mod
 
 contains
 
-  !> Whether there are enough meshes for a limit. Bricks at contact that are cut ahead of the others
-  !> have sizes of their own.
+  !> Whether there are enough meshes for a limit. Elements at contact that are cut ahead of the
+  !> others have sizes of their own.
   pure logical function has_limit(sequence, runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:) !! the coarsest first
@@ -31,7 +31,7 @@ contains
     call find_limit(sequence, runs, k, scale, limit, error)
   end function error_of_limit
 
-  !> A quantity with bricks without size, by many meshes.
+  !> A quantity with elements without size, by many meshes.
   pure subroutine find_limit(sequence, runs, k, scale, limit, error)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:) !! the coarsest first

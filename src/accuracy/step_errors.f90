@@ -10,7 +10,7 @@ module step_errors_mod
     runs_on_mesh, runs_up_to, sizes_of, values_in
   use cut_runs_mod, only: cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, about_twice, &
-    order_of_bricks, order_of_increments
+    order_of_elements, order_of_increments
   use follow_sizes_mod, only: follow_sizes
   use step_limits_mod, only: corrects_steps, error_of_corrected, growth_of_error, &
     error_of_difference, least_part, size_of
@@ -22,7 +22,7 @@ module step_errors_mod
 
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
-  !! bricks with which increments are tried again that the first trial wants divided, over its own
+  !! elements with which increments are tried again that the first trial wants divided, over its own
 
 contains
 
@@ -88,7 +88,7 @@ contains
       if (.not. is_mesh_enough) return
       scales = error_scales(sequence%list, sequence%runs(meshes(size(meshes)))%values)
       do k = 1, size(scales)
-        call follow_sizes(sequence, meshes, sizes_of(sequence, meshes), order_of_bricks, k, &
+        call follow_sizes(sequence, meshes, sizes_of(sequence, meshes), order_of_elements, k, &
           scales(k), observed, n_rising)
         is_mesh_enough = is_mesh_enough .and. observed%error <= (1.0_wp - part_for_steps)* &
           sequence%wanted
@@ -173,7 +173,7 @@ contains
       if (first < 1) return
       if (h(first) < about_twice*h(n)) return
       observed = observe_convergence(h([first, n - 1, n]), [differ(first, n - 1), differ(n - 1, &
-        n)], order_of_bricks)
+        n)], order_of_elements)
       if (observed%converges) error = observed%error
     end function by_three
 

@@ -198,7 +198,7 @@ contains
   !> The error on the finer of two meshes in what increments change, from what that differs by.
   !> docs/theory.md (10.21).
   pure real(wp) function error_of_difference(h, difference) result(error)
-    real(wp), intent(in) :: h(2) !! sizes of the bricks, descending [-]
+    real(wp), intent(in) :: h(2) !! sizes of the elements, descending [-]
     real(wp), intent(in) :: difference
     real(wp), parameter :: most_weight = 1.5_wp !! of what near meshes differ by, which is scatter
 

@@ -204,7 +204,7 @@ contains
     end do
   end subroutine find_energy_errors
 
-  !> The worst balance of what bricks alone connect, forces of constraints among those that act.
+  !> The worst balance of what elements alone connect, forces of constraints among those that act.
   !>
   !> Equations need not leave action equal to reaction, as ties do: what they join does not balance
   !> as a whole, each piece does.
@@ -235,7 +235,7 @@ contains
     f_of_piece = f(0)
     do node = 1, mesh%n_nodes
       if (mesh%piece(node) > 0) f_of_piece(mesh%piece(node)) = f(mesh%body(node))
-      ! Nodes without bricks balance by themselves: that is equilibrium.
+      ! Nodes without elements balance by themselves: that is equilibrium.
       if (mesh%piece(node) == 0 .and. mesh%body(node) > 0) carries(:, node) = .true.
     end do
     worst = worst_balance(apart, acting, carries, max(rounding, forces%rounding), f_of_piece)

@@ -20,7 +20,7 @@ module command_line_mod
 
   public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
 
-  !> A brick is 262,144 then; once more, two million.
+  !> An element is 262,144 then; once more, two million.
   integer, parameter :: max_refinement = 6
   real(wp), parameter :: most_time = 1.0e9_wp !! some thirty years [s]
   integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
@@ -38,7 +38,7 @@ module command_line_mod
     real(wp) :: time = 0.0_wp                    !! --time: of the processor; 0: any [s]
     real(wp) :: memory = 0.0_wp                  !! --memory: at the peak; 0: what there is [bytes]
     integer :: refine = -1
-    !! --refine: how often bricks are cut into eight; negative: not given
+    !! --refine: how often elements are cut into eight; negative: not given
     logical :: small_strain = .false.            !! --nlgeom no: in place of the deck's NLGEOM
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
@@ -157,7 +157,7 @@ contains
     end if
     if (options%flat .and. options%refine >= 0) then
       call raise(error, exit_wrong_input, 'bipot: error: --flat prints the deck, which has no '// &
-        'more bricks with --refine')
+        'more elements with --refine')
       return
     end if
     if (sweeps_option /= '') then

@@ -25,7 +25,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points !! gets across
     logical, allocatable :: held(:, :)
-    logical :: is_single(scene%mesh%n_nodes) !! without bricks: its place says nothing
+    logical :: is_single(scene%mesh%n_nodes) !! without elements: its place says nothing
     integer, allocatable :: masters(:)       !! nodes of the pair's master; none of facets
     real(wp) :: side(2), close_by
     integer :: pair, axis, i, k

@@ -6,7 +6,7 @@
 !> Pair after pair in the order of the deck, each where the ones before it left the nodes.
 module adjust_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use inverted_bricks_mod, only: jacobians_of
+  use inverted_elements_mod, only: jacobians_of
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
@@ -107,7 +107,7 @@ contains
       call place_nodes(reader, model, obstacles(pairs(p)%master), pairs(p)%name, p, &
         placed(p)%elements, mover)
     end do
-    call check_bricks(reader, model, pairs, adjusts, mover)
+    call check_elements(reader, model, pairs, adjusts, mover)
     do p = 1, size(pairs)
       if (.not. adjusts(p)%wanted .or. .not. any(mover > p)) cycle
       if (is_before_faces(pairs(p), obstacles)) then
@@ -177,8 +177,8 @@ contains
     call note_moves(reader, pair, n, farthest)
   end subroutine place_nodes
 
-  !> Report a brick that the moved nodes turned inside out, one of each pair.
-  subroutine check_bricks(reader, model, pairs, adjusts, mover)
+  !> Report an element that the moved nodes turned inside out, one of each pair.
+  subroutine check_elements(reader, model, pairs, adjusts, mover)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(contact_pair_t), intent(in) :: pairs(:)
@@ -198,7 +198,7 @@ contains
       call report(reader, adjusts(p)%position, 'ADJUST of '//pairs(p)%name//' turns element '// &
         to_text(model%mesh%element_id(e))//' inside out: move the body nearer to the master')
     end do
-  end subroutine check_bricks
+  end subroutine check_elements
 
   !> Move nodes onto a surface: along their normals by their gaps, three times over, since what
   !> they face changes as they move. Where both surfaces end at a plane its nodes stay on it.

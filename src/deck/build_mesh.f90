@@ -1,8 +1,8 @@
 !> The mesh of the scene from the mesh as read, and what can be wrong with it as a whole.
 module build_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use brick8_mod, only: eta_node, xi_node, zeta_node
-  use inverted_bricks_mod, only: jacobians_of
+  use hexahedron8_mod, only: eta_node, xi_node, zeta_node
+  use inverted_elements_mod, only: jacobians_of
   use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
   use cells_mod, only: hexahedron_8, hexahedron_nodes
@@ -16,7 +16,7 @@ module build_mesh_mod
   implicit none
   private
 
-  public :: mark_used_nodes, note_unused_nodes, check_bricks, check_locking, build_mesh
+  public :: mark_used_nodes, note_unused_nodes, check_elements, check_locking, build_mesh
 
 contains
 
@@ -58,8 +58,8 @@ contains
       ' nodes belong to no element (the first: node '//to_text(model%mesh%node_id(first))//')')
   end subroutine note_unused_nodes
 
-  !> Report bricks that are turned inside out or flat.
-  subroutine check_bricks(reader, draft)
+  !> Report elements that are turned inside out or flat.
+  subroutine check_elements(reader, draft)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
     real(wp) :: x(3, hexahedron_nodes), least
@@ -86,7 +86,7 @@ contains
           ' is too distorted: its Jacobian reaches '//to_text(least, 3))
       end if
     end do
-  end subroutine check_bricks
+  end subroutine check_elements
 
   !> Report wedges and tetrahedra of a nearly incompressible material: they lock, and contact
   !> pressures of theirs are noise.
@@ -110,7 +110,7 @@ contains
       if (.not. poisson > stiff) cycle
       if (poisson > locked) then
         call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
-          " is no brick, and locks with a Poisson's ratio of "// &
+          " is no element, and locks with a Poisson's ratio of "// &
           to_text(poisson, 4)//': mesh with C3D8B')
       else
         call note(reader, "wedges and tetrahedra are too stiff with a Poisson's ratio of "// &
@@ -120,8 +120,8 @@ contains
     end do
   end subroutine check_locking
 
-  !> Whether a brick is a box along the axes, its corners in their order: then all is well with it,
-  !> and its sixteen determinants need not be computed.
+  !> Whether an element is a box along the axes, its corners in their order: then all is well with
+  !> it, and its sixteen determinants need not be computed.
   pure function is_box(x)
     real(wp), intent(in) :: x(3, hexahedron_nodes) !! nodes [length]
     logical :: is_box

@@ -1,7 +1,7 @@
-!> Bricks of the mesh as read replaced by their pieces, and its sets with them.
+!> Elements of the mesh as read replaced by their pieces, and its sets with them.
 !>
 !> What stands further down in the deck then means the finer mesh: surfaces and loads of faces take
-!> the parts of the faces that they name, sets of bricks their pieces. A new node is in a set of
+!> the parts of the faces that they name, sets of elements their pieces. A new node is in a set of
 !> nodes where all those that it lies between are. Forces on nodes and tables stay with the deck's
 !> nodes.
 module cut_mesh_mod
@@ -11,14 +11,14 @@ module cut_mesh_mod
   use cells_mod, only: cells, hexahedron_8
   use connectivity_mod, only: make_hexahedra
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
-  use refine_bricks_mod, only: piece_faces, pieces_t, value_between
+  use refine_elements_mod, only: piece_faces, pieces_t, value_between
   use sets_mod, only: finish, model_t, set_t
   use sorting_mod, only: order_of
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: nodes_by_id, refuse_other_cells, replace_bricks
+  public :: nodes_by_id, refuse_other_cells, replace_elements
 
 contains
 
@@ -53,12 +53,12 @@ contains
     rank(node) = [(i, i=0, mesh%n_nodes)]
   end subroutine nodes_by_id
 
-  !> Put pieces in the place of bricks, and new nodes behind all others.
-  subroutine replace_bricks(model, pieces, ids, between, place, ok)
+  !> Put pieces in the place of elements, and new nodes behind all others.
+  subroutine replace_elements(model, pieces, ids, between, place, ok)
     type(model_t), intent(inout) :: model
     type(pieces_t), intent(in) :: pieces
     integer, intent(in) :: ids(:)        !! (n) of the pieces
-    integer, intent(in) :: between(:, :) !! (8,n_new) as of refine_bricks
+    integer, intent(in) :: between(:, :) !! (8,n_new) as of refine_elements
     real(wp), intent(in) :: place(:, :)  !! (3,n_new) likewise
     logical, intent(out) :: ok           !! false: there is no room
     integer :: first(model%mesh%n_elements + 1), n, i
@@ -99,7 +99,7 @@ contains
     do i = 1, model%element_sets%n
       call cut_members(first, model%element_sets%list(i))
     end do
-  end subroutine replace_bricks
+  end subroutine replace_elements
 
   !> New nodes, behind all others, where those are that they lie between.
   subroutine add_nodes(mesh, between, place)
@@ -124,7 +124,7 @@ contains
     mesh%n_nodes = mesh%n_nodes + size(between, 2)
   end subroutine add_nodes
 
-  !> What was said of the deck's nodes one by one, said of new ones: bricks have them.
+  !> What was said of the deck's nodes one by one, said of new ones: elements have them.
   subroutine extend_marks(model, more)
     type(model_t), intent(inout) :: model
     integer, intent(in) :: more
@@ -194,9 +194,9 @@ contains
     end do
   end subroutine list_by_highest
 
-  !> The pieces of the bricks of a set.
+  !> The pieces of the elements of a set.
   pure subroutine cut_members(first, set)
-    integer, intent(in) :: first(:) !! (n+1) the first piece of each brick
+    integer, intent(in) :: first(:) !! (n+1) the first piece of each element
     type(set_t), intent(inout) :: set
     integer :: i, k
 

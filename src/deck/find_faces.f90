@@ -29,7 +29,7 @@ contains
     end do
 
     call drop_divided(mesh, key, outer)
-    ! Two bricks that meet in a face both have it among the candidates: then it is inside.
+    ! Two elements that meet in a face both have it among the candidates: then it is inside.
     call order_of_columns(key, order)
     do i = 2, size(order)
       if (any(key(:, order(i)) /= key(:, order(i - 1)))) cycle

@@ -1,5 +1,5 @@
 !> A deck as one flat text: included files in their place, parameters replaced by their values, and
-!> blocks by their nodes, bricks, sets and surfaces. Everything else stands as it was written.
+!> blocks by their nodes, elements, sets and surfaces. Everything else stands as it was written.
 !>
 !>     *PARAMETER
 !>     n = 2
@@ -35,7 +35,7 @@ contains
   !> The flat text of a deck whose nodes and elements have been read, and nothing more.
   subroutine flat_deck(reader, draft, text)
     type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft          !! its bricks name nodes by their ids
+    type(mesh_draft_t), intent(in) :: draft          !! its elements name nodes by their ids
     type(string_t), intent(out) :: text              !! lines; empty where the deck has mistakes
     type(source_t) :: flat
     integer :: k, line
@@ -128,7 +128,7 @@ contains
     end do
     associate (block => draft%blocks(b))
       call add_nodes(draft, block, flat)
-      call add_bricks(draft, block, flat)
+      call add_elements(draft, block, flat)
       call name_option(reader, card, 'ELSET', .false., others, ok)
       if (ok .and. .not. same_word(others, block%name)) then
         call put(flat, '*ELSET, ELSET='//as_name(others))
@@ -159,23 +159,23 @@ contains
     end do
   end subroutine add_nodes
 
-  !> The bricks of a block and the set of them.
-  subroutine add_bricks(draft, block, flat)
+  !> The elements of a block and the set of them.
+  subroutine add_elements(draft, block, flat)
     type(mesh_draft_t), intent(in) :: draft
     type(block_t), intent(in) :: block
     type(source_t), intent(inout) :: flat
     character(:), allocatable :: type_name
-    integer :: brick
+    integer :: element
 
     type_name = 'C3D8'
     if (draft%element_kind(block%first_element) == kind_c3d8i) type_name = 'C3D8I'
     if (draft%element_kind(block%first_element) == kind_c3d8b) type_name = 'C3D8B'
     call put(flat, '*ELEMENT, TYPE='//type_name//', ELSET='//as_name(block%name))
-    do brick = block%first_element, block%first_element + product(block%n) - 1
-      call add_ids([draft%element_id(brick), nodes_of_element(draft%connectivity, brick)], flat, &
-        a_line=9)
+    do element = block%first_element, block%first_element + product(block%n) - 1
+      call add_ids([draft%element_id(element), nodes_of_element(draft%connectivity, element)], &
+        flat, a_line=9)
     end do
-  end subroutine add_bricks
+  end subroutine add_elements
 
   !> The surface of one side of a block.
   subroutine add_side(draft, block, side, flat)

@@ -47,9 +47,9 @@ module mesh_draft_mod
   type :: block_t
     character(:), allocatable :: name
     integer :: position = 0
-    integer :: n(3) = 1           !! bricks along x, y, z
+    integer :: n(3) = 1           !! elements along x, y, z
     integer :: first_node = 1     !! number of its first node
-    integer :: first_element = 1  !! number of its first brick
+    integer :: first_element = 1  !! number of its first element
   end type block_t
 
   !> The mesh as far as it was read. Arrays may be longer than what counts.
@@ -62,7 +62,7 @@ module mesh_draft_mod
     integer :: highest_node = 0                  !! highest id so far
     integer :: n_stand_ins = 0                   !! the last so many stand in for local directions
     integer :: n_elements = 0
-    integer, allocatable :: element_id(:)        !! of a refined brick that of the deck's
+    integer, allocatable :: element_id(:)        !! of a refined element that of the deck's
     integer, allocatable :: element_position(:)
     integer, allocatable :: element_kind(:)      !! kind_c3d8 and its kin
     type(connectivity_t) :: connectivity         !! ids, later numbers, of nodes
@@ -83,22 +83,22 @@ module mesh_draft_mod
     integer :: n_blocks = 0
     type(blocks_t) :: counts(3) !! NX, NY and NZ of the deck's blocks
     integer :: scale(2) = 1
-    !! each has scale(1)/scale(2) times the bricks along each axis that the deck says
+    !! each has scale(1)/scale(2) times the elements along each axis that the deck says
     integer :: across = 0 !! but for this axis, as of mesh_size_t
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
-    ! Where bricks are refined:
+    ! Where elements are refined:
     integer, allocatable :: first_piece(:)
-    !! (n+1) of each brick of the deck; its pieces follow each other
+    !! (n+1) of each element of the deck; its pieces follow each other
     integer, allocatable :: piece_id(:)          !! (n_elements) ids of pieces
     integer :: n_given = 0                       !! nodes of the deck
-    integer, allocatable :: given_id(:)          !! ids of the deck's bricks
+    integer, allocatable :: given_id(:)          !! ids of the deck's elements
     integer, allocatable :: between(:, :)        !! as of mesh_t
     real(wp), allocatable :: place(:, :)         !! likewise
     logical, allocatable :: hangs(:)             !! likewise
     logical, allocatable :: outer(:, :)
-    !! (6,n_elements) whether a face is a part of that face of the deck's brick
+    !! (6,n_elements) whether a face is a part of that face of the deck's element
   end type mesh_draft_t
 
 contains
@@ -178,7 +178,7 @@ contains
     end do
   end function is_of_block
 
-  !> The bricks that an id of the deck means; none where it is not one of a brick.
+  !> The elements that an id of the deck means; none where it is not one of an element.
   pure function find_elements(draft, id) result(elements)
     type(mesh_draft_t), intent(in) :: draft
     integer, intent(in) :: id
@@ -194,19 +194,19 @@ contains
     if (found > 0) elements = pieces_of(draft, found)
   end function find_elements
 
-  !> The bricks that a brick of the deck was cut into.
-  pure function pieces_of(draft, brick) result(pieces)
+  !> The elements that an element of the deck was cut into.
+  pure function pieces_of(draft, element) result(pieces)
     type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: brick
+    integer, intent(in) :: element
     integer, allocatable :: pieces(:)
     integer :: i
 
-    pieces = [brick]
-    if (allocated(draft%first_piece)) pieces = [(i, i=draft%first_piece(brick), &
-      draft%first_piece(brick + 1) - 1)]
+    pieces = [element]
+    if (allocated(draft%first_piece)) pieces = [(i, i=draft%first_piece(element), &
+      draft%first_piece(element + 1) - 1)]
   end function pieces_of
 
-  !> Those of bricks that have a part of this face of the deck's bricks.
+  !> Those of elements that have a part of this face of the deck's elements.
   pure function with_outer(draft, elements, face) result(chosen)
     type(mesh_draft_t), intent(in) :: draft
     integer, intent(in) :: elements(:)
@@ -220,19 +220,19 @@ contains
     end if
   end function with_outer
 
-  !> The faces of bricks that faces of the deck's bricks consist of.
+  !> The faces of solid elements that faces of the deck's elements consist of.
   pure function refined_faces(draft, faces) result(parts)
     type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: faces(:, :)        !! (2,n) brick of the deck, face 1..6
+    integer, intent(in) :: faces(:, :)        !! (2,n) element of the deck, face 1..6
     integer, allocatable :: parts(:, :)       !! (2,m) likewise of the mesh
     integer :: i, k, n
 
     allocate (parts(2, size(faces, 2)))
     n = 0
     do i = 1, size(faces, 2)
-      associate (bricks => with_outer(draft, pieces_of(draft, faces(1, i)), faces(2, i)))
-        do k = 1, size(bricks)
-          call append(parts, n, [bricks(k), faces(2, i)])
+      associate (elements => with_outer(draft, pieces_of(draft, faces(1, i)), faces(2, i)))
+        do k = 1, size(elements)
+          call append(parts, n, [elements(k), faces(2, i)])
         end do
       end associate
     end do

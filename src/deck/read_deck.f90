@@ -5,7 +5,7 @@
 !> down. Every mistake is kept, and all are told at the end in the order of the deck.
 module read_deck_mod
   use adjust_mod, only: adjust_nodes, adjust_t
-  use build_mesh_mod, only: build_mesh, check_bricks, check_locking, mark_used_nodes, &
+  use build_mesh_mod, only: build_mesh, check_elements, check_locking, mark_used_nodes, &
     note_unused_nodes
   use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report, &
     report_missing_element
@@ -190,7 +190,7 @@ contains
     if (.not. any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) then
       call note_unused_nodes(reader, model)
     end if
-    call check_bricks(reader, model%mesh)
+    call check_elements(reader, model%mesh)
     call read_sets(reader, model)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
     call read_refinements(reader, model, refinements)
@@ -271,14 +271,14 @@ contains
     if (scene%finite_strain) call prepare_finite_strain(reader, scene)
   end subroutine read_cards
 
-  !> The blocks of a deck that would say the same of blocks of more or fewer bricks: all bricks are
-  !> of blocks, of which none is meant by its number, nor a node; and no node has a force of its
+  !> The blocks of a deck that would say the same of blocks of more or fewer elements: all elements
+  !> are of blocks, of which none is meant by its number, nor a node; and no node has a force of its
   !> own, for on more nodes it would be more.
   pure function free_blocks(reader, model, steps) result(blocks)
     type(reader_t), intent(in) :: reader
     type(model_t), intent(in) :: model
     type(load_step_t), intent(in) :: steps(:)
-    type(blocks_t) :: blocks(3) !! their bricks along each axis
+    type(blocks_t) :: blocks(3) !! their elements along each axis
     integer :: i, n
 
     n = 0

@@ -1,18 +1,18 @@
-!> Some bricks of the mesh as read cut into eight, of a slice into four, again and again: those of a
-!> set, those at the nodes of a set, those about a zone. Where they meet others, nodes hang.
+!> Some elements of the mesh as read cut into eight, of a slice into four, again and again: those of
+!> a set, those at the nodes of a set, those about a zone. Where they meet others, nodes hang.
 !>
 !> docs/theory.md section 11.
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
   use connectivity_mod, only: nodes_of_element, table_of_hexahedra
   use constraints_mod, only: add_constraint, constraints_t
-  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_elements
   use diagnostics_mod, only: any_mistakes
   use kinds_mod, only: i8, wp
   use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
   use mesh_draft_mod, only: max_nodes, mesh_draft_t
   use mesh_size_mod, only: is_near, zone_t
-  use refine_bricks_mod, only: local_axes, pieces_t, value_between
+  use refine_elements_mod, only: local_axes, pieces_t, value_between
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
   use text_mod, only: to_text
@@ -22,16 +22,16 @@ module refine_locally_mod
   public :: refinement_t, refine_locally, place_hanging, constrain_hanging, most_times
 
   integer, parameter :: most_times = 10
-  !> Of a brick with all that it takes to cut it. [byte]
-  integer(i8), parameter :: bytes_of_brick = 2000_i8
+  !> Of an element with all that it takes to cut it. [byte]
+  integer(i8), parameter :: bytes_of_element = 2000_i8
 
   !> A *REFINE.
   type :: refinement_t
     integer :: position = 0
     integer :: times = 1
-    integer :: node_set = 0    !! bricks at its nodes, those between them too; 0: none
-    integer :: element_set = 0 !! its bricks; 0: none
-    type(zone_t) :: zone       !! bricks about it
+    integer :: node_set = 0    !! elements at its nodes, those between them too; 0: none
+    integer :: element_set = 0 !! its elements; 0: none
+    type(zone_t) :: zone       !! elements about it
   end type refinement_t
 
 contains
@@ -54,15 +54,15 @@ contains
     if (any_mistakes(reader%diagnostics)) return
     n_before = model%mesh%n_elements
     allocate (cuts(n_before), source=0)
-    ok = fewest_bricks(model, refinements) < max_nodes
+    ok = fewest_elements(model, refinements) < max_nodes
     if (.not. ok) call refuse()
     if (.not. ok) return
     do pass = 1, max(zone%times, maxval([refinements%times, 0]))
       if (pass == 1) call refuse_far(reader, model, refinements)
-      chosen = choose_bricks(model, refinements, zone, pass, across)
+      chosen = choose_elements(model, refinements, zone, pass, across)
       if (.not. any(chosen)) cycle
       if (allocated(model%mesh%between)) then
-        call cut_with(bricks_of(model%mesh), model%mesh%n_nodes, model%mesh%between, &
+        call cut_with(elements_of(model%mesh), model%mesh%n_nodes, model%mesh%between, &
           model%mesh%n_given, cuts, chosen)
       end if
       call cut_chosen(model, chosen, across, cuts, ok)
@@ -71,9 +71,9 @@ contains
     end do
     if (.not. any(cuts > 0)) return
     associate (mesh => model%mesh)
-      mesh%hangs = find_hanging(mesh%n_nodes, bricks_of(mesh), mesh%between, mesh%n_given)
+      mesh%hangs = find_hanging(mesh%n_nodes, elements_of(mesh), mesh%between, mesh%n_given)
       if (.not. any(mesh%hangs)) deallocate (mesh%hangs)
-      call note(reader, 'refined locally: '//to_text(n_before)//' bricks are '// &
+      call note(reader, 'refined locally: '//to_text(n_before)//' elements are '// &
         to_text(mesh%n_elements))
     end associate
 
@@ -91,7 +91,7 @@ contains
 
   end subroutine refine_locally
 
-  !> Report balls that lie where no brick is.
+  !> Report balls that lie where no element is.
   subroutine refuse_far(reader, model, refinements)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -100,14 +100,14 @@ contains
 
     do i = 1, size(refinements)
       if (refinements(i)%zone%times == 0) cycle
-      if (any(choose_bricks(model, refinements(i:i), zone_t(), 1, 0))) cycle
+      if (any(choose_elements(model, refinements(i:i), zone_t(), 1, 0))) cycle
       call report(reader, refinements(i)%position, &
-        'there is no brick to be cut: none is near the balls')
+        'there is no element to be cut: none is near the balls')
     end do
   end subroutine refuse_far
 
-  !> How many bricks there will be at least.
-  pure real(wp) function fewest_bricks(model, refinements) result(n)
+  !> How many elements there will be at least.
+  pure real(wp) function fewest_elements(model, refinements) result(n)
     type(model_t), intent(in) :: model
     type(refinement_t), intent(in) :: refinements(:)
     integer :: i
@@ -119,10 +119,10 @@ contains
         if (allocated(set%members)) n = max(n, size(set%members)*8.0_wp**refinements(i)%times)
       end associate
     end do
-  end function fewest_bricks
+  end function fewest_elements
 
-  !> The bricks that are to be cut for the n-th time.
-  function choose_bricks(model, refinements, zone, pass, across) result(chosen)
+  !> The elements that are to be cut for the n-th time.
+  function choose_elements(model, refinements, zone, pass, across) result(chosen)
     type(model_t), intent(in) :: model
     type(refinement_t), intent(in) :: refinements(:)
     type(zone_t), intent(in) :: zone
@@ -168,9 +168,9 @@ contains
       end associate
     end subroutine choose_near
 
-  end function choose_bricks
+  end function choose_elements
 
-  !> Cut the chosen bricks, every edge in two but for those across a slice.
+  !> Cut the chosen elements, every edge in two but for those across a slice.
   subroutine cut_chosen(model, chosen, across, cuts, ok)
     type(model_t), intent(inout) :: model
     logical, intent(in) :: chosen(:)
@@ -178,7 +178,7 @@ contains
     integer, allocatable, intent(inout) :: cuts(:) !! (n_elements) how often each was cut
     logical, intent(out) :: ok                     !! false: there is no room
     type(pieces_t) :: pieces
-    integer, allocatable :: node(:), rank(:), ids(:), between(:, :), added(:, :), bricks(:, :)
+    integer, allocatable :: node(:), rank(:), ids(:), between(:, :), added(:, :), elements(:, :)
     integer :: n, n_nodes, highest, i
 
     n = model%mesh%n_elements
@@ -189,7 +189,7 @@ contains
       ids = model%mesh%element_id(:n)
     end if
     highest = maxval(ids)
-    ok = has_memory(8*bytes_of_brick*count(chosen)) .and. n + 7*count(chosen) < &
+    ok = has_memory(8*bytes_of_element*count(chosen)) .and. n + 7*count(chosen) < &
       max_nodes .and. highest < huge(highest) - 8*count(chosen) .and. &
       model%mesh%highest_node < huge(highest) - 16*count(chosen)
     if (.not. ok) return
@@ -197,9 +197,9 @@ contains
     allocate (between(8, 0))
     if (allocated(model%mesh%between)) between = reshape(rank([model%mesh%between]), &
       shape(model%mesh%between))
-    bricks = bricks_of(model%mesh)
-    call cut_some(n_nodes, reshape(rank([bricks]), shape(bricks)), between, chosen, &
-      local_axes(model%mesh%coordinates, bricks, across), pieces, added)
+    elements = elements_of(model%mesh)
+    call cut_some(n_nodes, reshape(rank([elements]), shape(elements)), between, chosen, &
+      local_axes(model%mesh%coordinates, elements, across), pieces, added)
     node = [node, [(n_nodes + i, i=1, size(added, 2))]]
     pieces%nodes = reshape(node(1 + [pieces%nodes]), shape(pieces%nodes))
     ids = ids(pieces%origin)
@@ -208,21 +208,21 @@ contains
       highest = highest + 1
       ids(i) = highest
     end do
-    call replace_bricks(model, pieces, ids, reshape(node(1 + [added]), shape(added)), &
+    call replace_elements(model, pieces, ids, reshape(node(1 + [added]), shape(added)), &
       middle_of(added), ok)
     if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen
 
-  pure function bricks_of(mesh) result(bricks)
+  pure function elements_of(mesh) result(elements)
     type(mesh_draft_t), intent(in) :: mesh
-    integer :: bricks(8, mesh%n_elements)
+    integer :: elements(8, mesh%n_elements)
 
-    bricks = table_of_hexahedra(mesh%connectivity, mesh%n_elements)
-  end function bricks_of
+    elements = table_of_hexahedra(mesh%connectivity, mesh%n_elements)
+  end function elements_of
 
   !> Where new nodes lie between others: in the middle.
   pure function middle_of(between) result(place)
-    integer, intent(in) :: between(:, :) !! (8,n) as of refine_bricks
+    integer, intent(in) :: between(:, :) !! (8,n) as of refine_elements
     real(wp) :: place(3, size(between, 2))
 
     place = 0.5_wp

@@ -1,12 +1,12 @@
-!> The mesh as read with every edge of its bricks cut into equal parts.
+!> The mesh as read with every edge of its elements cut into equal parts.
 module refine_mesh_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes
-  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_bricks
+  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_elements
   use connectivity_mod, only: table_of_hexahedra
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
-  use refine_bricks_mod, only: local_axes, n_pieces, pieces_t, refine_bricks
+  use refine_elements_mod, only: local_axes, n_pieces, pieces_t, refine_elements
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
   use text_mod, only: to_text
@@ -15,12 +15,12 @@ module refine_mesh_mod
 
   public :: refine_mesh
 
-  !> Of a brick with all that it takes to cut it: edges and faces, sorted, and what comes of it.
-  integer(i8), parameter :: bytes_of_brick = 2000_i8
+  !> Of an element with all that it takes to cut it: edges and faces, sorted, and what comes of it.
+  integer(i8), parameter :: bytes_of_element = 2000_i8
 
 contains
 
-  !> Cut every edge of the bricks into so many parts, but for those across a slice; sets have been
+  !> Cut every edge of the elements into so many parts, but for those across a slice; sets have been
   !> read.
   subroutine refine_mesh(reader, model, parts, across)
     type(reader_t), intent(inout) :: reader
@@ -37,33 +37,34 @@ contains
     n_elements = model%mesh%n_elements
     pieces = int(parts, i8)**merge(2, 3, across > 0)
     nodes = pieces*n_elements
-    ok = has_memory(bytes_of_brick*nodes/8)
+    ok = has_memory(bytes_of_element*nodes/8)
     if (nodes > max_nodes .or. .not. ok) then
       call report(reader, 0, 'the mesh cannot be '//in_words(parts)//': that is '// &
-        to_text(nodes)//' bricks, at most '//to_text(max_nodes)//' are possible, memory permitting')
+        to_text(nodes)//' elements, at most '//to_text(max_nodes)//' are possible, '// &
+        'memory permitting')
     else if (pieces*model%mesh%highest_element + nodes > huge(parts) .or. &
       model%mesh%highest_node + 2*nodes > huge(parts)) then
       call report(reader, 0, 'the mesh cannot be '//in_words(parts)// &
         ': its ids are too high, which those of its parts are above')
     end if
     if (any_mistakes(reader%diagnostics)) return
-    call cut_bricks(model, parts, across, ok)
+    call cut_elements(model, parts, across, ok)
     if (.not. ok) then
       call report(reader, 0, 'the mesh cannot be '//in_words(parts)//': there is no room '// &
         'for its nodes (at most '//to_text(max_nodes)//', memory permitting)')
       return
     end if
     call note(reader, in_words(parts)//': the '// &
-      to_text(n_elements)//' bricks of the deck are '//to_text(model%mesh%n_elements)// &
+      to_text(n_elements)//' elements of the deck are '//to_text(model%mesh%n_elements)// &
       ', its '//to_text(model%mesh%n_given)//' nodes '//to_text(model%mesh%n_nodes))
   end subroutine refine_mesh
 
-  !> Cut every brick. Those that brick `id` is cut into are (id - 1) pieces + 1 and so on.
-  subroutine cut_bricks(model, parts, across, ok)
+  !> Cut every element. Those that element `id` is cut into are (id - 1) pieces + 1 and so on.
+  subroutine cut_elements(model, parts, across, ok)
     type(model_t), intent(inout) :: model
     integer, intent(in) :: parts, across
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: given(:, :), bricks(:, :), uncut(:), between(:, :), node(:), rank(:)
+    integer, allocatable :: given(:, :), elements(:, :), uncut(:), between(:, :), node(:), rank(:)
     real(wp), allocatable :: place(:, :)
     integer :: pieces, n, n_nodes, e, k, i
 
@@ -73,14 +74,14 @@ contains
     uncut = local_axes(model%mesh%coordinates, given, across)
     pieces = n_pieces(parts, uncut)
     call nodes_by_id(model%mesh, node, rank)
-    call refine_bricks(n_nodes, reshape(rank([given]), shape(given)), parts, uncut, bricks, &
+    call refine_elements(n_nodes, reshape(rank([given]), shape(given)), parts, uncut, elements, &
       between, place)
     node = [node, [(n_nodes + i, i=1, size(between, 2))]]
-    call replace_bricks(model, pieces_t(reshape(node(1 + [bricks]), shape(bricks)), &
+    call replace_elements(model, pieces_t(reshape(node(1 + [elements]), shape(elements)), &
       [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], uncut, parts), &
       [((pieces*(model%mesh%element_id(e) - 1) + k, k=1, pieces), e=1, n)], &
       reshape(node(1 + [between]), shape(between)), place, ok)
-  end subroutine cut_bricks
+  end subroutine cut_elements
 
   !> Refined once, or so many times; else in how many parts edges are cut.
   pure function in_words(parts) result(words)

@@ -1,13 +1,13 @@
-!> Slices in plane strain: one brick thick, held across, the same on both sides.
+!> Slices in plane strain: one element thick, held across, the same on both sides.
 !>
-!> What happens in a slice does not change across it, so it needs no more bricks there.
+!> What happens in a slice does not change across it, so it needs no more elements there.
 module slice_axis_mod
   use cells_mod, only: hexahedron_8, hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use obstacle_shapes_mod, only: is_same_along
-  use refine_bricks_mod, only: along_edge, edge_nodes, local_axes
+  use refine_elements_mod, only: along_edge, edge_nodes, local_axes
   use scene_mod, only: scene_t
   use mesh_mod, only: deck_rounding
   use surfaces_mod, only: surface_t, nodes_of
@@ -22,11 +22,11 @@ contains
 
   !> The axis across a scene that is a slice, 1 to 3; 0: it is none.
   !>
-  !> All bricks lie between two planes, their edges from one to the other are at right angles to
+  !> All elements lie between two planes, their edges from one to the other are at right angles to
   !> these, and all nodes are held along the axis at 0 in every *STEP. What is given of a node is
   !> given of the one opposite. Obstacles are planes and cylinders along the axis, and turn about it
-  !> alone. Forces on nodes of bricks, constraints and local directions are not looked into: such a
-  !> scene counts as none.
+  !> alone. Forces on nodes of elements, constraints and local directions are not looked into: such
+  !> a scene counts as none.
   pure integer function axis_across(scene) result(axis)
     type(scene_t), intent(in) :: scene !! of the deck as written
     integer, allocatable :: opposite(:)
@@ -46,8 +46,8 @@ contains
     end do
   end function axis_across
 
-  !> The node on the other side of every node of bricks, 0 of others; empty where bricks do not all
-  !> reach from one plane at right angles to the axis to another.
+  !> The node on the other side of every node of elements, 0 of others; empty where elements do not
+  !> all reach from one plane at right angles to the axis to another.
   pure function opposite_nodes(scene, axis) result(opposite)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: axis
@@ -57,8 +57,8 @@ contains
     logical :: is_slice
 
     associate (mesh => scene%mesh)
-      low = minval(mesh%coordinates(axis, mesh%brick_nodes))
-      high = maxval(mesh%coordinates(axis, mesh%brick_nodes))
+      low = minval(mesh%coordinates(axis, mesh%element_nodes))
+      high = maxval(mesh%coordinates(axis, mesh%element_nodes))
       close_by = max(rounding*(high - low), 16.0_wp*deck_rounding(mesh%coordinates, mesh%origin))
       allocate (opposite(mesh%n_nodes), source=0)
       is_slice = .true.
@@ -95,11 +95,11 @@ contains
   end function opposite_nodes
 
   !> Whether nodes are held at 0 along an axis in every *STEP, and nothing turns about another one.
-  pure logical function is_held(scene, axis, of_bricks)
+  pure logical function is_held(scene, axis, of_elements)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: axis
-    logical, intent(in) :: of_bricks(:) !! (n_nodes) the nodes
-    logical :: held(size(of_bricks))
+    logical, intent(in) :: of_elements(:) !! (n_nodes) the nodes
+    logical :: held(size(of_elements))
     integer :: step, i
 
     held = .false.
@@ -113,17 +113,17 @@ contains
             held(support%node) = .not. abs(support%value) > 0.0_wp
           end associate
         end do
-        is_held = is_held .and. all(held .or. .not. of_bricks) .and. .not. any(now%rotations%dof &
+        is_held = is_held .and. all(held .or. .not. of_elements) .and. .not. any(now%rotations%dof &
           /= axis .and. abs(now%rotations%value) > 0.0_wp)
       end associate
     end do
   end function is_held
 
-  !> Whether all that is given of nodes of bricks is given of those opposite, too.
+  !> Whether all that is given of nodes of elements is given of those opposite, too.
   pure logical function is_the_same_on_both_sides(scene, axis, opposite) result(same)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: axis
-    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no element
     real(wp) :: gap(size(opposite))
     integer :: i
 
@@ -169,7 +169,7 @@ contains
   !> Whether of each node the one opposite is among the nodes too.
   pure logical function are_paired(nodes, opposite)
     integer, intent(in) :: nodes(:)
-    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no element
     logical :: among(0:size(opposite))
 
     among = .false.
@@ -181,7 +181,7 @@ contains
   !> Whether nodes opposite each other have the same values.
   pure logical function are_equal(values, opposite)
     real(wp), intent(in) :: values(:)  !! (n_nodes)
-    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no element
 
     are_equal = all(abs(values - values(max(opposite, 1))) <= 0.0_wp .or. opposite == 0)
   end function are_equal
@@ -189,7 +189,7 @@ contains
   !> Whether a *STEP says the same of nodes opposite each other.
   pure logical function same_in_step(step, opposite) result(same)
     type(load_step_t), intent(in) :: step
-    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no brick
+    integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no element
     integer :: dof
 
     same = .not. any(opposite(step%forces%node) > 0)

@@ -106,9 +106,9 @@ contains
     call add_unnamed(surfaces)
     index = surfaces%n
     deallocate (surfaces%list(index)%faces)
-    associate (bricks => with_outer(mesh, elements, face))
-      allocate (surfaces%list(index)%faces(2, size(bricks)))
-      surfaces%list(index)%faces(1, :) = bricks
+    associate (outer => with_outer(mesh, elements, face))
+      allocate (surfaces%list(index)%faces(2, size(outer)))
+      surfaces%list(index)%faces(1, :) = outer
     end associate
     surfaces%list(index)%faces(2, :) = face
     call find_nodes(mesh, surfaces%list(index))

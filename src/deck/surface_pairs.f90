@@ -227,7 +227,7 @@ contains
       ok = .not. any(has_slave(master%faces(1, :)))
       if (.not. ok) then
         call report(reader, position, quoted(slave%name)//' and '//quoted(master%name)// &
-          ' are two sides of the same bricks: they cannot touch')
+          ' are two sides of the same elements: they cannot touch')
         return
       end if
       ! Bodies overlap by less than they are thick.

@@ -6,7 +6,7 @@
 !> Weights give a place on the master only where the node is there: elsewhere bodies that turn would
 !> be strained. So what is not moved onto its master is not tied but refused.
 module ties_mod
-  use inverted_bricks_mod, only: jacobians_of
+  use inverted_elements_mod, only: jacobians_of
   use cards_mod, only: keep_reading, note, reader_t, report
   use constraints_mod, only: constraints_t, add_constraint, constraint_on_cycle, constraint_of
   use diagnostics_mod, only: quoted
@@ -142,11 +142,11 @@ contains
           ' of its slave nodes, by '//to_text(moved, 3)//' at most')
       end do
     end associate
-    call check_bricks(reader, model, ties, mover)
+    call check_elements(reader, model, ties, mover)
   end subroutine move_tied_nodes
 
-  !> Report a brick that the moved nodes turned inside out, one of each tie.
-  subroutine check_bricks(reader, model, ties, mover)
+  !> Report an element that the moved nodes turned inside out, one of each tie.
+  subroutine check_elements(reader, model, ties, mover)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(tie_t), intent(in) :: ties(:)
@@ -165,7 +165,7 @@ contains
       call report(reader, ties(t)%position, 'tie '//quoted(ties(t)%name)//' turns element '// &
         to_text(model%mesh%element_id(e))//' inside out: mesh its surfaces closer to each other')
     end do
-  end subroutine check_bricks
+  end subroutine check_elements
 
   !> The constraints of all ties, where all nodes are at last.
   subroutine make_constraints(reader, model, surfaces, ties, constraints)

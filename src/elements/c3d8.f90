@@ -1,8 +1,8 @@
-!> C3D8: the brick with full integration. Stiff in bending and where it is nearly incompressible.
+!> C3D8: the element with full integration. Stiff in bending and where it is nearly incompressible.
 module c3d8_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t, stress_of
-  use brick8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
+  use hexahedron8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
   implicit none
   private
 
@@ -10,7 +10,7 @@ module c3d8_mod
 
 contains
 
-  !> Stiffness of the brick.
+  !> Stiffness of the element.
   pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
     type(elasticity_t), intent(in) :: elastic
@@ -21,7 +21,7 @@ contains
     k = isotropic_stiffness(8, gradient, weight, elastic)
   end function stiffness
 
-  !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
+  !> Internal force of the element, from the displacements themselves (no stiffness matrix).
   pure function nodal_force(x, u, elastic) result(f)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     type(elasticity_t), intent(in) :: elastic

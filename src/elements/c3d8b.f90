@@ -1,15 +1,15 @@
-!> C3D8B: the brick with the mean dilatation (B-bar), for nearly incompressible material.
+!> C3D8B: the element with the mean dilatation (B-bar), for nearly incompressible material.
 !>
-!> The dilatation at every Gauss point is replaced by its average over the brick,
+!> The dilatation at every Gauss point is replaced by its average over the element,
 !>
 !>     tr(eps) -> sum u_a . mean_a,      mean_a = int g_a dV / V
 !>
-!> so that a brick has one volume to keep, not eight. Source: J.C. Nagtegaal, D.M. Parks, J.R. Rice
-!> (1974), T.J.R. Hughes (1980), docs/theory.md (8.8) to (8.10).
+!> so that an element has one volume to keep, not eight. Source: J.C. Nagtegaal, D.M. Parks, J.R.
+!> Rice (1974), T.J.R. Hughes (1980), docs/theory.md (8.8) to (8.10).
 module c3d8b_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t, stress_of
-  use brick8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
+  use hexahedron8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
   implicit none
   private
 
@@ -17,7 +17,7 @@ module c3d8b_mod
 
 contains
 
-  !> Stiffness of the brick: deviatoric part as in C3D8, volumetric part of the mean dilatation.
+  !> Stiffness of the element: deviatoric part as in C3D8, volumetric part of the mean dilatation.
   pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
     type(elasticity_t), intent(in) :: elastic
@@ -36,7 +36,7 @@ contains
     end do
   end function stiffness
 
-  !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
+  !> Internal force of the element, from the displacements themselves (no stiffness matrix).
   pure function nodal_force(x, u, elastic) result(f)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     type(elasticity_t), intent(in) :: elastic

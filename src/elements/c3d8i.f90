@@ -1,19 +1,19 @@
-!> C3D8I: the brick with incompatible modes, for bending.
+!> C3D8I: the element with incompatible modes, for bending.
 !>
 !> Three parabolas that vanish at the nodes enrich each component of the displacement:
 !>
 !>     u = sum N_a u_a + sum M_i alpha_i,      M_1 = 1 - xi^2, M_2 = 1 - eta^2, M_3 = 1 - zeta^2
 !>
-!> The nine alpha belong to the brick alone and are eliminated: their forces int sigma m_i vanish.
-!> The gradients m_i use the Jacobian of the centre, so that their integral over the brick is zero,
-!> without which the patch test fails on distorted meshes. Source: E.L. Wilson et al. (1973),
+!> The nine alpha belong to the element alone and are eliminated: their forces int sigma m_i vanish.
+!> The gradients m_i use the Jacobian of the centre, so that their integral over the element is
+!> zero, without which the patch test fails on distorted meshes. Source: E.L. Wilson et al. (1973),
 !> R.L. Taylor, P.J. Beresford, E.L. Wilson (1976), docs/theory.md (8.4) to (8.7).
 module c3d8i_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse
   use elasticity_mod, only: elasticity_t, stress_of
-  use brick8_mod, only: shape_gradients, centre_jacobian, strain_of, mode_strain_of, force_of, &
-    isotropic_stiffness, xi_node, eta_node, zeta_node, gauss
+  use hexahedron8_mod, only: shape_gradients, centre_jacobian, strain_of, mode_strain_of, &
+    force_of, isotropic_stiffness, xi_node, eta_node, zeta_node, gauss
   implicit none
   private
 
@@ -21,7 +21,7 @@ module c3d8i_mod
 
 contains
 
-  !> Stiffness of the brick, the incompatible modes condensed.
+  !> Stiffness of the element, the incompatible modes condensed.
   pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
     type(elasticity_t), intent(in) :: elastic
@@ -43,7 +43,7 @@ contains
     k = full(10:, 10:)
   end function stiffness
 
-  !> Internal force of the brick, from the displacements themselves (no stiffness matrix).
+  !> Internal force of the element, from the displacements themselves (no stiffness matrix).
   pure function nodal_force(x, u, elastic) result(f)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     type(elasticity_t), intent(in) :: elastic

@@ -1,32 +1,32 @@
-!> Internal forces of bricks, many congruent ones at once.
+!> Internal forces of elements, many congruent ones at once.
 !>
-!> What a brick's stresses do is linear in its displacements: of bricks that are met often the
+!> What an element's stresses do is linear in its displacements: of elements that are met often the
 !> forces of unit displacements are found once, from stresses, and applied to many of them together.
 !> These displacements are trilinear: 1, xi, eta, zeta and their products. Without the first, and
 !> with the factors of the others from what displacements change by along the edges, bodies that
-!> have moved far as a whole lose no digits, nor do long thin bricks that turn.
+!> have moved far as a whole lose no digits, nor do long thin elements that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
-  use brick8_mod, only: along_edges, xi_node, eta_node, zeta_node
+  use hexahedron8_mod, only: along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
   implicit none
   private
 
-  public :: add_brick_forces
+  public :: add_element_forces
 
   integer,  parameter :: n_remembered = 64        !! shapes: a row of a graded block has no more
-  integer,  parameter :: often = 32               !! bricks of a shape from which on it pays
-  integer,  parameter :: together = 32            !! bricks
+  integer,  parameter :: often = 32               !! elements of a shape from which on it pays
+  integer,  parameter :: together = 32            !! elements
   integer,  parameter :: n_factors = 21           !! of the seven trilinear displacements
-  real(wp), parameter :: negligible = 1.0e-13_wp  !! of a brick, in its shape [-]
+  real(wp), parameter :: negligible = 1.0e-13_wp  !! of an element, in its shape [-]
 
-  !> A shape, kind and material of bricks.
+  !> A shape, kind and material of elements.
   type :: shape_t
     integer :: kind = 0, material = 0
-    integer :: n_met = 0                          !! bricks so far
+    integer :: n_met = 0                          !! elements so far
     integer :: n_waiting = 0                      !! of them, for their forces
     real(wp) :: corners(3, 8) = 0.0_wp            !! less the first [length]
     real(wp) :: force(24, n_factors) = 0.0_wp     !! of unit displacements [force/length]
@@ -36,8 +36,8 @@ module congruent_forces_mod
 
 contains
 
-  !> Add int B^T sigma of every brick.
-  pure subroutine add_brick_forces(mesh, materials, u, f)
+  !> Add int B^T sigma of every element.
+  pure subroutine add_element_forces(mesh, materials, u, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
@@ -67,7 +67,7 @@ contains
       associate (shape => shapes(i))
         shape%n_met = shape%n_met + 1
         if (shape%n_met < often) then
-          force = force_of_brick(shape, materials, x, u(:, nodes))
+          force = force_of_element(shape, materials, x, u(:, nodes))
           call add_at_nodes(nodes, force, f)
           cycle
         end if
@@ -81,9 +81,9 @@ contains
     do i = 1, n
       call finish(shapes(i), f)
     end do
-  end subroutine add_brick_forces
+  end subroutine add_element_forces
 
-  !> Which of the shapes a brick has, as far as the rounding of coordinates tells; 0: none.
+  !> Which of the shapes an element has, as far as the rounding of coordinates tells; 0: none.
   pure integer function place_of(shapes, kind, material, x, rounding)
     type(shape_t), intent(in) :: shapes(:)
     integer, intent(in) :: kind, material
@@ -93,7 +93,7 @@ contains
     integer :: i
 
     corners = x - spread(x(:, 1), 2, 8)
-    ! Bricks near the origin carry the rounding of edges far away; not so much that it is felt.
+    ! Elements near the origin carry the rounding of edges far away; not so much that it is felt.
     allowed = max(4.0_wp*epsilon(1.0_wp)*maxval(abs(x)), &
       min(rounding, negligible*maxval(abs(corners))))
     place_of = 0
@@ -106,15 +106,15 @@ contains
     end do
   end function place_of
 
-  !> Forces of a brick of that kind and material by itself.
-  pure function force_of_brick(shape, materials, x, u) result(force)
+  !> Forces of an element of that kind and material by itself.
+  pure function force_of_element(shape, materials, x, u) result(force)
     type(shape_t), intent(in) :: shape
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! [length]
     real(wp) :: force(3, 8)                  !! [force]
 
     force = nodal_force(shape%kind, x, u, materials(shape%material)%law%elastic)
-  end function force_of_brick
+  end function force_of_element
 
   !> Forces of the trilinear displacements, from the stresses that these cause.
   pure subroutine find_forces(materials, x, shape)
@@ -135,13 +135,13 @@ contains
       do i = 1, 3
         unit = 0.0_wp
         unit(i, :) = trilinear(:, k)
-        shape%force(:, 3*k - 3 + i) = reshape(force_of_brick(shape, materials, x, unit), [24])
+        shape%force(:, 3*k - 3 + i) = reshape(force_of_element(shape, materials, x, unit), [24])
       end do
     end do
   end subroutine find_forces
 
   !> The factors of xi, eta, zeta, xi eta, eta zeta, xi zeta, xi eta zeta in the displacements of a
-  !> brick, in this order.
+  !> element, in this order.
   pure function factors_of(u) result(factors)
     real(wp), intent(in) :: u(3, 8)           !! [length]
     real(wp) :: factors(n_factors)            !! [length]
@@ -160,7 +160,7 @@ contains
     factors = 0.125_wp*factors
   end function factors_of
 
-  !> Add the forces of the bricks that wait.
+  !> Add the forces of the elements that wait.
   pure subroutine finish(shape, f)
     type(shape_t), intent(inout) :: shape
     real(wp), intent(inout) :: f(:, :)   !! (3,n_nodes) [force]

@@ -1,6 +1,6 @@
-!> The elements by their kind: each procedure asks the brick's own.
+!> The elements by their kind: each procedure asks the element's own.
 !>
-!> Another kind of brick is a file like c3d8.f90, a constant in mesh_mod and a case in each
+!> Another kind of element is a file like c3d8.f90, a constant in mesh_mod and a case in each
 !> procedure here.
 module elements_mod
   use kinds_mod, only: wp
@@ -19,7 +19,7 @@ module elements_mod
 
 contains
 
-  !> Stiffness of a brick.
+  !> Stiffness of an element.
   pure function stiffness(kind, x, elastic) result(k)
     integer,  intent(in) :: kind          !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
@@ -36,7 +36,7 @@ contains
     end select
   end function stiffness
 
-  !> Internal force of a brick, f_a = int sigma g_a.
+  !> Internal force of an element, f_a = int sigma g_a.
   pure function nodal_force(kind, x, u, elastic) result(f)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
@@ -53,7 +53,7 @@ contains
     end select
   end function nodal_force
 
-  !> Strain of a brick at its Gauss points.
+  !> Strain of an element at its Gauss points.
   pure function gauss_strain(kind, x, u, elastic) result(strain)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]

@@ -1,5 +1,5 @@
-!> Thermal expansion: the strain by which a warmer brick is free to grow, and the forces and energy
-!> of the stress that would take it back. docs/theory.md section 8.
+!> Thermal expansion: the strain by which a warmer element is free to grow, and the forces and
+!> energy of the stress that would take it back. docs/theory.md section 8.
 module expansion_mod
   use kinds_mod, only: wp, i8
   use elasticity_mod, only: thermal_stress_of
@@ -7,7 +7,7 @@ module expansion_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
   use warming_mod, only: warms, warming_at
-  use brick8_mod, only: shape_gradients, volume
+  use hexahedron8_mod, only: shape_gradients, volume
   implicit none
   private
 
@@ -27,7 +27,7 @@ contains
       warming_at(scene, step, position))
   end subroutine find_free_strain
 
-  !> Of each brick alpha dT, dT the mean over its nodes. docs/theory.md (8.12).
+  !> Of each element alpha dT, dT the mean over its nodes. docs/theory.md (8.12).
   pure function free_strain(mesh, materials, rise) result(free)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -43,7 +43,7 @@ contains
   end function free_strain
 
   !> Add the nodal forces of free strains, int g_a dV times the stress that would take back each.
-  !> They balance in every brick.
+  !> They balance in every element.
   pure subroutine thermal_force(mesh, materials, free, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -65,7 +65,7 @@ contains
     end do
   end subroutine thermal_force
 
-  !> The energy of these stresses in bricks that cannot expand, 1/2 int 3 stress alpha dT dV.
+  !> The energy of these stresses in elements that cannot expand, 1/2 int 3 stress alpha dT dV.
   pure real(wp) function thermal_energy(mesh, materials, free) result(energy)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

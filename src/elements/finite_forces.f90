@@ -1,4 +1,4 @@
-!> Internal forces of the whole mesh at finite strain, brick by brick, with the strain energy.
+!> Internal forces of the whole mesh at finite strain, element by element, with the strain energy.
 module finite_forces_mod
   use kinds_mod, only: wp
   use dense_mod, only: symmetric_eigenvectors
@@ -7,7 +7,7 @@ module finite_forces_mod
   use scene_mod, only: material_t
   use strain_measures_mod, only: growth_of, deformation_of, logarithmic_strain
   use material_law_mod, only: finite_stress, finite_energy, finite_tangent, law_t
-  use brick8_mod, only: shape_gradients, displacement_gradients
+  use hexahedron8_mod, only: shape_gradients, displacement_gradients
   use finite_strain_mod, only: force_of_stress
   implicit none
   private
@@ -70,9 +70,9 @@ contains
     end do
   end function finite_strain_energy
 
-  !> Tangent of a brick, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it: the
-  !> next positive semi-definite matrix. A soft body that is pressed has a tangent that is none, and
-  !> a compliance of which contact problems have several solutions. docs/theory.md (8.23).
+  !> Tangent of an element, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it:
+  !> the next positive semi-definite matrix. A soft body that is pressed has a tangent that is none,
+  !> and a compliance of which contact problems have several solutions. docs/theory.md (8.23).
   subroutine projected_tangent(law, x, u, k)
     type(law_t), intent(in) :: law
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and displacements, det F > 0 [length]
@@ -109,7 +109,7 @@ contains
     end do
   end subroutine projected_tangent
 
-  !> Logarithmic strain and Cauchy stress of a brick at its Gauss points: sigma = P F^T/J.
+  !> Logarithmic strain and Cauchy stress of an element at its Gauss points: sigma = P F^T/J.
   subroutine finite_tensors(material, x, u, strain, stress)
     type(material_t), intent(in) :: material
     real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]

@@ -1,4 +1,4 @@
-!> Internal forces of bricks at finite strain, of the first Piola-Kirchhoff stress P of a law.
+!> Internal forces of elements at finite strain, of the first Piola-Kirchhoff stress P of a law.
 !>
 !> Displacement gradients H = du/dX are used and not F = I + H, which would lose the digits of small
 !> strains. Forces are those that a displacement of its nodes does work on, f_a = int P g_a, and are
@@ -9,7 +9,7 @@ module finite_strain_mod
   use material_law_mod, only: law_t, finite_stress
   use mesh_mod, only: kind_c3d8i, kind_c3d8b
   use small_matrix_mod, only: inverse
-  use brick8_mod, only: shape_gradients, centre_shape_gradients, centre_gradient, &
+  use hexahedron8_mod, only: shape_gradients, centre_shape_gradients, centre_gradient, &
     displacement_gradients
   use c3d8i_mod, only: mode_gradients
   implicit none
@@ -19,7 +19,8 @@ module finite_strain_mod
 
 contains
 
-  !> Internal force of a brick, and with incompatible modes theirs; det F > 0 is required of C3D8B.
+  !> Internal force of an element, and with incompatible modes theirs; det F > 0 is required of
+  !> C3D8B.
   pure subroutine finite_force(kind, x, u, modes, law, f, of_modes)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
@@ -50,7 +51,7 @@ contains
   end subroutine finite_force
 
   !> C3D8I with transposed modes, F = F_u + F_0 sum m_k (x) beta_k, F_0 that of the centre: on the
-  !> left, so that it turns with the brick. docs/theory.md (8.17).
+  !> left, so that it turns with the element. docs/theory.md (8.17).
   pure subroutine force_with_modes(x, u, beta, law, f, of_modes)
     real(wp), intent(in) :: x(3, 8), u(3, 8), beta(3, 3) !! as of finite_force
     type(law_t), intent(in) :: law
@@ -77,7 +78,7 @@ contains
   end subroutine force_with_modes
 
   !> C3D8B: the stress that belongs to the energy of F_b = (theta/J)^(1/3) F, theta the mean of J
-  !> over the brick. docs/theory.md (8.15), (8.16).
+  !> over the element. docs/theory.md (8.15), (8.16).
   pure function mean_dilatation_stress(h, weight, law) result(stress)
     real(wp), intent(in) :: h(3, 3, 8), weight(8)
     type(law_t), intent(in) :: law

@@ -1,4 +1,4 @@
-!> Stress and strain over the mesh: means of the bricks, at their Gauss points, at the nodes; the
+!> Stress and strain over the mesh: means of the elements, at their Gauss points, at the nodes; the
 !> largest strain and rotation.
 module mesh_fields_mod
   use kinds_mod, only: wp
@@ -9,7 +9,7 @@ module mesh_fields_mod
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: largest_eigenvalue
   use elasticity_mod, only: stress_of, thermal_stress_of
-  use brick8_mod, only: volume_mean, extrapolate_to_nodes, centre_gradient
+  use hexahedron8_mod, only: volume_mean, extrapolate_to_nodes, centre_gradient
   use elements_mod, only: gauss_strain
   use finite_forces_mod, only: finite_tensors
   use expansion_mod, only: find_free_strain
@@ -35,8 +35,8 @@ contains
 
   !> Fill those parts of the two fields that are allocated.
   !>
-  !> A node's value is the plain average over all bricks at the node, whatever their material, of
-  !> what each extrapolates; 0 where no brick uses the node.
+  !> A node's value is the plain average over all elements at the node, whatever their material, of
+  !> what each extrapolates; 0 where no element uses the node.
   !> At finite strain these are the logarithmic strain and Cauchy's stress.
   subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free, is_finite)
     type(mesh_t), intent(in) :: mesh
@@ -63,15 +63,15 @@ contains
           stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
         end if
       end associate
-      call store_brick(e, nodes, x, values, strain)
-      call store_brick(e, nodes, x, stresses, stress)
+      call store_element(e, nodes, x, values, strain)
+      call store_element(e, nodes, x, stresses, stress)
     end do
-    if (allocated(strain%at_nodes)) call divide_by_bricks(mesh, strain%at_nodes)
-    if (allocated(stress%at_nodes)) call divide_by_bricks(mesh, stress%at_nodes)
+    if (allocated(strain%at_nodes)) call divide_by_elements(mesh, strain%at_nodes)
+    if (allocated(stress%at_nodes)) call divide_by_elements(mesh, stress%at_nodes)
   end subroutine fill_tensor_fields
 
   !> The largest principal strain, by its size, and the largest rotation at the centres of the
-  !> bricks. Linear theory takes both for small beside 1. docs/theory.md (8.11).
+  !> elements. Linear theory takes both for small beside 1. docs/theory.md (8.11).
   pure subroutine find_largest_deformation(mesh, u, strain, rotation)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement [length]
@@ -88,14 +88,14 @@ contains
       curl = [h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
       rotation = max(rotation, 0.5_wp*norm2(curl))
       e = 0.5_wp*(h + transpose(h))
-      ! No eigenvalue is larger than the norm: few bricks need theirs.
+      ! No eigenvalue is larger than the norm: few elements need theirs.
       if (norm2(e) > strain) strain = max(strain, largest_eigenvalue(e), largest_eigenvalue(-e))
     end do
   end subroutine find_largest_deformation
 
-  !> Put a brick's values where they belong; at the nodes they are summed.
-  pure subroutine store_brick(e, nodes, x, values, field)
-    integer,  intent(in) :: e, nodes(8)          !! the brick and its nodes
+  !> Put an element's values where they belong; at the nodes they are summed.
+  pure subroutine store_element(e, nodes, x, values, field)
+    integer,  intent(in) :: e, nodes(8)          !! the element and its nodes
     real(wp), intent(in) :: x(3, 8)              !! coordinates of these [length]
     real(wp), intent(in) :: values(6, 8)         !! at the Gauss points
     type(tensor_field_t), intent(inout) :: field
@@ -110,25 +110,25 @@ contains
         field%at_nodes(:, nodes(a)) = field%at_nodes(:, nodes(a)) + at_corners(:, a)
       end do
     end if
-  end subroutine store_brick
+  end subroutine store_element
 
-  !> Turn sums over the bricks at each node into averages.
-  pure subroutine divide_by_bricks(mesh, values)
+  !> Turn sums over the elements at each node into averages.
+  pure subroutine divide_by_elements(mesh, values)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(inout) :: values(:, :) !! (6,n_nodes)
-    integer :: bricks(mesh%n_nodes), e, a, node
+    integer :: elements(mesh%n_nodes), e, a, node
 
-    bricks = 0
+    elements = 0
     do e = 1, mesh%n_elements
       associate (nodes => nodes_of_hexahedron(mesh%connectivity, e))
         do a = 1, size(nodes)
-          bricks(nodes(a)) = bricks(nodes(a)) + 1
+          elements(nodes(a)) = elements(nodes(a)) + 1
         end do
       end associate
     end do
     do node = 1, mesh%n_nodes
-      if (bricks(node) > 0) values(:, node) = values(:, node)/bricks(node)
+      if (elements(node) > 0) values(:, node) = values(:, node)/elements(node)
     end do
-  end subroutine divide_by_bricks
+  end subroutine divide_by_elements
 
 end module mesh_fields_mod

@@ -8,8 +8,8 @@ module mesh_forces_mod
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
-  use brick8_mod, only: node_volumes, stiffness_length
-  use congruent_forces_mod, only: add_brick_forces
+  use hexahedron8_mod, only: node_volumes, stiffness_length
+  use congruent_forces_mod, only: add_element_forces
   use face4_mod, only: face_area_vectors, face_node_areas
   implicit none
   private
@@ -27,7 +27,7 @@ contains
     real(wp), intent(out) :: f(:, :)  !! (3,n_nodes) [force]
 
     f = 0.0_wp
-    call add_brick_forces(mesh, materials, u, f)
+    call add_element_forces(mesh, materials, u, f)
   end subroutine internal_force
 
   !> The rounding that the internal force of each node carries: what the last bits of the
@@ -45,21 +45,21 @@ contains
     rounding = 0.0_wp
     do e = 1, mesh%n_elements
       associate (nodes => nodes_of_element(mesh%connectivity, e)) ! each once
-        rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*brick_stiffness(mesh, &
+        rounding(nodes) = rounding(nodes) + operations*epsilon(1.0_wp)*element_stiffness(mesh, &
           materials, e)*maxval(abs(u(:, nodes)))
       end associate
     end do
   end function force_rounding
 
-  !> The part of a brick in the stiffness of each of its nodes, (lambda + 2 G) int |g_a|^2 dV.
-  pure real(wp) function brick_stiffness(mesh, materials, e)
+  !> The part of an element in the stiffness of each of its nodes, (lambda + 2 G) int |g_a|^2 dV.
+  pure real(wp) function element_stiffness(mesh, materials, e)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     integer, intent(in) :: e
 
-    brick_stiffness = constrained_modulus(materials(mesh%material(e))%law%elastic)* &
+    element_stiffness = constrained_modulus(materials(mesh%material(e))%law%elastic)* &
       stiffness_length(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
-  end function brick_stiffness
+  end function element_stiffness
 
   !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
   pure subroutine pressure_force(mesh, surface, pressure, f)
@@ -77,7 +77,7 @@ contains
     end do
   end subroutine pressure_force
 
-  !> Add the nodal forces of the weight of some bricks, int N_a density acceleration dV.
+  !> Add the nodal forces of the weight of some elements, int N_a density acceleration dV.
   pure subroutine gravity_force(mesh, materials, elements, acceleration, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

@@ -1,9 +1,10 @@
-!> Smooth stresses at the nodes from those of the bricks: superconvergent patch recovery.
+!> Smooth stresses at the nodes from those of the elements: superconvergent patch recovery.
 !>
-!> The mean stress of a brick is more accurate than any other in it. Around a node inside the body a
-!> linear stress is fitted to the means of the bricks that meet there; a node on the body's surface,
-!> where bricks are missing, takes what the fits of its neighbours inside say of it. Where a mesh
-!> has nothing inside (a plate of one layer), nodes where more bricks meet stand for those inside.
+!> The mean stress of an element is more accurate than any other in it. Around a node inside the
+!> body a linear stress is fitted to the means of the elements that meet there; a node on the body's
+!> surface, where elements are missing, takes what the fits of its neighbours inside say of it.
+!> Where a mesh has nothing inside (a plate of one layer), nodes where more elements meet stand for
+!> those inside.
 !>
 !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
 module patch_recovery_mod
@@ -22,7 +23,7 @@ module patch_recovery_mod
 
 contains
 
-  !> Smooth stresses at the nodes of the bricks of one material; 0 at other nodes.
+  !> Smooth stresses at the nodes of the elements of one material; 0 at other nodes.
   subroutine recover_at_nodes(mesh, of_material, means, smooth)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: of_material
@@ -31,19 +32,19 @@ contains
     real(wp), allocatable :: fit(:, :, :) !! (4,6,n_nodes) value and gradient
     real(wp), allocatable :: middle(:, :) !! (3,n_nodes) where that value is [length]
     type(lists_t) :: at
-    integer :: n_bricks(mesh%n_nodes), node
+    integer :: n_elements(mesh%n_nodes), node
     logical :: is_inside(mesh%n_nodes), has_fit(mesh%n_nodes)
 
     at = elements_at_nodes(mesh, mesh%material == of_material)
-    n_bricks = at%first(2:) - at%first(:mesh%n_nodes)
+    n_elements = at%first(2:) - at%first(:mesh%n_nodes)
     do node = 1, mesh%n_nodes
       is_inside(node) = surrounded(mesh, node, at%item(at%first(node):at%first(node + 1) - 1))
     end do
     ! Fits are made where they are used.
     has_fit = .false.
     do node = 1, mesh%n_nodes
-      associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
-        call mark_centres(nodes_of(bricks), node)
+      associate (elements => at%item(at%first(node):at%first(node + 1) - 1))
+        call mark_centres(nodes_of(elements), node)
       end associate
     end do
     allocate (fit(4, 6, mesh%n_nodes), middle(3, mesh%n_nodes))
@@ -53,42 +54,42 @@ contains
     end do
     smooth = 0.0_wp
     do node = 1, mesh%n_nodes
-      associate (bricks => at%item(at%first(node):at%first(node + 1) - 1))
-        if (size(bricks) > 0) smooth(:, node) = mean_of_fits(nodes_of(bricks), node)
+      associate (elements => at%item(at%first(node):at%first(node + 1) - 1))
+        if (size(elements) > 0) smooth(:, node) = mean_of_fits(nodes_of(elements), node)
       end associate
     end do
 
   contains
 
-    !> The nodes of some bricks, one brick after the other.
-    pure function nodes_of(bricks) result(nodes)
-      integer, intent(in) :: bricks(:)
+    !> The nodes of some elements, one element after the other.
+    pure function nodes_of(elements) result(nodes)
+      integer, intent(in) :: elements(:)
       integer, allocatable :: nodes(:)
       type(connectivity_t) :: some
 
-      some = some_elements(mesh%connectivity, bricks)
+      some = some_elements(mesh%connectivity, elements)
       call move_alloc(some%node, nodes)
     end function nodes_of
 
     !> Say which fits a node takes: its own inside; else those around it that are inside, or else
-    !> those where most bricks meet, if these are more than its own.
+    !> those where most elements meet, if these are more than its own.
     subroutine centres_of(around, node, list, n)
-      integer, intent(in) :: around(:)    !! nodes of its bricks
+      integer, intent(in) :: around(:)    !! nodes of its elements
       integer, intent(in) :: node
-      integer, intent(out) :: list(:)     !! a centre as often as bricks share it with the node
+      integer, intent(out) :: list(:)     !! a centre as often as elements share it with the node
       integer, intent(out) :: n
       integer :: k, most
 
       n = 0
-      most = n_bricks(node)
+      most = n_elements(node)
       if (.not. is_inside(node)) then
         do k = 1, size(around)
-          most = max(most, n_bricks(around(k)))
+          most = max(most, n_elements(around(k)))
           if (is_inside(around(k))) call take(around(k), list, n)
         end do
         if (n > 0) return
         do k = 1, size(around)
-          if (n_bricks(around(k)) == most .and. most > n_bricks(node)) then
+          if (n_elements(around(k)) == most .and. most > n_elements(node)) then
             call take(around(k), list, n)
           end if
         end do
@@ -132,18 +133,18 @@ contains
     list(n) = centre
   end subroutine take
 
-  !> Whether bricks lie all around a node: then each face at it belongs to two of them.
-  pure logical function surrounded(mesh, node, bricks)
+  !> Whether elements lie all around a node: then each face at it belongs to two of them.
+  pure logical function surrounded(mesh, node, elements)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: node
-    integer, intent(in) :: bricks(:) !! those that meet there
-    integer :: face(2, 3*size(bricks)) !! the nodes beside the node in each
+    integer, intent(in) :: elements(:) !! those that meet there
+    integer :: face(2, 3*size(elements)) !! the nodes beside the node in each
     integer :: corners(face_corners), n, e, k, m, i
 
     n = 0
-    do e = 1, size(bricks)
-      do i = 1, cells(mesh%connectivity%cell(bricks(e)))%n_faces
-        corners = nodes_of_face(mesh%connectivity, bricks(e), i)
+    do e = 1, size(elements)
+      do i = 1, cells(mesh%connectivity%cell(elements(e)))%n_faces
+        corners = nodes_of_face(mesh%connectivity, elements(e), i)
         k = findloc(corners, node, dim=1)
         if (k == 0) cycle
         m = corners_in(corners)
@@ -159,43 +160,43 @@ contains
     end do
   end function surrounded
 
-  !> The linear stress closest to the means of some bricks; constant along what they do not span.
-  subroutine make_fit(mesh, bricks, means, fit, middle)
+  !> The linear stress closest to the means of some elements; constant along what they do not span.
+  subroutine make_fit(mesh, elements, means, fit, middle)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: bricks(:)
+    integer, intent(in) :: elements(:)
     real(wp), intent(in) :: means(:, :)
-    real(wp), intent(out) :: fit(4, 6)  !! value in the middle of the bricks and its gradient
+    real(wp), intent(out) :: fit(4, 6)  !! value in the middle of the elements and its gradient
     real(wp), intent(out) :: middle(3)  !! [length]
-    real(wp) :: a(size(bricks), 4), extent
+    real(wp) :: a(size(elements), 4), extent
     integer :: e, i
 
     a(:, 1) = 1.0_wp
-    do e = 1, size(bricks)
-      associate (nodes => nodes_of_element(mesh%connectivity, bricks(e)))
+    do e = 1, size(elements)
+      associate (nodes => nodes_of_element(mesh%connectivity, elements(e)))
         do i = 1, 3
           a(e, i + 1) = sum(mesh%coordinates(i, nodes))/real(size(nodes), wp)
         end do
       end associate
     end do
     ! From their middle: what they do not span is then a column of zeros, apart from the constant.
-    middle = sum(a(:, 2:), dim=1)/real(size(bricks), wp)
-    a(:, 2:) = a(:, 2:) - spread(middle, 1, size(bricks))
-    call flatten(mesh, bricks, middle, a(:, 2:))
+    middle = sum(a(:, 2:), dim=1)/real(size(elements), wp)
+    a(:, 2:) = a(:, 2:) - spread(middle, 1, size(elements))
+    call flatten(mesh, elements, middle, a(:, 2:))
     extent = maxval(abs(a(:, 2:)))
     if (extent <= 0.0_wp) extent = 1.0_wp
     a(:, 2:) = a(:, 2:)/extent
-    fit = solve_least_squares(a, transpose(means(:, bricks)))
+    fit = solve_least_squares(a, transpose(means(:, elements)))
     fit(2:, :) = fit(2:, :)/extent
   end subroutine make_fit
 
-  !> Take from the middles of bricks what they are apart along directions in which that is next to
-  !> nothing beside the extent of the bricks: a gradient along these would be what rounding or a
+  !> Take from the middles of elements what they are apart along directions in which that is next to
+  !> nothing beside the extent of the elements: a gradient along these would be what rounding or a
   !> little bend of a single layer makes of it, and be carried far outside the middles.
-  subroutine flatten(mesh, bricks, middle, apart)
+  subroutine flatten(mesh, elements, middle, apart)
     type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: bricks(:)
+    integer, intent(in) :: elements(:)
     real(wp), intent(in) :: middle(3)       !! of the middles [length]
-    real(wp), intent(inout) :: apart(:, :)  !! (n_bricks,3) of each, from there [length]
+    real(wp), intent(inout) :: apart(:, :)  !! (n_elements,3) of each, from there [length]
     ! Mean squares along a direction, of the middles over those of the corners: 0.5 in a box of two
     ! by two by two, 0 across a flat layer. A layer whose bends are a tenth of its thickness has
     ! 0.01. [-]
@@ -208,8 +209,8 @@ contains
     extent = maxval(abs(apart))
     if (extent <= 0.0_wp) return
     of_corners = 0.0_wp
-    do e = 1, size(bricks)
-      associate (nodes => nodes_of_element(mesh%connectivity, bricks(e)))
+    do e = 1, size(elements)
+      associate (nodes => nodes_of_element(mesh%connectivity, elements(e)))
         do a = 1, size(nodes)
           arm = (mesh%coordinates(:, nodes(a)) - middle)/extent
           do i = 1, 3
@@ -233,7 +234,7 @@ contains
       if (ratio(i) >= least) cycle
       associate (along => matmul(apart, matmul(of_corners, scaled(:, i)/width)))
         apart = apart - spread(along, 2, 3)*spread(matmul(of_corners, scaled(:, i)*width), 1, &
-          size(bricks))
+          size(elements))
       end associate
     end do
   end subroutine flatten

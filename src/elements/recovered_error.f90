@@ -1,14 +1,14 @@
 !> How far the stresses of a mesh are from smooth ones.
 !>
 !> Smooth stresses recovered at the nodes (patch_recovery) are closer to the truth than those of the
-!> bricks; the difference stands for the error. docs/theory.md section 10.
+!> elements; the difference stands for the error. docs/theory.md section 10.
 module recovered_error_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use elasticity_mod, only: stress_of, thermal_stress_of, complementary_energy
-  use brick8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
+  use hexahedron8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
   use expansion_mod, only: thermal_energy
   use patch_recovery_mod, only: recover_at_nodes
@@ -19,16 +19,16 @@ module recovered_error_mod
 
 contains
 
-  !> The error of the stresses in the energy norm, squared: of each brick, and of the whole beside
+  !> The error of the stresses in the energy norm, squared: of each element, and of the whole beside
   !> the energy of the stresses.
   !>
   !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
-  subroutine estimate_mesh_error(mesh, materials, u, free, of_bricks, relative)
+  subroutine estimate_mesh_error(mesh, materials, u, free, of_elements, relative)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     real(wp), intent(in) :: free(:)        !! (n_elements) as of find_free_strain [-]
-    real(wp), allocatable, intent(out) :: of_bricks(:)
+    real(wp), allocatable, intent(out) :: of_elements(:)
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
     real(wp), parameter :: rounding = 1.0e-20_wp !! of the energy of thermal stresses: none left
@@ -37,7 +37,7 @@ contains
     integer :: material, e, nodes(8)
 
     allocate (stress(6, 8, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
-    allocate (of_bricks(mesh%n_elements), source=0.0_wp)
+    allocate (of_elements(mesh%n_elements), source=0.0_wp)
     energy = 0.0_wp
     do material = 1, size(materials)
       associate (elastic => materials(material)%law%elastic)
@@ -55,13 +55,13 @@ contains
           nodes = nodes_of_hexahedron(mesh%connectivity, e)
           weight = jacobian_determinants(mesh%coordinates(:, nodes))
           energy = energy + complementary_energy(stress(:, :, e), weight(:8), elastic)
-          of_bricks(e) = complementary_energy(interpolate(smooth(:, nodes)) - stress(:, :, e), &
+          of_elements(e) = complementary_energy(interpolate(smooth(:, nodes)) - stress(:, :, e), &
             weight(:8), elastic)
         end do
       end associate
     end do
     relative = 0.0_wp
-    if (energy > rounding*thermal_energy(mesh, materials, free)) relative = sum(of_bricks)/energy
+    if (energy > rounding*thermal_energy(mesh, materials, free)) relative = sum(of_elements)/energy
   end subroutine estimate_mesh_error
 
   !> Nodal values where the Gauss points are.

@@ -6,7 +6,7 @@ module theory_error_mod
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus, stress_of
   use material_law_mod, only: law_t
-  use brick8_mod, only: shape_gradients, strain_of, mode_strain_of, stiffness_length
+  use hexahedron8_mod, only: shape_gradients, strain_of, mode_strain_of, stiffness_length
   use c3d8b_mod, only: mean_dilatation_strain
   use c3d8i_mod, only: mode_gradients, mode_amplitudes
   use finite_strain_mod, only: finite_force
@@ -17,7 +17,7 @@ module theory_error_mod
 
 contains
 
-  !> The error of the forces by the theory, as a part of them: twice the sum over the bricks of
+  !> The error of the forces by the theory, as a part of them: twice the sum over the elements of
   !>
   !>     |u . (f_finite - f_linear)|
   !>
@@ -66,13 +66,13 @@ contains
     if (.not. error <= huge(error)) error = huge(error)
   end subroutine estimate_theory_error
 
-  !> Work of a brick's forces on its displacements: by how much that of finite strain differs from
-  !> the linear one, and the linear one.
+  !> Work of an element's forces on its displacements: by how much that of finite strain differs
+  !> from the linear one, and the linear one.
   !>
-  !> A brick that expands freely is the reference of its strains, F/(1 + growth), and displacements
-  !> are counted from there. With incompatible modes, whose amplitudes are those of the linear
-  !> solution, their forces do work on these: to first order that is what the forces of the nodes
-  !> would be once the amplitudes had followed.
+  !> An element that expands freely is the reference of its strains, F/(1 + growth), and
+  !> displacements are counted from there. With incompatible modes, whose amplitudes are those of
+  !> the linear solution, their forces do work on these: to first order that is what the forces of
+  !> the nodes would be once the amplitudes had followed.
   pure subroutine find_works(kind, x, u, growth, law, change, work)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]

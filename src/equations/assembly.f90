@@ -5,7 +5,7 @@ module assembly_mod
   use cells_mod, only: hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
-  use linked_nodes_mod, only: nodes_of_brick
+  use linked_nodes_mod, only: nodes_with_constraints
   use scene_mod, only: material_t
   use elements_mod, only: stiffness
   use finite_forces_mod, only: projected_tangent
@@ -15,12 +15,12 @@ module assembly_mod
 
   public :: triplets_t, assemble_stiffness, list_pattern, diagonal_of, diagonal_ratio, scales_of
 
-  real(wp), parameter :: negligible = 1.0e-13_wp !! of a brick, in its shape [-]
+  real(wp), parameter :: negligible = 1.0e-13_wp !! of an element, in its shape [-]
   integer, parameter :: n_freedoms = 3*hexahedron_nodes !! of an element
   integer, parameter :: n_remembered = 64 !! shapes: a row of a graded block has no more
 
-  !> Bricks whose stiffness is known.
-  type :: known_bricks_t
+  !> Elements whose stiffness is known.
+  type :: known_elements_t
     integer :: n = 0                   !! shapes kept
     integer :: next = 1                !! place of the next one
     integer :: n_computed = 0          !! stiffnesses computed so far
@@ -29,7 +29,7 @@ module assembly_mod
     integer :: material(n_remembered) = 0
     real(wp), allocatable :: shape(:, :, :) !! (3,8,n_remembered) corners less the first [length]
     real(wp), allocatable :: ke(:, :, :)    !! (n_freedoms,n_freedoms,n_remembered) [force/length]
-  end type known_bricks_t
+  end type known_elements_t
 
   !> One triangle of a symmetric matrix, each entry once.
   !>
@@ -47,7 +47,7 @@ module assembly_mod
 contains
 
   !> Sum the element stiffnesses into 3x3 blocks over pairs of nodes, then list the free entries. Of
-  !> bricks with nodes that depend on others it is T^T K T that is summed.
+  !> elements with nodes that depend on others it is T^T K T that is summed.
   !>
   !> At finite strain the tangents at a displacement take their place.
   subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent_at)
@@ -61,7 +61,7 @@ contains
     real(wp), intent(in), optional :: tangent_at(:, :) !! (3,n_nodes) displacement [length]
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
-    type(known_bricks_t) :: known
+    type(known_elements_t) :: known
     real(wp) :: ke(n_freedoms, n_freedoms)
     integer, allocatable :: constraint(:, :)
     integer :: e, a, b, entry, nodes(hexahedron_nodes)
@@ -100,7 +100,7 @@ contains
     if (present(n_computed)) n_computed = known%n_computed
   end subroutine assemble_stiffness
 
-  !> Add T^T K T of a brick with nodes that depend on others.
+  !> Add T^T K T of an element with nodes that depend on others.
   pure subroutine add_linked(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)
     type(constraints_t), intent(in) :: active
     integer, intent(in) :: constraint(:, :)  !! (3,n_nodes) of `constraint_of`
@@ -112,7 +112,7 @@ contains
     real(wp), allocatable :: t(:, :), k(:, :)
     integer :: a, b, i, l, c, entry
 
-    allocate (linked, source=nodes_of_brick(active, constraint, nodes))
+    allocate (linked, source=nodes_with_constraints(active, constraint, nodes))
     allocate (t(n_freedoms, 3*size(linked)), source=0.0_wp)
     do a = 1, hexahedron_nodes
       do i = 1, 3
@@ -163,20 +163,20 @@ contains
     end do
   end function lower_lists
 
-  !> The stiffness of a brick: congruent bricks of one kind and material have one, as far as the
-  !> rounding of their coordinates tells.
+  !> The stiffness of an element: congruent elements of one kind and material have one, as far as
+  !> the rounding of their coordinates tells.
   pure subroutine find_stiffness(mesh, materials, e, known, ke)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     integer, intent(in) :: e
-    type(known_bricks_t), intent(inout) :: known
+    type(known_elements_t), intent(inout) :: known
     real(wp), intent(out) :: ke(n_freedoms, n_freedoms) !! [force/length]
     real(wp) :: x(3, hexahedron_nodes), shape(3, hexahedron_nodes), rounding
     integer :: i
 
     x = mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e))
     shape = x - spread(x(:, 1), 2, hexahedron_nodes)
-    ! Bricks near the origin carry the rounding of edges far away; not so much that it is felt.
+    ! Elements near the origin carry the rounding of edges far away; not so much that it is felt.
     rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
     rounding = max(rounding, min(known%rounding, negligible*maxval(abs(shape))))
     do i = 1, known%n

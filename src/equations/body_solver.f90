@@ -64,7 +64,7 @@ module body_solver_mod
     real(wp) :: condense = 0.0_wp  !! wall time of the inverse and the contact rows [s]
     real(wp) :: loads = 0.0_wp     !! wall time of the responses to load patterns [s]
     integer  :: n_factorisations = 0
-    integer  :: n_stiffnesses = 0  !! stiffness matrices of bricks that were computed
+    integer  :: n_stiffnesses = 0  !! stiffness matrices of elements that were computed
   end type solver_work_t
 
 contains

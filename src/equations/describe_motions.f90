@@ -243,7 +243,7 @@ contains
     do node = 1, mesh%n_nodes
       if (mesh%body(node) /= motions%body(j)) cycle
       if (.not. allocated(mesh%piece)) exit
-      if (mesh%piece(node) > 0) exit ! of a brick, not one that equations join to it
+      if (mesh%piece(node) > 0) exit ! of an element, not one that equations join to it
     end do
     words = 'body '//to_text(motions%body(j))//' (of node '//to_text(mesh%node_id(node))//')'
   end function body_in_words

@@ -1,8 +1,8 @@
-!> The stiffness in parts: every rank assembles the bricks that live there.
+!> The stiffness in parts: every rank assembles the elements that live there.
 !>
-!> A part is some bricks with the nodes that they use; here a run of bricks in the order of the
-!> deck, the same number for every rank. An entry to which bricks of several ranks contribute has a
-!> part on each of them; MUMPS adds the parts.
+!> A part is some elements with the nodes that they use; here a run of elements in the order of the
+!> deck, the same number for every rank. An entry to which elements of several ranks contribute has
+!> a part on each of them; MUMPS adds the parts.
 module mesh_parts_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t
@@ -18,10 +18,10 @@ module mesh_parts_mod
   private
 
   public :: assemble_parts, list_parts, assemble_own_part, list_own_part
-  public :: bricks_of_rank, cut_part, send_part, receive_part
+  public :: elements_of_rank, cut_part, send_part, receive_part
 
   integer, parameter :: n_sizes = 7
-  !! nodes, bricks, unknowns of the whole mesh, materials, constraints and their masters
+  !! nodes, elements, unknowns of the whole mesh, materials, constraints and their masters
 
 contains
 
@@ -89,27 +89,28 @@ contains
     integer :: rank
 
     do rank = n_ranks() - 1, 0, -1
-      call cut_part(mesh, map, bricks_of_rank(mesh%n_elements, rank, n_ranks()), part, part_map)
+      call cut_part(mesh, map, elements_of_rank(mesh%n_elements, rank, n_ranks()), part, part_map)
       if (rank > 0) call send_part(part, materials, part_map, rank)
     end do
   end subroutine distribute_parts
 
-  !> The run of bricks of a rank.
-  pure function bricks_of_rank(n_bricks, rank, ranks) result(bricks)
-    integer, intent(in) :: n_bricks
+  !> The run of elements of a rank.
+  pure function elements_of_rank(n_elements, rank, ranks) result(elements)
+    integer, intent(in) :: n_elements
     integer, intent(in) :: rank                !! 0 to ranks - 1
     integer, intent(in) :: ranks               !! how many there are
-    integer, allocatable :: bricks(:)
+    integer, allocatable :: elements(:)
     integer :: e
 
-    bricks = [(e, e=int(int(rank, i8)*n_bricks/ranks) + 1, int(int(rank + 1, i8)*n_bricks/ranks))]
-  end function bricks_of_rank
+    elements = [(e, e=int(int(rank, i8)*n_elements/ranks) + 1, &
+      int(int(rank + 1, i8)*n_elements/ranks))]
+  end function elements_of_rank
 
-  !> Some bricks, their nodes and what these depend on, in the order of the whole mesh.
-  pure subroutine cut_part(mesh, map, bricks, part, part_map, nodes)
+  !> Some elements, their nodes and what these depend on, in the order of the whole mesh.
+  pure subroutine cut_part(mesh, map, elements, part, part_map, nodes)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: bricks(:)          !! ascending
+    integer, intent(in) :: elements(:)          !! ascending
     type(mesh_t), intent(out) :: part         !! without ids and bodies
     type(dof_map_t), intent(out) :: part_map  !! equations of its nodes, numbered as of all
     integer, allocatable, intent(out), optional :: nodes(:) !! its nodes, ascending
@@ -117,8 +118,8 @@ contains
     integer, allocatable :: used(:)
 
     number = 0
-    do e = 1, size(bricks)
-      number(nodes_of_element(mesh%connectivity, bricks(e))) = 1
+    do e = 1, size(elements)
+      number(nodes_of_element(mesh%connectivity, elements(e))) = 1
     end do
     associate (active => map%constraints)
       before = -1
@@ -133,13 +134,13 @@ contains
     used = pack([(node, node=1, mesh%n_nodes)], number > 0)
     number(used) = [(k, k=1, size(used))]
     part%n_nodes = size(used)
-    part%n_elements = size(bricks)
+    part%n_elements = size(elements)
     part%coordinates = mesh%coordinates(:, used)
     part%origin = mesh%origin
-    part%connectivity = some_elements(mesh%connectivity, bricks)
+    part%connectivity = some_elements(mesh%connectivity, elements)
     part%connectivity%node = number(part%connectivity%node)
-    part%element_kind = mesh%element_kind(bricks)
-    part%material = mesh%material(bricks)
+    part%element_kind = mesh%element_kind(elements)
+    part%material = mesh%material(elements)
     part_map = part_of_map(map, used)
     if (present(nodes)) call move_alloc(used, nodes)
   end subroutine cut_part

@@ -22,8 +22,8 @@ contains
   !> What is near each node, and colours: all nodes of one are more than twice `reach` apart.
   subroutine find_near_nodes(node, start, neighbours, reach, nodes)
     integer, intent(in) :: node(:)      !! (n_interface) mesh node of each unknown
-    integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, by bricks they share
-    integer, intent(in) :: reach        !! bricks away
+    integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, by elements they share
+    integer, intent(in) :: reach        !! elements away
     type(near_nodes_t), intent(out) :: nodes
     integer, allocatable :: number(:), seen(:), found(:), barred(:)
     integer :: i, j, n, n_near, n_found

@@ -21,7 +21,7 @@ module near_schur_mod
 
   public :: near_schur_t, probe_schur, blocks_nearby
 
-  integer,  parameter :: reach = 2            !! bricks away that entries are kept
+  integer,  parameter :: reach = 2            !! elements away that entries are kept
   integer,  parameter :: at_once = 16         !! probes that are solved for together
   real(wp), parameter :: least_left = 0.05_wp !! of the diagonal of K_cc, in that of S [-]
 
@@ -38,7 +38,7 @@ contains
     type(triplets_t), intent(in) :: k     !! with its values, not distributed
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: order(:)       !! (n) place of each unknown in the elimination
-    integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, by bricks they share
+    integer, intent(in) :: start(:), neighbours(:) !! of the mesh nodes, by elements they share
     type(precision_controls_t), intent(in) :: precision
     type(near_schur_t), intent(out) :: schur
     type(error_t), allocatable, intent(out) :: error !! no memory; not positive definite
@@ -168,12 +168,12 @@ contains
 
   end subroutine blocks_nearby
 
-  !> K_ii, K_cc (both triangles) and K_ci. Nodes without bricks, to which couplings tie whole faces,
-  !> are held: what they do is the same everywhere, so that colours would not tell it apart.
+  !> K_ii, K_cc (both triangles) and K_ci. Nodes without elements, to which couplings tie whole
+  !> faces, are held: what they do is the same everywhere, so that colours would not tell it apart.
   subroutine split(k, n_interior, is_loose, ii, cc, ci)
     type(triplets_t), intent(in) :: k
     integer, intent(in) :: n_interior
-    logical, intent(in) :: is_loose(:) !! (n) whether the node of an unknown has no brick
+    logical, intent(in) :: is_loose(:) !! (n) whether the node of an unknown has no element
     type(triplets_t), intent(out) :: ii
     type(rows_t), intent(out) :: cc, ci
     logical, allocatable :: is_interior(:), is_kept(:)

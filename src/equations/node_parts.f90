@@ -1,8 +1,8 @@
 !> The stiffness by nodes: of one rank's nodes all rows that they have.
 !>
-!> A part is the bricks that act on some nodes, with all that these bricks use. What is not the
-!> rank's own among that are ghosts: its rows reach them, their own rows are other ranks'. A brick
-!> between two parts is summed on both.
+!> A part is the elements that act on some nodes, with all that these elements use. What is not the
+!> rank's own among that are ghosts: its rows reach them, their own rows are other ranks'. An
+!> element between two parts is summed on both.
 !>
 !> Rows are counted by nodes, three unknowns each whether they are free or not, the first rank's
 !> before the second's; a rank's own are in the order of the mesh.
@@ -13,7 +13,7 @@ module node_parts_mod
   use constraints_mod, only: constraint_of
   use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
-  use linked_nodes_mod, only: coupled_nodes, nodes_of_brick
+  use linked_nodes_mod, only: coupled_nodes, nodes_with_constraints
   use scene_mod, only: material_t
   use parallel_mod, only: announce, n_ranks, receive_integers, send_integers, sum_over_ranks, &
     task_rows
@@ -24,7 +24,7 @@ module node_parts_mod
   implicit none
   private
 
-  public :: node_part_t, assemble_node_parts, assemble_own_nodes, number_rows, bricks_at
+  public :: node_part_t, assemble_node_parts, assemble_own_nodes, number_rows, elements_at
 
   integer, parameter :: n_sizes = 3 !! all rows, those before, own ones
 
@@ -38,7 +38,7 @@ module node_parts_mod
     real(wp), allocatable :: coordinates(:, :)  !! (3,n) [length]
     integer, allocatable :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
     type(triplets_t) :: k
-    !! what the part's bricks sum to: all there is wherever one of the two rows is its own
+    !! what the part's elements sum to: all there is wherever one of the two rows is its own
   end type node_part_t
 
 contains
@@ -78,8 +78,8 @@ contains
     do rank = n_ranks() - 1, 0, -1
       part%before = first(rank + 1) - 1
       part%n_own = first(rank + 2) - first(rank + 1)
-      call cut_part(mesh, map, bricks_at(mesh, map, row, first(rank + 1), first(rank + 2)), piece, &
-        piece_map, nodes)
+      call cut_part(mesh, map, elements_at(mesh, map, row, first(rank + 1), first(rank + 2)), &
+        piece, piece_map, nodes)
       part%row = row(nodes)
       if (rank == 0) exit
       call send_part(piece, materials, piece_map, rank)
@@ -134,13 +134,13 @@ contains
     row(node_of(of_rank%item)) = [(i, i=1, n)]
   end subroutine number_rows
 
-  !> The bricks that act on some rows.
-  pure function bricks_at(mesh, map, row, first, next) result(bricks)
+  !> The elements that act on some rows.
+  pure function elements_at(mesh, map, row, first, next) result(elements)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: row(:)      !! (n_nodes) of each node, 0 without unknowns
     integer, intent(in) :: first, next !! row, and one behind the last
-    integer, allocatable :: bricks(:)  !! ascending
+    integer, allocatable :: elements(:)  !! ascending
     integer :: constraint(3, merge(mesh%n_nodes, 0, map%constraints%n > 0)), e
     logical :: is_own(size(row)), acts(mesh%n_elements)
 
@@ -151,13 +151,13 @@ contains
         acts(e) = any(is_own(nodes))
         if (map%constraints%n == 0 .or. acts(e)) cycle
         if (all(constraint(:, nodes) == 0)) cycle
-        acts(e) = any(is_own(nodes_of_brick(map%constraints, constraint, nodes)))
+        acts(e) = any(is_own(nodes_with_constraints(map%constraints, constraint, nodes)))
       end associate
     end do
-    bricks = pack([(e, e=1, mesh%n_elements)], acts)
-  end function bricks_at
+    elements = pack([(e, e=1, mesh%n_elements)], acts)
+  end function elements_at
 
-  !> What all ranks do with their bricks.
+  !> What all ranks do with their elements.
   subroutine assemble_nodes(piece, materials, piece_map, part, n_computed)
     type(mesh_t), intent(in) :: piece
     type(material_t), intent(in) :: materials(:)

@@ -46,7 +46,7 @@ module petsc_part_mod
 
 contains
 
-  !> The rows of the bricks that a rank has summed.
+  !> The rows of the elements that a rank has summed.
   subroutine make_part(summed, pin_row, pin_dof, facing, part)
     type(node_part_t), intent(in) :: summed
     integer, intent(in) :: pin_row(:), pin_dof(:) !! (n_pins) of all rows, and x, y or z

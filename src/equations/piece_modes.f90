@@ -1,7 +1,7 @@
 !> Rigid motions of the pieces of a body, and what they do to its degrees of freedom.
 !>
-!> A body is one piece, unless equations join it: then each piece of its bricks has six motions of
-!> its own, and a node without bricks three.
+!> A body is one piece, unless equations join it: then each piece of its elements has six motions of
+!> its own, and a node without elements three.
 module piece_modes_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t

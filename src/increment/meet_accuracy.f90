@@ -9,7 +9,7 @@ module meet_accuracy_mod
   use connectivity_mod, only: nodes_of_hexahedron
   use choices_mod, only: choices_t
   use mesh_mod, only: mesh_t
-  use brick8_mod, only: volume
+  use hexahedron8_mod, only: volume
   use increment_report_mod, only: error_parts_t, total_error
   implicit none
   private
@@ -25,7 +25,7 @@ module meet_accuracy_mod
   real(wp), parameter :: sharpest_for_single = 2.0e-5_wp
   !! contact tolerance from which on sweeps may read W in single precision [-]
   real(wp), parameter :: order_of_mesh = 4.0_wp/3.0_wp
-  !! of its error in the size of the bricks: 1 to 2 where it was measured
+  !! of its error in the size of the elements: 1 to 2 where it was measured
 
 contains
 
@@ -63,11 +63,11 @@ contains
 
   !> Why the accuracy was missed at the end of a *STEP, and what would reach it; empty where it was
   !> not.
-  function accuracy_shortfall(scene, step, errors, of_bricks) result(words)
+  function accuracy_shortfall(scene, step, errors, of_elements) result(words)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     type(error_parts_t), intent(in) :: errors
-    real(wp), intent(in) :: of_bricks(:) !! (n_elements) what each adds to the mesh's error [energy]
+    real(wp), intent(in) :: of_elements(:) !! (n_elements) their parts of the mesh's error [energy]
     character(:), allocatable :: words
     real(wp) :: others
 
@@ -84,7 +84,7 @@ contains
     others = errors%load_steps + errors%contact + errors%arithmetic
     if (errors%mesh > scene%accuracy%wanted) then
       words = words//'; the mesh alone makes '//percent(errors%mesh)//': it takes '// &
-        bricks_in_words(scene%mesh, of_bricks, errors%mesh, scene%accuracy%wanted)
+        elements_in_words(scene%mesh, of_elements, errors%mesh, scene%accuracy%wanted)
     else if (errors%load_steps > 0.5_wp*others) then
       words = words//'; the load steps make '//percent(errors%load_steps)
       if (scene%steps(step)%direct) words = words//', and DIRECT keeps them as they are'
@@ -94,19 +94,19 @@ contains
     end if
   end function accuracy_shortfall
 
-  !> Bricks of about 0.03 in place of 0.125 around element 17.
-  function bricks_in_words(mesh, of_bricks, error, wanted) result(words)
+  !> Elements of about 0.03 in place of 0.125 around element 17.
+  function elements_in_words(mesh, of_elements, error, wanted) result(words)
     type(mesh_t), intent(in) :: mesh
-    real(wp), intent(in) :: of_bricks(:), error, wanted
+    real(wp), intent(in) :: of_elements(:), error, wanted
     character(:), allocatable :: words
     real(wp) :: edge
     integer :: e
 
-    e = maxloc(of_bricks, dim=1)
+    e = maxloc(of_elements, dim=1)
     edge = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))**(1.0_wp/3.0_wp)
-    words = 'bricks of about '//to_text(edge*(wanted/error)**(1.0_wp/order_of_mesh), 2)// &
+    words = 'elements of about '//to_text(edge*(wanted/error)**(1.0_wp/order_of_mesh), 2)// &
       ' where they are '//to_text(edge, 2)//' now, around element '// &
       to_text(mesh%element_id(e))//' first'
-  end function bricks_in_words
+  end function elements_in_words
 
 end module meet_accuracy_mod

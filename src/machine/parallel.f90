@@ -32,11 +32,11 @@ module parallel_mod
   integer, parameter :: task_length = 3
   integer(i8), parameter :: task_end = 0       !! no task comes any more
   integer(i8), parameter :: task_usage = 1     !! memory and processor time so far
-  integer(i8), parameter :: task_pattern = 2   !! take a part of the bricks, list its entries
+  integer(i8), parameter :: task_pattern = 2   !! take a part of the elements, list its entries
   integer(i8), parameter :: task_stiffness = 3 !! and sum their stiffness
   integer(i8), parameter :: task_double = 4    !! MUMPS in double precision
   integer(i8), parameter :: task_single = 5    !! and in single precision
-  integer(i8), parameter :: task_rows = 6      !! take the bricks at a part of the nodes, sum them
+  integer(i8), parameter :: task_rows = 6      !! take the elements at a part of the nodes, sum them
   integer(i8), parameter :: task_iterative = 7 !! solutions by iteration
 
   integer(c_int), parameter :: host = 0, tag_task = 1, tag_data = 2

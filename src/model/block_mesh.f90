@@ -1,4 +1,4 @@
-!> *BLOCK: a box of bricks, x fastest, with its six faces.
+!> *BLOCK: a box of elements, x fastest, with its six faces.
 module block_mesh_mod
   use kinds_mod, only: wp
   implicit none
@@ -75,9 +75,9 @@ contains
     end do
   end function block_coordinates
 
-  !> Bricks of the box, x fastest; node numbers from 1 as in `block_coordinates`.
+  !> Elements of the box, x fastest; node numbers from 1 as in `block_coordinates`.
   pure function block_connectivity(n) result(connectivity)
-    integer, intent(in) :: n(3)               !! bricks along x, y, z
+    integer, intent(in) :: n(3)               !! elements along x, y, z
     integer, allocatable :: connectivity(:, :) !! (8, n_elements)
     integer :: i, j, k, e, base, row, layer
 
@@ -99,10 +99,10 @@ contains
 
   !> The faces (element, face 1..6) on one side of the box, in the order of the elements.
   pure function block_face(n, side) result(faces)
-    integer, intent(in) :: n(3)       !! bricks along x, y, z
+    integer, intent(in) :: n(3)       !! elements along x, y, z
     integer, intent(in) :: side       !! face_xmin .. face_zmax
     integer, allocatable :: faces(:, :) !! (2, n_faces)
-    integer, parameter :: brick_face(6) = [6, 4, 3, 5, 1, 2] ! of each side, numbered as in surfaces
+    integer, parameter :: element_face(6) = [6, 4, 3, 5, 1, 2] ! of each side, as in surfaces
     integer :: first(3), last(3), i, j, k, m
 
     call find_layer(n, side, first, last)
@@ -112,7 +112,7 @@ contains
       do j = first(2), last(2)
         do i = first(1), last(1)
           m = m + 1
-          faces(:, m) = [1 + i + n(1)*(j + n(2)*k), brick_face(side)]
+          faces(:, m) = [1 + i + n(1)*(j + n(2)*k), element_face(side)]
         end do
       end do
     end do
@@ -120,7 +120,7 @@ contains
 
   !> The nodes on one side of a block, ascending.
   pure function block_side_nodes(n, side) result(nodes)
-    integer, intent(in) :: n(3)  !! bricks along x, y, z; none at all where one is 0
+    integer, intent(in) :: n(3)  !! elements along x, y, z; none at all where one is 0
     integer, intent(in) :: side  !! face_xmin .. face_zmax
     integer, allocatable :: nodes(:)
     integer :: first(3), last(3), i, j, k, m
@@ -142,7 +142,7 @@ contains
     end do
   end function block_side_nodes
 
-  !> The outermost layer on one side of a grid of bricks or nodes, which count from 0.
+  !> The outermost layer on one side of a grid of elements or nodes, which count from 0.
   pure subroutine find_layer(n, side, first, last)
     integer, intent(in) :: n(3)  !! along x, y, z
     integer, intent(in) :: side  !! face_xmin .. face_zmax

@@ -49,7 +49,7 @@ module controls_mod
   integer, parameter :: accuracy_of_pressure = 3     !! the largest of a pair
   integer, parameter :: accuracy_of_slip = 4         !! the longest of a pair
   integer, parameter :: accuracy_of_displacement = 5 !! the largest
-  integer, parameter :: accuracy_of_mises = 6        !! the largest mean of a brick
+  integer, parameter :: accuracy_of_mises = 6        !! the largest mean of an element
   integer, parameter :: accuracy_of_reaction = 7      !! of the supports, the sum over a set
   integer, parameter :: accuracy_of_contact_force = 8 !! the sum over a set
   character(*), parameter :: accuracy_names(8) = [character(14) :: 'RESULTANTS', 'ENERGY', &
@@ -140,9 +140,9 @@ module controls_mod
     logical :: loads = .false.            !! *NODE FILE, CF: applied_force
     logical :: penetration = .false.      !! *CONTACT FILE, COPEN: contact_penetration
     logical :: contact_table = .false.    !! *CONTACT PRINT: totals of the pairs, also as a table
-    logical :: at_centroids = .true.  !! of stress and strain: the mean of a brick
-    logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over bricks
-    logical :: at_gauss_points = .false. !! eight tensors a brick
+    logical :: at_centroids = .true.  !! of stress and strain: the mean of an element
+    logical :: at_nodes = .false.     !! extrapolated from the Gauss points, averaged over elements
+    logical :: at_gauss_points = .false. !! eight tensors an element
     integer :: frequency = 1          !! every so many increments, and the last of a step
     type(print_t), allocatable :: prints(:) !! not allocated: none
   end type output_controls_t

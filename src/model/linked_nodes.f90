@@ -1,5 +1,5 @@
-!> Which nodes the stiffness couples: those that share a brick, and with constraints what the nodes
-!> of a brick depend on.
+!> Which nodes the stiffness couples: those that share an element, and with constraints what the
+!> nodes of an element depend on.
 module linked_nodes_mod
   use sorting_mod, only: sort_ascending
   use growing_lists_mod, only: append
@@ -10,11 +10,11 @@ module linked_nodes_mod
   implicit none
   private
 
-  public :: node_neighbours, coupled_nodes, nodes_of_brick
+  public :: node_neighbours, coupled_nodes, nodes_with_constraints
 
 contains
 
-  !> Compressed lists of the nodes that share a brick with each node, itself included, ascending.
+  !> Compressed lists of the nodes that share an element with each node, itself included, ascending.
   pure subroutine node_neighbours(mesh, start, neighbours)
     type(mesh_t), intent(in) :: mesh
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each node's list
@@ -30,7 +30,7 @@ contains
     type(constraints_t), intent(in) :: active          !! chains substituted
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each node's list
     integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
-    integer, allocatable :: of_brick(:)
+    integer, allocatable :: of_element(:)
     integer :: number(3, mesh%n_nodes), first(mesh%n_elements + 1), e, n
 
     if (active%n == 0) then
@@ -41,11 +41,11 @@ contains
     n = 0
     do e = 1, mesh%n_elements
       first(e) = n + 1
-      call append(of_brick, n, nodes_of_brick(active, number, &
+      call append(of_element, n, nodes_with_constraints(active, number, &
         nodes_of_element(mesh%connectivity, e)))
     end do
     first(mesh%n_elements + 1) = n + 1
-    call join_lists(mesh%n_nodes, first, of_brick(:n), start, neighbours)
+    call join_lists(mesh%n_nodes, first, of_element(:n), start, neighbours)
   end subroutine coupled_nodes
 
   !> Of each node all that stand with it in one of several lists, itself included, ascending.
@@ -85,8 +85,8 @@ contains
     end do
   end subroutine join_lists
 
-  !> The nodes of a brick, then the masters of those that depend, each once.
-  pure function nodes_of_brick(active, number, nodes) result(all_nodes)
+  !> The nodes of an element, then the masters of those that depend, each once.
+  pure function nodes_with_constraints(active, number, nodes) result(all_nodes)
     type(constraints_t), intent(in) :: active
     integer, intent(in) :: number(:, :)  !! (3,n_nodes) of `constraint_of`
     integer, intent(in) :: nodes(:)
@@ -107,6 +107,6 @@ contains
       end do
     end do
     all_nodes = all_nodes(:n)
-  end function nodes_of_brick
+  end function nodes_with_constraints
 
 end module linked_nodes_mod

@@ -1,14 +1,14 @@
-!> Some bricks of a mesh cut into eight (of a slice into four), others not: which must be cut with
+!> Some elements of a mesh cut into eight (of a slice into four), others not: which must be cut with
 !> them, and which nodes hang.
 !>
-!> A node hangs where it lies in the middle of an edge or of a face that an uncut brick has: there
+!> A node hangs where it lies in the middle of an edge or of a face that an uncut element has: there
 !> its displacement must be the mean of the two or four nodes around, so that the mesh does not
-!> open. Bricks that meet, if only at a node, differ by one cut at most. Then no node hangs from
+!> open. Elements that meet, if only at a node, differ by one cut at most. Then no node hangs from
 !> one that hangs itself.
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
-  use refine_bricks_mod, only: edge_nodes, face_nodes, n_pieces, pieces_t, refine_bricks
+  use refine_elements_mod, only: edge_nodes, face_nodes, n_pieces, pieces_t, refine_elements
   use sorting_mod, only: order_of_columns, sort_ascending
   use lists_mod, only: lists_t, columns_with
   implicit none
@@ -21,25 +21,25 @@ contains
 
   !> The nodes that a node lies between: two, four or eight.
   pure function parents_of(between) result(parents)
-    integer, intent(in) :: between(8) !! as of refine_bricks
+    integer, intent(in) :: between(8) !! as of refine_elements
     integer, allocatable :: parents(:)
 
     parents = pack(between, between > 0)
   end function parents_of
 
-  !> Choose, too, every brick that would be two cuts behind a neighbour if it stayed as it is.
-  subroutine cut_with(bricks, n_nodes, between, n_given, cuts, chosen)
-    integer, intent(in) :: bricks(:, :)     !! (8,n)
+  !> Choose, too, every element that would be two cuts behind a neighbour if it stayed as it is.
+  subroutine cut_with(elements, n_nodes, between, n_given, cuts, chosen)
+    integer, intent(in) :: elements(:, :)     !! (8,n)
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given          !! nodes before those that lie between others
-    integer, intent(in) :: cuts(:)          !! (n) how often each brick was cut so far
+    integer, intent(in) :: cuts(:)          !! (n) how often each element was cut so far
     logical, intent(inout) :: chosen(:)     !! (n)
-    type(lists_t) :: at !! the bricks at each node
+    type(lists_t) :: at !! the elements at each node
     integer, allocatable :: queue(:)
     integer :: next, n, a, e
 
-    at = columns_with(bricks, n_nodes)
+    at = columns_with(elements, n_nodes)
     n = 0
     do e = 1, size(chosen)
       if (chosen(e)) call append(queue, n, e)
@@ -49,7 +49,7 @@ contains
       next = next + 1
       e = queue(next)
       do a = 1, 8
-        associate (node => bricks(a, e))
+        associate (node => elements(a, e))
           call choose_behind([node])
           if (node > n_given) call choose_behind(parents_of(between(:, node - n_given)))
         end associate
@@ -58,7 +58,7 @@ contains
 
   contains
 
-    !> Choose bricks with all of these nodes that were cut less often.
+    !> Choose elements with all of these nodes that were cut less often.
     subroutine choose_behind(nodes)
       integer, intent(in) :: nodes(:)
       integer :: k, i
@@ -66,7 +66,7 @@ contains
       do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
         associate (other => at%item(k))
           if (chosen(other) .or. cuts(other) >= cuts(e)) cycle
-          if (.not. all([(any(bricks(:, other) == nodes(i)), i=1, size(nodes))])) cycle
+          if (.not. all([(any(elements(:, other) == nodes(i)), i=1, size(nodes))])) cycle
           chosen(other) = .true.
           call append(queue, n, other)
         end associate
@@ -75,15 +75,15 @@ contains
 
   end subroutine cut_with
 
-  !> Cut every edge of the chosen bricks in two, but for those not to be cut. Their pieces take
-  !> their place, as those of refine_bricks follow each other. A node that an earlier cut put in the
-  !> middle of an edge or face is found again.
-  subroutine cut_some(n_nodes, bricks, between, chosen, uncut, pieces, added)
+  !> Cut every edge of the chosen elements in two, but for those not to be cut. Their pieces take
+  !> their place, as those of refine_elements follow each other. A node that an earlier cut put in
+  !> the middle of an edge or face is found again.
+  subroutine cut_some(n_nodes, elements, between, chosen, uncut, pieces, added)
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: bricks(:, :)              !! (8,n)
-    integer, intent(in) :: between(:, :)             !! (8,..) as of refine_bricks: the last nodes
+    integer, intent(in) :: elements(:, :)              !! (8,n)
+    integer, intent(in) :: between(:, :)             !! (8,..) as of refine_elements: the last nodes
     logical, intent(in) :: chosen(:)                 !! (n)
-    integer, intent(in) :: uncut(:)                  !! (n) as of refine_bricks
+    integer, intent(in) :: uncut(:)                  !! (n) as of refine_elements
     type(pieces_t), intent(out) :: pieces
     integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) as `between`, of new nodes
     integer, allocatable :: cut(:, :), middle(:, :), node(:)
@@ -91,8 +91,8 @@ contains
     integer :: of_each, e, k, n, m
 
     of_each = n_pieces(2, uncut)
-    call refine_bricks(n_nodes, bricks(:, pack([(e, e=1, size(chosen))], chosen)), 2, pack(uncut, &
-      chosen), cut, middle, place)
+    call refine_elements(n_nodes, elements(:, pack([(e, e=1, size(chosen))], chosen)), 2, &
+      pack(uncut, chosen), cut, middle, place)
     call find_again(middle, between, n_nodes, node, added)
     n = size(chosen) + (of_each - 1)*count(chosen)
     allocate (pieces%nodes(8, n), pieces%origin(n))
@@ -103,7 +103,7 @@ contains
     do e = 1, size(chosen)
       if (.not. chosen(e)) then
         n = n + 1
-        pieces%nodes(:, n) = bricks(:, e)
+        pieces%nodes(:, n) = elements(:, e)
         pieces%origin(n) = e
         cycle
       end if
@@ -120,7 +120,7 @@ contains
 
   !> The numbers of middles: those of earlier ones between the same nodes, new ones of others.
   pure subroutine find_again(middle, between, n_nodes, node, added)
-    integer, intent(in) :: middle(:, :)              !! (8,m) as of refine_bricks
+    integer, intent(in) :: middle(:, :)              !! (8,m) as of refine_elements
     integer, intent(in) :: between(:, :)             !! (8,n_old) likewise: the last nodes
     integer, intent(in) :: n_nodes
     integer, allocatable, intent(out) :: node(:)     !! (m)
@@ -146,8 +146,8 @@ contains
       else if (any(key(:, order(i)) /= key(:, order(first)))) then
         first = i
       end if
-      ! Equal ones stand in the order of their numbers: an earlier node comes first. What lies in a
-      ! brick is of no other.
+      ! Equal ones stand in the order of their numbers: an earlier node comes first. What lies in an
+      ! element is of no other.
       if (order(i) <= n_old .or. order(first) > n_old) cycle
       if (middle(5, order(i) - n_old) > 0 .or. between(5, order(first)) > 0) cycle
       node(order(i) - n_old) = n_nodes - n_old + order(first)
@@ -163,42 +163,42 @@ contains
     end do
   end subroutine find_again
 
-  !> Which nodes lie in the middle of an edge or a face of a brick.
-  pure function find_hanging(n_nodes, bricks, between, n_given) result(hangs)
+  !> Which nodes lie in the middle of an edge or a face of an element.
+  pure function find_hanging(n_nodes, elements, between, n_given) result(hangs)
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: bricks(:, :)   !! (8,n)
-    integer, intent(in) :: between(:, :)  !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: elements(:, :)   !! (8,n)
+    integer, intent(in) :: between(:, :)  !! (8,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given
     logical :: hangs(n_nodes)
-    type(lists_t) :: at !! the bricks at each node
+    type(lists_t) :: at !! the elements at each node
     integer :: i, k
 
-    at = columns_with(bricks, n_nodes)
+    at = columns_with(elements, n_nodes)
     hangs = .false.
     do i = 1, size(between, 2)
       associate (nodes => parents_of(between(:, i)), node => n_given + i)
         if (size(nodes) == 8) cycle
         do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
-          hangs(node) = hangs(node) .or. has_side(bricks(:, at%item(k)), nodes)
+          hangs(node) = hangs(node) .or. has_side(elements(:, at%item(k)), nodes)
         end do
       end associate
     end do
   end function find_hanging
 
-  !> Whether nodes are those of an edge or a face of a brick.
-  pure logical function has_side(brick, nodes)
-    integer, intent(in) :: brick(8)
+  !> Whether nodes are those of an edge or a face of an element.
+  pure logical function has_side(element, nodes)
+    integer, intent(in) :: element(8)
     integer, intent(in) :: nodes(:) !! two or four
     integer :: side, i
 
     has_side = .false.
     if (size(nodes) == 2) then
       do side = 1, 12
-        has_side = has_side .or. all([(any(brick(edge_nodes(:, side)) == nodes(i)), i=1, 2)])
+        has_side = has_side .or. all([(any(element(edge_nodes(:, side)) == nodes(i)), i=1, 2)])
       end do
     else
       do side = 1, 6
-        has_side = has_side .or. all([(any(brick(face_nodes(:, side)) == nodes(i)), i=1, 4)])
+        has_side = has_side .or. all([(any(element(face_nodes(:, side)) == nodes(i)), i=1, 4)])
       end do
     end if
   end function has_side
@@ -206,7 +206,7 @@ contains
   !> Those of some nodes that hang, with those that they lie between, which are among them too.
   pure function hanging_of(hangs, between, n_given, nodes) result(hanging)
     logical, allocatable, intent(in) :: hangs(:)      !! (n_nodes) not allocated: none does
-    integer, allocatable, intent(in) :: between(:, :) !! (8,n_nodes-n_given) as of refine_bricks
+    integer, allocatable, intent(in) :: between(:, :) !! (8,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given
     integer, intent(in) :: nodes(:)
     integer, allocatable :: hanging(:, :)   !! (5,m) node, its parents: two, then 0, or four
@@ -230,7 +230,7 @@ contains
   !> What belongs to nodes that hang, given in equal parts to those that they lie between.
   pure subroutine fold_to_parents(hangs, between, n_given, values)
     logical, intent(in) :: hangs(:)         !! (n_nodes)
-    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_bricks
+    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given
     real(wp), intent(inout) :: values(:)    !! (n_nodes) 0 afterwards where they hang
     integer :: node

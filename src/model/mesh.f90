@@ -8,11 +8,11 @@ module mesh_mod
   private
 
   public :: mesh_t, find_bodies, deck_rounding, joined_nodes, elements_at_nodes, shown_nodes, &
-    brick_rows, kind_c3d8, kind_c3d8i, kind_c3d8b
+    element_rows, kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes
-  integer, parameter :: kind_c3d8b = 3 !! B-bar: the mean dilatation of the brick
+  integer, parameter :: kind_c3d8b = 3 !! B-bar: the mean dilatation of the element
 
   !> Nodes and elements, numbered from 1 in the order of the deck; the deck's own ids beside them.
   type :: mesh_t
@@ -30,13 +30,13 @@ module mesh_mod
     integer,  allocatable :: piece(:)
     !! (n_nodes) what elements alone connect, 0 where none uses the node
     integer,  allocatable :: between(:, :)
-    !! (8,n) nodes that node `n_given` + i lies between, as of refine_bricks; not allocated where no
-    !! brick was refined
-    real(wp), allocatable :: place(:, :)  !! (3,n) where it lies there, as of refine_bricks [-]
+    !! (8,n) nodes that node `n_given` + i lies between, as of refine_elements; not allocated where
+    !! no element was refined
+    real(wp), allocatable :: place(:, :)  !! (3,n) where it lies there, as of refine_elements [-]
     logical,  allocatable :: hangs(:)
-    !! (n_nodes) whether a node lies in the middle of an edge or a face of a brick that has no node
-    !! there, and moves as those that it lies between; not allocated: none does
-    integer,  allocatable :: brick_nodes(:)
+    !! (n_nodes) whether a node lies in the middle of an edge or a face of an element that has no
+    !! node there, and moves as those that it lies between; not allocated: none does
+    integer,  allocatable :: element_nodes(:)
     !! (n of them) nodes that elements use, ascending: the points of a result's mesh
     integer :: n_nodes = 0
     integer :: n_given = 0 !! the first so many are the deck's
@@ -66,7 +66,7 @@ contains
       end associate
     end do
     call number_trees(mesh, parent, mesh%piece, mesh%n_pieces)
-    mesh%brick_nodes = pack([(node, node = 1, mesh%n_nodes)], mesh%piece > 0)
+    mesh%element_nodes = pack([(node, node = 1, mesh%n_nodes)], mesh%piece > 0)
     if (present(constraints)) then
       do c = 1, constraints%n
         do k = constraints%first(c), constraints%first(c + 1) - 1
@@ -129,15 +129,15 @@ contains
   end function shown_nodes
 
   !> The place of each node among those that elements use, 0 of others.
-  pure function brick_rows(mesh) result(row)
+  pure function element_rows(mesh) result(row)
     type(mesh_t), intent(in) :: mesh !! of find_bodies
     integer :: row(mesh%n_nodes), i
 
     row = 0
-    do i = 1, size(mesh%brick_nodes)
-      row(mesh%brick_nodes(i)) = i
+    do i = 1, size(mesh%element_nodes)
+      row(mesh%element_nodes(i)) = i
     end do
-  end function brick_rows
+  end function element_rows
 
   !> Nodes that no element has and that equations join to a body.
   pure function joined_nodes(mesh) result(joined)

@@ -6,9 +6,9 @@ module mesh_size_mod
 
   public :: mesh_size_t, relative_size, is_same_size, blocks_t, common_divisor, zone_t, is_near
 
-  real(wp), parameter :: ring = 1.5_wp !! of a brick's diagonal: between two edges and three [-]
+  real(wp), parameter :: ring = 1.5_wp !! of an element's diagonal: between two edges and three [-]
 
-  !> Where bricks are cut again: about balls, and as far around them as a brick is large.
+  !> Where elements are cut again: about balls, and as far around them as an element is large.
   type :: zone_t
     integer :: times = 0
     real(wp), allocatable :: balls(:, :) !! (4,n) centre and radius [length]
@@ -17,15 +17,15 @@ module mesh_size_mod
   !> A mesh of the deck: that which it writes down, of other blocks, refined.
   type :: mesh_size_t
     integer :: blocks(2) = [1, 1]
-    !! of the bricks along each axis of each *BLOCK there are blocks(1)/blocks(2) times as many
-    integer :: parts = 1 !! into which every edge of a brick is cut
+    !! of the elements along each axis of each *BLOCK there are blocks(1)/blocks(2) times as many
+    integer :: parts = 1 !! into which every edge of an element is cut
     integer :: across = 0
-    !! the axis, 1 to 3, along which blocks and bricks stay as they are: that across a slice in
+    !! the axis, 1 to 3, along which blocks and elements stay as they are: that across a slice in
     !! plane strain; 0: none
     type(zone_t) :: zone !! where they are cut again
   end type mesh_size_t
 
-  !> The blocks of a deck that may have more or fewer bricks without its saying something else:
+  !> The blocks of a deck that may have more or fewer elements without its saying something else:
   !> their NX, NY and NZ, or one of these.
   type :: blocks_t
     integer :: common = 0  !! divides all of them, the largest number; 0: none may
@@ -34,7 +34,7 @@ module mesh_size_mod
 
 contains
 
-  !> The edge of a brick over that of the deck's.
+  !> The edge of an element over that of the deck's.
   pure real(wp) function relative_size(mesh_size)
     type(mesh_size_t), intent(in) :: mesh_size
 
@@ -42,7 +42,7 @@ contains
       real(mesh_size%parts, wp))
   end function relative_size
 
-  !> Whether two meshes have equally large bricks where these are not cut again.
+  !> Whether two meshes have equally large elements where these are not cut again.
   pure logical function is_same_size(one, other)
     type(mesh_size_t), intent(in) :: one, other
 
@@ -64,7 +64,7 @@ contains
     end do
   end function common_divisor
 
-  !> Whether a brick lies in a zone, or in the ring around it.
+  !> Whether an element lies in a zone, or in the ring around it.
   pure logical function is_near(zone, x, across)
     type(zone_t), intent(in) :: zone
     real(wp), intent(in) :: x(:, :)   !! (3,n) its nodes [length]

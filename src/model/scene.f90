@@ -132,9 +132,9 @@ contains
     end associate
   end function master_name
 
-  !> Nodes of the deck that move or carry forces beside the bricks, ascending: reference nodes of
-  !> obstacles and couplings (these even if a brick has them: they have rotations), and nodes that
-  !> equations alone name.
+  !> Nodes of the deck that move or carry forces beside the elements, ascending: reference nodes of
+  !> obstacles and couplings (these even if an element has them: they have rotations), and nodes
+  !> that equations alone name.
   pure function reference_nodes(scene) result(nodes)
     type(scene_t), intent(in) :: scene
     integer, allocatable :: nodes(:)

@@ -1,10 +1,10 @@
 !> How much warmer the bodies are than at first, which the deck alone decides: temperatures at the
-!> nodes, and of each brick the mean of its nodes. docs/theory.md section 8.
+!> nodes, and of each element the mean of its nodes. docs/theory.md section 8.
 module warming_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value, start_of_step
   use increments_mod, only: whole_increment
-  use refine_bricks_mod, only: fill_between
+  use refine_elements_mod, only: fill_between
   use scene_mod, only: scene_t
   implicit none
   private

@@ -36,7 +36,7 @@ contains
     integer :: worst_node
 
     worst_node = 0
-    if (report%worst_point > 0) worst_node = count(mesh%brick_nodes <= &
+    if (report%worst_point > 0) worst_node = count(mesh%element_nodes <= &
       points%node(report%worst_point))
 
     call whole('step', 'ordinal of the *STEP', state%step)

@@ -3,7 +3,7 @@
 module master_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_long
-  use mesh_mod, only: brick_rows
+  use mesh_mod, only: element_rows
   use obstacle_shapes_mod, only: is_meshed, shape_code, shape_codes
   use contact_points_mod, only: n_sides
   use scene_mod, only: scene_t, reference_nodes
@@ -68,7 +68,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (1, nodes of the surface)
     integer :: row(source%scene%mesh%n_nodes)
 
-    row = brick_rows(source%scene%mesh)
+    row = element_rows(source%scene%mesh)
     values(1, :) = row(source%scene%surfaces(source%scene%pairs(source%pair)% &
       master_surface)%nodes) - 1
   end subroutine master_node

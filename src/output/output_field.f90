@@ -22,7 +22,7 @@ module output_field_mod
   public :: field_t, field_source_t, field_list_t, add_field, get_fields, compute_field
   public :: block_shape, block_bytes, fill_field
   public :: every_time, first_time, at_start, everywhere, at_supports, at_contact
-  public :: of_bricks, of_references, of_set
+  public :: of_elements, of_references, of_set
 
   ! When a field is written.
   integer, parameter :: every_time = 1 !! a row an increment; over the mesh: where fields are due
@@ -38,7 +38,7 @@ module output_field_mod
 
   ! The nodes whose columns are written of a field that is computed at all nodes of the deck.
   integer, parameter :: as_computed = 0   !! the columns are those that are written
-  integer, parameter :: of_bricks = 1     !! nodes that bricks have
+  integer, parameter :: of_elements = 1     !! nodes that elements have
   integer, parameter :: of_references = 2 !! reference nodes
   integer, parameter :: of_set = 3        !! members of the source's set
 
@@ -51,7 +51,7 @@ module output_field_mod
     character(:), allocatable :: description
     integer :: written = every_time          !! every_time, first_time or at_start
     integer :: spread = everywhere           !! everywhere, at_supports or at_contact
-    integer :: nodes = as_computed           !! as_computed, of_bricks, of_references or of_set
+    integer :: nodes = as_computed           !! as_computed, of_elements, of_references or of_set
     real(wp) :: value = 0.0_wp               !! of a history: the number itself
     procedure(compute_field), pointer, nopass :: compute => null() !! of all others
   end type field_t
@@ -124,8 +124,8 @@ contains
     integer, allocatable :: nodes(:)
 
     select case (field%nodes)
-    case (of_bricks)
-      nodes = source%scene%mesh%brick_nodes
+    case (of_elements)
+      nodes = source%scene%mesh%element_nodes
     case (of_references)
       nodes = reference_nodes(source%scene)
     case (of_set)
@@ -135,7 +135,7 @@ contains
       return
     end select
     associate (n => shown_nodes(source%scene%mesh))
-      if (field%nodes == of_bricks .and. size(nodes) == n) then
+      if (field%nodes == of_elements .and. size(nodes) == n) then
         call field%compute(source, values)
       else
         allocate (of_all(size(values, 1), n), source=0.0_wp)

@@ -2,7 +2,7 @@
 module pair_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_byte, of_long
-  use mesh_mod, only: brick_rows
+  use mesh_mod, only: element_rows
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
@@ -130,7 +130,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (1, its points)
     integer :: row(source%scene%mesh%n_nodes)
 
-    row = brick_rows(source%scene%mesh)
+    row = element_rows(source%scene%mesh)
     values(1, :) = row(source%points%node(source%first:source%last)) - 1
   end subroutine node
 

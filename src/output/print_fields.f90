@@ -101,7 +101,7 @@ contains
       character(:), allocatable :: place
 
       extents = [size(asked%members)]
-      place = '; mean of the brick'
+      place = '; mean of the element'
       if (asked%at_gauss_points) then
         extents = [hexahedron_points, extents]
         place = ' at each of the eight Gauss points, placed like the nodes'

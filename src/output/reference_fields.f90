@@ -1,4 +1,4 @@
-!> The fields of reference nodes: what moves or carries forces beside the bricks, each a history.
+!> The fields of reference nodes: what moves or carries forces beside the elements, each a history.
 module reference_fields_mod
   use dataset_kinds_mod, only: of_real, of_long
   use scene_mod, only: scene_t, reference_nodes, has_rotations

@@ -11,7 +11,7 @@ module view_fields_mod
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
   use mesh_fields_mod, only: fill_tensors_of
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
-    compute_field, every_time, at_start, at_supports, at_contact, of_bricks
+    compute_field, every_time, at_start, at_supports, at_contact, of_elements
   use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
   implicit none
   private
@@ -25,7 +25,7 @@ module view_fields_mod
   character(*), parameter :: at_gauss_points = &
     ' at each of the eight Gauss points, placed like the nodes'
   character(*), parameter :: from_gauss_points = &
-    '; extrapolated from the Gauss points, averaged over the bricks at the node'
+    '; extrapolated from the Gauss points, averaged over the elements at the node'
   integer, parameter :: no_contact = -1 !! status of a node without a contact point
 
 contains
@@ -38,7 +38,7 @@ contains
     type(field_list_t) :: list
     integer :: i
 
-    associate (n => size(scene%mesh%brick_nodes), asked => scene%output)
+    associate (n => size(scene%mesh%element_nodes), asked => scene%output)
       if (asked%displacement) call add_field(list, field_t('PointData/displacement', of_real, &
         [3, n], 'length', 'from the undeformed mesh, x, y, z', compute=displacement))
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
@@ -73,8 +73,8 @@ contains
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
       if (asked%at_centroids) then
-        call add_tensors('CellData/', '', [6, n], '; mean of the brick', mean_stress, mean_strain)
-        call add_invariants('CellData/', '', [1, n], '; of the mean of the brick', mean_mises, &
+        call add_tensors('CellData/', '', [6, n], '; mean of the element', mean_stress, mean_strain)
+        call add_invariants('CellData/', '', [1, n], '; of the mean of the element', mean_mises, &
           mean_principal_stress, mean_principal_strain)
       end if
       if (asked%at_gauss_points) then
@@ -91,7 +91,7 @@ contains
     end associate
     call get_fields(list, fields)
     do i = 1, size(fields)
-      if (index(fields(i)%name, 'PointData/') == 1) fields(i)%nodes = of_bricks
+      if (index(fields(i)%name, 'PointData/') == 1) fields(i)%nodes = of_elements
     end do
 
   contains
@@ -303,16 +303,16 @@ contains
     call at_each_point(source%strain%at_gauss_points, values)
   end subroutine gauss_principal_strain
 
-  !> Principal values of the tensors of a brick, one point after the other.
+  !> Principal values of the tensors of an element, one point after the other.
   subroutine at_each_point(tensor, values)
     real(wp), intent(in) :: tensor(:, :, :)   !! (6, n_points, n_elements)
     real(wp), intent(inout) :: values(:, :)   !! (3 n_points, n_elements)
-    real(wp) :: of_brick(3, hexahedron_points)
+    real(wp) :: of_element(3, hexahedron_points)
     integer :: e
 
     do e = 1, size(values, 2)
-      call principal_values(tensor(:, :, e), of_brick)
-      values(:, e) = reshape(of_brick, [size(of_brick)])
+      call principal_values(tensor(:, :, e), of_element)
+      values(:, e) = reshape(of_element, [size(of_element)])
     end do
   end subroutine at_each_point
 
@@ -350,7 +350,7 @@ contains
 
   ! ------------------------------------------------------------------ what fields share
 
-  !> Stress and strain wherever the deck asks for them, in one sweep over the bricks.
+  !> Stress and strain wherever the deck asks for them, in one sweep over the elements.
   subroutine make_tensors(source)
     type(field_source_t), intent(inout) :: source
 

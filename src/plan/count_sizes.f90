@@ -33,7 +33,7 @@ module count_sizes_mod
 
   !> Sizes that costs are made of.
   type :: sizes_t
-    real(wp) :: nodes, bricks, equations, interface, rows, points, entries, factor
+    real(wp) :: nodes, elements, equations, interface, rows, points, entries, factor
     real(wp) :: squares, cubes   !! sums over the blocks of the compliance, one a body
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
@@ -67,7 +67,7 @@ contains
     integer :: i
 
     sizes%nodes = scene%mesh%n_nodes
-    sizes%bricks = scene%mesh%n_elements
+    sizes%elements = scene%mesh%n_elements
     sizes%equations = plan%n_equations
     sizes%interface = plan%n_interface
     sizes%squares = sum(real(plan%blocks, wp)**2)
@@ -75,7 +75,7 @@ contains
     sizes%rows = sum(real(plan%rows, wp))
     sizes%points = plan%points%n
     sizes%has_twins = has_twins(plan)
-    ! A node of a large mesh of bricks has 27 neighbours, half of them in one triangle.
+    ! A node of a large mesh of hexahedra has 27 neighbours, half of them in one triangle.
     sizes%neighbours = 27.0_wp*sizes%nodes
     sizes%entries = 40.0_wp*sizes%equations
     sizes%factor = sizes%entries
@@ -121,7 +121,7 @@ contains
     n = refined_times(sizes)*merge(newton_raphson_curved, 1.0_wp, sizes%is_curved)
   end function iterations_of_increment
 
-  !> Those of them with a solution, and with the forces of all bricks: contact alone settles the
+  !> Those of them with a solution, and with the forces of all elements: contact alone settles the
   !> points where W is formed.
   pure real(wp) function solutions_of_increment(sizes) result(n)
     type(sizes_t), intent(in) :: sizes

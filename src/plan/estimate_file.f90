@@ -54,7 +54,8 @@ contains
     call plan_history_fields(fields)
     file%datasets = size(fields) + other_datasets
     ! The mesh without what is in the table of fields.
-    once = 24.0_wp*size(scene%mesh%brick_nodes) + 73.0_wp*sizes%bricks + real(len(scene%deck), wp)
+    once = 24.0_wp*size(scene%mesh%element_nodes) + 73.0_wp*sizes%elements + &
+      real(len(scene%deck), wp)
     once = once + bytes_of_sets(scene)
     call list_view_fields(scene, plan%points%n > 0, fields)
     file%datasets = file%datasets + size(fields) ! their offsets
@@ -117,9 +118,9 @@ contains
     bytes = block_bytes(fields)
     do i = 1, size(fields)
       if (fields(i)%spread == at_supports) bytes(i) = bytes(i)* &
-        count(held(scene%mesh%brick_nodes))/size(scene%mesh%brick_nodes)
+        count(held(scene%mesh%element_nodes))/size(scene%mesh%element_nodes)
       if (fields(i)%spread == at_contact) bytes(i) = bytes(i)*sizes%points/ &
-        size(scene%mesh%brick_nodes)
+        size(scene%mesh%element_nodes)
       if (fields(i)%kind == of_byte) bytes(i) = 0.0_wp
     end do
   end function nonzero_bytes

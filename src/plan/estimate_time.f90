@@ -29,9 +29,9 @@ module estimate_time_mod
   ! that nobody needs [bytes/s].
   real(wp), parameter :: disk_rate = 0.5e9_wp, kept_rate = 2.0e9_wp
 
-  ! Seconds on a machine that makes a brick's internal force in 1e-6 s [s].
-  real(wp), parameter :: reference_brick = 1.0e-6_wp
-  real(wp), parameter :: stiffness_of_brick = 30.0_wp !! in internal forces of one
+  ! Seconds on a machine that makes an element's internal force in 1e-6 s [s].
+  real(wp), parameter :: reference_hexahedron = 1.0e-6_wp
+  real(wp), parameter :: stiffness_of_element = 30.0_wp !! in internal forces of one
   real(wp), parameter :: brief = 0.5_wp               !! runs that need no measurements [s]
   real(wp), parameter :: start_of_run = 0.01_wp      !! opening the file, loading code
   real(wp), parameter :: start_of_increment = 0.25e-3_wp
@@ -41,7 +41,7 @@ module estimate_time_mod
   real(wp), parameter :: keep_rate = 1.0e9_wp        !! of numbers that are not squeezed [bytes/s]
   real(wp), parameter :: probes = 90.0_wp !! of what is near the points, where W is not formed
   real(wp), parameter :: passes_of_probe = 0.5_wp !! over the factor of the interior, many at once
-  real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of a brick
+  real(wp), parameter :: visit_of_sweep = 0.5_wp     !! of a point, in internal forces of an element
 
   ! Where bodies are solved for by iteration: iterations of an increment and of the response to a
   ! load, the estimate of its error included; an equation's share of the hierarchy, and of an
@@ -54,7 +54,7 @@ module estimate_time_mod
   ! Of an increment before faces that move, its estimate of the error included.
   real(wp), parameter :: placements = 14.0_wp    !! of the points, and of W those of rows:
   real(wp), parameter :: rebuilds = 6.5_wp
-  real(wp), parameter :: place_of_point = 25.0_wp !! in internal forces of a brick
+  real(wp), parameter :: place_of_point = 25.0_wp !! in internal forces of an element
   real(wp), parameter :: entry_of_rows = 0.02_wp  !! of W, the same
 
   !> Seconds of the phases of a run.
@@ -76,26 +76,27 @@ contains
 
     ! What is soon done is not worth measurements.
     speed = reference_speed()
-    call sum_up(reference_brick, stiffness_of_brick*reference_brick, sizes%bricks*reference_brick)
+    call sum_up(reference_hexahedron, stiffness_of_element*reference_hexahedron, &
+      sizes%elements*reference_hexahedron)
     if (total_seconds(seconds) < brief) return
     if (.not. sizes%by_iteration) call measure_speed(nint(sizes%front), nint(sizes%rows), &
       int(sizes%word*sizes%factor, i8), speed)
-    call time_brick(scene, stiffness_time, force_time)
+    call time_element(scene, stiffness_time, force_time)
     call sum_up(force_time, stiffness_time, time_of_forces(scene))
 
   contains
 
-    !> All phases, bricks and bodies taking so long.
+    !> All phases, elements and bodies taking so long.
     subroutine sum_up(force_time, stiffness_time, body_time)
       real(wp), intent(in) :: force_time, stiffness_time, body_time !! [s]
       real(wp) :: plain, scratch_time
 
-      plain = force_time/reference_brick
+      plain = force_time/reference_hexahedron
       scratch_time = sizes%scratch/merge(kept_rate, disk_rate, sizes%keeps_scratch)
       seconds = seconds_t()
       ! The first order is the plan's, which is spent already.
       seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*sizes%ordering + &
-        sizes%factorisations*(sizes%bricks*1.5_wp*stiffness_time + body_time)
+        sizes%factorisations*(sizes%elements*1.5_wp*stiffness_time + body_time)
       call time_solver(sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
         2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
@@ -108,7 +109,7 @@ contains
   !> Seconds of an increment to place points before faces that move, and to bring W there.
   pure real(wp) function seconds_to_follow(sizes, force_time) result(seconds)
     type(sizes_t), intent(in) :: sizes
-    real(wp), intent(in) :: force_time !! internal force of a brick [s]
+    real(wp), intent(in) :: force_time !! internal force of an element [s]
 
     seconds = 0.0_wp
     if (.not. sizes%follows_faces) return
@@ -120,7 +121,7 @@ contains
   pure subroutine time_solver(sizes, speed, force_time, scratch_time, seconds)
     type(sizes_t), intent(in) :: sizes
     type(machine_speed_t), intent(in) :: speed
-    real(wp), intent(in) :: force_time   !! internal force of a brick [s]
+    real(wp), intent(in) :: force_time   !! internal force of an element [s]
     real(wp), intent(in) :: scratch_time !! to read a factor on the disk once [s]
     type(seconds_t), intent(inout) :: seconds !! gets factorise, condense, contact, recover
     real(wp) :: product, passes, n_recovered
@@ -182,10 +183,10 @@ contains
     real(wp), parameter :: passes_to_place = 24.0_wp !! bytes an entry of W that moves
 
     reference = reference_speed()
-    call time_solver(sizes, reference, reference_brick, sizes%scratch/disk_rate, seconds)
+    call time_solver(sizes, reference, reference_hexahedron, sizes%scratch/disk_rate, seconds)
     total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover + &
-      2.0_wp*sizes%increments*solutions_of_increment(sizes)*sizes%bricks* &
-      reference_brick
+      2.0_wp*sizes%increments*solutions_of_increment(sizes)*sizes%elements* &
+      reference_hexahedron
     if (sizes%is_dense .and. sizes%is_curved) total = total + sizes%increments* &
       iterations_of_increment(sizes)*passes_to_place*sizes%rows**2/reference%bytes
   end function seconds_at_fixed_rates
@@ -199,8 +200,8 @@ contains
     speed%entries = 2.5e9_wp
   end function reference_speed
 
-  !> How long a brick of the scene takes: its stiffness, and its internal force.
-  subroutine time_brick(scene, stiffness_time, force_time)
+  !> How long an element of the scene takes: its stiffness, and its internal force.
+  subroutine time_element(scene, stiffness_time, force_time)
     type(scene_t), intent(in) :: scene
     real(wp), intent(out) :: stiffness_time, force_time !! [s]
     integer, parameter :: least = 100
@@ -236,9 +237,9 @@ contains
       end do
       force_time = spent/n
     end associate
-  end subroutine time_brick
+  end subroutine time_element
 
-  !> How long the internal forces of all bricks take, many congruent ones at once; where that is
+  !> How long the internal forces of all elements take, many congruent ones at once; where that is
   !> soon, the better of two times.
   function time_of_forces(scene) result(seconds)
     type(scene_t), intent(in) :: scene

@@ -33,7 +33,7 @@ contains
     type(accuracy_controls_t), intent(in) :: accuracy
     type(plan_t), intent(in) :: plan !! with its costs
     character(:), allocatable :: text
-    real(wp), parameter :: growth = 4.0_wp !! of the time, as bricks get smaller
+    real(wp), parameter :: growth = 4.0_wp !! of the time, as elements get smaller
     real(wp) :: seconds
 
     text = ''

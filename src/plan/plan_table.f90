@@ -44,7 +44,7 @@ contains
     allocate (plan%lines(0), plan%brief(0))
     bound = bound_at_most
     if (plan%is_constant) bound = bound_fixed
-    mesh = to_text(size(scene%mesh%brick_nodes))//' nodes, '//to_text(scene%mesh%n_elements)// &
+    mesh = to_text(size(scene%mesh%element_nodes))//' nodes, '//to_text(scene%mesh%n_elements)// &
       ' elements'
     call add_line(plan, 'mesh', bound_fixed, mesh, mesh)
     call describe_bodies(scene, motions, plan)

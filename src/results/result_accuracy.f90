@@ -40,22 +40,22 @@ contains
     call write_attribute(file, group, 'mesh', 0.0_wp, error)
     call write_attribute(file, group, 'load_steps', 0.0_wp, error)
     call write_attribute(file, group, 'others', 0.0_wp, error)
-    call of_runs('brick_size', 'edges of the bricks over those of the deck', 'ratio')
+    call of_runs('element_size', 'edges of the elements over those of the deck', 'ratio')
     call of_runs('divisions', 'parts of each increment of the deck', 'number')
-    call of_runs('cuts', 'of bricks at contact, beside all others', 'number')
-    call of_runs('bricks', 'bricks of the mesh', 'number')
+    call of_runs('cuts', 'of elements at contact, beside all others', 'number')
+    call of_runs('elements', 'elements of the mesh', 'number')
     call of_runs('processor_time', 'of the run', 'seconds')
     call write_dataset(file, group//'/values', reshape([real(wp) ::], [components, &
       sequence%n_increments, runs], pad=[0.0_wp]), 'what each run gives at the end of each '// &
       'increment of the deck; the components are named by the attribute "name"', 'as named', error)
     call write_dataset(file, group//'/extrapolated', spread(spread(0.0_wp, 1, components), 2, &
-      sequence%n_increments), 'what several meshes give for bricks without size; not '// &
+      sequence%n_increments), 'what several meshes give for elements without size; not '// &
       'certified', 'as named', error)
     call of_components('error', 'of the last run by its mesh, of the scale, increment by '// &
       'increment the largest; -1: not known')
     call of_components('extrapolated_error', 'of the extrapolated values by the mesh, '// &
       'likewise; -1: not known')
-    call of_components('order', 'of the error in the size of the bricks, as observed')
+    call of_components('order', 'of the error in the size of the elements, as observed')
     call of_components('scale', 'what errors are parts of: of the last run')
     call name_components('values')
     call name_components('extrapolated')
@@ -131,12 +131,12 @@ contains
     call write_attribute(file, group, 'load_steps', errors%load_steps, error)
     call write_attribute(file, group, 'others', errors%others, error)
     associate (runs => sequence%runs)
-      call rewrite_dataset(file, group//'/brick_size', [(relative_size(runs(i)%mesh_size), i=1, &
+      call rewrite_dataset(file, group//'/element_size', [(relative_size(runs(i)%mesh_size), i=1, &
         size(runs))], error)
       call rewrite_dataset(file, group//'/divisions', real(runs%divisions, wp), error)
       call rewrite_dataset(file, group//'/cuts', [(real(runs(i)%mesh_size%zone%times, wp), i=1, &
         size(runs))], error)
-      call rewrite_dataset(file, group//'/bricks', real(runs%n_bricks, wp), error)
+      call rewrite_dataset(file, group//'/elements', real(runs%n_elements, wp), error)
       call rewrite_dataset(file, group//'/processor_time', [runs%seconds], error)
     end associate
     call rewrite_dataset(file, group//'/values', values, error)

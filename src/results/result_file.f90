@@ -267,7 +267,7 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
-    file%mesh_size = [size(scene%mesh%brick_nodes), scene%mesh%n_elements]
+    file%mesh_size = [size(scene%mesh%element_nodes), scene%mesh%n_elements]
     file%cell = minval(scene%mesh%connectivity%cell)
     if (any(scene%mesh%connectivity%cell /= file%cell)) file%cell = 0
     n_steps = 0

@@ -1,4 +1,4 @@
-!> The group /reference_nodes of a result file: what moves or carries forces beside the bricks.
+!> The group /reference_nodes of a result file: what moves or carries forces beside the elements.
 module result_references_mod
   use errors_mod, only: error_t
   use scene_mod, only: scene_t
@@ -29,7 +29,7 @@ contains
     call list_reference_fields(scene, fields)
     source%scene => scene
     if (size(fields) > 0) call describe_group(file, group, &
-      'nodes beside the bricks that move or carry forces; a row an increment', error)
+      'nodes beside the elements that move or carry forces; a row an increment', error)
     call open_group(file, group, fields, source, n_rows, opened, error)
   end subroutine create_references
 

@@ -120,7 +120,7 @@ contains
     call write_attribute(hdf5, '/run', 'divisions', int(divisions, i8), error)
     call write_attribute(hdf5, '/run', 'cuts', int(mesh_size%zone%times, i8), error)
     if (mesh_size%zone%times == 0) return
-    call write_dataset(hdf5, zone, mesh_size%zone%balls, 'balls about which bricks were cut '// &
+    call write_dataset(hdf5, zone, mesh_size%zone%balls, 'balls about which elements were cut '// &
       'again: centre and radius', 'length', error)
   end subroutine write_mesh_size
 

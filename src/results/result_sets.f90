@@ -5,7 +5,7 @@
 module result_sets_mod
   use errors_mod, only: error_t
   use text_mod, only: string_t
-  use mesh_mod, only: brick_rows
+  use mesh_mod, only: element_rows
   use scene_mod, only: scene_t, named_set_t, reference_nodes
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_attributes_mod, only: describe_group
@@ -31,7 +31,7 @@ contains
     if (exists(file, group)) return
     call describe_group(file, group, 'named sets of the deck, as rows of the mesh, from 0', error)
     if (allocated(scene%node_sets)) then
-      call write_rows(file, 'nodes', scene%node_sets, brick_rows(scene%mesh), 'rows of Points', &
+      call write_rows(file, 'nodes', scene%node_sets, element_rows(scene%mesh), 'rows of Points', &
         error)
       call write_rows(file, 'reference_nodes', scene%node_sets, rows_of_references(scene), &
         'rows of /reference_nodes', error)
@@ -52,7 +52,7 @@ contains
     nodes = reference_nodes(scene)
     allocate (row(scene%mesh%n_nodes), source=0)
     row(nodes) = [(i, i=1, size(nodes))]
-    row(scene%mesh%brick_nodes) = 0
+    row(scene%mesh%element_nodes) = 0
   end function rows_of_references
 
   !> Write the members of sets that have a row.

@@ -8,7 +8,7 @@ module result_view_mod
   use kinds_mod, only: wp, i1, i8
   use errors_mod, only: error_t
   use cells_mod, only: cells
-  use mesh_mod, only: mesh_t, brick_rows
+  use mesh_mod, only: mesh_t, element_rows
   use scene_mod, only: scene_t
   use dataset_kinds_mod, only: of_long
   use output_field_mod, only: field_t, field_source_t, every_time, at_start
@@ -140,17 +140,17 @@ contains
     integer(i1), allocatable :: types(:)
     integer :: row(mesh%n_nodes)
 
-    row = brick_rows(mesh)
+    row = element_rows(mesh)
     allocate (types, source=int(cells(mesh%connectivity%cell)%vtk_type, i1))
-    call write_dataset(file, '/VTKHDF/NumberOfPoints', [size(mesh%brick_nodes, &
+    call write_dataset(file, '/VTKHDF/NumberOfPoints', [size(mesh%element_nodes, &
                        kind=i8)], 'nodes of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfCells', [int(mesh%n_elements, i8)], &
                        'elements of the mesh', 'number', error)
     call write_dataset(file, '/VTKHDF/NumberOfConnectivityIds', [size(mesh%connectivity%node, &
                        kind=i8)], &
                        'entries of Connectivity', 'number', error)
-    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, mesh%brick_nodes) + &
-                       spread(mesh%origin, 2, size(mesh%brick_nodes)), &
+    call write_dataset(file, '/VTKHDF/Points', mesh%coordinates(:, mesh%element_nodes) + &
+                       spread(mesh%origin, 2, size(mesh%element_nodes)), &
                        'nodes of the undeformed mesh, x, y, z', 'length', error)
     call write_dataset(file, '/VTKHDF/Connectivity', &
                        int(row(mesh%connectivity%node) - 1, i8), &

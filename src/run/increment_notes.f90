@@ -255,8 +255,8 @@ contains
       if (small(i)%count > 1) words = words//' (and in '// &
         to_text(small(i)%count - 1)//' more places)'
       call add_note(notes, increment, .false., ': '//scene%pairs(i)%name//' touches at '// &
-        words//': contact pressure is not resolved; that takes bricks of about '// &
-        to_text(small(i)%brick, 2))
+        words//': contact pressure is not resolved; that takes elements of about '// &
+        to_text(small(i)%edge, 2))
     end do
   end subroutine note_small_contacts
 

@@ -20,7 +20,7 @@ module judge_increment_mod
   use folded_faces_mod, only: find_folded
   use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
-  use inverted_bricks_mod, only: find_reach, find_inverted
+  use inverted_elements_mod, only: find_reach, find_inverted
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t
@@ -49,7 +49,7 @@ module judge_increment_mod
   type :: watch_t
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
     real(wp), allocatable :: reach(:, :)
-    !! (3,n_elements) of the bricks' edges, as of find_reach [1/length]
+    !! (3,n_elements) of the elements' edges, as of find_reach [1/length]
     real(wp), allocatable :: hollow(:), fit(:)
     !! (n_pairs) what meshes alone overlap by where they do not press, and where they do [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
@@ -130,8 +130,8 @@ contains
     if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
   end subroutine judge_faces
 
-  !> Bricks that are inside out end the run, and so do bodies that begin deeper in one another than
-  !> a brick.
+  !> Elements that are inside out end the run, and so do bodies that begin deeper in one another
+  !> than an element.
   subroutine judge_shape(scene, plan, first_gap, reach, solved, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan

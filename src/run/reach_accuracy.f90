@@ -83,7 +83,7 @@ contains
       call prepare_scene(of_run, scene, choices, error)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
-        ! Its blocks cannot have other bricks after all: numbers of nodes meet, say.
+        ! Its blocks cannot have other elements after all: numbers of nodes meet, say.
         deallocate (error)
         call begin_sequence(deck, spread(blocks_t(), 1, 3), across, sequence)
         choice%is_replaced = .false.
@@ -206,7 +206,7 @@ contains
     end if
     call estimate_sequence(sequence, errors)
     associate (run => sequence%runs(size(sequence%runs)))
-      write (line, '(i4, i10, a11, i12, a12, a10, a12)') size(sequence%runs), run%n_bricks, &
+      write (line, '(i4, i10, a11, i12, a12, a10, a12)') size(sequence%runs), run%n_elements, &
         edges_in_words(run), sequence%n_increments*run%divisions, seconds_in_words(run%seconds), &
         known(errors%mesh), known(errors%load_steps)
     end associate
@@ -236,7 +236,8 @@ contains
     type(mesh_run_t), intent(in) :: run
     character(:), allocatable :: words
 
-    words = to_text(run%n_bricks)//' elements of '//edges_in_words(run)//' times the deck''s edges'
+    words = to_text(run%n_elements)//' elements of '//edges_in_words(run)// &
+      ' times the deck''s edges'
     if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
   end function settings_in_words
 
@@ -256,10 +257,10 @@ contains
   end function errors_in_words
 
   !> Say how far it was before a run that failed, where it was not stopped.
-  subroutine tell_earlier(deck, sequence, n_bricks, error)
+  subroutine tell_earlier(deck, sequence, n_elements, error)
     type(scene_t), intent(in) :: deck
     type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: n_bricks !! of the run that failed
+    integer, intent(in) :: n_elements !! of the run that failed
     type(error_t), intent(inout) :: error
     type(sequence_error_t) :: errors
     character(:), allocatable :: so_far
@@ -271,10 +272,10 @@ contains
     if (sequence%wanted > 0.0_wp) then
       error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
         subject_in_words(deck%accuracy)//' was not reached'//so_far//'; then, on '// &
-        to_text(n_bricks)//' elements: '//error%message
+        to_text(n_elements)//' elements: '//error%message
     else
       error%message = 'after '//to_text(size(sequence%runs))//' runs'//so_far//', on '// &
-        to_text(n_bricks)//' elements: '//error%message
+        to_text(n_elements)//' elements: '//error%message
     end if
   end subroutine tell_earlier
 

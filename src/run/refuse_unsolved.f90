@@ -174,7 +174,7 @@ contains
         words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
         if (step%direct) words = words//', or leave out DIRECT'
       else
-        words = words//'smaller bricks, or a slave surface with all faces that may touch'
+        words = words//'smaller elements, or a slave surface with all faces that may touch'
       end if
     end associate
   end function passed_in_words
@@ -279,13 +279,13 @@ contains
       face = obstacle//' gets '//face//' within the increment, and passes it or leaves it '// &
         'without contact: contact is missed; use '
       if (entries%passed%depth > 0.0_wp) face = face//'smaller increments, or '
-      face = face//'smaller bricks'
+      face = face//'smaller elements'
     case (entered_and_left)
       face = obstacle//' was '//face//' when the increment began, and has left it without '// &
-        'touching a node: contact is missed; use smaller bricks, or smaller increments'
+        'touching a node: contact is missed; use smaller elements, or smaller increments'
     case default
       face = obstacle//' is '//face//', but no node of that face or of its neighbours touches '// &
-        'it: contact is missed; use smaller bricks, with edges below about '// &
+        'it: contact is missed; use smaller elements, with edges below about '// &
         to_text(needed, 2)//', or smaller increments'
     end select
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
@@ -300,7 +300,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: advice
 
-    advice = 'smaller bricks'
+    advice = 'smaller elements'
     associate (pair => scene%pairs(unfelt%pair))
       if (pair%master == 0) advice = master_name(scene, unfelt%pair)//' as the slave, or '//advice
       call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
@@ -327,10 +327,10 @@ contains
       to_text(increment%number)//': '//slave//' presses '//to_text(beyond, 3)// &
       ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
       'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
-      ' as the slave, or smaller bricks, to see whether it does')
+      ' as the slave, or smaller elements, to see whether it does')
   end subroutine refuse_leaning
 
-  !> A brick that is inside out ends the run: no theory has such a body.
+  !> An element that is inside out ends the run: no theory has such a body.
   subroutine refuse_inverted(scene, increment, element, least, error)
     type(scene_t), intent(in) :: scene
     type(increment_t), intent(in) :: increment
@@ -345,7 +345,7 @@ contains
       'and units')
   end subroutine refuse_inverted
 
-  !> Bodies that begin deeper in one another than the bricks there are thick end the run.
+  !> Bodies that begin deeper in one another than the elements there are thick end the run.
   subroutine refuse_deep_overlap(scene, points, increment, point, depth, element, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

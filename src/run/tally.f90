@@ -177,7 +177,7 @@ contains
     call whole('kinks_inside_increments', tally%kinks_inside)
     call whole('first_touches_inside_increments', tally%touches_inside)
     call whole('plan_revisions', tally%plan_revisions)
-    if (lists) call add('brick_stiffnesses', real(tally%work%n_stiffnesses, wp))
+    if (lists) call add('element_stiffnesses', real(tally%work%n_stiffnesses, wp))
     call whole('solver_fallbacks', tally%fallbacks)
     call whole('local_iterations', tally%local_iterations)
     call amount('unrefined_imbalance', tally%unrefined)

@@ -37,7 +37,7 @@ SOFT = 1000.0
 
 @dataclass(frozen=True)
 class Body:
-    """A block of bricks; `shape` moves its points (N, 3), given in it from 0 to 1 as well."""
+    """A block of elements; `shape` moves its points (N, 3), given in it from 0 to 1 as well."""
 
     cells: tuple
     low: tuple
@@ -246,7 +246,7 @@ def flattened(points, share):
 
 
 def fine(body, n):
-    """The body with n bricks along x and y, and one along z."""
+    """The body with n elements along x and y, and one along z."""
     return replace(body, cells=(n, n, 1))
 
 
@@ -334,7 +334,7 @@ def three_plans():
 
 
 def sliver_plans():
-    """Thin bricks, thin faces, and lines of the meshes that all but lie on each other."""
+    """Thin elements, thin faces, and lines of the meshes that all but lie on each other."""
     axis = "slivers"
     for thick in (1e-2, 1e-3):
         above = replace(BLOCK, size=(1.0, 1.0, thick), cells=(2, 2, 1))

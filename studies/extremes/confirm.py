@@ -16,7 +16,7 @@ EPS = np.finfo(float).eps
 def confirm(scene, cause):
     """Return (whether the refusal is right, what was found) for one of judge.CAUSES."""
     if cause == "deck refused":
-        least = min(corner_jacobian(scene.points[nodes]) for nodes in scene.bricks)
+        least = min(corner_jacobian(scene.points[nodes]) for nodes in scene.elements)
         return least <= 0, f"least Jacobian at a corner {least:.1e}"
     if cause == "nothing balances":
         left = unbalanced_share(scene)
@@ -67,7 +67,7 @@ def tangents(normal):
 def bodies(scene):
     """The body of each point, -1 of a reference point of an obstacle."""
     body = np.full(len(scene.points), -1)
-    for nodes in scene.bricks:
+    for nodes in scene.elements:
         known = sorted({b for b in body[nodes] if b >= 0})
         body[nodes] = known[0] if known else body.max() + 1
         for other in known[1:]:
@@ -189,7 +189,7 @@ def lost_digits(scene):
         u[at, direction] = value
     k = stiffness(scene)
     used = np.zeros(len(loads), dtype=bool)
-    used[np.unique(scene.bricks)] = True
+    used[np.unique(scene.elements)] = True
     free = np.flatnonzero((~held & used[:, None]).ravel())
     matrix = k[np.ix_(free, free)]
     scale = 1 / np.sqrt(np.diag(matrix))

@@ -146,7 +146,7 @@ class Increment:
         self.force = internal_force(scene, u)
         self.contact = self.contact_force()
         sizes = [np.abs(self.force).max(initial=0), np.abs(self.contact).max(initial=0)]
-        mesh = np.unique(scene.bricks)
+        mesh = np.unique(scene.elements)
         sizes.append(np.abs(self.loads[mesh]).max(initial=0))
         self.force_scale = float(max(sizes)) or float(np.abs(self.loads).max(initial=0))
         increment = u - (0 if before is None else before)
@@ -321,14 +321,14 @@ def prescribed_at(scene, row):
     for (at, direction), value in forces.items():
         loads[at, direction] += value
     if np.any(weight):
-        for nodes, m in zip(scene.bricks, scene.material_index, strict=True):
+        for nodes, m in zip(scene.elements, scene.material_index, strict=True):
             share = node_volumes(scene.points[nodes]) * scene.materials[m].density
             loads[nodes] += np.outer(share, weight)
     return fixed, loads
 
 
 def node_volumes(x):
-    """Integrals of the shape functions of a brick, (8,)."""
+    """Integrals of the shape functions of an element, (8,)."""
     _, weights = shape_gradients(x)
     shapes = 0.125 * np.prod(1 + GAUSS * CORNERS[:, None, :] * CORNERS[None, :, :], axis=2)
     return weights @ shapes
@@ -337,11 +337,11 @@ def node_volumes(x):
 def internal_force(scene, u):
     """Forces of the stresses on the points, (N, 3), computed in extended precision."""
     force = np.zeros(u.shape, dtype=np.longdouble)
-    for nodes, m in zip(scene.bricks, scene.material_index, strict=True):
+    for nodes, m in zip(scene.elements, scene.material_index, strict=True):
         lame, shear = lame_constants(scene.materials[m])
         gradients, weights = shape_gradients(scene.points[nodes])
         gradients, weights = gradients.astype(np.longdouble), weights.astype(np.longdouble)
-        # A brick's own shift takes no part: what is left is its deformation.
+        # An element's own shift takes no part: what is left is its deformation.
         local = (u[nodes] - u[nodes[0]]).astype(np.longdouble)
         strain = np.einsum("ai,gaj->gij", local, gradients)
         strain = (strain + strain.transpose(0, 2, 1)) / 2
@@ -355,12 +355,12 @@ def internal_force(scene, u):
         stress = 2 * shear * strain
         for i in range(3):
             stress[:, i, i] += lame * trace
-        brick = np.einsum("g,gij,gaj->ai", weights, stress, virtual)
+        element = np.einsum("g,gij,gaj->ai", weights, stress, virtual)
         if scene.element == "C3D8B":
             pressure = np.trace(stress, axis1=1, axis2=2) / 3
-            brick -= np.einsum("g,g,gai->ai", weights, pressure, gradients)
-            brick += mean * (weights @ pressure)
-        force[nodes] += brick
+            element -= np.einsum("g,g,gai->ai", weights, pressure, gradients)
+            element += mean * (weights @ pressure)
+        force[nodes] += element
     return force.astype(float)
 
 
@@ -371,9 +371,9 @@ def lame_constants(material):
 
 
 def rounding_of(scene, u):
-    """What the last digits of displacements make of forces, the largest over the bricks."""
+    """What the last digits of displacements make of forces, the largest over the elements."""
     largest = 0.0
-    for nodes, m in zip(scene.bricks, scene.material_index, strict=True):
+    for nodes, m in zip(scene.elements, scene.material_index, strict=True):
         lame, shear = lame_constants(scene.materials[m])
         gradients, weights = shape_gradients(scene.points[nodes])
         size = np.einsum("g,gai,gai->a", weights, gradients, gradients).max()

@@ -73,14 +73,14 @@ class Step:
 class Scene:
     """A contact problem: what the deck says, as numbers.
 
-    `points` (N, 3) with the reference points of obstacles last, `bricks` (E, 8) rows of them,
+    `points` (N, 3) with the reference points of obstacles last, `elements` (E, 8) rows of them,
     `material_of` (E,) index into `materials`.
     """
 
     name: str
     axis: str
     points: np.ndarray
-    bricks: np.ndarray
+    elements: np.ndarray
     steps: list
     pairs: list
     obstacles: list = field(default_factory=lambda: [Obstacle()])
@@ -99,9 +99,9 @@ class Scene:
 
     @property
     def material_index(self):
-        """Index of the material of each brick, (E,)."""
+        """Index of the material of each element, (E,)."""
         if self.material_of is None:
-            return np.zeros(len(self.bricks), dtype=int)
+            return np.zeros(len(self.elements), dtype=int)
         return np.asarray(self.material_of)
 
     def ids(self):
@@ -124,7 +124,7 @@ def deck(scene, solver="SOLVER=AUTO"):
     for m, material in enumerate(scene.materials):
         lines.append(f"*ELEMENT, TYPE={scene.element}, ELSET=PART-{m}")
         for e in np.flatnonzero(scene.material_index == m):
-            lines.append(", ".join(map(str, [e + 1, *ids[scene.bricks[e]]])))
+            lines.append(", ".join(map(str, [e + 1, *ids[scene.elements[e]]])))
         lines += [f"*MATERIAL, NAME=M-{m}", "*ELASTIC"]
         lines.append(f"{number(material.young)}, {number(material.poisson)}")
         if material.density > 0:
@@ -187,7 +187,7 @@ def step_lines(scene, step, amplitude):
 
 
 def grid(n, size=(1.0, 1.0, 1.0), origin=(0.0, 0.0, 0.0)):
-    """Return points and bricks of a box of n[0] x n[1] x n[2] bricks, x fastest."""
+    """Return points and elements of a box of n[0] x n[1] x n[2] elements, x fastest."""
     axes = [origin[i] + size[i] * np.arange(n[i] + 1) / n[i] for i in range(3)]
     z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
     points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
@@ -209,7 +209,7 @@ def held(rows, vector, directions=(0, 1, 2)):
 
 
 def shape_gradients(x):
-    """Return gradients (8, 8, 3) by Gauss point and node, and weights (8,), of one brick."""
+    """Return gradients (8, 8, 3) by Gauss point and node, and weights (8,), of one element."""
     gradients, weights = [], []
     for g in CORNERS * GAUSS:
         one = 1 + g * CORNERS
@@ -225,9 +225,9 @@ def shape_gradients(x):
 
 
 def stiffness(scene):
-    """Return the dense stiffness (3N, 3N) of C3D8 bricks in double precision."""
+    """Return the dense stiffness (3N, 3N) of C3D8 elements in double precision."""
     k = np.zeros((3 * len(scene.points), 3 * len(scene.points)))
-    for nodes, m in zip(scene.bricks, scene.material_index, strict=True):
+    for nodes, m in zip(scene.elements, scene.material_index, strict=True):
         young, poisson = scene.materials[m].young, scene.materials[m].poisson
         lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
         shear = young / (2 * (1 + poisson))
@@ -276,9 +276,9 @@ def turned(scene, matrix, shift=(0.0, 0.0, 0.0)):
     Where the matrix does more than exchange axes, a support must hold all three directions.
     """
     matrix = np.asarray(matrix, dtype=float)
-    bricks = scene.bricks
+    elements = scene.elements
     if np.linalg.det(matrix) < 0:
-        bricks = bricks[:, [0, 3, 2, 1, 4, 7, 6, 5]]
+        elements = elements[:, [0, 3, 2, 1, 4, 7, 6, 5]]
 
     def vectors(values):
         """Turn values by (row, direction)."""
@@ -296,7 +296,7 @@ def turned(scene, matrix, shift=(0.0, 0.0, 0.0)):
     return scene.named(
         scene.name,
         points=scene.points @ matrix.T + shift,
-        bricks=bricks,
+        elements=elements,
         obstacles=[
             replace(o, point=tuple(matrix @ o.point + shift), direction=tuple(matrix @ o.direction))
             for o in scene.obstacles
@@ -314,14 +314,14 @@ def turned(scene, matrix, shift=(0.0, 0.0, 0.0)):
 
 
 def renumbered(scene, seed):
-    """Return the scene with nodes numbered, and bricks and slave nodes listed, at random."""
+    """Return the scene with nodes numbered, and elements and slave nodes listed, at random."""
     rng = np.random.default_rng(seed)
-    bricks = rng.permutation(len(scene.bricks))
+    elements = rng.permutation(len(scene.elements))
     return scene.named(
         scene.name,
         order=rng.permutation(len(scene.points)),
-        bricks=scene.bricks[bricks],
-        material_of=scene.material_index[bricks],
+        elements=scene.elements[elements],
+        material_of=scene.material_index[elements],
         pairs=[replace(pair, nodes=rng.permutation(pair.nodes)) for pair in scene.pairs],
     )
 
@@ -359,7 +359,7 @@ def block(name, axis, n=(2, 2, 2), size=(1.0, 1.0, 1.0), **options):
     press, slide = options.pop("increments", (2, 3))
     mu = options.pop("mu", 0.3)
     material = Material(options.pop("young", 210000.0), options.pop("poisson", 0.3))
-    points, bricks = grid(n, size, origin + np.array([0.0, 0.0, gap]))
+    points, elements = grid(n, size, origin + np.array([0.0, 0.0, gap]))
     top, height = side(n, 2, True), size[2]
     steps = [Step(press, held(top, (0.0, 0.0, -depth * height)))]
     if slide:
@@ -369,7 +369,7 @@ def block(name, axis, n=(2, 2, 2), size=(1.0, 1.0, 1.0), **options):
         name,
         axis,
         points,
-        bricks,
+        elements,
         options.pop("steps", steps),
         [Pair(side(n, 2, False), 0, mu)],
         options.pop("obstacles", [Obstacle(point=tuple(origin))]),
@@ -380,7 +380,7 @@ def block(name, axis, n=(2, 2, 2), size=(1.0, 1.0, 1.0), **options):
 
 def free_cube(name, axis, gravity, mu=0.3, n=(2, 2, 2), size=1.0, young=1000.0, **options):
     """Return a cube that only contact holds, under its weight, on the plane z = 0."""
-    points, bricks = grid(n, (size, size, size))
+    points, elements = grid(n, (size, size, size))
     planes = options.pop("planes", 1)
     increments = options.pop("increments", 2)
     material = Material(young, options.pop("poisson", 0.3), options.pop("density", 1.0))
@@ -390,7 +390,7 @@ def free_cube(name, axis, gravity, mu=0.3, n=(2, 2, 2), size=1.0, young=1000.0, 
         name,
         axis,
         points,
-        bricks,
+        elements,
         options.pop("steps", [Step(increments, gravity=gravity)]),
         [Pair(side(n, a, False), i, mu) for i, a in enumerate(axes)],
         [Obstacle(direction=normal) for normal in normals],
@@ -419,16 +419,16 @@ def friction_scenes():
 
 
 def leaning(n=(1, 1, 3), lean=0.7):
-    """Return points and bricks of a column that leans along x, and the row of its lowest foot."""
-    points, bricks = grid(n)
+    """Return points and elements of a column that leans along x, and the row of its lowest foot."""
+    points, elements = grid(n)
     points[:, 0] += lean * points[:, 2]
     points[0, 2] -= 0.05
-    return points, bricks, 0
+    return points, elements, 0
 
 
 def one_foot(name, axis, mu, push=0.2, **options):
     """Return a leaning column that one node stands on: pressing it pushes the foot sideways."""
-    points, bricks, foot = leaning()
+    points, elements, foot = leaning()
     top = side((1, 1, 3), 2, True)
     steps = [
         Step(2, held(top, (0.0, 0.0, -0.02))),
@@ -438,7 +438,7 @@ def one_foot(name, axis, mu, push=0.2, **options):
         name,
         axis,
         points,
-        bricks,
+        elements,
         options.pop("steps", steps),
         [Pair(np.array([foot]), 0, mu)],
         [Obstacle(point=tuple(points[foot]))],
@@ -502,7 +502,7 @@ def size_scenes():
 
 
 def shape_scenes():
-    """Plates, needles, slivers, and bricks distorted up to the limit of the Jacobian."""
+    """Plates, needles, slivers, and elements distorted up to the limit of the Jacobian."""
     for ratio in (10.0, 1e3, 1e6):
         yield block(f"plate-{ratio:g}", "aspect", size=(1.0, 1.0, 1 / ratio))
         yield block(f"needle-{ratio:g}", "aspect", size=(1 / ratio, 1 / ratio, 1.0))
@@ -520,13 +520,13 @@ def shape_scenes():
 
 
 def flattened(name, least):
-    """Return a block one of whose bricks has a corner pushed in until its Jacobian is `least`."""
+    """Return a block one of whose elements has a corner pushed in until its Jacobian is `least`."""
     scene = block(name, "distortion")
-    # The far upper corner of the grid: within its brick the determinant there goes as 1 - 2 s.
+    # The far upper corner of the grid: within its element the determinant there goes as 1 - 2 s.
     corner = len(scene.points) - 1
-    lowest, highest = scene.points[scene.bricks[-1][0]], scene.points[corner].copy()
+    lowest, highest = scene.points[scene.elements[-1][0]], scene.points[corner].copy()
     scene.points[corner] = highest + (lowest - highest) * (1 - least) / 3 * 1.0
-    x = scene.points[scene.bricks[-1]]
+    x = scene.points[scene.elements[-1]]
     low, high = 0.0, 1.0
     for _ in range(200):
         middle = (low + high) / 2
@@ -537,7 +537,7 @@ def flattened(name, least):
 
 
 def corner_jacobian(x):
-    """Return the least determinant at the corners of a brick, of a unit one 1."""
+    """Return the least determinant at the corners of an element, of a unit one 1."""
     values = []
     for corner in CORNERS:
         one = 1 + corner * CORNERS
@@ -575,11 +575,11 @@ def two_blocks(name, axis, first, second, gap=0.0):
         name,
         axis,
         points,
-        np.vstack([one.bricks, other.bricks + shift]),
+        np.vstack([one.elements, other.elements + shift]),
         steps,
         [Pair(np.concatenate([one.pairs[0].nodes, other.pairs[0].nodes + shift]), 0, 0.3)],
         materials=[Material(first), Material(second)],
-        material_of=np.array([0] * len(one.bricks) + [1] * len(other.bricks)),
+        material_of=np.array([0] * len(one.elements) + [1] * len(other.elements)),
     )
 
 
@@ -654,13 +654,13 @@ def load_scenes():
 
 
 def at_the_limit(name, margin, mu=0.3, pressure=10.0):
-    """Return one brick whose feet all carry the same force, `margin` beyond the limit of friction.
+    """Return an element whose feet carry equal forces, `margin` beyond the limit of friction.
 
     The upper side is prescribed such that the strain is uniform, and loads on the feet take what
     is not pressure and friction.
     """
-    points, bricks = grid((1, 1, 1))
-    scene = Scene(name, "slip limit", points, bricks, [], [Pair(np.arange(4), 0, mu)])
+    points, elements = grid((1, 1, 1))
+    scene = Scene(name, "slip limit", points, elements, [], [Pair(np.arange(4), 0, mu)])
     scene.materials = [Material(1000.0, 0.0)]
     top = np.arange(4, 8)
     normal, shear = -pressure / 1000.0, 2 * mu * pressure / 1000.0
@@ -781,7 +781,7 @@ def obstacle_scenes():
 
 
 def prescribed_touching(name, angle):
-    """Return a brick all of whose nodes are held, and touch a plane, which may lean by `angle`."""
+    """Return an element whose nodes are all held, and touch a plane, which may lean by `angle`."""
     n = (1, 1, 1)
     scene = block(name, "points", n=n, origin=(0.1, 0.1, 0.1))
     fixed = held(range(len(scene.points)), (0.0, 0.0, 0.0))

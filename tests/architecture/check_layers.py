@@ -107,7 +107,7 @@ KNOW_HEXAHEDRA = {
     "certificate",
     "elements",
     "model/block_mesh.f90",
-    "model/refine_bricks.f90",
+    "model/refine_elements.f90",
     "model/local_refinement.f90",
     "deck/cut_mesh.f90",
     "deck/refine_locally.f90",

@@ -1,11 +1,12 @@
-"""Bodies of bricks cut out of a grid, and the walls of their hollows, for cases of corners."""
+"""Bodies of elements cut out of a grid, and the walls of their hollows, for cases of corners."""
 
 import itertools
 import math
 
 import numpy as np
 
-# Of the six faces of a brick S1..S6: the axis across it, its side, its corners seen from outside.
+# Of the six faces of an element S1..S6: the axis across it, its side, its corners seen from
+# outside.
 FACES = {
     (2, -1): ("S1", (0, 3, 2, 1)), (2, 1): ("S2", (4, 5, 6, 7)), (1, -1): ("S3", (0, 1, 5, 4)),
     (0, 1): ("S4", (1, 2, 6, 5)), (1, 1): ("S5", (2, 3, 7, 6)), (0, -1): ("S6", (3, 0, 4, 7)),
@@ -24,11 +25,11 @@ def turned(angles):
     return matrix
 
 
-class Bricks:
-    """The bricks of a grid that `keep` says of their middles, at the places that `place` moves to.
+class Elements:
+    """The elements of a grid that `keep` says of their middles, where `place` moves them to.
 
-    `skin[axis, side]` are the faces (brick, face of it) towards bricks of the grid that are left
-    out, or with `outside` towards what is beyond the grid, by the way that they face.
+    `skin[axis, side]` are the faces (element, face of it) towards elements of the grid that are
+    left out, or with `outside` towards what is beyond the grid, by the way that they face.
     """
 
     def __init__(self, name, lines, keep=lambda x: True, place=lambda x: x, first=1, outside=False):
@@ -48,15 +49,15 @@ class Bricks:
                     self.places.append([line[i] for line, i in zip(lines, node, strict=True)])
         self.grid = np.array(self.places)
         self.places = np.array([place(x) for x in self.grid])
-        self.bricks = [[number[tuple(np.add(c, k))] for k in CORNERS] for c in sorted(cells)]
+        self.elements = [[number[tuple(np.add(c, k))] for k in CORNERS] for c in sorted(cells)]
         self.skin = {way: [] for way in FACES}
-        for brick, c in enumerate(sorted(cells)):
+        for element, c in enumerate(sorted(cells)):
             for (axis, side), _ in FACES.items():
                 other = list(c)
                 other[axis] += side
                 is_beyond = not 0 <= other[axis] < shape[axis]
                 if tuple(other) not in cells and is_beyond == outside:
-                    self.skin[axis, side].append((brick, (axis, side)))
+                    self.skin[axis, side].append((element, (axis, side)))
 
     def cards(self, young=1000.0, nu=0.3):
         """Return nodes, elements and material."""
@@ -64,22 +65,22 @@ class Bricks:
         lines += [f"{self.first + i}, {x[0]!r}, {x[1]!r}, {x[2]!r}"
                   for i, x in enumerate(self.places.tolist())]
         lines.append(f"*ELEMENT, TYPE=C3D8, ELSET={self.name}")
-        lines += [", ".join(str(self.first + k) for k in (i, *brick))
-                  for i, brick in enumerate(self.bricks)]
+        lines += [", ".join(str(self.first + k) for k in (i, *element))
+                  for i, element in enumerate(self.elements)]
         lines += [f"*MATERIAL, NAME=OF-{self.name}", "*ELASTIC", f"{young!r}, {nu!r}",
                   f"*SOLID SECTION, ELSET={self.name}, MATERIAL=OF-{self.name}"]
         return "\n".join(lines) + "\n"
 
     def surface(self, name, ways):
         """Return the card of the surface of the faces that face these ways."""
-        lines = [f"{self.first + brick}, {FACES[way][0]}"
-                 for key in ways for brick, way in self.skin[key]]
+        lines = [f"{self.first + element}, {FACES[way][0]}"
+                 for key in ways for element, way in self.skin[key]]
         return "\n".join([f"*SURFACE, NAME={name}", *lines]) + "\n"
 
     def facets(self, ways):
         """Return the facets (corners of the grid) that face these ways, turned towards them."""
-        return [[self.bricks[brick][k] for k in FACES[way][1]]
-                for key in ways for brick, way in self.skin[key]]
+        return [[self.elements[element][k] for k in FACES[way][1]]
+                for key in ways for element, way in self.skin[key]]
 
     def nodes(self, chosen):
         """Return the numbers of the nodes of whose places in the grid `chosen` says so."""

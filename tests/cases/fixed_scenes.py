@@ -18,7 +18,7 @@ def top_faces(first, n, side):
 
 
 def strips(low, up, mu=0.3, small="NO", height=1.0):
-    """Two strips, each `n` x `n` x 2 bricks, the upper from `height` on; pair UCS:LCS on the right.
+    """Two strips, each `n` x `n` x 2 elements, the upper from `height` on; pair UCS:LCS at right.
 
     Sets LGS and UGS are their left halves.
     """
@@ -87,7 +87,7 @@ MU = float(np.tan(np.pi / 6))
 
 
 class Crack:
-    """A crack of half length 1 along x in a plate of half width 20, `n` bricks along it, meshed.
+    """A crack of half length 1 along x in a plate of half width 20, `n` elements along it, meshed.
 
     Lips are surfaces UPPER and LOWER; the tips' nodes belong to both. Stress far away is a
     pressure of 100 at `angle` to the crack, as displacements of the plate's edge; plane strain.
@@ -103,7 +103,7 @@ class Crack:
         beyond = np.array(beyond)
         self.x = np.concatenate([-1.0 - beyond[::-1], np.linspace(-1, 1, n + 1)[1:-1], 1 + beyond])
         self.y = beyond
-        self.number, self.nodes, self.bricks = {}, [], []
+        self.number, self.nodes, self.elements = {}, [], []
         self.lips = {1: [], -1: []}
         for side in (1, -1):
             self.fill(side, 2.0 / n)
@@ -118,11 +118,11 @@ class Crack:
             for i in range(len(self.x) - 1):
                 low, high = (j, j + 1) if side > 0 else (j + 1, j)
                 corners = [(i, low), (i + 1, low), (i + 1, high), (i, high)]
-                self.bricks.append(
+                self.elements.append(
                     [self.node(*c, k, side, height) for k in (0, 1) for c in corners]
                 )
                 if j == 0 and max(abs(self.x[i]), abs(self.x[i + 1])) < 1 + 1e-9:
-                    self.lips[side].append(len(self.bricks))
+                    self.lips[side].append(len(self.elements))
 
     def node(self, i, j, k, side, height):
         """Return the number of a node, which both sides share but on the crack."""
@@ -148,7 +148,7 @@ class Crack:
                 moved = self.turned(self.strain @ [x, y])
                 boundary += [f"{number}, {a + 1}, {a + 1}, {float(moved[a])!r}" for a in (0, 1)]
         lines.append("*ELEMENT, TYPE=C3D8I, ELSET=E")
-        lines += [f"{e}, " + ", ".join(map(str, c)) for e, c in enumerate(self.bricks, 1)]
+        lines += [f"{e}, " + ", ".join(map(str, c)) for e, c in enumerate(self.elements, 1)]
         lines += ["*SURFACE, NAME=UPPER", *(f"{e}, S3" for e in self.lips[1])]
         lines += ["*SURFACE, NAME=LOWER", *(f"{e}, S5" for e in self.lips[-1])]
         lines += ["*MATERIAL, NAME=M", "*ELASTIC", f"{YOUNG}, {POISSON}"]

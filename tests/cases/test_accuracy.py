@@ -154,14 +154,14 @@ class Asked(unittest.TestCase):
             self.assertTrue(np.all(at_ends(result, "error/load_steps") < 3e-4))
 
     def test_the_mesh_is_too_coarse(self):
-        """Said with the estimate and the bricks that would do; the result is complete."""
+        """Said with the estimate and the elements that would do; the result is complete."""
         text = with_card(deck("block"), "*ACCURACY, MESH=KEEP\n0.001")
         run = Run(text, name="block", n=4, steps=5, **AUTO)
         self.assertEqual(run.status, 2)
         self.assertRegex(
             run.output,
             r"step 1: the contact forces are wrong by about 1\.2 %, "
-            r"not 0\.1 %; the mesh alone makes 1\.2 %: it takes bricks of about 0\.0",
+            r"not 0\.1 %; the mesh alone makes 1\.2 %: it takes elements of about 0\.0",
         )
         self.assertIn("was not reached at the end of 2 of 2 steps", run.errors)
         with run.result() as result:

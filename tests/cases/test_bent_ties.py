@@ -15,9 +15,9 @@ def cut(x, y):
 
 
 def body(first, n, low, high, lower, upper):
-    """Cards of a body of n x n x 1 bricks between two surfaces z(x, y); ids from `first`."""
+    """Cards of a body of n x n x 1 elements between two surfaces z(x, y); ids from `first`."""
     x = np.linspace(low, high, n + 1)
-    nodes, bricks = "*NODE\n", f"*ELEMENT, TYPE=C3D8B, ELSET=E{first}\n"
+    nodes, elements = "*NODE\n", f"*ELEMENT, TYPE=C3D8B, ELSET=E{first}\n"
     places = {}
     for k, z in enumerate((lower, upper)):
         for j in range(n + 1):
@@ -30,8 +30,8 @@ def body(first, n, low, high, lower, upper):
             a = first + i + (n + 1) * j
             low4 = (a, a + 1, a + n + 2, a + n + 1)
             ids = (*low4, *(b + (n + 1) ** 2 for b in low4))
-            bricks += f"{first + i + n * j}, " + ", ".join(map(str, ids)) + "\n"
-    return places, nodes + bricks
+            elements += f"{first + i + n * j}, " + ", ".join(map(str, ids)) + "\n"
+    return places, nodes + elements
 
 
 def deck(slave_is_lower):
@@ -57,7 +57,7 @@ def deck(slave_is_lower):
 
 
 class BentTies(unittest.TestCase):
-    """A refined brick on either side."""
+    """A refined element on either side."""
 
     def test_both_sides(self):
         """The deck is taken, and turned as one body it is without forces."""

@@ -25,7 +25,7 @@ BLOCK = """*NODE
 B-ZMIN, 1, 3, 0.
 """
 
-# Bricks of 0.25: the face over (0.125, 0.125) has these corners.
+# Elements of 0.25: the face over (0.125, 0.125) has these corners.
 FACE = "nodes 366, 367, 376 and 375"
 EDGE, RADIUS = 0.25, 2.0
 CORNERS = EDGE**2 / (4.0 * RADIUS)  # how deep a sphere is when all corners touch, to first order
@@ -45,10 +45,10 @@ def step(way, increments=1, more=""):
 
 
 def faceted_hole(facets, part=1.0, radius=1.0):
-    """A ring of bricks, its hole of flat facets, held outside; part of a turn of it."""
+    """A ring of elements, its hole of flat facets, held outside; part of a turn of it."""
     n = round(facets * part)
     columns = n if part == 1.0 else n + 1
-    nodes, bricks, outside = [], [], []
+    nodes, elements, outside = [], [], []
     for k in range(3):
         for j in range(3):
             for i in range(columns):
@@ -66,12 +66,12 @@ def faceted_hole(facets, part=1.0, radius=1.0):
             for i in range(n):
                 low = [at(i, j, k), at(i, j + 1, k), at(i + 1, j + 1, k), at(i + 1, j, k)]
                 high = [at(i, j, k + 1), at(i, j + 1, k + 1), at(i + 1, j + 1, k + 1)]
-                bricks.append([*low, *high, at(i + 1, j, k + 1)])
+                elements.append([*low, *high, at(i + 1, j, k + 1)])
     inside = [at(i, 0, k) for k in range(3) for i in range(columns)]
     text = "*NODE, NSET=ALL\n"
     text += "".join(f"{i}, {x!r}, {y!r}, {z!r}\n" for i, (x, y, z) in enumerate(nodes, 1))
     text += "*ELEMENT, TYPE=C3D8I, ELSET=B\n"
-    text += "".join(f"{i}, {', '.join(map(str, b))}\n" for i, b in enumerate(bricks, 1))
+    text += "".join(f"{i}, {', '.join(map(str, b))}\n" for i, b in enumerate(elements, 1))
     text += "*NSET, NSET=OUTSIDE\n" + "".join(f"{i}\n" for i in outside)
     return text + "*NSET, NSET=INSIDE\n" + "".join(f"{i}\n" for i in inside)
 
@@ -277,7 +277,7 @@ class OfTheMesh(unittest.TestCase):
         self.assertGreater(error, 0.5)
 
     def test_the_decks_that_come_with_the_program_keep_theirs(self):
-        # 8.2 % of the indentation where the bricks are an n-th, n = 12.
+        # 8.2 % of the indentation where the elements are an n-th, n = 12.
         run = Run(INPUT / "tool.inp")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:

@@ -18,7 +18,7 @@ VARIANTS = [
 
 
 def reference(n):
-    """All steps of the independent solution for n bricks an edge; row 0 is the start."""
+    """All steps of the independent solution for n elements an edge; row 0 is the start."""
     with open(DATA / f"ref_n{n}.csv") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return [{key: float(value) for key, value in row.items()} for row in rows]
@@ -289,13 +289,13 @@ class Extremes(unittest.TestCase):
         with Run(BLOCK, n=n).result() as flat:
             expected = flat.pairs[0].reaction[:, :, 0].copy()
             positions = flat.points.copy()
-            bricks = flat.bricks + 1
+            elements = flat.elements + 1
         lines = ["*NODE"]
         for k, x in enumerate(positions):
             lines.append(", ".join([str(k + 1), *(repr(float(v)) for v in turn @ x)]))
         lines.append("*ELEMENT, TYPE=C3D8, ELSET=BODY")
-        for k, brick in enumerate(bricks):
-            lines.append(", ".join(str(v) for v in [k + 1, *brick]))
+        for k, element in enumerate(elements):
+            lines.append(", ".join(str(v) for v in [k + 1, *element]))
         top = [k + 1 for k, x in enumerate(positions) if x[2] > 0.999]
         bottom = [k + 1 for k, x in enumerate(positions) if x[2] < 0.001]
         lines += ["*NSET, NSET=TOP", ", ".join(map(str, top))]

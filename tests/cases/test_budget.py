@@ -43,11 +43,11 @@ class Within(unittest.TestCase):
             group = result.file["accuracy"]
             self.assertEqual((group.attrs["wanted"], group.attrs["time_allowed"]), (0, time))
             self.assertEqual((group.attrs["memory_allowed"], group.attrs["reached"]), (0, 1))
-            size, divisions = group["brick_size"][:], group["divisions"][:]
+            size, divisions = group["element_size"][:], group["divisions"][:]
             same = divisions == divisions[-1]
             self.assertTrue(np.all(np.diff(size[same]) < 0))
             self.assertGreater(np.count_nonzero(same), 1)
-            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), group["bricks"][-1])
+            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), group["elements"][-1])
             self.assertGreater(group.attrs["mesh"], 0)
             self.assertGreater(group.attrs["load_steps"], 0)
             self.assertTrue(np.all(result.history("certified") == 1))
@@ -61,13 +61,14 @@ class Within(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             group = result.file["accuracy"]
-            bricks = group["bricks"][:]
-            self.assertGreaterEqual(len(bricks), 3)
-            self.assertTrue(np.all(np.diff(bricks) > 0))
+            elements = group["elements"][:]
+            self.assertGreaterEqual(len(elements), 3)
+            self.assertTrue(np.all(np.diff(elements) > 0))
             self.assertLess(group.attrs["mesh"], 1e-6)
-            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), bricks[-1])
+            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), elements[-1])
             self.assertTrue(np.all(result.history("certified") == 1))
-        lines = re.findall(rf"^ +\d+ +{int(bricks[-1])} +[\d.]+ +1 .* s ", run.output, re.MULTILINE)
+        lines = re.findall(rf"^ +\d+ +{int(elements[-1])} +[\d.]+ +1 .* s ", run.output,
+                           re.MULTILINE)  # fmt: skip
         self.assertEqual(len(lines), 2)
 
     def test_more_memory_is_a_finer_mesh(self):
@@ -81,7 +82,7 @@ class Within(unittest.TestCase):
                 self.assertEqual(group.attrs["memory_allowed"], 1e6 * float(memory[:-2]))
                 peak = result.estimates["peak_memory_bytes"]
                 self.assertLessEqual(peak, group.attrs["memory_allowed"])
-                found.append((group["bricks"][-1], group.attrs["mesh"]))
+                found.append((group["elements"][-1], group.attrs["mesh"]))
         self.assertGreater(found[1][0], 2 * found[0][0])
         self.assertLess(found[1][1], found[0][1])
 
@@ -186,8 +187,8 @@ class Options(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         self.assertIn("the best of the contact forces; the mesh is chosen for it, within 3 s of "
                       "CPU time", run.output)  # fmt: skip
-        bricks = int(run.output.split(" elements")[0].split()[-1])
-        self.assertGreater(bricks, 64)
+        elements = int(run.output.split(" elements")[0].split()[-1])
+        self.assertGreater(elements, 64)
 
     def test_a_result_within_other_bounds_is_another(self):
         """A run with other bounds does not replace it unless told to; a finished one is that."""

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from corners import Bricks, turned
+from corners import Elements, turned
 from facets import plate, rigid, text_stl
 from program import Run
 from two_bodies import solved
@@ -24,9 +24,9 @@ class Corners(unittest.TestCase):
     def scene(self, walls, divided, **options):
         """Return the result of a block in a hollow whose walls face these ways.
 
-        `divided`: a pair a wall. `rigid`: the hollow is of facets, else a body. `n`: bricks of the
-        block along each axis. `lean`: by how much its faces across x lean, of its height. `push`:
-        how its top is moved. `angles`: by which all of it is turned.
+        `divided`: a pair a wall. `rigid`: the hollow is of facets, else a body. `n`: elements of
+        the block along each axis. `lean`: by how much its faces across x lean, of its height.
+        `push`: how its top is moved. `angles`: by which all of it is turned.
         """
         given = {"rigid": True, "n": 2, "lean": 0.0, "push": (-0.01, 0.0, -0.02), "mu": 0.3,
                  "angles": (0.0, 0.0, 0.0), "size": 1.0, "options": "", "increments": 1}
@@ -37,7 +37,7 @@ class Corners(unittest.TestCase):
             return given["size"] * (turn @ [x[0] + given["lean"] * x[2], x[1], x[2]])
 
         line = np.linspace(0, 1, n + 1)
-        block = Bricks("A", [line] * 3, place=place, outside=True)
+        block = Elements("A", [line] * 3, place=place, outside=True)
         coarse = [
             [-0.6, 0.0, 0.45, 1.0, 1.6] if axis < 2 else [-0.6, 0.0, 0.55, 1.4] for axis in range(3)
         ]
@@ -47,7 +47,7 @@ class Corners(unittest.TestCase):
                 (x[axis] < 0 and side > 0) or (x[axis] > 1 and side < 0) for axis, side in walls
             )
 
-        hollow = Bricks("H", coarse, keep=is_solid, place=place, first=2001)
+        hollow = Elements("H", coarse, keep=is_solid, place=place, first=2001)
         cards, surfaces = [block.cards(), block.surface("SK", SLAVE)], []
         groups = [[way] for way in walls] if divided else [walls]
         held = ""
@@ -144,9 +144,9 @@ class Grooves(unittest.TestCase):
 
     def forces_on(self, is_solid, **options):
         """Return the displacement of a block that is pressed and dragged over a hollow."""
-        body = Bricks("A", [np.linspace(0, 1, 5)] * 2 + [np.linspace(0, 1, 3)], outside=True)
+        body = Elements("A", [np.linspace(0, 1, 5)] * 2 + [np.linspace(0, 1, 3)], outside=True)
         lines = [[-0.5, 0.2, 0.4, 0.7, 1.5], [-0.5, 0.3, 0.6, 1.5], [-0.6, -0.3, 0, 1]]
-        hollow = Bricks("H", lines, keep=is_solid, first=2001)
+        hollow = Elements("H", lines, keep=is_solid, first=2001)
         walls = rigid("W", hollow.places, hollow.facets(list(hollow.skin)),
                       (9001, (0.0, 0.0, 0.0)), first=3001, **options)
         moved = body.held(lambda x: x[2] == 1, (0.02, 0, -0.02))

@@ -8,7 +8,7 @@ from two_bodies import solved
 from studies.deck_cards import deck, pair, quarter_ring
 
 YOUNG, NU, ALPHA = 1000.0, 0.3, 1e-4
-# 12 bricks on a box of 3 by 1 by 2.
+# 12 elements on a box of 3 by 1 by 2.
 BODY = """*BLOCK, NAME=B, NX=3, NY=2, NZ=2, TYPE={element}
 0., 0., 0.,  3., 1., 2.
 *NSET, NSET=ALL
@@ -27,7 +27,7 @@ ELEMENTS = ("C3D8", "C3D8I", "C3D8B")
 
 
 def distorted(element, nu=NU):
-    """Return a body of nodes and bricks that are no boxes."""
+    """Return a body of nodes and elements that are no boxes."""
     text = [f"*MATERIAL, NAME=M\n*ELASTIC\n1000., {nu}\n*EXPANSION\n1e-4\n*NODE, NSET=ALL"]
     random = np.random.default_rng(7)
     for k in range(3):

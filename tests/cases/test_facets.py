@@ -298,10 +298,10 @@ class Files(Facets):
         "*NODE\n900, 0., 0., 3.\n*OBSTACLE, NAME=TOOL, TYPE=SPHERE, REF NODE=900\n0., 0., 3., 2.\n"
     )
 
-    def pressed(self, tool, bricks=4):
+    def pressed(self, tool, elements=4):
         """Return a deck of a tool that is pressed on a block and drags it."""
         return deck(
-            block("LOW", bricks, (-0.5, -0.5, 0), (1, 1, 1)),
+            block("LOW", elements, (-0.5, -0.5, 0), (1, 1, 1)),
             tool,
             pair("LOW-ZMAX, TOOL", 0.3),
             step("900, 3, 3, -0.05", 2),
@@ -309,9 +309,9 @@ class Files(Facets):
             held="LOW-ZMIN, 1, 3\n900, 1, 2",
         )
 
-    def resultant(self, tool, bricks=4, **files):
+    def resultant(self, tool, elements=4, **files):
         """Return the forces on the block."""
-        result = self.solve(self.pressed(tool, bricks), **files)
+        result = self.solve(self.pressed(tool, elements), **files)
         return result.file["contact/LOW-ZMAX:TOOL/resultant"][:]
 
     def test_forms_are_the_same_bits(self):
@@ -336,9 +336,9 @@ class Files(Facets):
         change = [np.abs(b - a).max() for a, b in itertools.pairwise(fine)]
         self.assertTrue(3.5 < change[0] / change[1] < 4.5, change)
         errors = []
-        for bricks in (4, 8):
-            exact = self.resultant(self.SPHERE, bricks)
-            meshed = self.resultant(self.STL, bricks, cap_stl=binary_stl(*cap(48)))
+        for elements in (4, 8):
+            exact = self.resultant(self.SPHERE, elements)
+            meshed = self.resultant(self.STL, elements, cap_stl=binary_stl(*cap(48)))
             errors.append(abs(meshed[1, 2] / exact[1, 2] - 1))
         self.assertLess(errors[1], 0.45 * errors[0], errors)
 

@@ -51,7 +51,7 @@ class Finds(unittest.TestCase):
             np.testing.assert_allclose(far, here, rtol=0, atol=1e-6 * abs(here).max(), err_msg=name)
 
     def test_bent_tie(self):
-        """A bent tie with refined bricks is solved, as without *REFINE."""
+        """A bent tie with refined elements is solved, as without *REFINE."""
         text = (FINDS / "bent_tie.inp").read_text()
         coarse = text[: text.index("*ELSET, ELSET=RF0")] + text[text.index("*SURFACE INTERACTION"):]
         fine, plain = self.displacement(text, "fine"), self.displacement(coarse, "plain")

@@ -44,7 +44,7 @@ class Case(unittest.TestCase):
 
 
 class Clamped(Case):
-    """Sources: 3.36 and 0.0021 are the limits of meshes of 4, 8, 16 bricks (3.50, 3.42, 3.38)."""
+    """Sources: 3.36 and 0.0021 are the limits of meshes of 4, 8, 16 elements (3.50, 3.42, 3.38)."""
 
     def check(self, text, points):
         """Reactions are of the size of the load, none on the clamped edge."""
@@ -73,7 +73,7 @@ class Clamped(Case):
     def test_covered_area_reaches_the_edge(self):
         contact = self.check(clamped(small="YES"), 3)
         self.assertAlmostEqual(contact.area.sum(), 4.0, delta=1e-12)
-        # The column beside the edge has the half of a brick that the edge had.
+        # The column beside the edge has the half of an element that the edge had.
         beside = contact.area[contact.x[:, 0] == 1.0].sum()
         self.assertAlmostEqual(beside, 1.5, delta=1e-12)
 
@@ -231,7 +231,7 @@ class Cracks(Case):
             contact = self.contact(crack.deck(small=small, pair="LOWER, UPPER"))
             self.assertLess(abs(self.slips(crack, contact)[0.0, 0] - 1), 0.042)
 
-    def test_half_the_error_on_twice_the_bricks(self):
+    def test_half_the_error_on_twice_the_elements(self):
         crack = Crack(n=40)
         slips = self.slips(crack, self.contact(crack.deck()))
         self.assertLess(abs(slips[0.0, 0] - 1), 0.024)

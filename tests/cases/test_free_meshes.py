@@ -1,6 +1,6 @@
 """Tetrahedra and wedges, alone and beside hexahedra: what any mesh has exactly, what is refused.
 
-Boxes of bricks, each cut into two wedges or six tetrahedra, with inner nodes out of place.
+Boxes of elements, each cut into two wedges or six tetrahedra, with inner nodes out of place.
 """
 
 import itertools
@@ -15,7 +15,7 @@ CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1,
 
 
 def tetrahedra():
-    """Return six tetrahedra of a brick around its diagonal, right side out; faces match."""
+    """Return six tetrahedra of an element around its diagonal, right side out; faces match."""
     number = {corner: i for i, corner in enumerate(CORNERS)}
     cells = []
     for axes in itertools.permutations(range(3)):
@@ -33,10 +33,10 @@ CUTS = {"C3D8": (tuple(range(8)),), "C3D6": WEDGES, "C3D4": tetrahedra()}
 
 
 class Box:
-    """A box of bricks that are cut, and its cards; ids behind those of `after`."""
+    """A box of elements that are cut, and its cards; ids behind those of `after`."""
 
     def __init__(self, name, n, kinds, low=(0, 0, 0), size=(1, 1, 1), after=None, shift=0.15):
-        """Give the bricks the types `kinds` in turn, along x: they meet in quadrilaterals."""
+        """Give the elements the types `kinds` in turn, along x: they meet in quadrilaterals."""
         self.name, self.low, self.size = name, np.array(low, float), np.array(size, float)
         grid = np.array(list(itertools.product(*(range(m + 1) for m in n))))
         inner = np.all((grid > 0) & (grid < n), axis=1)

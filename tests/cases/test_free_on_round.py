@@ -8,7 +8,7 @@ from program import Run
 
 
 def dome(n, pressure=5.0, turned=False, held=False):
-    """A deck: a dome of n x n x 2 bricks stands on its pole in a wider spherical cup.
+    """A deck: a dome of n x n x 2 elements stands on its pole in a wider spherical cup.
 
     `turned`: along x instead of z. `held`: its middle planes are held across themselves.
     """
@@ -22,20 +22,20 @@ def dome(n, pressure=5.0, turned=False, held=False):
                 ids[i, j, k] = len(lines) + 1
                 place = np.roll(place, 1) if turned else place
                 lines.append(", ".join(map(str, [ids[i, j, k], *map(float, place)])))
-    bricks = []
+    elements = []
     for k in range(2):
         for j in range(n):
             for i in range(n):
                 corners = [ids[i + a, j + b, k + c] for c in (0, 1)
                            for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]  # fmt: skip
-                bricks.append(", ".join(map(str, [len(bricks) + 1, *corners])))
+                elements.append(", ".join(map(str, [len(elements) + 1, *corners])))
     centre = "3., 0., 0., 3." if turned else "0., 0., 3., 3."
     axes = (2, 3) if turned else (1, 2)
     supports = "".join(f"{ids[n // 2, j, k]}, {axes[0]}\n{ids[j, n // 2, k]}, {axes[1]}\n"
                        for j in range(n + 1) for k in range(3))  # fmt: skip
     return "\n".join([
         "*HEADING", "a dome in a cup", "*NODE", *lines,
-        "*ELEMENT, TYPE=C3D8, ELSET=A", *bricks,
+        "*ELEMENT, TYPE=C3D8, ELSET=A", *elements,
         "*SURFACE, NAME=BOTTOM", *(f"{e + 1}, S1" for e in range(n * n)),
         "*SURFACE, NAME=TOP", *(f"{e + 1}, S2" for e in range(n * n, 2 * n * n)),
         "*MATERIAL, NAME=M", "*ELASTIC", "1000., 0.3", "*SOLID SECTION, ELSET=A, MATERIAL=M",

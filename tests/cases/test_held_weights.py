@@ -7,7 +7,7 @@ from fixed_scenes import clamped
 from program import Run
 
 FIRST_UP = 45
-"""The number of nodes of the lower strip, 4 x 2 x 2 bricks."""
+"""The number of nodes of the lower strip, 4 x 2 x 2 elements."""
 
 
 def held_to(column, mu=0.3, small="NO", swap=False, turned=False):

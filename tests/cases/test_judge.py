@@ -19,7 +19,7 @@ from program import PROGRAM, SOURCE
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
 from body_scenes import random_bodies
-from bricks import Bricks
+from elements import Elements
 from laws import Judge, Stored
 from load_path import LoadPath, kinks_of
 from mortar import place_surface
@@ -44,24 +44,24 @@ CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
 
 
 def distorted_cube():
-    """A brick with no two faces alike."""
+    """An element with no two faces alike."""
     return CUBE + 0.15 * np.random.default_rng(3).uniform(-1, 1, CUBE.shape)
 
 
-class Elements(unittest.TestCase):
-    """The judge's own bricks."""
+class InternalForces(unittest.TestCase):
+    """The judge's own elements."""
 
-    def test_constant_strain_gives_constant_stress_in_distorted_bricks(self):
+    def test_constant_strain_gives_constant_stress_in_distorted_elements(self):
         x = distorted_cube()
         strain = np.array([(1.0, 0.2, -0.3), (0.2, -0.5, 0.4), (-0.3, 0.4, 0.7)])
         young, poisson = 1000.0, 0.3
         lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
         stress = lame * np.trace(strain) * np.eye(3) + young / (1 + poisson) * strain
         for element in ("C3D8", "C3D8I", "C3D8B"):
-            bricks = Bricks(x, [range(8)], [element], [young], [poisson])
-            force = bricks.internal_force(x @ strain)
+            elements = Elements(x, [range(8)], [element], [young], [poisson])
+            force = elements.internal_force(x @ strain)
             # A unit pressure all around is the stress -I: its forces are -int g_a dV.
-            expected = -bricks.pressure_force([(0, f) for f in range(6)]) @ stress
+            expected = -elements.pressure_force([(0, f) for f in range(6)]) @ stress
             with self.subTest(element=element):
                 np.testing.assert_allclose(force, expected, atol=1e-12 * np.abs(force).max())
 
@@ -69,17 +69,17 @@ class Elements(unittest.TestCase):
         x = distorted_cube()
         rng = np.random.default_rng(5)
         for element in ("C3D8", "C3D8I", "C3D8B"):
-            bricks = Bricks(x, [range(8)], [element], [1000.0], [0.4])
-            k = bricks.stiffness()
+            elements = Elements(x, [range(8)], [element], [1000.0], [0.4])
+            k = elements.stiffness()
             u = rng.normal(size=(8, 3))
             with self.subTest(element=element):
-                force = bricks.internal_force(u).ravel()
+                force = elements.internal_force(u).ravel()
                 np.testing.assert_allclose(k @ u.ravel(), force, atol=1e-11 * np.abs(force).max())
                 values = np.linalg.eigvalsh(k)
                 self.assertLess(np.abs(values[:6]).max(), 1e-12 * values[-1])
                 self.assertGreater(values[6], 1e-4 * values[-1])
 
-    def test_a_beam_of_one_brick_bends_as_the_page_of_theory_says(self):
+    def test_a_beam_of_one_element_bends_as_the_page_of_theory_says(self):
         # nu = 0, length L, height h: C3D8 is 1 + (L/h)^2/2 times too stiff, C3D8I is exact.
         length, height = 3.0, 0.5
         x = CUBE * (length, 1.0, height)
@@ -87,24 +87,24 @@ class Elements(unittest.TestCase):
         u[:, 0] = (x[:, 0] - length / 2) * (x[:, 2] - height / 2)
         exact = 1000.0 * length * height**3 / 12  # E I L kappa^2, kappa = 1
         for element, factor in (("C3D8I", 1.0), ("C3D8", 1 + (length / height) ** 2 / 2)):
-            bricks = Bricks(x, [range(8)], [element], [1000.0], [0.0])
-            work = np.sum(u * bricks.internal_force(u))
+            elements = Elements(x, [range(8)], [element], [1000.0], [0.0])
+            work = np.sum(u * elements.internal_force(u))
             with self.subTest(element=element):
                 self.assertAlmostEqual(work / exact, factor, delta=1e-12 * factor)
 
-    def test_a_brick_inside_out_has_no_volume(self):
+    def test_an_element_inside_out_has_no_volume(self):
         x = distorted_cube()
-        bricks = Bricks(x, [range(8)], ["C3D8"], [1.0], [0.3])
+        elements = Elements(x, [range(8)], ["C3D8"], [1.0], [0.3])
         for stretch in (-1.5, -0.5, 0.3):  # det(I + grad u) = 1 + stretch, everywhere
             u = np.zeros((8, 3))
             u[:, 2] = stretch * x[:, 2]
-            self.assertAlmostEqual(bricks.least_volume(u), 1 + stretch, delta=1e-12)
+            self.assertAlmostEqual(elements.least_volume(u), 1 + stretch, delta=1e-12)
 
     def test_weight_and_pressure(self):
         x = CUBE * (2.0, 1.0, 0.5)
-        bricks = Bricks(x, [range(8)], ["C3D8"], [1.0], [0.0])
-        np.testing.assert_allclose(bricks.weights([3.0], np.array([0])), 3.0 / 8, rtol=1e-14)
-        top = bricks.pressure_force([(0, 1)])
+        elements = Elements(x, [range(8)], ["C3D8"], [1.0], [0.0])
+        np.testing.assert_allclose(elements.weights([3.0], np.array([0])), 3.0 / 8, rtol=1e-14)
+        top = elements.pressure_force([(0, 1)])
         np.testing.assert_allclose(top[4:], np.tile((0, 0, -0.5), (4, 1)), atol=1e-14)
         np.testing.assert_allclose(top[:4], 0)
 
@@ -523,7 +523,7 @@ class Tampered(unittest.TestCase):
 
 
 def two_cubes(friction=0.3, gap=0.0, **options):
-    """A cube of 2x2x2 bricks on one of 3x3x3 that it overhangs, pressed down: (builder, step)."""
+    """A cube of 2x2x2 elements on one of 3x3x3 that it overhangs, pressed down: (builder, step)."""
     b = Builder(0, np.random.default_rng(1))
     soft, hard = b.material(1000.0, 0.3), b.material(3000.0, 0.25)
     below = b.part((0, 0, 0), (1, 1, 1), (3, 3, 3), soft, "C3D8", False)
@@ -932,15 +932,15 @@ class Decks(unittest.TestCase):
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
     def test_decks_that_once_failed(self):
         # 10252: forces of rounding alone. 10335, 20079: bodies far apart in stiffness. 10404,
-        # 30008: long thin bricks that turn, and stiff ones beside soft ones. 20001: a block that
+        # 30008: long thin elements that turn, and stiff ones beside soft ones. 20001: a block that
         # wedges as it is pushed on. 20040, 20166: loads on the nodes that contact holds. 30101: a
         # tool between nodes. 30179: a load path that begins out of balance. 60066: loads that
         # contact has no part in. 60316: a stiffness that has no factor. 61012: at rest, out of
         # balance by less than rounding of places is worth. 61425, 80246: friction that Newton's
         # method solves only as it grows from none. 70471: no factor in single precision alone.
         # 71215: a body that tips over an edge. 80092: a tool left without load where its nodes all
-        # but touch. 80129: stiff bricks that are carried far, whose forces are not as exact as long
-        # bricks make it seem. 80336: mu = 1e6, and points that slide under next to no force.
+        # but touch. 80129: stiff elements that are carried far, whose forces are not as exact as
+        # long elements make it seem. 80336: mu = 1e6, and points that slide under next to no force.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20166, 30008, 30101, 30179, 60066, 60316,
                  61012, 61425, 70471, 71215, 80092, 80129, 80246, 80336)  # fmt: skip
         if LONG:

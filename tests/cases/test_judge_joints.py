@@ -101,7 +101,7 @@ class Lines(unittest.TestCase):
     def test_a_force_on_a_distributing_node_is_a_uniform_traction(self):
         joiner, _ = held_block()
         scene = joiner.scene
-        share = scene.bricks().pressure_force(scene.parts[0].sides["ZMAX"])[:, 2]
+        share = scene.elements().pressure_force(scene.parts[0].sides["ZMAX"])[:, 2]
         place = share @ scene.points / share.sum()
         at = couple(joiner, "ZMAX", place, False)
         scene = joiner.finish()
@@ -145,10 +145,10 @@ class Lines(unittest.TestCase):
     def test_a_uniform_rise_strains_without_stress(self):
         for element in ("C3D8", "C3D8I", "C3D8B"):
             joiner, _ = held_block(element)
-            bricks, points = joiner.scene.bricks(), joiner.scene.points
-            force = bricks.thermal_force(np.full(12, 1e-3), np.full(len(points), 20.0))
+            elements, points = joiner.scene.elements(), joiner.scene.points
+            force = elements.thermal_force(np.full(12, 1e-3), np.full(len(points), 20.0))
             self.assertGreater(np.abs(force).max(), 1.0)
-            np.testing.assert_allclose(bricks.internal_force(0.02 * points), force, atol=1e-12)
+            np.testing.assert_allclose(elements.internal_force(0.02 * points), force, atol=1e-12)
 
     def test_temperatures_of_steps(self):
         joiner, first = held_block()

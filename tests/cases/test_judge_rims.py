@@ -130,7 +130,7 @@ class Rule(unittest.TestCase):
         self.assertEqual(self.fixed(b, self.free)[0], [(0.5, y) for y in (0.0, 0.5, 1.0)])
         b, _ = blocks()
         row, other = pairs_of(b)[0]
-        b.bricks = [np.array([other if r == row else r for r in nodes]) for nodes in b.bricks]
+        b.elements = [np.array([other if r == row else r for r in nodes]) for nodes in b.elements]
         self.assertEqual(self.fixed(b, self.free)[0], [(0.0, 0.0)])
 
     def test_means_that_are_joined_leave_points_free(self):
@@ -208,7 +208,7 @@ class Faults(unittest.TestCase):
         """Two cubes that share the nodes at the ends of their interface."""
         b, _ = blocks((3, 2, 1), (3, 2, 1))
         shared = {r: other for r, other in pairs_of(b) if b.points[r][0] in (0.0, 1.0)}
-        b.bricks = [np.array([shared.get(int(r), int(r)) for r in nodes]) for nodes in b.bricks]
+        b.elements = [np.array([shared.get(int(r), int(r)) for r in nodes]) for nodes in b.elements]
         return b.finish("crack")
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Bricks cut in some places: nodes hang where they meet others, and everything still fits."""
+"""Elements cut in some places: nodes hang where they meet others, and everything still fits."""
 
 import unittest
 
@@ -15,7 +15,7 @@ PRESSURE = ("*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\n{top}, P, 10.\n"
 
 
 def at(name, *nodes, times=1):
-    """Return the cards that cut the bricks at some nodes."""
+    """Return the cards that cut the elements at some nodes."""
     numbers = ", ".join(map(str, nodes))
     return f"*NSET, NSET={name}\n{numbers}\n*REFINE, NSET={name}, TIMES={times}\n"
 
@@ -23,7 +23,7 @@ def at(name, *nodes, times=1):
 class SameSpace(unittest.TestCase):
     """What is known of nested meshes."""
 
-    def test_all_bricks_are_those_of_a_refined_mesh(self):
+    def test_all_elements_are_those_of_a_refined_mesh(self):
         """Cut all, once or twice: the deck refined as a whole, with equations, ties and rollers."""
         cards, _ = body(1)
         lid = block("LID", (2, 1, 1), (0, 0, 2), (2, 1, 0.5), 2000.0)
@@ -93,7 +93,7 @@ class Patch(unittest.TestCase):
             np.testing.assert_allclose(pressed, pressed[0], rtol=tolerance)
             np.testing.assert_allclose(pressed[0], 10.0, rtol=0.01)
 
-    def test_distorted_bricks_on_a_plane(self):
+    def test_distorted_elements_on_a_plane(self):
         text = (INPUT / "patch.inp").read_text()
         for element in ("C3D8", "C3D8I", "C3D8B"):
             for cards in (at("Q", 1, times=3), at("Q", 14, times=2),
@@ -144,24 +144,24 @@ FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (
 
 
 def openings(result):
-    """Return, of every node in the middle of an edge or face of a brick, how far it is off that.
+    """Return, of every node in the middle of an edge or face of an element, how far it is off that.
 
     Found by places alone, where the nodes are after the last increment.
     """
-    body = np.arange(len(result.points))  # the lowest node that bricks connect each one to
+    body = np.arange(len(result.points))  # the lowest node that elements connect each one to
     while True:
         lowest = body.copy()
-        np.minimum.at(lowest, result.bricks, body[result.bricks].min(axis=1)[:, None])
+        np.minimum.at(lowest, result.elements, body[result.elements].min(axis=1)[:, None])
         if np.array_equal(lowest, body):
             break
         body = lowest
     places = np.round(result.points, 9)
-    at = {(body[node], *places[node]): node for node in np.unique(result.bricks)}
+    at = {(body[node], *places[node]): node for node in np.unique(result.elements)}
     moved = result.points + result.field("displacement", -1)
     found = []
-    for brick in result.bricks:
+    for element in result.elements:
         for side in (*EDGES, *FACES):
-            around = brick[list(side)]
+            around = element[list(side)]
             middle = np.round(result.points[around].mean(axis=0), 9)
             node = at.get((body[around[0]], *middle))
             if node is not None:
@@ -188,7 +188,7 @@ class Meaning(unittest.TestCase):
             self.assertLess(found.max(), 1e-12 * motion)
 
     def test_hertz(self):
-        """Bricks cut twice at contact: the pressure of Hertz, from which coarse bricks are far.
+        """Elements cut twice at contact: the pressure of Hertz, from which coarse elements are far.
 
         In the half-space it is 2798.3; a block of eight contact radii differs by less than 0.5 %.
         """
@@ -207,24 +207,24 @@ class Meaning(unittest.TestCase):
         self.assertLess(error[2], 0.02)
 
     def test_numbers(self):
-        """Bricks that are not cut keep theirs, pieces get higher ones; so do nodes."""
+        """Elements that are not cut keep theirs, pieces get higher ones; so do nodes."""
         cards, mesh = body(1)
         result = solved(self, deck(cards, at("Q", 1), step("BODY-SOLE, 1, 3\nBODY-TOP, 3, 3, -1.")))
         ids = result.element_ids
         self.assertEqual(list(ids), [*range(5, 13), 2, 3, 4])
         kept = [result.node(number) for number in range(1, len(mesh.nodes) + 1)]
         np.testing.assert_allclose(result.points[kept], mesh.nodes, atol=1e-12)
-        self.assertIn("refined locally: 4 bricks are 11", result.output)
+        self.assertIn("refined locally: 4 elements are 11", result.output)
 
     def test_neighbours_differ_by_one_cut(self):
         """Edges that meet at a node are twice as long at most."""
         cards, _ = body(3)
         result = solved(self, deck(cards, at("Q", 1, times=4),
                                    step("BODY-SOLE, 1, 3\nBODY-TOP, 3, 3, -0.1")))  # fmt: skip
-        edge = np.ptp(result.points[result.bricks][:, :, 0], axis=1)
+        edge = np.ptp(result.points[result.elements][:, :, 0], axis=1)
         self.assertEqual(len(np.unique(np.round(edge, 9))), 5)
         for node in range(len(result.points)):
-            here = edge[np.any(result.bricks == node, axis=1)]
+            here = edge[np.any(result.elements == node, axis=1)]
             if len(here):
                 self.assertLess(here.max(), 2.1 * here.min())
 
@@ -241,10 +241,10 @@ class Accuracy(unittest.TestCase):
             self.assertGreater(sequence.cuts[-1], 0)
             self.assertEqual(result.file["run"].attrs["cuts"], sequence.cuts[-1])
             self.assertLess(abs(result.pairs[0].pressure[-1].max() / 2796.2 - 1), 0.05)
-            # As fine everywhere as at contact it would have a million bricks.
-            self.assertLess(sequence.bricks[-1], 20000)
-            size = (sequence.brick_size / 2.0**sequence.cuts)[-1]
-            self.assertGreater(512 / size**3, 5 * sequence.bricks[-1])
+            # As fine everywhere as at contact it would have a million elements.
+            self.assertLess(sequence.elements[-1], 20000)
+            size = (sequence.element_size / 2.0**sequence.cuts)[-1]
+            self.assertGreater(512 / size**3, 5 * sequence.elements[-1])
 
 
 if __name__ == "__main__":

@@ -99,11 +99,11 @@ class Reached(unittest.TestCase):
         run = Run(deck("block"), "--accuracy", "0.1", name="block", steps=5, **AUTO)
         with run.result() as result:
             group = result.file["accuracy"]
-            size, divisions = group["brick_size"][:], group["divisions"][:]
+            size, divisions = group["element_size"][:], group["divisions"][:]
             self.assertTrue(np.all(np.diff(size) <= 0))
             np.testing.assert_array_equal(divisions[:5], [1, 1, 1, 2, 4])
-            np.testing.assert_allclose(group["bricks"][:], 64 / size**3, rtol=1e-12)
-            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), group["bricks"][-1])
+            np.testing.assert_allclose(group["elements"][:], 64 / size**3, rtol=1e-12)
+            self.assertEqual(len(result.file["VTKHDF/CellData/element_id"]), group["elements"][-1])
             self.assertTrue(np.all(group["processor_time"][:] > 0))
             names = list(group["values"].attrs["name"].astype(str))
             self.assertEqual(names[0], "BODY-ZMIN:GROUND/pressing_force")
@@ -127,7 +127,7 @@ class Reached(unittest.TestCase):
         self.assertLess(abs(limit - true).max(), 0.5 * abs(values[-1, :, 0] - true).max())
 
     def test_extrapolated_values(self):
-        """They are nearer than the last mesh's own, on fewer bricks than these would take."""
+        """They are nearer than the last mesh's own, on fewer elements than these would take."""
         order = 1.5  # about that of both
         weight = 1 / (1.5**order - 1)
         meshes = []
@@ -144,7 +144,7 @@ class Reached(unittest.TestCase):
             with run.result() as result:
                 sequence, finest = result.accuracy, friction_and_normal(result)
             self.assertEqual(sequence.of_extrapolated, bool(options))
-            found[bool(options)] = sequence.bricks[-1]
+            found[bool(options)] = sequence.elements[-1]
         reached = "error of the extrapolated contact forces: .*; 1.2 % is reached"
         self.assertRegex(run.output, reached)
         self.assertLess(found[True], 0.5 * found[False])
@@ -158,27 +158,27 @@ class Reached(unittest.TestCase):
         self.assertLess(sequence.extrapolated_error.max(), asked)
 
     def test_any_mesh(self):
-        """Bricks of a deck that names nodes by their numbers are cut; sets stay what they are."""
+        """Elements of a deck that names nodes by their numbers are cut; sets stay what they are."""
         text = with_card(deck("block"), "*NSET, NSET=ONE\n1")
         run = Run(text, "--accuracy", "0.2", name="cut", n=2, steps=5, **AUTO)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             group = result.file["accuracy"]
-            np.testing.assert_allclose(group["bricks"][:] * group["brick_size"][:] ** 3,
+            np.testing.assert_allclose(group["elements"][:] * group["element_size"][:] ** 3,
                                        8.0, rtol=1e-12)  # fmt: skip
-            self.assertEqual(group["brick_size"][0], 1)
+            self.assertEqual(group["element_size"][0], 1)
 
-    def test_a_slice_stays_one_brick_thick(self):
-        """Plane strain: whether blocks have other bricks or bricks are cut, evenly or at contact,
-        there are nodes on both sides alone, and the run is that of a deck with such bricks."""
+    def test_a_slice_stays_one_element_thick(self):
+        """Plane strain: whether blocks have others or elements are cut, evenly or at contact,
+        there are nodes on both sides alone, and the run is that of a deck with such elements."""
         run = Run(deck("roller"), "--accuracy", "0.01", name="roller")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertEqual(result.file["run"].attrs["across"], 2)
-            bricks = result.accuracy.bricks
-            along = np.sqrt(bricks)
-            np.testing.assert_allclose(along * result.accuracy.brick_size, along[0] *
-                                       result.accuracy.brick_size[0], rtol=1e-12)  # fmt: skip
+            elements = result.accuracy.elements
+            along = np.sqrt(elements)
+            np.testing.assert_allclose(along * result.accuracy.element_size, along[0] *
+                                       result.accuracy.element_size[0], rtol=1e-12)  # fmt: skip
             chosen = result.pairs[0].resultant
         with Run(deck("roller"), name="roller", n=round(along[-1])).result() as result:
             np.testing.assert_allclose(chosen, result.pairs[0].resultant, rtol=1e-3,
@@ -249,7 +249,7 @@ class NotReached(unittest.TestCase):
 
     def test_load_steps_that_are_never_small_enough(self):
         """Half of a circle an increment turns little friction round: refused where increments are
-        tried again, on bricks of half the size; complete."""
+        tried again, on elements of half the size; complete."""
         text = (SOURCE / "studies/data/scenes/circle.inp").read_text()
         text = text.replace("*STATIC, DIRECT", "*STATIC")
         text = text.replace("NX=<n>, NY=<n>, NZ=<n>", "NX=4, NY=1, NZ=1")
@@ -259,7 +259,7 @@ class NotReached(unittest.TestCase):
         self.assertIn("the load steps make", run.errors)
         with run.result() as result:
             self.assertFalse(result.accuracy.reached)
-            divisions, size = result.accuracy.divisions, result.accuracy.brick_size
+            divisions, size = result.accuracy.divisions, result.accuracy.element_size
             self.assertEqual(divisions.max(), 128)
             np.testing.assert_allclose(size[divisions > 4], size[divisions == 4].max() / 2)
             self.assertEqual(result.run["status"], "finished")
@@ -315,13 +315,13 @@ class NotReached(unittest.TestCase):
         run = Run(text, "--accuracy", "0.05", name="spreading", steps=4)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
-            divisions, bricks = result.accuracy.divisions, result.accuracy.bricks
-            tried = np.unique(bricks[divisions > 2])[1]
-            self.assertGreater(np.count_nonzero(bricks == tried), 2)
-            divided = (divisions > 1) & (bricks > tried)
+            divisions, elements = result.accuracy.divisions, result.accuracy.elements
+            tried = np.unique(elements[divisions > 2])[1]
+            self.assertGreater(np.count_nonzero(elements == tried), 2)
+            divided = (divisions > 1) & (elements > tried)
             self.assertLessEqual(np.count_nonzero(divided[:-1]), 3, divisions)
             for i in np.flatnonzero(divided):
-                self.assertIn(bricks[i], bricks[:i][divisions[:i] == 1])
+                self.assertIn(elements[i], elements[:i][divisions[:i] == 1])
             mine, pressing = friction_and_normal(result)
             scale = abs(normal).max()
             self.assertLess(abs(pressing - normal).max() / scale, 0.05)

@@ -8,7 +8,7 @@ import numpy as np
 from program import PROGRAM, Run
 from two_bodies import solved
 
-from bipot.brick_faces import face_nodes
+from bipot.element_faces import face_nodes
 from bipot.errors import ResultError
 
 # A block on a plane, pushed by a ball whose reference node belongs to a set with a node of the
@@ -74,12 +74,12 @@ def by_place(points):
 
 def places(result):
     """Return what the sets mean: kind and name, and the places of the members."""
-    centres = result.points[result.bricks].mean(axis=1)
+    centres = result.points[result.elements].mean(axis=1)
     found = {("nodes", name): result.points[rows] for name, rows in result.node_sets.items()}
     for name, rows in result.element_sets.items():
         found["elements", name] = centres[rows]
     for name, faces in result.face_sets.items():
-        found["faces", name] = result.points[face_nodes(result.bricks, faces)].mean(axis=1)
+        found["faces", name] = result.points[face_nodes(result.elements, faces)].mean(axis=1)
     for name, rows in result.reference_nodes.sets.items():
         found["reference_nodes", name] = result.reference_nodes.coordinates[rows]
     return {key: by_place(points) for key, points in found.items()}
@@ -112,7 +112,7 @@ class NamedSets(unittest.TestCase):
                 rows = np.flatnonzero(points[:, axis] == value)
                 np.testing.assert_array_equal(sets[f"body-{letter}{end}"], rows)
                 faces = self.result.face_sets[f"BODY-{letter}{end}"]
-                nodes = face_nodes(self.result.bricks, faces)
+                nodes = face_nodes(self.result.elements, faces)
                 np.testing.assert_array_equal(np.unique(nodes), rows)
                 self.assertEqual(len(faces), 4 if letter == "Y" else 6)
         np.testing.assert_array_equal(points[sets["Edge"]], EDGE)
@@ -120,8 +120,8 @@ class NamedSets(unittest.TestCase):
         np.testing.assert_array_equal(sets["A/B"], sets["BODY-XMIN"])
         np.testing.assert_array_equal(self.result.element_ids[self.result.element_sets["first"]],
                                       [1, 2])  # fmt: skip
-        foot = face_nodes(self.result.bricks, self.result.face_sets["FOOT"])
-        np.testing.assert_array_equal(foot, self.result.bricks[:2][:, [0, 3, 2, 1]])
+        foot = face_nodes(self.result.elements, self.result.face_sets["FOOT"])
+        np.testing.assert_array_equal(foot, self.result.elements[:2][:, [0, 3, 2, 1]])
 
     def test_reference_nodes_of_a_set(self):
         (node,) = self.result.reference_nodes.of_set("mixed")

@@ -34,19 +34,19 @@ CENTRE, 3, 3, {depth}
 """
 THEORY = "finite strain may change forces by"
 MESH = r"touches at (one point|two points) at node (\d+)(.*): contact pressure is not resolved; " \
-    r"that takes bricks of about (\S+)"
+    r"that takes elements of about (\S+)"
 
 
 def largest_deformation(result):
-    """The largest principal strain and rotation at the centres of the bricks, over the run."""
+    """The largest principal strain and rotation at the centres of the elements, over the run."""
     mesh = result.file["VTKHDF"]
     points = mesh["Points"][:]
-    bricks = mesh["Connectivity"][:].reshape(-1, 8)
-    jacobian = np.einsum("eai,ak->eik", points[bricks], SIGNS / 8)
+    elements = mesh["Connectivity"][:].reshape(-1, 8)
+    jacobian = np.einsum("eai,ak->eik", points[elements], SIGNS / 8)
     found = np.zeros(2)
     for step in range(mesh["Steps"].attrs["NSteps"]):
         u = result.field("displacement", step)
-        h = np.einsum("eai,ak->eik", u[bricks], SIGNS / 8) @ np.linalg.inv(jacobian)
+        h = np.einsum("eai,ak->eik", u[elements], SIGNS / 8) @ np.linalg.inv(jacobian)
         across = h.transpose(0, 2, 1)
         strain = abs(np.linalg.eigvalsh((h + across) / 2)).max()
         rotation = np.sqrt(((h - across) ** 2).sum((1, 2)).max() / 8)
@@ -100,7 +100,7 @@ class SmallStrain(unittest.TestCase):
 
 
 class SmallContact(unittest.TestCase):
-    """A round contact on one or two points is told, with the bricks that Hertz would need."""
+    """A round contact on one or two points is told, with the elements that Hertz would need."""
 
     def told(self, run):
         self.assertEqual(run.status, 0, run.errors)
@@ -114,11 +114,11 @@ class SmallContact(unittest.TestCase):
 
     def test_a_ball_on_one_node(self):
         for depth in (0.001, 0.005):
-            points, brick = self.told(self.press(depth))
+            points, element = self.told(self.press(depth))
             self.assertEqual(points, "one point")
             hertz = np.sqrt(2.0 * depth) / 2  # half the radius of the contact
-            self.assertLess(hertz / 1.5, brick)
-            self.assertLess(brick, 1.5 * hertz)
+            self.assertLess(hertz / 1.5, element)
+            self.assertLess(element, 1.5 * hertz)
 
     def test_a_ball_on_many_nodes(self):
         self.assertIsNone(self.told(self.press(0.02)))
@@ -129,18 +129,18 @@ class SmallContact(unittest.TestCase):
         self.assertEqual(self.told(quarter), self.told(self.press(0.001)))
 
     def test_hertz_by_force_knows_the_radius(self):
-        # Coarse on purpose: bricks of 20 and more where the contact's radius is 0.4.
+        # Coarse on purpose: elements of 20 and more where the contact's radius is 0.4.
         settings = {"a": 0.4, "size": 200, "grading": 1, "n": 4}
         for deck in ("ball", "hertz"):
             with self.subTest(deck=deck):
-                points, brick = self.told(Run(INPUT / f"{deck}.inp", **settings))
+                points, element = self.told(Run(INPUT / f"{deck}.inp", **settings))
                 self.assertEqual(points, "one point")
-                self.assertAlmostEqual(brick, 0.2, delta=0.01)
+                self.assertAlmostEqual(element, 0.2, delta=0.01)
 
     def test_a_roller_on_two_nodes(self):
-        points, brick = self.told(Run(INPUT / "roller.inp", n=2, a=0.1, size=80))
+        points, element = self.told(Run(INPUT / "roller.inp", n=2, a=0.1, size=80))
         self.assertEqual(points, "two points")
-        self.assertAlmostEqual(brick, 0.05, delta=0.01)
+        self.assertAlmostEqual(element, 0.05, delta=0.01)
 
     def test_corners_and_planes_are_left_out(self):
         for deck in ("block", "rest", "corner"):

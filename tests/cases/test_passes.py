@@ -212,7 +212,7 @@ class ThroughAFin(Case):
             with self.subTest(increments=increments):
                 self.refused(
                     deck((0.53, 0.5, 1.1), (0.0, 0.0, -0.12), 0.1, increments),
-                    "of B-ZMAX", "contact is missed; use smaller bricks",
+                    "of B-ZMAX", "contact is missed; use smaller elements",
                 )  # fmt: skip
 
 

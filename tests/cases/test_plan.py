@@ -78,7 +78,7 @@ class Kept(unittest.TestCase):
             (INPUT / "rest.inp", {}),
             (INPUT / "cantilever.inp", {}),
             (INPUT / "patch.inp", {}),
-            (ODD / "gmsh_bricks.inp", {}),
+            (ODD / "gmsh_hexahedra.inp", {}),
             (ODD / "cube_on_slab.inp", {}),
         ):
             with self.subTest(deck=deck.name, **settings):
@@ -141,7 +141,7 @@ class Foreseen(unittest.TestCase):
         (INPUT / "mindlin.inp", {}),
         (INPUT / "tool.inp", {}),
         (INPUT / "rest.inp", {}),
-        (ODD / "gmsh_bricks.inp", {}),
+        (ODD / "gmsh_hexahedra.inp", {}),
     )
 
     def test_memory_and_file_within_a_quarter(self):

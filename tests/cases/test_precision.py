@@ -98,7 +98,7 @@ class Precision(unittest.TestCase):
     def test_what_single_does_not_hold_is_refused(self):
         # At 0.499999999 rounding to single precision makes the stiffness indefinite; before that
         # corrections gain nothing. At which of these the run ends is a matter of how the kernels
-        # round; double precision solves both with four bricks along an edge.
+        # round; double precision solves both with four elements along an edge.
         refusals = (
             r"single precision holds; \*PRECISION, FACTOR=DOUBLE holds more"
             r"|the factor of the stiffness is too far from it \(single precision\)"
@@ -143,7 +143,7 @@ class Precision(unittest.TestCase):
 class FewIncrements(unittest.TestCase):
     """Where increments are few single precision is the plan's choice, and double where it fails."""
 
-    # As many bricks as it takes for the factor to cost more than anything else.
+    # As many elements as it takes for the factor to cost more than anything else.
     DECK = """*HEADING
 A block pressed on a plane
 *PARAMETER

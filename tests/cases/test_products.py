@@ -53,7 +53,7 @@ A-ZMAX, 1, 1, 0.0004
 
 
 def plate(name, n, low=0.0, young=210000.0, x=0.0, length=1.0):
-    """Return the cards of a plate of n x n x 3 bricks on the height `low`."""
+    """Return the cards of a plate of n x n x 3 elements on the height `low`."""
     return block(name, (n, n, 3), (x, 0.0, low), (length, 1.0, 0.1), young)
 
 

@@ -134,28 +134,28 @@ def ring(radius, angles, heights):
     ]  # fmt: skip
 
 
-def pin_in_bore(facets, bricks):
-    """A rigid pin is moved by 0.06 along x in a bore of a ring of so many bricks around."""
+def pin_in_bore(facets, elements):
+    """A rigid pin is moved by 0.06 along x in a bore of a ring of so many elements around."""
     layers, high = 3, 2
-    n = bricks * (layers + 1)
+    n = elements * (layers + 1)
     points = []
     for z in np.linspace(0, 1, high + 1):
         for layer in range(layers + 1):
-            angles = 2 * np.pi * np.arange(bricks) / bricks
+            angles = 2 * np.pi * np.arange(elements) / elements
             points += ring(1 + layer / layers, angles, [z])
     text = "*HEADING\nA pin in a bore\n*NODE\n"
     text += "".join(f"{k + 1}, {x!r}, {y!r}, {z!r}\n" for k, (x, y, z) in enumerate(points))
     text += "*ELEMENT, TYPE=C3D8, ELSET=A\n"
-    cells = [(z, r, t) for z in range(high) for r in range(layers) for t in range(bricks)]
+    cells = [(z, r, t) for z in range(high) for r in range(layers) for t in range(elements)]
     for e, (z, r, t) in enumerate(cells):
-        at = n * z + bricks * r + 1
-        low = [at + t, at + bricks + t]
-        t = (t + 1) % bricks
-        low += [at + bricks + t, at + t]
+        at = n * z + elements * r + 1
+        low = [at + t, at + elements + t]
+        t = (t + 1) % elements
+        low += [at + elements + t, at + t]
         text += ", ".join(map(str, [e + 1, *low, *(k + n for k in low)])) + "\n"
     text += "*SURFACE, NAME=BORE\n"
     text += "".join(f"{e + 1}, S6\n" for e, cell in enumerate(cells) if cell[1] == 0)
-    outer = [n * z + bricks * layers + t + 1 for z in range(high + 1) for t in range(bricks)]
+    outer = [n * z + elements * layers + t + 1 for z in range(high + 1) for t in range(elements)]
     text += "*NSET, NSET=OUT\n" + "".join(f"{k}\n" for k in outer)
     text += "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=A, MATERIAL=M\n"
     corners = ring(0.96, 0.1 + 2 * np.pi * np.arange(facets) / facets, (-0.2, 1.2))
@@ -179,7 +179,7 @@ class LoadPaths(unittest.TestCase):
         run = Run(dragged(amplitude, increment), "--accuracy", str(asked), name="path")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
-            n = round(2 / result.accuracy.brick_size[-1])
+            n = round(2 / result.accuracy.element_size[-1])
         true = resultant(Run(dragged(amplitude, fine, direct=True), name="fine", n=n))
         found = resultant(run)
         self.assertGreater(abs(true[0]), 0.1 * 0.3 * true[2])
@@ -285,8 +285,8 @@ class LateContact(unittest.TestCase):
 class OneMesh(unittest.TestCase):
     def test_edges_of_a_tool_inside_faces(self):
         """The mesh of the deck says no less than it is off by, whichever side is the slave."""
-        # Sums of normal forces with n = 24, 16 bricks along the punch: of the finest of four meshes
-        # 151, 106 and 190, which go on falling by some parts in a hundred.
+        # Sums of normal forces with n = 24, 16 elements along the punch: of the finest of four
+        # meshes 151, 106 and 190, which go on falling by some parts in a hundred.
         for (a, b), true in (((0.55, 1.45), 151), ((0.8, 1.2), 106), ((0.3, 1.7), 190)):
             for pair in ("A-ZMAX, B-ZMIN", "B-ZMIN, A-ZMAX"):
                 with self.subTest(a=a, pair=pair):
@@ -312,7 +312,7 @@ class OneMesh(unittest.TestCase):
         self.assertAlmostEqual(told[0], told[1], delta=0.02 * told[0])
 
     def test_facets_in_a_bore(self):
-        """A pin of 20 facets is pressed sideways in a bore of 16: 46.3, with finer bricks 53."""
+        """A pin of 20 facets is pressed sideways in a bore of 16: 46.3, with finer elements 53."""
         run = Run(pin_in_bore(20, 16), "--refine", "0", "--accuracy", "0.5", name="bore")
         self.assertEqual(run.status, 2, run.output)
         found = abs(resultant(run)[0])

@@ -218,7 +218,7 @@ class Slope(Case):
 
 
 class Patch(Case):
-    """Constant stress in distorted bricks is exact (Irons's patch test), under contact too."""
+    """Constant stress in distorted elements is exact (Irons's patch test), under contact too."""
 
     deck = "patch"
 
@@ -236,7 +236,7 @@ class Patch(Case):
 
 
 class Cantilever(Case):
-    """Timoshenko's beam; the locking of one brick in bending is known in closed form."""
+    """Timoshenko's beam; the locking of one element in bending is known in closed form."""
 
     deck = "cantilever"
 
@@ -262,7 +262,7 @@ class Cantilever(Case):
             self.assert_relative(ratio, 1.0, 1e-9)
 
     def test_full_integration_locks_as_known(self):
-        # 1/(1 + (l/h)^2/2) for nu = 0, l and h length and height of a brick (Cook et al., 2002).
+        # 1/(1 + (l/h)^2/2) for nu = 0, l and h length and height of an element (Cook et al., 2002).
         for slices in (2, 5, 10, 20):
             ratio = self.tip(element="C3D8", pressure=0, moment=0.001, slices=slices)
             self.assert_relative(ratio, 1 / (1 + (10 / slices) ** 2 / 2), 1e-9)

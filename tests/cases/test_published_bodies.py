@@ -48,7 +48,7 @@ class Decks(unittest.TestCase):
         return result
 
     def test_press_fit(self):
-        """Lame, plane stress: 6.1523. The error falls with the square of the size of the bricks."""
+        """Lame, plane stress: 6.1523. The error falls with the square of the elements' size."""
         self.assertAlmostEqual(lame(), 6.1523, places=4)
         errors = []
         for n in (2, 4, 8):

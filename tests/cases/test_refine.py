@@ -1,4 +1,4 @@
-"""A deck whose bricks are cut into eight means what it meant before, on a finer mesh."""
+"""A deck whose elements are cut into eight means what it meant before, on a finer mesh."""
 
 import subprocess
 import unittest
@@ -15,9 +15,9 @@ SECTION = "*SOLID SECTION, ELSET=BODY, MATERIAL=M\n"
 
 
 def body(n, *, element="C3D8", place=None):
-    """Return the cards of a body of 2n by n by 2n bricks, and its mesh.
+    """Return the cards of a body of 2n by n by 2n elements, and its mesh.
 
-    Its sides are surfaces and sets of nodes; BODY-CAP and BODY-FLANK the bricks on two of them.
+    Its sides are surfaces and sets of nodes; BODY-CAP and BODY-FLANK the elements on two of them.
     """
     mesh = Mesh("BODY")
     mesh.grid((2 * n, n, 2 * n), place or (lambda a, b, c: (2 * a, b, 2 * c)),
@@ -26,14 +26,14 @@ def body(n, *, element="C3D8", place=None):
         ALL=lambda x, y, z: True, EDGE=lambda x, y, z: x == 0 and z == 2
     )
     for name, surface in (("CAP", "TOP"), ("FLANK", "RIGHT")):
-        numbers = sorted({brick for brick, _ in mesh.surfaces[surface]})
+        numbers = sorted({element for element, _ in mesh.surfaces[surface]})
         cards += "\n".join([f"*ELSET, ELSET=BODY-{name}", *in_lines(numbers)]) + "\n"
     return cards + ELASTIC + SECTION, mesh
 
 
 def by_place(result, name="displacement", row=-1):
     """Return places and values of a field of nodes, in the order of the places."""
-    used = np.unique(result.bricks)  # the others have no place that says which they are
+    used = np.unique(result.elements)  # the others have no place that says which they are
     order = used[np.lexsort(np.round(result.points[used], 9).T)]
     return result.points[order], result.field(name, row)[order]
 
@@ -60,7 +60,7 @@ class SameScene(unittest.TestCase):
         return coarse, fine
 
     def test_the_block_of_the_paper(self):
-        """A block of n bricks refined is the one of 2 n, in every increment; twice, of 4 n."""
+        """A block of n elements refined is the one of 2 n, in every increment; twice, of 4 n."""
         runs = (Run(INPUT / "block.inp", n=4, steps=10),
                 Run(INPUT / "block.inp", "--refine", "1", n=2, steps=10),
                 Run(INPUT / "block.inp", "--refine", "2", n=1, steps=10))  # fmt: skip
@@ -73,11 +73,11 @@ class SameScene(unittest.TestCase):
             self.assert_same(results[1], results[0], row)
             self.assert_same(results[2], results[0], row)
         self.assertEqual(results[2].run_text("overrides").split("\n")[-1], "--refine 2")
-        self.assertIn("refined 2 times: the 1 bricks of the deck are 64, its 8 nodes 125",
+        self.assertIn("refined 2 times: the 1 elements of the deck are 64, its 8 nodes 125",
                       runs[2].output)  # fmt: skip
 
     def test_loads_of_faces_and_weight(self):
-        """Pressure on faces of sets of bricks, of surfaces, of sets of nodes; weight."""
+        """Pressure on faces of sets of elements, of surfaces, of sets of nodes; weight."""
         def text(n):
             cards, _ = body(n)
             loads = ("*DLOAD\nBODY-CAP, P2, 3.\nBODY-FLANK, P4, 1.\nBODY, GRAV, 9., 0., 0., -1."
@@ -191,7 +191,7 @@ class Meaning(unittest.TestCase):
                          len(mesh.of_surface["TOP"]))  # fmt: skip
 
     def test_the_patch_test_holds(self):
-        """Distorted bricks of each type, under a pressure: uniform, whatever the refinement."""
+        """Distorted elements of each type, under a pressure: uniform, whatever the refinement."""
         for element in ("C3D8", "C3D8I", "C3D8B"):
             with self.subTest(element=element):
                 run = Run(INPUT / "patch.inp", "--refine", "1", element=element)
@@ -202,16 +202,16 @@ class Meaning(unittest.TestCase):
                                                atol=1e-10 * np.abs(stress).max())
 
     def test_ids_of_pieces_tell_whose_they_are(self):
-        """The pieces of brick i are 8 (i - 1) + 1 to 8 i; nodes of the deck keep their numbers."""
+        """The pieces of element i are 8 (i - 1) + 1 to 8 i; the deck's nodes keep their numbers."""
         cards, mesh = body(1)
         result = solved(self, deck(cards, step("BODY-SOLE, 1, 3\nBODY-TOP, 3, 3, -0.1")),
                         "--refine", "1")  # fmt: skip
         ids = result.element_ids
-        self.assertEqual(sorted(ids), list(range(1, 8 * len(mesh.bricks) + 1)))
-        middle = result.points[result.bricks].mean(axis=1)
-        for brick, corners in enumerate(mesh.bricks):
+        self.assertEqual(sorted(ids), list(range(1, 8 * len(mesh.elements) + 1)))
+        middle = result.points[result.elements].mean(axis=1)
+        for element, corners in enumerate(mesh.elements):
             centre = np.mean([mesh.nodes[node - 1] for node in corners], axis=0)
-            pieces = np.isin(ids, range(8 * brick + 1, 8 * brick + 9))
+            pieces = np.isin(ids, range(8 * element + 1, 8 * element + 9))
             np.testing.assert_allclose(middle[pieces].mean(axis=0), centre, atol=1e-12)
         kept = [result.node(number) for number in range(1, len(mesh.nodes) + 1)]
         np.testing.assert_allclose(result.points[kept], mesh.nodes, atol=1e-12)

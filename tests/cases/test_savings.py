@@ -146,7 +146,7 @@ class Savings(unittest.TestCase):
         full = Run(PRESSED.format(load="*CLOAD\n1001, 1, 1e-290\n"), name="pressed")
         for one in (run, full):
             self.assertEqual(one.status, 0, one.errors)
-        # On the grid of unit bricks r^2 is 0 once, and 1, 2 and 4 four times each.
+        # On the grid of unit elements r^2 is 0 once, and 1, 2 and 4 four times each.
         for one, nodes in ((run, 13), (full, 13 * 13)):
             self.assertEqual(self.count(one, "interface_equations"), 3 * nodes)
             # Rows have those that are near at last: r^2 up to 2.
@@ -211,8 +211,8 @@ class Savings(unittest.TestCase):
                         result.field_names[0] - {"node_id"}, {"displacement", "reaction_force"}
                     )
 
-    def test_congruent_bricks_share_a_stiffness(self):
-        self.assertEqual(self.count(self.solve(), "brick_stiffnesses"), 1)
+    def test_congruent_elements_share_a_stiffness(self):
+        self.assertEqual(self.count(self.solve(), "element_stiffnesses"), 1)
 
     def test_a_step_that_changes_nothing_costs_no_iteration(self):
         run = self.solve(more="*STEP\n*STATIC, DIRECT\n0.5, 1.\n*END STEP\n")

@@ -63,8 +63,8 @@ class Reached(unittest.TestCase):
             self.assertEqual(sequence.names, [f"ONE/13/{name}" for name in names] + beside)
             self.assertEqual(sequence.error[n], -1)
             # Edges in 1, 2, 3, ... parts: nodes stay where they are.
-            np.testing.assert_allclose(1 / sequence.brick_size,
-                                       np.round(1 / sequence.brick_size), rtol=1e-12)  # fmt: skip
+            np.testing.assert_allclose(1 / sequence.element_size,
+                                       np.round(1 / sequence.element_size), rtol=1e-12)  # fmt: skip
             place = np.flatnonzero(result.node_ids == 13)
             np.testing.assert_array_equal(result.points[place[0]], [0.5, 0.5, 0])
             mine = at_node(result, field, [0.5, 0.5, 0]).reshape(5, -1)

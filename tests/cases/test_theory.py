@@ -180,7 +180,7 @@ class InsideOut(unittest.TestCase):
         self.assertEqual(run.status, 2, run.output + run.errors)
         self.assertRegex(run.errors, INSIDE_OUT)
 
-    def test_overlaps_deeper_than_the_bricks(self):
+    def test_overlaps_deeper_than_the_elements(self):
         text = pressed().replace("0., 0., 0., 0., 0., 1.", "0., 0., <depth>, 0., 0., 1.").replace(
             "n = 3\n", "n = 3\ndepth = 0.3\n")
         for depth, status in ((0.3, 0), (0.34, 2)):
@@ -188,7 +188,7 @@ class InsideOut(unittest.TestCase):
             self.assertEqual(run.status, status, run.errors)
         self.assertRegex(run.errors, r"step 1, increment 1: node \d+ of B-ZMIN:FLOOR begins 0.34 "
                                      r"inside its master, .* element \d+ .*; move the bodies apart")
-        # Of two bodies the thicker bricks count, whichever is the slave; small sliding too.
+        # Of two bodies the thicker elements count, whichever is the slave; small sliding too.
         for n, m, overlap, status in ((2, 4, 0.45, 0), (2, 4, 0.55, 2), (5, 2, 0.45, 0)):
             for small in ("NO", "YES"):
                 run = Run(OVERLAPPING, "--quiet", name="two", n=n, m=m, overlap=overlap,

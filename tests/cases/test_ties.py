@@ -115,7 +115,7 @@ class PatchTest(unittest.TestCase):
                 error = self.stress_error(axis, slave_is_upper, 2, 3)
                 self.assertLess(error, 1e-12, (axis, slave_is_upper))
 
-    def test_bricks_that_are_no_cubes(self):
+    def test_elements_that_are_no_cubes(self):
         for slave_is_upper in (True, False):
             error = self.stress_error(2, slave_is_upper, (2, 5, 1), (3, 1, 2))
             self.assertLess(error, 1e-12)
@@ -339,7 +339,7 @@ class Hinges(unittest.TestCase):
         self.assertIn("free to move against each other", run.errors)
 
     def test_a_line_of_tied_nodes(self):
-        """One brick's edge on the master: the block turns about it."""
+        """One element's edge on the master: the block turns about it."""
         for held in ("LOW-ZMIN, 1, 3", ""):
             self.refused(
                 heavy(block("LOW", 3, (0, 0, -1), (1, 1, 1))),

@@ -35,8 +35,8 @@ def numbers(values):
     return ", ".join(repr(float(value)) for value in values)
 
 
-def bricks(n, size, rotation, name="B", first=1):
-    """Return the cards of a block of bricks that is turned about the origin."""
+def elements(n, size, rotation, name="B", first=1):
+    """Return the cards of a block of elements that is turned about the origin."""
     counts = np.array(n) + 1
     index = np.array(list(np.ndindex(*counts[::-1])))[:, ::-1]
     places = index / np.array(n) * np.array(size) @ rotation.T
@@ -93,7 +93,7 @@ class TurnedScenes(unittest.TestCase):
     def block(self, rotation, cards):
         """Supports of one and two directions at a node, some prescribed, that change; forces."""
         return (
-            bricks((3, 2, 2), (3, 2, 1), rotation) + material() + cards
+            elements((3, 2, 2), (3, 2, 1), rotation) + material() + cards
             + "*AMPLITUDE, NAME=RISE\n0., 0., 0.5, 1., 1., 0.6\n"
             "*STEP\n*STATIC\n0.5, 1.\n*BOUNDARY\nB-XMIN, XSYMM\nB-YMIN, 2\nB-ZMIN, 3\n"
             "B-XMAX, 1, 1, 0.02\nB-XMAX, 3, 3, -0.01\n*CLOAD\nB-YMAX, 2, 0.5\nB-YMAX, 1, -0.2\n"
@@ -153,7 +153,7 @@ class TurnedScenes(unittest.TestCase):
         def build(rotation, cards):
             plane = numbers([0, 0, 0, *rotation[:, 2]])
             return (
-                bricks((3, 2, 2), (3, 2, 1), rotation) + material() + cards
+                elements((3, 2, 2), (3, 2, 1), rotation) + material() + cards
                 + f"*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n{plane}\n"
                 "*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.3\n"
                 "*CONTACT PAIR, INTERACTION=I\nB-ZMIN, FLOOR\n"
@@ -178,7 +178,7 @@ class TurnedScenes(unittest.TestCase):
         def build(rotation, cards):
             plane = numbers([0, 0, 0, *rotation[:, 2]])
             return (
-                bricks((3, 2, 2), (3, 2, 1), rotation) + material() + cards
+                elements((3, 2, 2), (3, 2, 1), rotation) + material() + cards
                 + f"*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n{plane}\n"
                 "*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.3\n"
                 "*CONTACT PAIR, INTERACTION=I\nB-ZMIN, FLOOR\n"
@@ -199,12 +199,12 @@ class TurnedScenes(unittest.TestCase):
             np.testing.assert_allclose(found, want @ SLANT.T, atol=1e-8 * np.abs(want).max())
 
     def test_equations(self):
-        """Sides that move alike, but for a node without bricks that says by how much."""
+        """Sides that move alike, but for a node without elements that says by how much."""
 
         def build(rotation, cards):
             cards = cards.replace("NSET=B\n", "NSET=ALL\n")
             return (
-                "*NODE, NSET=SAYS\n900, 5., 5., 5.\n" + bricks((4, 2, 3), (2, 1, 1), rotation)
+                "*NODE, NSET=SAYS\n900, 5., 5., 5.\n" + elements((4, 2, 3), (2, 1, 1), rotation)
                 + "*NSET, NSET=ALL\nB, SAYS\n" + material() + cards
                 + "*EQUATION\n3\nB-XMAX, 1, 1., B-XMIN, 1, -1., 900, 1, -1.\n"
                 "2\nB-XMAX, 2, 2., B-XMIN, 2, -2.\n2\nB-XMAX, 3, 1., B-XMIN, 3, -1.\n"
@@ -226,7 +226,7 @@ class TurnedScenes(unittest.TestCase):
 
         def build(rotation, cards):
             return (
-                bricks((2, 2, 2), (1, 1, 1), rotation) + material() + cards
+                elements((2, 2, 2), (1, 1, 1), rotation) + material() + cards
                 + "*EQUATION\n2\nB-XMAX, 2, 1., B-XMAX, 1, -2.\n"
                 "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB-XMIN, 1, 3\nB-XMAX, 3, 3, 0.01\n"
                 "*CLOAD\nB-XMAX, 1, 1.\n*END STEP\n"
@@ -246,7 +246,7 @@ class TurnedScenes(unittest.TestCase):
             )
             grip = numbers(rotation @ [3.5, 0.4, 0.6])
             return (
-                f"*NODE, NSET=GRIP\n900, {grip}\n" + bricks((3, 2, 2), (3, 1, 1), rotation)
+                f"*NODE, NSET=GRIP\n900, {grip}\n" + elements((3, 2, 2), (3, 1, 1), rotation)
                 + material() + cards + "*COUPLING, REF NODE=900, SURFACE=B-XMAX\n*KINEMATIC\n"
                 "*STEP\n*STATIC\n0.5, 1.\n*BOUNDARY\nB-XMIN, 1, 3\nGRIP, 1, 1, 0.02\n"
                 "GRIP, 4, 4, 0.05\nGRIP, 6, 6, -0.01\n*CLOAD\nGRIP, 2, 0.7\nGRIP, 5, 0.3\n"
@@ -277,8 +277,8 @@ class TurnedScenes(unittest.TestCase):
 
         def build(rotation, cards):
             cards = cards.replace("NSET=B\n", "NSET=TOP\n")
-            low = bricks((2, 2, 2), (1, 1, 1), rotation, "LOW")
-            up = bricks((1, 1, 1), (1, 1, 1), rotation, "UP", 101)
+            low = elements((2, 2, 2), (1, 1, 1), rotation, "LOW")
+            up = elements((1, 1, 1), (1, 1, 1), rotation, "UP", 101)
             shift = rotation @ [0, 0, 1]
             lines, inside = [], False
             for line in up.splitlines():
@@ -327,9 +327,9 @@ class Rings(unittest.TestCase):
     RADII = (1.0, 2.0)
     HEIGHT = 0.1
 
-    def ring(self, degrees, rest, bricks_=(8, 12)):
+    def ring(self, degrees, rest, elements_=(8, 12)):
         """A quarter that begins at an angle, and what else the deck has."""
-        text = quarter_ring("R", 1, self.RADII, bricks_, self.HEIGHT)
+        text = quarter_ring("R", 1, self.RADII, elements_, self.HEIGHT)
         lines, in_nodes = [], False
         rotation = turn((0, 0, 1), degrees)
         for line in text.splitlines():
@@ -401,7 +401,7 @@ class Slope(unittest.TestCase):
     def test_reactions_are_those_of_statics(self):
         slope = turn((0, 1, 0), -30)
         text = (
-            bricks((3, 2, 2), (3, 2, 1), STRAIGHT) + material()
+            elements((3, 2, 2), (3, 2, 1), STRAIGHT) + material()
             + directions(slope, "B-ZMIN")
             + "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB-ZMIN, 3\nB-ZMIN, 2\n1, 1\n5, 1\n9, 1\n"
             "*CLOAD\nB-ZMAX, 3, -0.5\nB-ZMIN, 1, -0.25\n*NODE FILE\nU, RF, CF\n*END STEP\n"

@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 from program import INPUT, Run
 
-HEAD = """*BLOCK, NAME=B, NX={bricks[0]}, NY={bricks[1]}, NZ={bricks[2]}
+HEAD = """*BLOCK, NAME=B, NX={elements[0]}, NY={elements[1]}, NZ={elements[2]}
 {corner},  {size}
 *NODE, NSET=HUB
 900, {hub}
@@ -42,7 +42,7 @@ def step(cards, increment=1.0, direct=False):
 def floor(mu, point="0., 0., 0.", normal="0., 0., 1.", tolerance=1e-12, bottom=0.2):
     """Return a cube above a plane whose reference node is below it."""
     return HEAD.format(
-        bricks=(3, 3, 3), corner=f"0., 0., {bottom}", size="1., 1., 1.", hub="0.5, 0.5, -0.3",
+        elements=(3, 3, 3), corner=f"0., 0., {bottom}", size="1., 1., 1.", hub="0.5, 0.5, -0.3",
         shape="PLANE", numbers=f"{point}, {normal}", mu=mu, side="ZMIN", tolerance=tolerance,
     )  # fmt: skip
 
@@ -51,7 +51,7 @@ def wheel(mu=0.3, kind="CYLINDER", centre=0.0, ny=2):
     """Return a block below a wheel of radius 5 whose hub is above the origin."""
     axis = "0., 1., 0., " if kind == "CYLINDER" else ""
     return HEAD.format(
-        bricks=(8, ny, 4), corner=f"-2., {-ny / 4}, -2.", size=f"4., {ny / 2}, 2.",
+        elements=(8, ny, 4), corner=f"-2., {-ny / 4}, -2.", size=f"4., {ny / 2}, 2.",
         hub="0., 0., 5.", shape=kind, numbers=f"{centre}, 0., 5., {axis}5.", mu=mu, side="ZMAX",
         tolerance=1e-10,
     )  # fmt: skip
@@ -326,7 +326,7 @@ class Turning(unittest.TestCase):
         """They move by a half an iteration left to themselves; without friction no way matters."""
         def result(angle, direct):
             text = HEAD.format(
-                bricks=(4, 4, 4), corner="0., 0., 0.", size="1., 1., 1.", hub="0.46, 1., 1.76",
+                elements=(4, 4, 4), corner="0., 0., 0.", size="1., 1., 1.", hub="0.46, 1., 1.76",
                 shape="CYLINDER", numbers="0.46, 1., 1.76, 0., 1., 0., 0.76", mu=0.0, side="ZMAX",
                 tolerance=1e-8,
             )  # fmt: skip

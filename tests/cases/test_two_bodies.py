@@ -48,7 +48,7 @@ class PatchTest(unittest.TestCase):
         for surfaces in ("FOOT, TOP", "TOP, FOOT"):
             self.assertLess(self.stress_error(surfaces, 0.3, 2, 3), 1e-12)
 
-    def test_bricks_that_are_no_cubes(self):
+    def test_elements_that_are_no_cubes(self):
         self.assertLess(self.stress_error("UP-ZMIN, LOW-ZMAX", 0.3, (2, 5, 1), (3, 1, 2)), 1e-12)
 
 
@@ -613,10 +613,10 @@ class Overhanging(unittest.TestCase):
 
     SURFACES = "UP-ZMIN, LOW-ZMAX"
 
-    def run_block(self, start, bricks=2, surfaces=SURFACES, held="", options=()):
+    def run_block(self, start, elements=2, surfaces=SURFACES, held="", options=()):
         text = deck(
             block("LOW", 3, (0, 0, -1), (1, 1, 1)),
-            block("UP", bricks, (start, 0, 0), (1, 1, 1)),
+            block("UP", elements, (start, 0, 0), (1, 1, 1)),
             pair(surfaces, 0.3),
             "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 0.1\n*END STEP\n",
             held=f"LOW-ZMIN, 1, 3\n{held}",
@@ -658,8 +658,8 @@ class BetweenNodes(unittest.TestCase):
         places = [(x, y, z) for z in (0, 1) for y in (0.0, 1.0) for x in (0.0, 0.5, 1.0)]
         nodes = [f"{501 + i}, {x}, {y}, {slope * abs(x - 0.5) if z == 0 else 1.0}"
                  for i, (x, y, z) in enumerate(places)]  # fmt: skip
-        bricks = [[501 + first + n for n in (0, 1, 4, 3, 6, 7, 10, 9)] for first in (0, 1)]
-        elements = [", ".join(map(str, [501 + e, *b])) for e, b in enumerate(bricks)]
+        corners = [[501 + first + n for n in (0, 1, 4, 3, 6, 7, 10, 9)] for first in (0, 1)]
+        elements = [", ".join(map(str, [501 + e, *b])) for e, b in enumerate(corners)]
         upper = ", ".join(str(507 + i) for i in range(6))
         return "\n".join([
             "*NODE", *nodes, "*ELEMENT, TYPE=C3D8, ELSET=ROOF", *elements,

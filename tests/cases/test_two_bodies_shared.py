@@ -48,7 +48,7 @@ class Independent(unittest.TestCase):
         return result
 
     def block_on_foundation(self, young, pressed, slid):
-        """Case ii: a cube of 4 bricks an edge on a foundation of 6, twice as large."""
+        """Case ii: a cube of 4 elements an edge on a foundation of 6, twice as large."""
         result = self.solve(
             deck(
                 block("UP", 4, (0, 0, 0), (1, 1, 1), young=STEEL),

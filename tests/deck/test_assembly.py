@@ -162,7 +162,7 @@ class Instances(unittest.TestCase):
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             found = [
-                result.points, result.bricks, result.field("displacement", -1),
+                result.points, result.elements, result.field("displacement", -1),
                 [pair.resultant[-1] for pair in result.pairs.values()],
             ]
         return found, run

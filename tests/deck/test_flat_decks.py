@@ -75,7 +75,7 @@ class FlatDecks(unittest.TestCase):
         with one.result() as a, other.result() as b:
             self.assertGreater(len(a.points), 0)
             np.testing.assert_array_equal(a.points, b.points)
-            np.testing.assert_array_equal(a.bricks, b.bricks)
+            np.testing.assert_array_equal(a.elements, b.elements)
             np.testing.assert_array_equal(a.field("displacement", -1), b.field("displacement", -1))
             for pair in a.pairs.values():
                 found = b.pairs[pair.name]

@@ -223,14 +223,14 @@ class Hints(unittest.TestCase):
         )
         self.assertIn("better slave", self.solved(TWO, finer, graded))
 
-    def test_elements_that_are_no_bricks(self):
+    def test_elements_that_are_no_hexahedra(self):
         mesh = "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE={}, ELSET=T\n1, 1\n" + DECK
         for kind, hint in (
-            ("C3D4H", "bricks from Gmsh: Mesh.SubdivisionAlgorithm=2"),
+            ("C3D4H", "hexahedra from Gmsh: Mesh.SubdivisionAlgorithm=2"),
             ("C3D10", "Mesh.ElementOrder=1, and Mesh.SubdivisionAlgorithm=2"),
             ("C3D20R", "Mesh.ElementOrder=1; C3D8I bends as quadratic ones do"),
             ("C3D27", "Mesh.ElementOrder=1; C3D8I bends"),
-            ("C3D6H", "bricks from Gmsh"),
+            ("C3D6H", "hexahedra from Gmsh"),
             ("C3D8Q", "did you mean C3D8?"),
         ):
             with self.subTest(kind=kind):

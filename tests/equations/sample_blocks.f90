@@ -1,4 +1,4 @@
-!> Small blocks of bricks for the tests of this folder.
+!> Small blocks of elements for the tests of this folder.
 module sample_blocks
   use kinds_mod, only: wp
   use material_law_mod, only: new_law
@@ -14,8 +14,8 @@ module sample_blocks
 
 contains
 
-  !> n(1) x n(2) x n(3) bricks filling 2 x 1 x 1.5, their nodes moved at random by at most a fifth
-  !> of a brick.
+  !> n(1) x n(2) x n(3) elements filling 2 x 1 x 1.5, their nodes moved at random by at most a fifth
+  !> of an element.
   function sample_block(n) result(mesh)
     integer, intent(in) :: n(3)
     type(mesh_t) :: mesh

@@ -47,7 +47,7 @@ class Joiner:
         return float(self.rng.uniform(low, high))
 
     def node(self, place):
-        """A node without bricks."""
+        """A node without elements."""
         self.points.append(np.asarray(place, dtype=float))
         self.ids.append(max(self.ids) + int(self.rng.integers(1, 9)))
         self.scene.loose.append(len(self.points) - 1)

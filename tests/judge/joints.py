@@ -52,7 +52,7 @@ class Joints:
         """A reference node goes with its surface: the fit of a rigid motion, weighed by area."""
         scene = self.scene
         rows = scene.side_rows(one.part, one.side)
-        share = scene.bricks().node_areas(scene.parts[one.part].sides[one.side])[rows]
+        share = scene.elements().node_areas(scene.parts[one.part].sides[one.side])[rows]
         share /= share.sum()
         middle = share @ scene.points[rows]
         arm = scene.points[rows] - middle

@@ -255,7 +255,7 @@ class Judge:
                    (stored.u, stored.supports, stored.contact_force)):  # fmt: skip
             self.note("numbers that are none", row, np.inf, 0)
             return
-        self.note("inside out", row, -scene.bricks().least_volume(u), 0)
+        self.note("inside out", row, -scene.elements().least_volume(u), 0)
         supports, loads = self.path.supports(time), self.path.loads(time)
         held = np.zeros(u.shape, dtype=bool)
         for node, dof in supports:
@@ -284,7 +284,7 @@ class Judge:
                                stored.contact_force[row], pressed)  # fmt: skip
         # A hindered expansion is a load like others: its forces are a measure, too.
         thermal = self.path.thermal(time)
-        internal = scene.bricks().internal_force(u) - thermal
+        internal = scene.elements().internal_force(u) - thermal
         residual = internal - loads - pressed
         self.check_ties(row, u, held)
         self.joints = Joints(scene, held)
@@ -301,12 +301,12 @@ class Judge:
         before_it, self.pressed_before = LET_GO * self.pressed_before, pressed
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
         length = max(np.linalg.norm(u - before, axis=1).max(), spread, self.moved_alone(pressed))
-        self.least = NOTHING * scene.bricks().node_size().max() * length
+        self.least = NOTHING * scene.elements().node_size().max() * length
         force = max(force, self.least)
 
         # What the rounding of places before surfaces makes of forces, where nothing is loaded.
         rounded = max((p["rounding"].max() for p in points if p["placed"] is not None), default=0)
-        self.places_lost = scene.bricks().node_size() * rounded
+        self.places_lost = scene.elements().node_size() * rounded
         acting = np.max([np.linalg.norm(f, axis=1) for f in (internal, loads, pressed)], axis=0)
         far = np.maximum(np.abs(u), np.abs(before))
         self.goes_along = [
@@ -665,7 +665,7 @@ class Judge:
         `far`: how far each node has been from its place, at either end of the increment.
         """
         imbalance = np.linalg.norm(np.where(held, 0.0, residual), axis=1)
-        rounding = self.ties.spread(self.joints.spread(self.scene.bricks().rounding(far)))
+        rounding = self.ties.spread(self.joints.spread(self.scene.elements().rounding(far)))
         for reference in self.scene.references():
             rounding[reference] = 0.0
         # Bodies that move as a whole have forces of rounding alone. Beside a force that is more
@@ -697,9 +697,9 @@ class Judge:
         """Whether nothing deforms a body, and it goes as a rigid motion to what is allowed.
 
         Nothing loads it, nothing presses on it, and its supports go as one. Rounding of its stiff
-        bricks may then leave more force in soft ones than that of their own displacements.
+        elements may then leave more force in soft ones than that of their own displacements.
         """
-        rest = NOISE * self.scene.bricks().rounding(far)[rows]
+        rest = NOISE * self.scene.elements().rounding(far)[rows]
         if np.any(loads[rows]) or np.any(np.linalg.norm(pressed[rows], axis=1) > rest):
             return False
         arm = self.scene.points[rows] - self.scene.points[rows].mean(axis=0)
@@ -720,7 +720,7 @@ class Judge:
     def check_stored_forces(self, row, u, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""
         stored = self.stored
-        rounding = self.joints.spread(self.scene.bricks().rounding(u))
+        rounding = self.joints.spread(self.scene.elements().rounding(u))
         rounding = 2 * self.ties.spread(rounding)[:, None]
         allowed = self.allowed * max(force, np.abs(stored.supports[row]).max(initial=0)) + rounding
         allowed = allowed + self.tie_doubt
@@ -743,7 +743,7 @@ class Judge:
         `joined`: forces of equations, couplings and supports along local directions on nodes.
         """
         supports = self.stored.supports[row]
-        rounding = self.joints.spread(self.scene.bricks().rounding(far))
+        rounding = self.joints.spread(self.scene.elements().rounding(far))
         groups = [(rows, 6) for rows in self.body_rows]
         # Where forces of a tie act is known as well as its weights are.
         groups += [(np.array([r]), 3) for r in self.scene.references()]
@@ -780,7 +780,7 @@ class Judge:
 
         Where loads act on the very nodes that contact holds all displacements are rounding.
         """
-        size = self.scene.bricks().node_size()
+        size = self.scene.elements().node_size()
         strength = np.linalg.norm(pressed, axis=1)
         return np.divide(strength, size, out=np.zeros(len(size)), where=size > 0).max()
 
@@ -792,7 +792,7 @@ class Judge:
         """
         if not points:
             return force
-        rounding = self.scene.bricks().rounding(far) + self.places_lost
+        rounding = self.scene.elements().rounding(far) + self.places_lost
         if not self.strict and np.all(acting[self.mesh] <= rounding[self.mesh]):
             return np.inf
         slaves = np.concatenate([p["rows"] for p in points])
@@ -919,7 +919,7 @@ class Judge:
         work = [np.sum(f * u) for f in (stiff, *forces)]
         size = sum(np.sum(np.abs(f * u)) for f in (stiff, *forces))
         # Where supports take the loads at once displacements are rounding.
-        lost = np.sum(self.scene.bricks().rounding(u)) + self.allowed * force + self.tie_doubt
+        lost = np.sum(self.scene.elements().rounding(u)) + self.allowed * force + self.tie_doubt
         self.note("work of nodal forces wrong by", row, abs(work[0] - sum(work[1:])),
                   self.allowed * size + lost * np.abs(u).max() + TINY)  # fmt: skip
 

@@ -29,19 +29,19 @@ class LoadPath:
 
     def __init__(self, scene):
         self.scene = scene
-        bricks = scene.bricks()
+        elements = scene.elements()
         self.pressure_forces, self.weights = {}, {}
         for step in scene.steps:
             for one in step.pressures:
                 key = (one.part, one.side)
                 if key not in self.pressure_forces:
                     faces = scene.parts[one.part].sides[one.side]
-                    self.pressure_forces[key] = bricks.pressure_force(faces)
+                    self.pressure_forces[key] = elements.pressure_force(faces)
             for one in step.gravity:
                 if one.part not in self.weights:
                     density = [scene.materials[m].density or 0.0 for m in scene.material]
-                    which = np.asarray(scene.parts[one.part].bricks)
-                    self.weights[one.part] = bricks.weights(density, which)
+                    which = np.asarray(scene.parts[one.part].elements)
+                    self.weights[one.part] = elements.weights(density, which)
         self.expansion = [scene.materials[m].expansion or 0.0 for m in scene.material]
         self.warm = scene.first_temperature()  # at the end of the step before
         self.levels = {}  # place of a load -> its value at the end of the step before
@@ -154,7 +154,7 @@ class LoadPath:
         if not any(self.expansion):
             return np.zeros_like(self.scene.points)
         rise = self.temperatures(time) - self.scene.first_temperature()
-        return self.scene.bricks().thermal_force(self.expansion, rise)
+        return self.scene.elements().thermal_force(self.expansion, rise)
 
     def supports(self, time):
         """{(row, dof): (displacement, size of the terms it is made of, doubt from the time)}."""

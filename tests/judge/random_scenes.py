@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
-from bricks import CORNERS, FACES
+from elements import CORNERS, FACES
 from scenes import (
     CYLINDER,
     FACETS,
@@ -28,7 +28,7 @@ OUTWARD = {side: (1 if side.endswith("MAX") else -1) * np.eye(3)["XYZ".index(sid
 
 
 def turns_of_the_cube():
-    """The 24 ways to number a brick's nodes without turning it inside out."""
+    """The 24 ways to number an element's nodes without turning it inside out."""
     corners = CORNERS.astype(int)
     turns = []
     for axes in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
@@ -49,9 +49,9 @@ class Builder:
 
     def __init__(self, seed, rng):
         self.rng = rng
-        self.points, self.ids, self.bricks, self.brick_ids = [], [], [], []
+        self.points, self.ids, self.elements, self.element_ids = [], [], [], []
         self.scene = Scene(
-            seed, None, None, None, None, None, [], [], [], [], [], [], brick_ids=None
+            seed, None, None, None, None, None, [], [], [], [], [], [], element_ids=None
         )
 
     # -- draws --------------------------------------------------------------------------------
@@ -98,13 +98,13 @@ class Builder:
 
     def part(self, corner, size, cells, material, element=None, explicit=None, distorted=None,
              upper=None):  # fmt: skip
-        """A body; `upper` is the material of the upper half of its bricks."""
+        """A body; `upper` is the material of the upper half of its elements."""
         rng, scene = self.rng, self.scene
         element = element or self.pick(*ELEMENTS, p=[0.5, 0.3, 0.2])
         explicit = self.chance(0.55) if explicit is None else explicit
         distorted = (explicit and self.chance(0.6)) if distorted is None else distorted
         corner, size = np.asarray(corner, dtype=float), np.asarray(size, dtype=float)
-        first, first_brick = len(self.points), len(self.bricks)
+        first, first_element = len(self.points), len(self.elements)
         n = np.asarray(cells)
         axes = [np.arange(m + 1) / m for m in cells]
         for z in axes[2]:
@@ -125,7 +125,7 @@ class Builder:
             self.ids += range(start + 1, start + count + 1)
         row, layer = n[0] + 1, (n[0] + 1) * (n[1] + 1)
         turned = explicit and self.chance(0.5)
-        start = max(self.brick_ids, default=0)
+        start = max(self.element_ids, default=0)
         for k in range(n[2]):
             for j in range(n[1]):
                 for i in range(n[0]):
@@ -134,13 +134,13 @@ class Builder:
                     nodes = np.array(low + [b + layer for b in low])
                     if turned:
                         nodes = nodes[TURNS[rng.integers(24)]]
-                    self.bricks.append(nodes)
-        total = len(self.bricks) - first_brick
+                    self.elements.append(nodes)
+        total = len(self.elements) - first_element
         if explicit:
-            self.brick_ids += [int(i) for i in start + 1 + rng.permutation(2 * total)[:total]]
+            self.element_ids += [int(i) for i in start + 1 + rng.permutation(2 * total)[:total]]
         else:
-            self.brick_ids += range(start + 1, start + total + 1)
-        bricks = range(first_brick, len(self.bricks))
+            self.element_ids += range(start + 1, start + total + 1)
+        elements = range(first_element, len(self.elements))
         name = f"B{len(scene.parts)}"
         materials = [material] * total
         if upper is not None:
@@ -149,19 +149,19 @@ class Builder:
             explicit_ok = set(materials)
             assert len(explicit_ok) <= 2
         part = Part(name, element, explicit, tuple(int(c) for c in cells), corner, size,
-                    range(first, len(self.points)), bricks, {}, materials)  # fmt: skip
+                    range(first, len(self.points)), elements, {}, materials)  # fmt: skip
         part.sides = {side: self.side_faces(part, side) for side in SIDES}
         scene.parts.append(part)
         return len(scene.parts) - 1
 
     def side_faces(self, part, side):
-        """[(brick, face)] of a side."""
+        """[(element, face)] of a side."""
         nx, ny = (c + 1 for c in part.cells[:2])
         axis, last = "XYZ".index(side[0]), side.endswith("MAX")
         faces = []
-        for b in part.bricks:
+        for b in part.elements:
             for f, corners in enumerate(FACES):
-                local = self.bricks[b][list(corners)] - part.rows[0]
+                local = self.elements[b][list(corners)] - part.rows[0]
                 place = np.array([local % nx, local // nx % ny, local // (nx * ny)])[axis]
                 if np.all(place == (part.cells[axis] if last else 0)):
                     faces.append((b, f))
@@ -232,7 +232,7 @@ class Builder:
         """(rows, name) of the points of a side."""
         part_ = self.scene.parts[part]
         rows = sorted({int(r) for b, f in part_.sides[side]
-                       for r in self.bricks[b][list(FACES[f])]})  # fmt: skip
+                       for r in self.elements[b][list(FACES[f])]})  # fmt: skip
         return rows, f"{part_.name}-{side}"
 
     def hold(self, step, part, side, dofs, value=0.0, amplitude=None):
@@ -310,9 +310,9 @@ class Builder:
         scene.kind = kind
         scene.points = np.array(self.points)
         scene.ids = np.array(self.ids)
-        scene.nodes = np.array(self.bricks)
-        scene.brick_ids = np.array(self.brick_ids)
-        scene.types = np.concatenate([[p.element] * len(p.bricks) for p in scene.parts])
+        scene.nodes = np.array(self.elements)
+        scene.element_ids = np.array(self.element_ids)
+        scene.types = np.concatenate([[p.element] * len(p.elements) for p in scene.parts])
         scene.material = np.concatenate([p.material for p in scene.parts])
         return scene
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from between_nodes import covered_corners, unfelt_overlap
-from bricks import FACES
+from elements import FACES
 from joints import Joints
 from laws import Judge
 from least_squares import least_squares_in_cone
@@ -309,12 +309,12 @@ def confirm(scene, stored, message):
     except np.linalg.LinAlgError as error:
         return OPEN, f"the slow solver failed: {error}"
     if "inside out" in message:
-        least = scene.bricks().least_volume(found.u)
+        least = scene.elements().least_volume(found.u)
         return (CONFIRMED if least <= 0 else REFUTED), f"the least det(I + grad u) is {least:.2g}"
     findings = judge_solution(scene, path, increment, found, step, time, start)
-    force = max(np.abs(scene.bricks().internal_force(found.u)).max(), np.abs(loads).max())
-    lost = scene.bricks().rounding(found.u)
-    # Supports take what rounding makes of stiff bricks: not certified, whatever is found.
+    force = max(np.abs(scene.elements().internal_force(found.u)).max(), np.abs(loads).max())
+    lost = scene.elements().rounding(found.u)
+    # Supports take what rounding makes of stiff elements: not certified, whatever is found.
     carried = increment.body.joints.spread(lost)[increment.held.any(axis=1)].max(initial=0.0)
     if "not certified" in message and carried > 10 * scene.tolerance * force:
         return CONFIRMED, f"rounding in forces of supports is {carried / force:.1e} of the forces"
@@ -437,7 +437,7 @@ def gained_share(increment, solution, stored):
             old = force[order]
         across = moved[at] - np.einsum("pi,pi,pj->pj", moved[at], frames[at, 0], frames[at, 0])
         work += np.sum(new * across) - np.sum((old + new) * moved[at]) / 2
-    energy = np.sum(solution.u * scene.bricks().internal_force(solution.u)) / 2
+    energy = np.sum(solution.u * scene.elements().internal_force(solution.u)) / 2
     return work / energy if energy > 0 else 0.0
 
 
@@ -479,20 +479,20 @@ def prescribed_pull(increment):
 
 
 def judge_overlap(scene, increment, node, depth):
-    """Whether a node begins as deep in its master as is said, and that is more than a brick."""
+    """Whether a node begins as deep in its master as is said, and that is more than an element."""
     row = int(np.flatnonzero(np.asarray(scene.ids) == node)[0])
     gaps = increment.place(np.zeros_like(increment.before))[2]
     rows = np.array([r for _, r, *_ in increment.points])
     least = gaps[rows == row].min()
-    bricks = np.flatnonzero((np.asarray(scene.nodes) == row).any(axis=1))
+    elements = np.flatnonzero((np.asarray(scene.nodes) == row).any(axis=1))
     heights = []
-    for brick in bricks:
-        x = scene.points[np.asarray(scene.nodes)[brick]]
-        volume = float(scene.bricks().weight[brick].sum())
+    for element in elements:
+        x = scene.points[np.asarray(scene.nodes)[element]]
+        volume = float(scene.elements().weight[element].sum())
         for face in FACES:
             a, b, c, d = x[list(face)]
             heights.append(volume / (np.linalg.norm(np.cross(c - a, d - b)) / 2))
-    words = f"its gap is {least:.3g}, and bricks there are {min(heights):.3g} thick"
+    words = f"its gap is {least:.3g}, and elements there are {min(heights):.3g} thick"
     is_so = abs(least + depth) <= 0.01 * depth and depth > 0.9 * min(heights)
     return (CONFIRMED if is_so else REFUTED), words
 
@@ -551,7 +551,7 @@ def as_stored(scene, increment, solution, step, time):
             group["covered_area"] = seen.covered[None]
             group["least_gap"] = (seen.least + increment.added[rows])[None]
         pairs[scene.key_of(pair)] = group
-    residual = scene.bricks().internal_force(u) - increment.loads - pressed
+    residual = scene.elements().internal_force(u) - increment.loads - pressed
     residual, _ = Joints(scene, increment.held).hand_over(residual)
     residual, _ = Ties(scene).hand_over(residual, increment.held)
     supports = np.where(increment.held, residual, 0.0)

@@ -7,7 +7,7 @@ spheres and cylinders smaller than an element.
 
 import numpy as np
 from body_scenes import Stack, rough, stiffness_ratio
-from bricks import FACES
+from elements import FACES
 from joined_scenes import Joiner
 from random_scenes import Builder
 from scenes import (
@@ -36,7 +36,7 @@ class Rims(Builder):
         self.spot_nodes = []
 
     def cells(self, stack=None):
-        """Bricks along the axes; few along that of a stack."""
+        """Elements along the axes; few along that of a stack."""
         n = [self.pick(*DIVISIONS) for _ in range(3)]
         if stack is not None:
             n[stack.axis] = self.pick(1, 1, 2)
@@ -57,9 +57,9 @@ class Rims(Builder):
             p.sides[f"{name}{k}"] = faces
         return all(halves)
 
-    def face_rows(self, brick, face):
-        """The four rows of a face of a brick."""
-        return self.bricks[brick][list(FACES[face])]
+    def face_rows(self, element, face):
+        """The four rows of a face of an element."""
+        return self.elements[element][list(FACES[face])]
 
     def without(self, rows, *others):
         """Rows that are in no other list."""
@@ -251,7 +251,7 @@ def crack(b):
         ends = [place[i] < 1e-9 or (place[i] > 1 - 1e-9 and not one_sided) for i in edge]
         if any(ends):
             shared[other] = row
-    b.bricks = [np.array([shared.get(int(r), int(r)) for r in nodes]) for nodes in b.bricks]
+    b.elements = [np.array([shared.get(int(r), int(r)) for r in nodes]) for nodes in b.elements]
     gap = b.pick(0.0, 0.0, 1e-4) * stack.size
     rows, _ = b.side(high, stack.lower())
     for row in rows:
@@ -346,7 +346,7 @@ def corner(b):
         tool = walls_of_facets(b, body, kind, corners, walls, friction)
     else:
         tool = None
-        master = step_of_bricks(b, size, count, young * stiffness_ratio(b))
+        master = step_of_elements(b, size, count, young * stiffness_ratio(b))
         small = b.chance(0.2)
         for k in range(count):
             b.scene.pairs.append(Pair(body, "FOOT", None, friction, (master, f"STEP{k}"),
@@ -382,7 +382,7 @@ def corner(b):
     return f"corner of {count} walls" + ("" if tool is not None else " of a body")
 
 
-def step_of_bricks(b, size, count, young):
+def step_of_elements(b, size, count, young):
     """A body with a floor and one or two walls around the octant of positive coordinates."""
     thick, far = 0.5 * size, 1.3 * size
     n = [int(b.pick(1, 2, 3)) for _ in range(3)]
@@ -399,8 +399,8 @@ def step_of_bricks(b, size, count, young):
         local = at - first
         index = local % shape[0], local // shape[0] % shape[1], local // (shape[0] * shape[1])
         b.points[at] = np.array([lines[i][index[i]] for i in range(3)])
-    middles = {k: np.mean([b.points[r] for r in b.bricks[k]], axis=0) for k in p.bricks}
-    kept = [k for k in p.bricks if middles[k][2] < 0 or middles[k][1] < 0
+    middles = {k: np.mean([b.points[r] for r in b.elements[k]], axis=0) for k in p.elements}
+    kept = [k for k in p.elements if middles[k][2] < 0 or middles[k][1] < 0
             or (count == 3 and middles[k][0] < 0)]  # fmt: skip
     sides, walls = {}, [[] for _ in range(count)]
     for k in kept:
@@ -414,11 +414,11 @@ def step_of_bricks(b, size, count, young):
                     walls[wall].append((k, f))
             if np.ptp(places[:, 2]) == 0 and places[0, 2] < 0:
                 sides.setdefault("ZMIN", []).append((k, f))
-    # Bricks that are not there are the last ones: they are taken out of the lists.
-    number = {k: p.bricks[0] + i for i, k in enumerate(kept)}
-    b.bricks = b.bricks[: p.bricks[0]] + [b.bricks[k] for k in kept]
-    b.brick_ids = b.brick_ids[: p.bricks[0]] + [b.brick_ids[k] for k in kept]
-    p.bricks = range(p.bricks[0], p.bricks[0] + len(kept))
+    # Elements that are not there are the last ones: they are taken out of the lists.
+    number = {k: p.elements[0] + i for i, k in enumerate(kept)}
+    b.elements = b.elements[: p.elements[0]] + [b.elements[k] for k in kept]
+    b.element_ids = b.element_ids[: p.elements[0]] + [b.element_ids[k] for k in kept]
+    p.elements = range(p.elements[0], p.elements[0] + len(kept))
     p.material = p.material[: len(kept)]
     p.sides = {name: [(number[k], f) for k, f in faces] for name, faces in sides.items()}
     for k, wall in enumerate(walls):

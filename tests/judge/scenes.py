@@ -4,7 +4,7 @@ import struct
 from dataclasses import dataclass, field
 
 import numpy as np
-from bricks import FACES, Bricks
+from elements import FACES, Elements
 
 PLANE, SPHERE, CYLINDER = "PLANE", "SPHERE", "CYLINDER"
 FACETS, STL = "FACETS", "STL"
@@ -23,10 +23,10 @@ class Material:
 
 @dataclass
 class Part:
-    """A body: bricks on a grid, written as *BLOCK or as *NODE and *ELEMENT.
+    """A body: elements on a grid, written as *BLOCK or as *NODE and *ELEMENT.
 
-    `rows` are its points and `bricks` its bricks, as ranges of the scene's; `sides` the faces
-    [(brick, 0..5)] of its six sides by name (XMIN, ...).
+    `rows` are its points and `elements` its elements, as ranges of the scene's; `sides` the faces
+    [(element, 0..5)] of its six sides by name (XMIN, ...).
     """
 
     name: str
@@ -36,9 +36,9 @@ class Part:
     corner: np.ndarray
     size: np.ndarray
     rows: range
-    bricks: range
+    elements: range
     sides: dict
-    material: list  # of each brick
+    material: list  # of each element
 
 
 @dataclass
@@ -136,7 +136,7 @@ class Pressure:
 
 @dataclass
 class Gravity:
-    """An acceleration on the bricks of a part, along `direction` (of any length)."""
+    """An acceleration on the elements of a part, along `direction` (of any length)."""
 
     part: int
     value: float
@@ -231,7 +231,7 @@ class Scene:
     gaps: dict = field(default_factory=dict)  # (part, side) -> added gap
     controls: dict = field(default_factory=dict)
     precision: dict = field(default_factory=dict)
-    brick_ids: np.ndarray | None = None
+    element_ids: np.ndarray | None = None
     kind: str = ""
     ties: list = field(default_factory=list)
     exact: np.ndarray | None = None  # (N, 3) displacements at the end, where they are known
@@ -247,13 +247,13 @@ class Scene:
         """Of the contact solver."""
         return float(self.controls.get("TOLERANCE", 1e-8))
 
-    def bricks(self):
+    def elements(self):
         """The finite elements, made once."""
-        if not hasattr(self, "_bricks"):
+        if not hasattr(self, "_elements"):
             young = [self.materials[m].young for m in self.material]
             poisson = [self.materials[m].poisson for m in self.material]
-            self._bricks = Bricks(self.points, self.nodes, self.types, young, poisson)
-        return self._bricks
+            self._elements = Elements(self.points, self.nodes, self.types, young, poisson)
+        return self._elements
 
     def side_rows(self, part, side):
         """The points of a side of a part, sorted."""
@@ -271,7 +271,7 @@ class Scene:
         return bool(self.ties) or any(p.adjust is not None for p in self.pairs)
 
     def tied_bodies(self):
-        """The rows of each body: what bricks and ties connect."""
+        """The rows of each body: what elements and ties connect."""
         groups = [set(rows.tolist()) for rows in self.bodies()]
         for tie in self.ties:
             ends = [int(self.side_rows(*end)[0]) for end in (tie.slave, tie.master)]
@@ -282,7 +282,7 @@ class Scene:
         return [np.array(sorted(g)) for g in groups]
 
     def bodies(self):
-        """The rows of each body: what bricks connect."""
+        """The rows of each body: what elements connect."""
         body = np.full(len(self.points), -1)
         for nodes in self.nodes:
             known = sorted({b for b in body[nodes] if b >= 0})
@@ -409,15 +409,15 @@ class DeckWriter:
         for row in part.rows:
             self.add(f"{scene.ids[row]}, " + ", ".join(number(x) for x in scene.points[row]))
         self.add(f"*ELEMENT, TYPE={part.element}, ELSET={part.name}")
-        for brick in part.bricks:
-            ids = ", ".join(str(i) for i in scene.ids[scene.nodes[brick]])
-            self.add(f"{scene.brick_ids[brick]}, {ids}")
+        for element in part.elements:
+            ids = ", ".join(str(i) for i in scene.ids[scene.nodes[element]])
+            self.add(f"{scene.element_ids[element]}, {ids}")
         index = scene.parts.index(part)
         for side, faces in part.sides.items():
             self.add(f"*NSET, NSET={part.name}-{side}")
             self.add(*listed(scene.ids[scene.side_rows(index, side)]))
             self.add(f"*SURFACE, NAME={part.name}-{side}")
-            self.add(*[f"{scene.brick_ids[b]}, S{f + 1}" for b, f in faces])
+            self.add(*[f"{scene.element_ids[b]}, S{f + 1}" for b, f in faces])
 
     def write_references(self):
         scene = self.scene
@@ -443,8 +443,8 @@ class DeckWriter:
                 if len(kinds) > 1:
                     name = f"{part.name}-M{m}"
                     chosen = [
-                        scene.brick_ids[b]
-                        for b, other in zip(part.bricks, part.material, strict=True)
+                        scene.element_ids[b]
+                        for b, other in zip(part.elements, part.material, strict=True)
                         if other == m
                     ]
                     self.add(f"*ELSET, ELSET={name}", *listed(chosen))
@@ -521,7 +521,7 @@ class DeckWriter:
         for row in one.corner_rows:
             self.add(f"{scene.ids[row]}, " + ", ".join(number(x) for x in scene.points[row]))
         number_of = [o is one for o in scene.obstacles].index(True)
-        first = int(scene.brick_ids.max()) + 1 + 1000 * number_of
+        first = int(scene.element_ids.max()) + 1 + 1000 * number_of
         for size in (3, 4):
             chosen = [(i, f) for i, f in enumerate(one.facets) if len(f) == size]
             if chosen:
@@ -576,8 +576,8 @@ class DeckWriter:
             part = self.scene.parts[one.part]
             if one.by_faces:
                 card("*DLOAD", one.amplitude)
-                for brick, face in part.sides[one.side]:
-                    self.add(f"{self.scene.brick_ids[brick]}, P{face + 1}, {number(one.value)}")
+                for element, face in part.sides[one.side]:
+                    self.add(f"{self.scene.element_ids[element]}, P{face + 1}, {number(one.value)}")
             else:
                 card("*DSLOAD", one.amplitude)
                 self.add(f"{part.name}-{one.side}, P, {number(one.value)}")

@@ -48,8 +48,8 @@ class Body:
 
     def __init__(self, scene, held):
         self.scene = scene
-        bricks = scene.bricks()
-        self.stiffness = bricks.stiffness()
+        elements = scene.elements()
+        self.stiffness = elements.stiffness()
         self.joints = joints = Joints(scene, held)
         self.ties = ties = Ties(scene).all
         self.tied = [~held[tie.rows] for tie in ties]
@@ -526,7 +526,7 @@ class Problem(Contact):
         """`force` (P, 3): reactions that act at `u` already; the new ones are found beside them."""
         self.increment = increment
         body, scene = increment.body, increment.scene
-        bricks = scene.bricks()
+        elements = scene.elements()
         b, self.frames, gaps, counts = increment.place(u)
         off = ~counts.ravel()
         self.known = np.where(counts, np.einsum("pki,pi->pk", self.frames, force), 0.0).ravel()
@@ -535,17 +535,17 @@ class Problem(Contact):
         base = np.where(increment.held, increment.target, u).ravel()
         if body.follow is not None:
             base = body.complete(base.reshape(u.shape)).ravel()
-        elastic = bricks.internal_force(base.reshape(u.shape))
+        elastic = elements.internal_force(base.reshape(u.shape))
         q = body.motions.T @ body.reduced((increment.loads - elastic).ravel())
         # Less than this is rounding of loads that balance, motion by motion: bodies differ.
         behind = body.reduced((np.abs(increment.loads) + np.abs(elastic)).ravel())
         behind = np.abs(body.motions).T @ behind
         q[np.abs(q) <= 1e-13 * behind] = 0.0
         for _ in range(3):
-            left = pressed - body.reduced(bricks.internal_force(base.reshape(u.shape)).ravel())
+            left = pressed - body.reduced(elements.internal_force(base.reshape(u.shape)).ravel())
             base += body.spread(body.solve(body.balanced(left)))
         self.base = base.reshape(u.shape)
-        acting = np.maximum(np.abs(increment.loads), np.abs(bricks.internal_force(self.base)))
+        acting = np.maximum(np.abs(increment.loads), np.abs(elements.internal_force(self.base)))
         self.response = body.solve(b.T)
         w = b @ self.response
         relative = increment.relative(self.base)

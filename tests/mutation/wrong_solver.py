@@ -49,14 +49,14 @@ MISTAKES = [
     ),
     Mistake(
         "shear forces with the wrong sign, C3D8",
-        "elements/brick8.f90",
+        "elements/hexahedron8.f90",
         "f(1, a) = f(1, a) + s(1)*d(1) + s(4)*d(2)",
         "f(1, a) = f(1, a) + s(1)*d(1) - s(4)*d(2)",
         f"{BLOCK}, {BODIES}",
     ),
     Mistake(
         "internal forces 1e-6 too large",
-        "elements/brick8.f90",
+        "elements/hexahedron8.f90",
         "s = weight(g)*stress(:, g)",
         "s = 1.000001_wp*weight(g)*stress(:, g)",
         f"{BLOCK}, {BODIES}",

@@ -95,7 +95,7 @@ class SameForces(unittest.TestCase):
 
     def test_the_block_with_a_larger_mesh(self):
         _, together = self.check((2,), INPUT / "block.inp", n=8, steps=10, **AUTO)
-        self.assertLessEqual(counters(together[0])["brick_stiffnesses"], 4)
+        self.assertLessEqual(counters(together[0])["element_stiffnesses"], 4)
 
     def test_sweeps(self):
         self.check((2,), INPUT / "block.inp", n=4, steps=10, tolerance=1e-12)
@@ -164,7 +164,7 @@ class SameForces(unittest.TestCase):
                         error = np.abs(found[name][:] - expected[name][:]).max()
                         self.assertLess(error, 1e-9 * largest, name)
 
-    def test_fewer_bricks_than_ranks(self):
+    def test_fewer_elements_than_ranks(self):
         self.check((3,), INPUT / "block.inp", n=1, steps=10, **AUTO)
 
     def test_a_curved_obstacle(self):

@@ -13,7 +13,7 @@ from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
 # Runs on four meshes, one after the other.
 SOUGHT = Case(INPUT / "block.inp", "--accuracy", "0.02", steps=25, solver="AUTO", local="AUTO")
-# Runs of which the last ones have smaller bricks where contact is.
+# Runs of which the last ones have smaller elements where contact is.
 SMALL_CONTACT = Case(INPUT.parent / "tests" / "reliability" / "small_contact.inp")
 # The same within a bound of the memory, which may choose other meshes another time.
 BOUNDED = Case(
@@ -73,7 +73,7 @@ class Signals(Folder):
         """Killed at any change of the file, on any mesh: in the end the same to the last bit."""
         self.check_search(SOUGHT, 11, 0)
 
-    def test_a_search_that_cuts_bricks_at_contact_goes_on(self):
+    def test_a_search_that_cuts_elements_at_contact_goes_on(self):
         self.check_search(SMALL_CONTACT, 10, 3, (0.5, 0.95))
 
     def check_search(self, case, n_runs, cuts, parts=(0.2, 0.5, 0.9)):
@@ -83,7 +83,7 @@ class Signals(Folder):
         with h5py.File(other / NAME) as file:
             names = [n for n in file["accuracy"] if n != "processor_time"]
             accuracy = {n: file["accuracy"][n][()] for n in names}
-            self.assertEqual(len(accuracy["brick_size"]), n_runs)
+            self.assertEqual(len(accuracy["element_size"]), n_runs)
             self.assertEqual(accuracy["cuts"][-1], cuts)
         for part in parts:
             self.path.unlink(missing_ok=True)
@@ -113,9 +113,9 @@ class Signals(Folder):
                 group = file["accuracy"]
                 self.assertEqual(group.attrs["reached"], 1)
                 self.assertEqual(group.attrs["memory_allowed"], 60e6)
-                bricks = group["bricks"][:]
-                self.assertTrue((bricks[1:] > bricks[:-1]).all())
-                self.assertEqual(file["VTKHDF/CellData/element_id"].shape, (bricks[-1],))
+                elements = group["elements"][:]
+                self.assertTrue((elements[1:] > elements[:-1]).all())
+                self.assertEqual(file["VTKHDF/CellData/element_id"].shape, (elements[-1],))
         self.assertFalse(all(ended))
         self.assertGreater(len(ended), 1)
 

@@ -281,7 +281,7 @@ class Page(unittest.TestCase):
 
     def test_accuracy(self):
         listed = listed_shapes(section("/accuracy"))
-        runs = len(self.asked["accuracy/bricks"])
+        runs = len(self.asked["accuracy/elements"])
         self.check("accuracy", listed, {"K": runs, "T": 2, "C": 8}, self.asked)
         text = section("/accuracy")
         for name in self.asked["accuracy"].attrs:

@@ -257,7 +257,7 @@ S, E
         np.testing.assert_allclose(at_points.mean(axis=1), mean, rtol=1e-12, atol=1e-8)
 
     def test_gauss_points_are_placed_like_nodes(self):
-        """On a box, trilinear through the Gauss points gives the nodes, averaged over bricks."""
+        """On a box, trilinear through the Gauss points gives the nodes, averaged over elements."""
         values = self.block("CellData", "stress_gauss_points", STEPS - 1).reshape(-1, 8, 6)
         nodes = self.vtkhdf["Connectivity"][:].reshape(-1, 8)
         points = self.vtkhdf["Points"][:]
@@ -272,7 +272,7 @@ S, E
 class ReferenceNodes(ResultFile):
     """A far tool, a grip and a node of an equation: no reader of the mesh sees their nodes."""
 
-    # Nodes without bricks stand before, between and behind those of the two bricks.
+    # Nodes without elements stand before, between and behind those of the two elements.
     DECK = """*NODE
 900, 50., 50., 90.
 1, 0., 0., 0.
@@ -346,15 +346,15 @@ U, RF
         (at,) = np.flatnonzero(nodes["node_id"][:] == number)
         return nodes[name][:STEPS, at]
 
-    def test_the_mesh_holds_the_nodes_of_bricks_in_their_order(self):
+    def test_the_mesh_holds_the_nodes_of_elements_in_their_order(self):
         ids = self.vtkhdf["PointData/node_id"][:]
         self.assertEqual(ids.tolist(), [*range(1, 9), *range(11, 15)])
         points = self.vtkhdf["Points"][:]
         self.assertEqual(len(points), 12)
         np.testing.assert_array_equal(points[ids == 14], [[1, 1, 2]])
-        bricks = ids[self.vtkhdf["Connectivity"][:]].reshape(-1, 8)
+        elements = ids[self.vtkhdf["Connectivity"][:]].reshape(-1, 8)
         self.assertEqual(
-            bricks.tolist(), [[1, 2, 4, 3, 5, 6, 8, 7], [5, 6, 8, 7, 11, 12, 14, 13]]
+            elements.tolist(), [[1, 2, 4, 3, 5, 6, 8, 7], [5, 6, 8, 7, 11, 12, 14, 13]]
         )
         # Slave nodes and the node with the largest residual are rows of these points.
         (pair,) = self.file["contact"].values()
@@ -381,7 +381,7 @@ U, RF
         self.assertTrue((np.diff(way[:, 2]) < 0).all())
         np.testing.assert_array_equal(self.of_node("displacement", 902), 0)
         np.testing.assert_array_equal(self.of_node("rotation", 902), 0)
-        # The equation: so far two nodes of the brick part.
+        # The equation: so far two nodes of the element part.
         says = self.of_node("displacement", 903)
         np.testing.assert_allclose(says[:, 0], 0.02 * time, rtol=1e-14)
         np.testing.assert_array_equal(says[:, 1:], 0)

@@ -40,7 +40,7 @@ module block_scene
 
 contains
 
-  !> A block of n(1) x n(2) x n(3) bricks, E = 210000, its bottom at z = 0 before the plane z = 0;
+  !> A block of n(1) x n(2) x n(3) elements, E = 210000, its bottom at z = 0 before the plane z = 0;
   !> no steps yet.
   function new_scene(n, length, nu, mu) result(scene)
     integer, intent(in) :: n(3)

@@ -1,4 +1,4 @@
-!> Blocks of bricks for the tests of several folders.
+!> Blocks of elements for the tests of several folders.
 module sample_meshes
   use kinds_mod, only: wp
   use connectivity_mod, only: connectivity_t, make_hexahedra, nodes_of_face
@@ -11,9 +11,9 @@ module sample_meshes
 
 contains
 
-  !> A block; with `distortion` its nodes are moved at random by at most half of that of a brick.
+  !> A block; with `distortion` its nodes are moved at random by at most half of that of an element.
   function sample_mesh(n, edge, distortion) result(mesh)
-    integer, intent(in) :: n(3)          !! bricks along each axis
+    integer, intent(in) :: n(3)          !! elements along each axis
     real(wp), intent(in) :: edge(3)      !! of the block
     real(wp), intent(in) :: distortion
     type(mesh_t) :: mesh

@@ -8,8 +8,8 @@ FRICTION = 0.25
 UNFINISHED = 1  # rows that a run was still writing when it was stopped
 
 
-def brick_mesh(nx, ny, nz):
-    """Return points and bricks of unit cubes, x fastest."""
+def element_mesh(nx, ny, nz):
+    """Return points and elements of unit cubes, x fastest."""
     axes = [np.arange(count + 1.0) for count in (nz, ny, nx)]
     z, y, x = np.meshgrid(*axes, indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
@@ -30,11 +30,11 @@ def write(path, size=(2, 1, 1), finished=3, field_increments=None, stress_on=("C
     stress of increment i is -10 i along z on elements ("Cell" in `stress_on`), twice that on nodes
     ("Point"). With `tool` there is a reference node 900, far above, which goes so far down a time.
     """
-    points, bricks = brick_mesh(*size)
+    points, elements = element_mesh(*size)
     rows = finished + UNFINISHED
     stored = list(range(finished) if field_increments is None else field_increments)
     with h5py.File(path, "w") as file:
-        write_grid(file, points, bricks, stored, stress_on)
+        write_grid(file, points, elements, stored, stress_on)
         write_history(file, rows, finished)
         run = file.create_group("run")
         run.attrs.update({"program": "bipot", "version": "0.1.0", "status": np.bytes_("finished")})
@@ -51,7 +51,7 @@ def with_unfinished(rows, shape=(), kind=float):
     return values
 
 
-def write_grid(file, points, bricks, stored, stress_on):
+def write_grid(file, points, elements, stored, stress_on):
     """Write the VTKHDF part with the fields of the rows in `stored` and one that is unfinished."""
     height = points[:, 2]
     shape = np.stack([0.01 * height, 0 * height, -0.01 * height], axis=1)
@@ -59,17 +59,17 @@ def write_grid(file, points, bricks, stored, stress_on):
     grid.attrs["Version"] = np.array([2, 0], dtype="i8")
     grid.attrs.create("Type", np.bytes_("UnstructuredGrid"))
     grid["NumberOfPoints"] = np.array([len(points)])
-    grid["NumberOfCells"] = np.array([len(bricks)])
-    grid["NumberOfConnectivityIds"] = np.array([bricks.size])
+    grid["NumberOfCells"] = np.array([len(elements)])
+    grid["NumberOfConnectivityIds"] = np.array([elements.size])
     grid["Points"] = points
-    grid["Connectivity"] = bricks.ravel()
-    grid["Offsets"] = np.arange(0, bricks.size + 1, 8)
-    grid["Types"] = np.full(len(bricks), 12, dtype="u1")
+    grid["Connectivity"] = elements.ravel()
+    grid["Offsets"] = np.arange(0, elements.size + 1, 8)
+    grid["Types"] = np.full(len(elements), 12, dtype="u1")
 
     displacement = [(row + 1) * shape for row in stored] + [0 * shape + 99] * UNFINISHED
     grid["PointData/displacement"] = np.concatenate(displacement)
     grid["PointData/node_id"] = (100 + np.arange(len(points))).astype("i8")
-    grid["CellData/element_id"] = (1 + np.arange(len(bricks))).astype("i8")
+    grid["CellData/element_id"] = (1 + np.arange(len(elements))).astype("i8")
 
     steps = grid.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(len(stored))
@@ -78,7 +78,7 @@ def write_grid(file, points, bricks, stored, stress_on):
     steps["PointDataOffsets/displacement"] = np.arange(count) * len(points)
     steps["PointDataOffsets/node_id"] = np.zeros(count, dtype="i8")
     steps["CellDataOffsets/element_id"] = np.zeros(count, dtype="i8")
-    for kind, size, factor in (("Cell", len(bricks), 1), ("Point", len(points), 2)):
+    for kind, size, factor in (("Cell", len(elements), 1), ("Point", len(points), 2)):
         if kind not in stress_on:
             continue
         stress = np.zeros((size, 6))

@@ -213,7 +213,7 @@ class Translation(unittest.TestCase):
     def test_master_faces_lie_on_the_planes(self):
         scene = read_flat(PROGRAM, INPUT / "corner.inp", {})
         for plane, normal in zip(make_masters(scene), np.eye(3), strict=True):
-            upper = plane.places[plane.bricks[0, 4:]]
+            upper = plane.places[plane.elements[0, 4:]]
             np.testing.assert_allclose(upper @ normal, 0, atol=1e-12)
             outward = np.cross(upper[1] - upper[0], upper[2] - upper[1])
             np.testing.assert_allclose(outward / np.linalg.norm(outward), normal, atol=1e-12)
@@ -225,13 +225,13 @@ class Translation(unittest.TestCase):
             ring, = make_masters(scene)
             numbers = next(iter(scene.obstacles.values())).numbers
             axis = np.array(numbers[3:6]) / np.linalg.norm(numbers[3:6])
-            bricks = ring.places[ring.bricks] - numbers[:3]
-            upper = bricks[:, 4:]
+            elements = ring.places[ring.elements] - numbers[:3]
+            upper = elements[:, 4:]
             radial = upper - (upper @ axis)[..., None] * axis
             np.testing.assert_allclose(np.linalg.norm(radial, axis=2), numbers[6], rtol=1e-6)
             outward = np.cross(upper[:, 1] - upper[:, 0], upper[:, 2] - upper[:, 1])
             self.assertTrue((towards * (outward * radial[:, 0]).sum(axis=1) > 0).all())
-            edges = bricks[:, [1, 3, 4]] - bricks[:, :1]
+            edges = elements[:, [1, 3, 4]] - elements[:, :1]
             self.assertTrue((np.linalg.det(edges) > 0).all())
 
     def test_two_bodies_touch_surface_to_surface(self):
@@ -351,7 +351,7 @@ class ForGetFEM(unittest.TestCase):
         scene = read_flat(PROGRAM, INPUT / "block.inp", {"n": "2", "steps": "10", "theta": "0."})
         arrays = problem_arrays(scene)
         self.assertEqual(arrays["points"].shape, (27, 3))
-        corners = arrays["points"][arrays["bricks"][0]]
+        corners = arrays["points"][arrays["elements"][0]]
         np.testing.assert_allclose(corners[6] - corners[0], [0.5, 0.5, 0.5])
         np.testing.assert_allclose(
             arrays["lame"], np.tile([0.3 * 210000 / 1.3 / 0.4, 210000 / 2.6], (8, 1))
@@ -400,7 +400,7 @@ class ForGetFEM(unittest.TestCase):
 
 @unittest.skipIf(python_with_getfem() is None, "GetFEM is not installed")
 class GetFEM(unittest.TestCase):
-    """The peer itself: the same bricks and the same law."""
+    """The peer itself: the same elements and the same law."""
 
     def error(self, *settings):
         """Return the error of GetFEM's run of the block with these settings."""
@@ -415,7 +415,7 @@ class GetFEM(unittest.TestCase):
         self.assertEqual(len(rows), 1, done.stdout)
         return float(rows[0][6])
 
-    def test_it_has_the_same_bricks(self):
+    def test_it_has_the_same_elements(self):
         self.assertLess(self.error("n=2", "mu=0.", "nu=0.4"), 1e-10)
 
     def test_it_has_the_same_law(self):

@@ -18,7 +18,7 @@ sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 import synthetic_result  # noqa: E402
 from package import BLOCK, ROOT, WithFolder, bipot, needs, pressed_block  # noqa: E402
 
-# As Gmsh 4 writes it: a brick, and its lower face.
+# As Gmsh 4 writes it: an element, and its lower face.
 GMSH_41 = """$MeshFormat
 4.1 0 8
 $EndMeshFormat
@@ -65,7 +65,7 @@ $EndElements
 def same(test, one, other):
     """Check that two results are the same to the bit."""
     np.testing.assert_array_equal(one.points, other.points)
-    np.testing.assert_array_equal(one.bricks, other.bricks)
+    np.testing.assert_array_equal(one.elements, other.elements)
     test.assertEqual(one.pairs.names, other.pairs.names)
     for pair in one.pairs.values():
         np.testing.assert_array_equal(pair.reaction, other.pairs[pair.name].reaction)
@@ -118,7 +118,7 @@ class AsText(WithFolder):
         with self.assertRaisesRegex(ValueError, "give the ids of its new nodes"):
             deck.reference_node((0, 0, 1))
         deck.number_from(1000, 2000)
-        part = deck.mesh(synthetic_result.brick_mesh(1, 1, 1), name="MORE")
+        part = deck.mesh(synthetic_result.element_mesh(1, 1, 1), name="MORE")
         self.assertEqual((part.node_ids[0], part.element_ids.tolist()), (1000, [2000]))
 
     def test_files_that_a_deck_names_are_found_wherever_it_is_written(self):
@@ -174,7 +174,7 @@ class AsText(WithFolder):
         deck.block("LOW", (2, "<n>", 1), (2, 1, 1), type="<word>", grow={"X": (2, "MIDDLE")})
         deck.block("HIGH", (1, 1, 1), (2, 1, 1), corner=(0, 0, 1), set="LID")
         deck.number_from(node=1, element=1)
-        part = deck.mesh(synthetic_result.brick_mesh(1, 1, 1), name="SIDE")
+        part = deck.mesh(synthetic_result.element_mesh(1, 1, 1), name="SIDE")
         deck.node_set("SOME", [*part.node_ids[:2], "LOW-ZMIN"])
         deck.element_set("ALL", ["LOW", "HIGH", "SIDE"])
         deck.surface("FOOT", part.faces(lambda x, n: n[:, 2] < -0.9))
@@ -244,8 +244,8 @@ class AsText(WithFolder):
 
     def test_names_with_blanks_and_commas(self):
         deck = bipot.Deck("Names", name="names")
-        points, bricks = synthetic_result.brick_mesh(1, 1, 1)
-        part = deck.mesh((points, bricks))
+        points, elements = synthetic_result.element_mesh(1, 1, 1)
+        part = deck.mesh((points, elements))
         deck.node_set("upper face, left", part.nodes(lambda x: x[:, 2] > 0.5))
         deck.node_set("all of it", ["upper face, left", *part.node_ids[:4]])
         deck.surface("under side", part.faces(lambda x, n: n[:, 2] < -0.5))
@@ -271,7 +271,7 @@ class Meshes(WithFolder):
         return result
 
     def test_arrays_are_a_mesh(self):
-        deck = self.press(synthetic_result.brick_mesh(2, 2, 1), "arrays")
+        deck = self.press(synthetic_result.element_mesh(2, 2, 1), "arrays")
         with bipot.run(deck, quiet=True) as result:
             expected = self.reference()
             np.testing.assert_array_equal(result.points, expected.points)
@@ -279,20 +279,20 @@ class Meshes(WithFolder):
                 result.pairs[0].resultant, expected.pairs[0].resultant, rtol=1e-12, atol=1e-8
             )
 
-    def test_bricks_that_stand_inside_out_are_turned(self):
-        points, bricks = synthetic_result.brick_mesh(2, 2, 1)
-        bricks[1] = bricks[1][[4, 5, 6, 7, 0, 1, 2, 3]]
-        with bipot.run(self.press((points, bricks), "turned"), quiet=True) as result:
+    def test_elements_that_stand_inside_out_are_turned(self):
+        points, elements = synthetic_result.element_mesh(2, 2, 1)
+        elements[1] = elements[1][[4, 5, 6, 7, 0, 1, 2, 3]]
+        with bipot.run(self.press((points, elements), "turned"), quiet=True) as result:
             np.testing.assert_allclose(
                 result.pairs[0].resultant, self.reference().pairs[0].resultant, rtol=1e-9, atol=1e-6
             )
 
-    def test_nodes_that_no_brick_has_are_left_out(self):
-        points, bricks = synthetic_result.brick_mesh(1, 1, 1)
+    def test_nodes_that_no_element_has_are_left_out(self):
+        points, elements = synthetic_result.element_mesh(1, 1, 1)
         points = np.concatenate([[[9.0, 9, 9]], points, [[9.0, 9, 9]]])
         deck = bipot.Deck()
         sets = {"ENDS": [0, 1, 9], "LOW": points[:, 2] == 0}
-        part = deck.mesh((points, bricks + 1), node_sets=sets)
+        part = deck.mesh((points, elements + 1), node_sets=sets)
         self.assertEqual(part.mesh.rows.tolist(), list(range(1, 9)))
         self.assertEqual(part.mesh.node_sets["ENDS"].tolist(), [0])
         self.assertEqual(part.mesh.node_sets["LOW"].tolist(), [0, 1, 2, 3])
@@ -300,7 +300,7 @@ class Meshes(WithFolder):
     def test_blocks_and_meshes_have_ids_of_their_own(self):
         deck = bipot.Deck("Two bodies", name="two")
         deck.block("TOP", (1, 1, 1), (1, 1, 1), corner=(0, 0, 1))
-        part = deck.mesh(synthetic_result.brick_mesh(1, 1, 1), name="LOWER")
+        part = deck.mesh(synthetic_result.element_mesh(1, 1, 1), name="LOWER")
         node = deck.reference_node((0, 0, 9))
         self.assertEqual((part.node_ids.tolist(), node), (list(range(1, 9)), 9))
         deck.material("M", 1.0, 0.3).section("M", "LOWER").section("M", "TOP")
@@ -308,33 +308,34 @@ class Meshes(WithFolder):
             deck.boundary("TOP", "PINNED")
             deck.boundary("LOWER", "PINNED")
         with bipot.run(deck, quiet=True) as result:
-            self.assertEqual((len(result.points), len(result.bricks)), (16, 2))
+            self.assertEqual((len(result.points), len(result.elements)), (16, 2))
 
-    def test_what_is_no_mesh_of_bricks(self):
-        points, bricks = synthetic_result.brick_mesh(1, 1, 1)
+    def test_what_is_no_mesh_of_elements(self):
+        points, elements = synthetic_result.element_mesh(1, 1, 1)
         for wrong, words in (
-            ((points, bricks[:, :4]), "rows of 8 whole numbers"),
-            ((points[:, :2], bricks), "3 coordinates"),
-            ((points, bricks + 1), "these go from 1 to 8"),
-            ((points * np.nan, bricks), "no numbers"),
-            ((points, bricks[:0]), "no bricks"),
+            ((points, elements[:, :4]), "rows of 8 whole numbers"),
+            ((points[:, :2], elements), "3 coordinates"),
+            ((points, elements + 1), "these go from 1 to 8"),
+            ((points * np.nan, elements), "no numbers"),
+            ((points, elements[:0]), "no elements"),
         ):
             with self.assertRaisesRegex(bipot.MeshError, words):
                 bipot.Deck().mesh(wrong)
         with self.assertRaisesRegex(TypeError, "not int"):
             bipot.Deck().mesh(7)
         with self.assertRaisesRegex(ValueError, "rows must be from 0 to 0"):
-            bipot.Deck().mesh((points, bricks), element_sets={"X": [1]})
+            bipot.Deck().mesh((points, elements), element_sets={"X": [1]})
 
     @needs("meshio")
     def test_physical_groups_of_gmsh(self):
         import meshio
 
-        points, bricks = synthetic_result.brick_mesh(2, 2, 1)
-        low = bricks[:, [0, 3, 2, 1]]
-        inside = bricks[:1, [1, 2, 6, 5]]  # between two bricks: of no surface
+        points, elements = synthetic_result.element_mesh(2, 2, 1)
+        low = elements[:, [0, 3, 2, 1]]
+        inside = elements[:1, [1, 2, 6, 5]]  # between two elements: of no surface
         high = np.flatnonzero(points[:, 2] == 1)[:, None]
-        cells = [("vertex", high), ("quad", np.concatenate([low, inside])), ("hexahedron", bricks)]
+        cells = [("vertex", high), ("quad", np.concatenate([low, inside])),
+                 ("hexahedron", elements)]  # fmt: skip
         numbers = [np.full(9, 4), np.array([7, 7, 7, 7, 8]), np.array([1, 1, 2, 2])]
         mesh = meshio.Mesh(
             points, cells, cell_data={"gmsh:physical": numbers, "gmsh:geometrical": numbers},
@@ -363,10 +364,10 @@ class Meshes(WithFolder):
                          {"block": [0]})
 
     @needs("meshio")
-    def test_meshes_of_other_solids_say_how_to_get_bricks(self):
+    def test_meshes_of_other_solids_say_how_to_get_elements(self):
         import meshio
 
-        points, _ = synthetic_result.brick_mesh(1, 1, 1)
+        points, _ = synthetic_result.element_mesh(1, 1, 1)
         tetrahedra = meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 4]]))])
         tetrahedra.write("tetra.msh", file_format="gmsh22", binary=False)
         for source in ("tetra.msh", tetrahedra):

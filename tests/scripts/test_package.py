@@ -39,7 +39,7 @@ class Names(unittest.TestCase):
             bipot.colour  # noqa: B018
 
     def test_what_is_public_has_types_and_words(self):
-        for module in ("brick_faces", "deck", "errors", "executable", "meshes", "parameter_study",
+        for module in ("element_faces", "deck", "errors", "executable", "meshes", "parameter_study",
                        "named_sets", "obstacle", "page", "pairs", "result", "running"):
             tree = ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))
             for node in ast.walk(tree):

@@ -237,7 +237,7 @@ class OfAnAccuracy(WithFolder):
         self.assertIn(f"mesh {short(runs.mesh)}, load steps {short(runs.load_steps)}", words)
         self.assertIn("0.2 was asked for and is reached", words)
         head, *rows = page.tables["estimates"]
-        self.assertEqual([int(row[1]) for row in rows], runs.bricks.tolist())
+        self.assertEqual([int(row[1]) for row in rows], runs.elements.tolist())
         self.assertNotIn("mesh", head)
 
 

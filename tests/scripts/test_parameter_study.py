@@ -51,7 +51,7 @@ class Studies(WithFolder):
             f"mu={mu},n={n}.vtkhdf" for mu in (0.1, 0.3) for n in (1, 2)
         ))
         with study.result(mu=0.3, n=2) as result:
-            self.assertEqual(len(result.bricks), 8)
+            self.assertEqual(len(result.elements), 8)
         with self.assertRaisesRegex(ValueError, "2 runs have"):
             study.result(n=2)
         with self.assertRaises(KeyError):
@@ -59,11 +59,11 @@ class Studies(WithFolder):
         self.assertIn("<th>ratio</th>", study._repr_html_())
 
     def test_refinements_are_varied_like_parameters(self):
-        """A block of n bricks refined is that of 2 n; runs that are there are known again."""
+        """A block of n elements refined is that of 2 n; runs that are there are known again."""
         vary = [{"n": 1, "--refine": 0}, {"n": 1, "--refine": 1}, {"n": 2, "--refine": 0}]
-        study = self.study(vary, evaluate=lambda result: {"bricks": len(result.bricks),
+        study = self.study(vary, evaluate=lambda result: {"elements": len(result.elements),
                                                           **pushed(result)})  # fmt: skip
-        self.assertEqual(study.column("bricks").tolist(), [1, 8, 8])
+        self.assertEqual(study.column("elements").tolist(), [1, 8, 8])
         self.assertEqual(next(iter(self.stamps())).count("refine="), 1)
         np.testing.assert_allclose(study.column("ratio")[1], study.column("ratio")[2], rtol=1e-8)
         stamps = self.stamps()
@@ -71,8 +71,8 @@ class Studies(WithFolder):
         self.assertEqual(self.stamps(), stamps)
         for refine in (0, 1):
             found = self.study({"n": [1]}, folder=f"all-{refine}", refine=refine,
-                               evaluate=lambda result: {"bricks": len(result.bricks)})  # fmt: skip
-            self.assertEqual(found.column("bricks").tolist(), [8**refine])
+                               evaluate=lambda run: {"elements": len(run.elements)})  # fmt: skip
+            self.assertEqual(found.column("elements").tolist(), [8**refine])
             self.study({"n": [1]}, folder=f"all-{refine}", refine=refine)
         with self.assertRaisesRegex(bipot.RefusedError, "with other parameters"):
             self.study({"n": [1]}, folder="all-1")

@@ -199,7 +199,7 @@ class Obstacles(WithFolder):
         bodies = Bodies(result, apart=True)
         self.assertTrue(bodies.apart)
         # On the screen the two have nothing in common: what is drawn across the pull is apart.
-        body = views.components(result.bricks, len(result.points))
+        body = views.components(result.elements, len(result.points))
         places = bodies.places(-1)
         pull = bodies.offset[pair.nodes[0]] - bodies.offset[pair.master_nodes[0]]
         across = pull - bodies.eye * (pull @ bodies.eye)
@@ -275,8 +275,8 @@ class Views(WithFolder):
                 self.assertGreater(views.towards_the_eye(*direction) @ normal, 0.3, normal)
 
     def test_bodies_are_counted(self):
-        bricks = np.array([np.arange(8), np.arange(4, 12), np.arange(12, 20)])
-        body = views.components(bricks, 20)
+        elements = np.array([np.arange(8), np.arange(4, 12), np.arange(12, 20)])
+        body = views.components(elements, 20)
         self.assertEqual(body.tolist(), [0] * 12 + [1] * 8)
 
 
@@ -380,7 +380,7 @@ class Accuracy(WithFolder):
             errors = result.field("mesh_error", -1, on="elements")
             bodies = Bodies(result)
             drawn = bodies.face_values(-1, "mesh_error")
-            np.testing.assert_array_equal(drawn[:, 0], errors[bodies.face_brick])
+            np.testing.assert_array_equal(drawn[:, 0], errors[bodies.face_element])
             self.assertGreater(drawn.max(), 0)
 
     def test_where_none_was_asked_for(self):

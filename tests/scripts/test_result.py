@@ -50,7 +50,7 @@ class ReaderTest(WithFolder):
         result = self.open()
         self.assertEqual(result.nearest_node((2.1, -0.1, 0.1)), 2)
         self.assertEqual(result.node(102), 2)
-        with self.assertRaisesRegex(ResultError, "bricks have no node 7$"):
+        with self.assertRaisesRegex(ResultError, "elements have no node 7$"):
             result.node(7)
 
     def test_reference_nodes_are_histories(self):
@@ -117,8 +117,8 @@ class ReaderTest(WithFolder):
             result.field("stress", 0)
         with self.assertRaisesRegex(ResultError, "no field 'displacement' on elements"):
             result.field("displacement", 0, on="elements")
-        with self.assertRaisesRegex(ValueError, "not 'bricks'"):
-            result.field("stress", 0, on="bricks")
+        with self.assertRaisesRegex(ValueError, "not 'elements'"):
+            result.field("stress", 0, on="elements")
 
     def test_maps_sparse_fields_to_their_rows(self):
         synthetic_result.write(self.path, finished=5, field_increments=[1, 4])
@@ -126,13 +126,13 @@ class ReaderTest(WithFolder):
         self.assertEqual(result.field_rows.tolist(), [1, 4])
         self.assertEqual(result.label(4), "step 2, increment 4, time 2.5")
 
-    def test_a_mesh_of_other_cells_than_bricks(self):
-        # A wedge in place of the second brick.
+    def test_a_mesh_of_other_cells_than_elements(self):
+        # A wedge in place of the second element.
         with h5py.File(self.path, "r+") as file:
             grid = file["VTKHDF"]
-            bricks = grid["Connectivity"][()].reshape(2, 8)
+            elements = grid["Connectivity"][()].reshape(2, 8)
             for name, values in (
-                ("Connectivity", np.concatenate([bricks[0], bricks[1, [0, 1, 2, 4, 5, 6]]])),
+                ("Connectivity", np.concatenate([elements[0], elements[1, [0, 1, 2, 4, 5, 6]]])),
                 ("Offsets", np.array([0, 8, 14])), ("Types", np.array([12, 13], dtype="u1")),
             ):
                 del grid[name]
@@ -141,18 +141,18 @@ class ReaderTest(WithFolder):
         self.assertIn("12 nodes, 2 elements", result._repr_html_())
         self.assertEqual(result.element_ids.tolist(), [1, 2])
         np.testing.assert_allclose(result.field("stress", -1)[:, 2], [-30] * 2)
-        with self.assertRaisesRegex(ResultError, "not all elements are bricks"):
-            _ = result.bricks
+        with self.assertRaisesRegex(ResultError, "not all elements are C3D8"):
+            _ = result.elements
         if importlib.util.find_spec("pyvista") is not None:
             grid = result.to_pyvista(-1)
             self.assertEqual(grid.celltypes.tolist(), [12, 13])
             self.assertAlmostEqual(abs(grid.volume), 1.5, places=12)
 
-    def test_boundary_of_two_bricks_has_ten_faces(self):
+    def test_boundary_of_two_elements_has_ten_faces(self):
         result = self.open()
-        faces, bricks = result.boundary
+        faces, elements = result.boundary
         self.assertEqual(faces.shape, (10, 4))
-        self.assertEqual(np.bincount(bricks).tolist(), [5, 5])
+        self.assertEqual(np.bincount(elements).tolist(), [5, 5])
         self.assertEqual(len(result.pairs[0].faces), 2)
 
     def test_boundary_normals_point_outward(self):

@@ -44,7 +44,7 @@ class Runs(WithFolder):
         self.assertTrue(result.path.is_file())
         again = bipot.run(BLOCK, n=1, steps=10, output="out/a.b/mu0.3", overwrite=True, quiet=True)
         with again:
-            self.assertEqual(len(again.bricks), 1)
+            self.assertEqual(len(again.elements), 1)
 
     def test_a_parameter_may_be_called_like_an_argument(self):
         deck = bipot.Deck("A parameter called output", name="odd")
@@ -54,7 +54,7 @@ class Runs(WithFolder):
         with deck.step():
             deck.boundary("BODY", "PINNED")
         with bipot.run(deck, parameters={"output": 3}, quiet=True) as result:
-            self.assertEqual(len(result.bricks), 3)
+            self.assertEqual(len(result.elements), 3)
 
     def test_notes_of_the_program_are_kept(self):
         self.assertTrue(any("finite strain may change" in note for note in self.run_block().notes))
@@ -206,7 +206,7 @@ class Plans(WithFolder):
         plan = bipot.plan(BLOCK, n=2, steps=10)
         result = self.run_block()
         estimates = result.estimates
-        self.assertEqual((plan.nodes, plan.bricks), (len(result.points), len(result.bricks)))
+        self.assertEqual((plan.nodes, plan.elements), (len(result.points), len(result.elements)))
         self.assertEqual(plan.equations, estimates["equations"])
         self.assertEqual(plan.increments, estimates["increments"])
         self.assertEqual(plan.contact_points, estimates["contact_points"])
@@ -225,7 +225,7 @@ class Plans(WithFolder):
         plan = bipot.plan(ROOT / "studies" / "plate.inp", n=500, layers=1, compliance="DENSE")
         self.assertFalse(plan.fits)
         self.assertIn("of memory", plan.message)
-        self.assertEqual((plan.bricks, plan.contact_points), (500**2, 501**2))
+        self.assertEqual((plan.elements, plan.contact_points), (500**2, 501**2))
 
     def test_a_deck_without_contact_has_no_points(self):
         plan = bipot.plan(ROOT / "input" / "cantilever.inp")
@@ -235,7 +235,7 @@ class Plans(WithFolder):
     def test_all_decks_have_their_numbers(self):
         for name in ("hertz", "stack", "foundation", "ssnv128"):
             plan = bipot.plan(ROOT / "input" / f"{name}.inp")
-            for number in (plan.nodes, plan.bricks, plan.equations, plan.increments,
+            for number in (plan.nodes, plan.elements, plan.equations, plan.increments,
                            plan.contact_points, plan.memory_bytes, plan.seconds, plan.file_bytes):
                 self.assertGreater(number, 0, f"{name}: {plan.text}")
 

@@ -134,7 +134,7 @@ class Small(unittest.TestCase):
         self.assertGreater(errors["1"], 1e-2)
 
     def test_meshes_are_refined_from_any_deck(self):
-        """The error falls with each refinement; it is that of the block with as many bricks."""
+        """The error falls with each refinement; it is that of the block with as many elements."""
         folder = self.folder / "refined"
         folder.mkdir()
         done = study(

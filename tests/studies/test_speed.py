@@ -126,7 +126,7 @@ class Runs(unittest.TestCase):
         rows = [cube(8, scene=scene, machine=f"a {scene}'s")
                 for scene in ("plate", "plate-dense")]
         text = "\n".join(speed.page(rows))
-        self.assertIn("three layers of bricks, on a plate's and a plate-dense's, whose", text)
+        self.assertIn("three layers of elements, on a plate's and a plate-dense's, whose", text)
         self.assertIn("; each line is one run.", text)
         self.assertIn("With the dense compliance", text)
 

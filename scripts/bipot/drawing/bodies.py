@@ -6,9 +6,9 @@ from matplotlib.colors import Normalize, to_rgb
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from bipot.brick_faces import face_normals
 from bipot.drawing import views
 from bipot.drawing.style import OBSTACLE, PLAIN, colour_bar, styled
+from bipot.element_faces import face_normals
 from bipot.result import von_mises
 
 # Small pieces make the colours of a coarse mesh smooth; more of them than this only cost time.
@@ -61,12 +61,12 @@ class Bodies:
 
     def __init__(self, result, scale=None, apart=False, close=False):
         self.result = result
-        self.faces, self.face_brick = result.boundary
+        self.faces, self.face_element = result.boundary
         self.stress_on = "elements" if "stress" in result.field_names[1] else "nodes"
         self.scale = self.choose_scale() if scale is None else scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
         self.offset = np.zeros(result.points.shape)
-        self.body = views.components(result.bricks, len(result.points))
+        self.body = views.components(result.elements, len(result.points))
         self.box = self.box_about_the_contact() if close else None
         self.direction = self.choose_direction(apart)
         self.eye = views.towards_the_eye(*self.direction)
@@ -85,11 +85,11 @@ class Bodies:
         return self.result.points + self.scale * self.displacement(index) + self.offset
 
     def mises(self, index):
-        """Return von Mises's stress of the bricks, or of the nodes where only they have it."""
+        """Return von Mises's stress of the elements, or of the nodes where only they have it."""
         return von_mises(self.result.field("stress", index, on=self.stress_on))
 
     def mesh_error(self, index):
-        """Return the error by the mesh of the bricks, an energy."""
+        """Return the error by the mesh of the elements, an energy."""
         return self.result.field("mesh_error", index, on="elements")
 
     def pressure(self, index, partly_covered=True):
@@ -252,10 +252,10 @@ class Bodies:
         if quantity == "stress":
             values = self.mises(index)
             if self.stress_on == "elements":
-                return np.repeat(values[self.face_brick, None], 4, axis=1)
+                return np.repeat(values[self.face_element, None], 4, axis=1)
             return values[self.faces]
         if quantity == "mesh_error":
-            return np.repeat(self.mesh_error(index)[self.face_brick, None], 4, axis=1)
+            return np.repeat(self.mesh_error(index)[self.face_element, None], 4, axis=1)
         if quantity == "pressure":
             return self.pressure(index)[self.faces]
         return np.linalg.norm(self.displacement(index), axis=1)[self.faces]

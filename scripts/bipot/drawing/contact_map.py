@@ -4,9 +4,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-from bipot.brick_faces import face_normals
 from bipot.drawing import views
 from bipot.drawing.style import COLOURS, GRID, INK, styled
+from bipot.element_faces import face_normals
 from bipot.result import OPEN, STATUS_NAMES
 
 MAX_ARROWS = 9  # along an edge of the map

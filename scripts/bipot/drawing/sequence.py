@@ -47,7 +47,7 @@ def draw_sequence(result):
         axes.axhline(sequence.wanted, color=INK, linewidth=0.8, linestyle=":", label="wanted")
     top = axes.get_xaxis_transform()
     for k, time in enumerate(seconds):
-        words = f"{sequence.bricks[k]}"
+        words = f"{sequence.elements[k]}"
         if sequence.cuts[k]:
             words += f", cut {sequence.cuts[k]}"
         if sequence.divisions[k] > 1:

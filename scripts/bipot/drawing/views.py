@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bipot.brick_faces import face_normals
+from bipot.element_faces import face_normals
 
 # The first view that is nearly as good as any is taken: from above, if the contact allows it.
 DIRECTIONS = [(el, az) for el in (24.0, -24.0) for az in (-58.0, 32.0, -148.0, 122.0)]
@@ -17,12 +17,12 @@ def towards_the_eye(elevation, azimuth):
     return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
 
 
-def components(bricks, count):
+def components(elements, count):
     """Return the number of the body (0, 1, ...) of each of `count` nodes."""
     label = np.arange(count)
     while True:
         least = label.copy()
-        np.minimum.at(least, bricks, label[bricks].min(axis=1)[:, None])
+        np.minimum.at(least, elements, label[elements].min(axis=1)[:, None])
         least = least[least]
         if np.array_equal(least, label):
             break

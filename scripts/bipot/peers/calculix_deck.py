@@ -1,7 +1,7 @@
 """Write the scene of a bipot deck for CalculiX (ccx), and read what ccx found.
 
-A rigid obstacle becomes bricks that cannot deform, fixed or tied to the obstacle's reference node:
-a plane the upper face of one large brick, a cylinder a ring of them. Contact with obstacles is node
+A rigid obstacle becomes elements that cannot deform, fixed or tied to its reference node: a
+plane the upper face of one large element, a cylinder a ring of them. Contact with obstacles is node
 to surface by a linear penalty with a stick slope for friction. Where a pair has two surfaces it is
 surface to surface by the same penalty, or mortar without one. The elements, increments and loads
 are those of the deck.
@@ -16,7 +16,7 @@ from bipot.peers.flat_deck import DeckError, Load, LoadCard, id_lines, number
 
 ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I"}
 NODES, SURFACES, MORTAR = "NODE TO SURFACE", "SURFACE TO SURFACE", "MORTAR"
-SECTORS = 2880  # bricks round a cylinder: they leave its mean radius by 2e-7 of it at most
+SECTORS = 2880  # elements round a cylinder: they leave its mean radius by 2e-7 of it at most
 
 
 @dataclass
@@ -31,13 +31,13 @@ class Penalty:
 
 @dataclass
 class Master:
-    """An obstacle as bricks, their upper faces on it; ids are its own."""
+    """An obstacle as elements, their upper faces on it; ids are its own."""
 
     pair: int
     first_node: int
     first_element: int
     places: np.ndarray  # (n, 3) of its nodes
-    bricks: np.ndarray  # (m, 8) rows of places, the upper face last
+    corners: np.ndarray  # (m, 8) rows of places, the upper face last
     ref_node: int | None
 
     @property
@@ -47,8 +47,8 @@ class Master:
 
     @property
     def elements(self):
-        """The ids of its bricks."""
-        return range(self.first_element, self.first_element + len(self.bricks))
+        """The ids of its elements."""
+        return range(self.first_element, self.first_element + len(self.corners))
 
 
 def check_translatable(scene):
@@ -77,8 +77,8 @@ def check_translatable(scene):
         raise DeckError("; ".join(reasons))
 
 
-def plane_bricks(obstacle, low, high, reach):
-    """Return places and bricks of a plane, `reach` wide about the box that bodies are in."""
+def plane_elements(obstacle, low, high, reach):
+    """Return places and elements of a plane, `reach` wide about the box that bodies are in."""
     point, normal = np.array(obstacle.numbers[:3]), np.array(obstacle.numbers[3:6])
     normal /= np.linalg.norm(normal)
     first, second = across(normal)
@@ -89,8 +89,8 @@ def plane_bricks(obstacle, low, high, reach):
     return np.concatenate([upper - reach * normal, upper]), np.arange(8)[None]
 
 
-def cylinder_bricks(obstacle, low, high, reach):
-    """Return places and bricks of a cylinder, as far along its axis as bodies can be."""
+def cylinder_elements(obstacle, low, high, reach):
+    """Return places and elements of a cylinder, as far along its axis as bodies can be."""
     point, axis = np.array(obstacle.numbers[:3]), np.array(obstacle.numbers[3:6])
     radius = obstacle.numbers[6]
     axis /= np.linalg.norm(axis)
@@ -109,11 +109,11 @@ def cylinder_bricks(obstacle, low, high, reach):
     sides = [here, beyond, beyond + SECTORS, upper]
     if obstacle.inner:
         sides = [lower, upper, beyond + SECTORS, beyond]
-    bricks = np.stack([*sides, *(side + 2 * SECTORS for side in sides)], axis=1)
-    return places, bricks
+    elements = np.stack([*sides, *(side + 2 * SECTORS for side in sides)], axis=1)
+    return places, elements
 
 
-SHAPES = {"PLANE": plane_bricks, "CYLINDER": cylinder_bricks}
+SHAPES = {"PLANE": plane_elements, "CYLINDER": cylinder_elements}
 
 
 def across(axis):
@@ -140,15 +140,15 @@ def make_masters(scene):
         if pair.master not in scene.obstacles:
             continue
         obstacle = scene.obstacles[pair.master]
-        places, bricks = SHAPES[obstacle.kind](obstacle, low, high, reach)
-        masters.append(Master(k, node, element, places, bricks, obstacle.ref_node))
+        places, elements = SHAPES[obstacle.kind](obstacle, low, high, reach)
+        masters.append(Master(k, node, element, places, elements, obstacle.ref_node))
         node += len(places)
-        element += len(bricks)
+        element += len(elements)
     return masters
 
 
 def contact_lines(scene, masters, penalty):
-    """Give the master bricks, surfaces, interactions and pairs."""
+    """Give the master elements, surfaces, interactions and pairs."""
     for master in masters:
         k = master.pair + 1
         yield "*NODE"
@@ -156,8 +156,8 @@ def contact_lines(scene, masters, penalty):
             yield f"{name}, " + ", ".join(f"{x:.12g}" for x in place)
         yield from id_lines(f"*NSET, NSET=OBSTACLE{k}", list(master.nodes))
         yield f"*ELEMENT, TYPE=C3D8, ELSET=OBSTACLE{k}"
-        for name, corners in zip(master.elements, master.bricks, strict=True):
-            yield f"{name}, " + ", ".join(str(master.first_node + c) for c in corners)
+        for name, places in zip(master.elements, master.corners, strict=True):
+            yield f"{name}, " + ", ".join(str(master.first_node + c) for c in places)
         yield f"*SOLID SECTION, ELSET=OBSTACLE{k}, MATERIAL=MATERIAL1"
         yield f"*SURFACE, NAME=MASTER{k}, TYPE=ELEMENT"
         yield from (f"{element}, S2" for element in master.elements)

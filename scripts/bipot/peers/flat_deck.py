@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bipot.brick_faces import BRICK_FACES, face_nodes, outer_faces
+from bipot.element_faces import ELEMENT_FACES, face_nodes, outer_faces
 from bipot.errors import RunError
 from bipot.running import flat
 
-BRICKS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
+ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
     ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
 )
 OTHER_SOLIDS = ("C3D6", "C3D4")
@@ -153,7 +153,7 @@ class Scene:
     def __init__(self):
         self.nodes = {}          # id: coordinates
         self.elements = {}       # id: (type, eight ids)
-        self.skipped = {}        # id: nodes of an element that is not a brick
+        self.skipped = {}        # id: nodes of a cell that is no hexahedron
         self.node_sets = {}
         self.element_sets = {}
         self.faces = {}          # surface: [(element, face)]
@@ -187,21 +187,21 @@ class Scene:
         found = {}
         for element, face in self.faces[surface]:
             corners = self.elements[element][1]
-            found.update(dict.fromkeys(corners[k] for k in BRICK_FACES[face - 1]))
+            found.update(dict.fromkeys(corners[k] for k in ELEMENT_FACES[face - 1]))
         return list(found)
 
     def find_faces(self, names):
         """Give surfaces and sets of nodes their faces: outer ones with all four nodes there."""
-        bricks = np.array([corners for _, corners in self.elements.values()]).reshape(-1, 8)
+        elements = np.array([corners for _, corners in self.elements.values()]).reshape(-1, 8)
         ids = list(self.elements)
-        faces = outer_faces(bricks)
-        corners = face_nodes(bricks, faces)
+        faces = outer_faces(elements)
+        corners = face_nodes(elements, faces)
         for name in names:
             if name not in self.node_surfaces and name not in self.node_sets:
                 continue
             inside = np.isin(corners, self.nodes_of(name)).all(axis=1)
             if inside.any():
-                self.faces[name] = [(ids[brick], int(face) + 1) for brick, face in faces[inside]]
+                self.faces[name] = [(ids[row], int(face) + 1) for row, face in faces[inside]]
 
     def elements_of(self, name):
         """Return the ids that a set of elements or an id names."""
@@ -226,12 +226,13 @@ class Scene:
         return {e: material for name, material in self.sections for e in self.elements_of(name)}
 
     def take_mesh(self, result):
-        """Take the coordinates from a result of the deck; DeckError where its bricks differ."""
+        """Take the coordinates from a result of the deck; DeckError where its elements differ."""
         ids = result.node_ids
         self.nodes |= dict(zip(ids.tolist(), result.points.tolist(), strict=True))
-        bricks = dict(zip(result.element_ids.tolist(), ids[result.bricks].tolist(), strict=True))
+        corners = ids[result.elements].tolist()
+        elements = dict(zip(result.element_ids.tolist(), corners, strict=True))
         ours = {name: list(corners) for name, (_, corners) in self.elements.items()}
-        if bricks != ours:
+        if elements != ours:
             raise DeckError("the mesh read from the deck is not the one in the result file")
 
     # The mesh as text.
@@ -296,14 +297,14 @@ def read_elements(card, scene):
     if kind in OTHER_SOLIDS:
         raise DeckError(f"elements of TYPE={kind} have no translation")
     numbers = [int(word) for row in card.rows for word in row if word]
-    # Of what is no brick the number of nodes is not known; such cards have a line an element.
+    # Of what is no element the number of nodes is not known; such cards have a line an element.
     rows = (
-        [numbers[k : k + 9] for k in range(0, len(numbers), 9)] if kind in BRICKS
+        [numbers[k : k + 9] for k in range(0, len(numbers), 9)] if kind in ELEMENTS
         else [[int(word) for word in row if word] for row in card.rows]
     )
     for name, *corners in rows:
-        if kind in BRICKS:
-            scene.elements[name] = (BRICKS[kind], corners)
+        if kind in ELEMENTS:
+            scene.elements[name] = (ELEMENTS[kind], corners)
         else:
             scene.skipped[name] = corners
     if "ELSET" in card.options:

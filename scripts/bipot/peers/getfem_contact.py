@@ -10,7 +10,7 @@ did not end.
 
 The unknowns of an increment are the free entries of the increment of displacement, so that friction
 acts on it, and the normal and tangential forces of every contact point: GetFEM's basic contact
-brick, in its first version, the augmented Lagrangian of Alart and Curnier. Forces are divided by
+element, in its first version, the augmented Lagrangian of Alart and Curnier. Forces are divided by
 the largest Young's modulus: GetFEM's residual adds forces and, from the law of contact, lengths.
 """
 
@@ -21,26 +21,26 @@ import time
 import getfem as gf
 import numpy as np
 
-# Corners of an 8-node brick in the order of GetFEM's reference cube: x fastest, then y, then z.
+# Corners of an 8-node element in the order of GetFEM's reference cube: x fastest, then y, then z.
 LEXICOGRAPHIC = [0, 1, 3, 2, 4, 5, 7, 6]
 # Integration that is exact to the third degree in each direction: 2 x 2 x 2 points of Gauss.
-BRICK, DEGREE_3 = "FEM_QK(3,1)", "IM_GAUSS_PARALLELEPIPED(3,3)"
+ELEMENT, DEGREE_3 = "FEM_QK(3,1)", "IM_GAUSS_PARALLELEPIPED(3,3)"
 
 
 def stiffness(problem, modulus):
     """Return the stiffness over `modulus` as a Spmat, and the numbers (N, 3) of its equations."""
-    points, bricks = problem["points"], problem["bricks"]
+    points, elements = problem["points"], problem["elements"]
     mesh = gf.Mesh("empty", 3)
     cube = gf.GeoTrans("GT_QK(3,1)")
-    for corners in bricks:
+    for corners in elements:
         mesh.add_convex(cube, points[corners[LEXICOGRAPHIC]].T)
     displacement = gf.MeshFem(mesh, 3)
-    displacement.set_fem(gf.Fem(BRICK))
+    displacement.set_fem(gf.Fem(ELEMENT))
     constant = gf.MeshFem(mesh, 1)
     constant.set_fem(gf.Fem("FEM_QK(3,0)"))
     equations = np.full((len(points), 3), -1)
-    order = np.empty(len(bricks), dtype=int)
-    for k, corners in enumerate(bricks):
+    order = np.empty(len(elements), dtype=int)
+    for k, corners in enumerate(elements):
         equations[corners[LEXICOGRAPHIC]] = displacement.basic_dof_from_cvid(k)[0].reshape(8, 3)
         order[constant.basic_dof_from_cvid(k)[0]] = k
     if displacement.nbdof() != equations.size or len(np.unique(equations)) != equations.size:
@@ -105,7 +105,7 @@ class Contact:
         model.add_initialized_data("alpha", np.ones(n))
         approach = rows_of(-self.normals, places, len(self.free))
         slip = rows_of(self.tangents.reshape(-1, 3), np.repeat(places, 2, axis=0), len(self.free))
-        model.add_basic_contact_brick(
+        model.add_basic_contact_element(
             "du", "normal", "tangential", "r", approach, slip, "friction", "gap", "alpha", 1
         )
         return model

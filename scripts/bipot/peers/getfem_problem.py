@@ -1,8 +1,8 @@
 """Write the scene of a bipot deck for getfem_contact.py, and read what GetFEM found.
 
-The bricks, increments, planes and friction are those of the deck. What is not translated: bricks
-other than C3D8, loads other than prescribed displacements, amplitudes, planes that move, prescribed
-displacements at contact points.
+The elements, increments, planes and friction are those of the deck. What is not translated:
+elements other than C3D8, loads other than prescribed displacements, amplitudes, planes that move,
+prescribed displacements at contact points.
 """
 
 import json
@@ -92,7 +92,7 @@ def problem_arrays(scene):
     used = {node: None for _, corners in scene.elements.values() for node in corners}
     row_of = {node: row for row, node in enumerate(used)}
     points = np.array([scene.nodes[node] for node in used])
-    bricks = np.array([[row_of[node] for node in corners]
+    elements = np.array([[row_of[node] for node in corners]
                        for _, corners in scene.elements.values()])
     material_of = scene.material_of
     elastic = np.array([
@@ -106,9 +106,9 @@ def problem_arrays(scene):
     contact = contact_points(scene, row_of)
     if np.isin(held // 3, contact["contact_nodes"]).any():
         raise DeckError("*BOUNDARY at contact points")
-    edges = points[bricks[:, [1, 3, 4]]] - points[bricks[:, [0]]]
+    edges = points[elements[:, [1, 3, 4]]] - points[elements[:, [0]]]
     return {
-        "points": points, "bricks": bricks, "lame": lame, "held": held, "values": values,
+        "points": points, "elements": elements, "lame": lame, "held": held, "values": values,
         "modulus": young.max(), "tolerance": TOLERANCE,
         "augmentation": AUGMENTATION * np.median(np.linalg.norm(edges, axis=2)), **contact,
     }

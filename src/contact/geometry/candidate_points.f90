@@ -6,7 +6,7 @@ module candidate_points_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: corners_in
   use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
-  use refine_bricks_mod, only: fill_between
+  use refine_elements_mod, only: fill_between
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of

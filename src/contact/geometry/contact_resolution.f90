@@ -1,7 +1,7 @@
 !> Contacts too small for the mesh: a round body or obstacle that rests on one or two points.
 !>
 !> Force and approach may be right there; the pressure is the force over whatever area one node has.
-!> How small the bricks should be follows from Hertz. docs/theory.md (10.5).
+!> How small the elements should be follows from Hertz. docs/theory.md (10.5).
 module contact_resolution_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: plane_strain_modulus
@@ -17,18 +17,18 @@ module contact_resolution_mod
 
   public :: small_contact_t, find_small_contacts
 
-  !> Of a pair the contact on one or two points that needs the smallest bricks.
+  !> Of a pair the contact on one or two points that needs the smallest elements.
   type :: small_contact_t
     integer  :: count = 0          !! contacts like it in the pair; 0: there is none
     integer  :: n_points = 0       !! 1 or 2
     integer  :: node = 0           !! the one that carries more
-    real(wp) :: brick = 0.0_wp     !! four of these across the contact [length]
+    real(wp) :: edge = 0.0_wp      !! four of these across the contact [length]
   end type small_contact_t
 
   real(wp), parameter :: pi = acos(-1.0_wp)
   real(wp), parameter :: sharp = cos(60.0_wp*pi/180.0_wp) !! normals beyond it meet at an edge
   real(wp), parameter :: flat = cos(1.0_wp*pi/180.0_wp)   !! within it: no curvature
-  real(wp), parameter :: bricks_of_radius = 2.0_wp        !! that show the pressure
+  real(wp), parameter :: elements_of_radius = 2.0_wp        !! that show the pressure
 
   !> The slave faces of a pair, and its points.
   type :: slave_faces_t
@@ -41,7 +41,7 @@ module contact_resolution_mod
 
 contains
 
-  !> Look for such contacts, pair by pair. Edges and corners have no pressure that bricks could
+  !> Look for such contacts, pair by pair. Edges and corners have no pressure that elements could
   !> show, nor have nodes without faces a shape: they are left out.
   pure function find_small_contacts(scene, points, prescribed, contact) result(small)
     type(scene_t), intent(in) :: scene
@@ -52,7 +52,7 @@ contains
     type(slave_faces_t) :: faces
     integer :: other(points%n), n_others(points%n)
     integer :: pair, i, partner
-    real(wp) :: brick
+    real(wp) :: edge
 
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
@@ -71,11 +71,11 @@ contains
             if (contact%reaction(1, partner) > contact%reaction(1, i)) cycle
             if (contact%reaction(1, partner) >= contact%reaction(1, i) .and. partner < i) cycle
           end if
-          brick = brick_needed(scene, points, faces, prescribed, contact, i, partner)
-          if (.not. brick > 0.0_wp) cycle
+          edge = edge_needed(scene, points, faces, prescribed, contact, i, partner)
+          if (.not. edge > 0.0_wp) cycle
           small(pair)%count = small(pair)%count + 1
-          if (small(pair)%count > 1 .and. brick >= small(pair)%brick) cycle
-          small(pair)%brick = brick
+          if (small(pair)%count > 1 .and. edge >= small(pair)%edge) cycle
+          small(pair)%edge = edge
           small(pair)%node = points%node(i)
           small(pair)%n_points = merge(1, 2, partner == 0)
         end do
@@ -88,8 +88,8 @@ contains
   !>
   !> 1/R is the largest curvature of the gap between the point and its neighbours; F is that of the
   !> whole contact where symmetry planes cut it. docs/theory.md (10.5).
-  pure real(wp) function brick_needed(scene, points, faces, prescribed, contact, i, partner) &
-    result(brick)
+  pure real(wp) function edge_needed(scene, points, faces, prescribed, contact, i, partner) &
+    result(edge)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(slave_faces_t), intent(in) :: faces
@@ -100,7 +100,7 @@ contains
     logical :: is_flat_pair
     integer :: f, k, j, node, planes
 
-    brick = 0.0_wp
+    edge = 0.0_wp
     node = points%node(i)
     n = contact%frame(:, 1, i)
     planes = count(prescribed(:, node) .and. abs(n) < 0.5_wp)
@@ -137,12 +137,12 @@ contains
     end do
     if (.not. (force > 0.0_wp .and. curvature > 0.0_wp)) return
     if (length > 0.0_wp) then
-      brick = sqrt(4.0_wp*force/(pi*length*curvature*young))/bricks_of_radius
+      edge = sqrt(4.0_wp*force/(pi*length*curvature*young))/elements_of_radius
     else
-      brick = (0.75_wp*force/(curvature*young))**(1.0_wp/3.0_wp)/bricks_of_radius
+      edge = (0.75_wp*force/(curvature*young))**(1.0_wp/3.0_wp)/elements_of_radius
     end if
-    brick = min(brick, 0.5_wp*nearest)
-  end function brick_needed
+    edge = min(edge, 0.5_wp*nearest)
+  end function edge_needed
 
   !> The distance of two nodes where neither moves along it, as in plane strain: 0 elsewhere.
   pure real(wp) function length_of_line(scene, prescribed, node, other) result(length)

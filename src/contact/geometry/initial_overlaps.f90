@@ -10,7 +10,7 @@ module initial_overlaps_mod
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t, status_open
   use surfaces_mod, only: surface_t
-  use brick8_mod, only: volume
+  use hexahedron8_mod, only: volume
   use face4_mod, only: face_node_areas
   use placement_mod, only: placement_t, place_undeformed
   implicit none
@@ -57,8 +57,8 @@ contains
     end do
   end function overlaps
 
-  !> The closed point that began deepest in its master for the thickness of the bricks there, if it
-  !> was deeper than the thickest brick behind its own faces and those of the master's nodes.
+  !> The closed point that began deepest in its master for the thickness of the elements there, if
+  !> it was deeper than the thickest element behind its own faces and those of the master's nodes.
   pure subroutine find_deep_overlap(scene, points, contact, gap, point, element)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -66,8 +66,8 @@ contains
     real(wp), intent(in) :: gap(:)                !! (n_points) of the undeformed mesh [length]
     integer, intent(out) :: point                 !! 0: there is none
     integer, intent(out) :: element               !! behind its face
-    real(wp) :: thickness(scene%mesh%n_nodes)     !! of bricks behind faces, 0 elsewhere [length]
-    integer :: behind(scene%mesh%n_nodes)         !! these bricks, 0 elsewhere
+    real(wp) :: thickness(scene%mesh%n_nodes)     !! of elements behind faces, 0 elsewhere [length]
+    integer :: behind(scene%mesh%n_nodes)         !! these elements, 0 elsewhere
     real(wp) :: allowed, deepest
     integer :: pair, i
 
@@ -101,12 +101,12 @@ contains
     end do
   end subroutine find_deep_overlap
 
-  !> Note of each node of a surface the thickest brick behind a face there: volume over area.
+  !> Note of each node of a surface the thickest element behind a face there: volume over area.
   pure subroutine add_thickness(mesh, surface, thickness, behind)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     real(wp), intent(inout) :: thickness(:) !! (n_nodes) [length]
-    integer, intent(inout) :: behind(:)     !! (n_nodes) the brick
+    integer, intent(inout) :: behind(:)     !! (n_nodes) the element
     real(wp) :: height
     integer :: f, k, e, nodes(face_corners)
 

@@ -1,4 +1,5 @@
-!> The faces of a slave surface, as flat as the bricks have them and as round as their normals say.
+!> The faces of a slave surface, as flat as the elements have them and as round as their normals
+!> say.
 !>
 !> Where faces turn by no more than 30 degrees a curved body is meant, of which the nodes are
 !> points: between two nodes an arc goes through both, across the surface's normals there.

@@ -153,10 +153,10 @@ contains
     select case (accuracy%of)
     case (accuracy_of_displacement, accuracy_of_reaction)
       has = model%used .or. model%reference .or. model%joined
-      which = 'that moves: they belong to no brick, and nothing moves with them'
+      which = 'that moves: they belong to no element, and nothing moves with them'
     case (accuracy_of_mises)
       has = model%used
-      which = 'of a brick, which stresses are in'
+      which = 'of an element, which stresses are in'
     case default
       has = in_contact(accuracy%of == accuracy_of_contact_force)
       which = 'of contact: a '//trim(accuracy_names(accuracy%of))//' is that of nodes of slave '// &
@@ -166,7 +166,7 @@ contains
     if (.not. any(accuracy%of == [accuracy_of_reaction, accuracy_of_contact_force])) then
       accuracy%nodes = given_nodes(model%mesh, accuracy%nodes)
       accuracy%nodes = pack(accuracy%nodes, has(accuracy%nodes))
-      ! The same nodes are there only in bricks that are cut.
+      ! The same nodes are there only in elements that are cut.
       do i = 1, size(accuracy%nodes)
         if (is_of_block(model%mesh, accuracy%nodes(i))) reader%numbers_block = .true.
       end do

@@ -1,9 +1,9 @@
-!> Boxes of bricks.
+!> Boxes of elements.
 !>
 !>     *BLOCK, NAME=BODY, NX=4, NY=4, NZ=4, TYPE=C3D8, ELSET=STEEL
 !>     0., 0., 0.,  1., 1., 1.        corner and size
-!>     Z, 3.                          along z the last brick is 3 times the first
-!>     X, 4., MIDDLE                  along x the outermost bricks are 4 times those in the middle
+!>     Z, 3.                          along z the last element is 3 times the first
+!>     X, 4., MIDDLE                  along x the outermost elements are 4 times those in the middle
 !>
 !> Makes the sets of nodes and elements BODY, and for each side, BODY-XMIN to BODY-ZMAX, the set of
 !> its nodes and the surface of its faces.
@@ -30,13 +30,13 @@ module read_block_mod
 
   public :: read_block, side_name
 
-  real(wp), parameter :: largest_ratio = 1.0e6_wp !! of the sizes of two bricks of a row
+  real(wp), parameter :: largest_ratio = 1.0e6_wp !! of the sizes of two elements of a row
 
   !> What the data lines say.
   type :: box_t
     real(wp) :: corner(3) = 0.0_wp       !! smallest x, y, z [length]
     real(wp) :: length(3) = 1.0_wp       !! edges [length]
-    real(wp) :: ratio(3) = 1.0_wp        !! along each axis: last brick's size over the first's,
+    real(wp) :: ratio(3) = 1.0_wp        !! along each axis: last element's size over the first's,
     logical  :: middle(3) = .false.      !! or the outermost over those in the middle
   end type box_t
 
@@ -80,7 +80,7 @@ contains
     ! Its sets exist even where it could not be made, so that their uses are not mistakes as well.
     block%first_node = draft%n_nodes + 1
     block%first_element = draft%n_elements + 1
-    if (ok) call make_bricks(reader, card, block, box, draft, ok)
+    if (ok) call make_elements(reader, card, block, box, draft, ok)
     if (ok) draft%element_kind(block%first_element:draft%n_elements) = kind
     call make_sets(reader, card, block, ok, draft)
   end subroutine read_block
@@ -191,11 +191,11 @@ contains
     ok = .false.
   end subroutine read_grading
 
-  !> Positions 0..1 of the planes between the bricks along one axis.
+  !> Positions 0..1 of the planes between the elements along one axis.
   pure function positions(box, axis, n) result(position)
     type(box_t), intent(in) :: box
     integer, intent(in) :: axis
-    integer, intent(in) :: n        !! bricks
+    integer, intent(in) :: n        !! elements
     real(wp) :: position(0:n)
 
     if (box%middle(axis)) then
@@ -205,28 +205,28 @@ contains
     end if
   end function positions
 
-  !> Add the nodes and bricks of the box, with ids that follow the highest so far.
-  subroutine make_bricks(reader, card, block, box, draft, ok)
+  !> Add the nodes and elements of the box, with ids that follow the highest so far.
+  subroutine make_elements(reader, card, block, box, draft, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(block_t), intent(in) :: block
     type(box_t), intent(in) :: box
     type(mesh_draft_t), intent(inout) :: draft
     logical, intent(out) :: ok
-    integer :: n_nodes, n_bricks, i, k
+    integer :: n_nodes, n_elements, i, k
     logical :: room
 
     n_nodes = product(block%n + 1)
-    n_bricks = product(block%n)
+    n_elements = product(block%n)
     ok = int(draft%highest_node, i8) + n_nodes <= huge(n_nodes) .and. &
-      int(draft%highest_element, i8) + n_bricks <= huge(n_nodes)
+      int(draft%highest_element, i8) + n_elements <= huge(n_nodes)
     if (.not. ok) then
       call report(reader, card%position, 'the ids of this block, which follow the highest '// &
         'before it, would exceed '//to_text(huge(n_nodes)))
       return
     end if
     call reserve_nodes(draft, n_nodes, ok)
-    call reserve_elements(draft, n_bricks, room)
+    call reserve_elements(draft, n_elements, room)
     ok = ok .and. room
     if (.not. ok) then
       call report(reader, card%position, 'not enough memory for the nodes of this block')
@@ -242,17 +242,17 @@ contains
     k = draft%n_elements
     call add_elements(draft%connectivity, k, hexahedron_8, block_connectivity(block%n) + &
       draft%highest_node)
-    do i = 1, n_bricks
+    do i = 1, n_elements
       draft%element_id(k + i) = draft%highest_element + i
       draft%element_position(k + i) = card%position
     end do
     draft%n_nodes = draft%n_nodes + n_nodes
-    draft%n_elements = draft%n_elements + n_bricks
+    draft%n_elements = draft%n_elements + n_elements
     draft%highest_node = draft%highest_node + n_nodes
-    draft%highest_element = draft%highest_element + n_bricks
-  end subroutine make_bricks
+    draft%highest_element = draft%highest_element + n_elements
+  end subroutine make_elements
 
-  !> Register the block and its sets; `made` is false when it has no bricks.
+  !> Register the block and its sets; `made` is false when it has no elements.
   subroutine make_sets(reader, card, block, made, draft)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card

@@ -159,7 +159,7 @@ contains
     call choice_option(reader, card, 'POSITION', ['CENTROIDAL        ', 'INTEGRATION POINTS', &
       'AVERAGED AT NODES ', 'NODES             '], choice, ok)
     if (choice == 4) call note(reader, &
-      'POSITION=NODES of *EL FILE: the values of the bricks around a node are averaged')
+      'POSITION=NODES of *EL FILE: the values of the elements around a node are averaged')
     select case (choice)
     case (1)
       controls%at_centroids = .true.

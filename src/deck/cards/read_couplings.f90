@@ -131,7 +131,7 @@ contains
     if (.not. any_line) coupling%dofs = .true.
     if (ok .and. .not. coupling%distributes .and. .not. any(coupling%dofs(:3))) then
       call report(reader, card%position, '*KINEMATIC couples none of dofs 1 to 3, and the '// &
-        'nodes of bricks have no others')
+        'nodes of elements have no others')
     end if
   end subroutine read_dofs
 

@@ -182,10 +182,10 @@ contains
       call note(reader, 'loads on elements that are not in the deck are ignored')
     else if (reference%id > 0) then
       call report_missing_element(reader, reference%position, 'element '//to_text(reference%id)// &
-        ' is skipped: only bricks are loaded')
+        ' is skipped: only solid elements are loaded')
     else
       call report_missing_element(reader, reference%position, 'set '//quoted(reference%name)// &
-        ' holds no bricks')
+        ' holds no solid elements')
     end if
   end subroutine read_target
 

@@ -182,7 +182,7 @@ contains
           ok = .false.
         else if (model%rigid(node) .and. .not. model%used(node)) then
           call report(reader, reference%position, 'node '//to_text(model%mesh%node_id(node))// &
-            ' belongs to facets, not to bricks: equations cannot join it')
+            ' belongs to facets, not to solid elements: equations cannot join it')
           ok = .false.
         else if (term%dof > 3) then
           ok = term%dof <= 6 .and. model%rotation_node(node) > 0

@@ -245,7 +245,7 @@ contains
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
 
-  !> Reference nodes may rotate. On nodes of bricks rotations may be held at 0 together with
+  !> Reference nodes may rotate. On nodes of elements rotations may be held at 0 together with
   !> displacements, as clamped sets of other programs are; else they are a mistake.
   subroutine check_rotations(reader, model, fields, nodes, with, value)
     type(reader_t), intent(inout) :: reader
@@ -254,21 +254,22 @@ contains
     integer, intent(in) :: nodes(:)
     logical, intent(in) :: with(max_dof)
     real(wp), intent(in) :: value
-    logical :: of_bricks
+    logical :: of_elements
 
     if (.not. any(with(4:))) return
-    of_bricks = any(model%used(nodes) .and. model%rotation_node(nodes) == 0)
-    if (of_bricks .and. .not. any(with(:3))) then
+    of_elements = any(model%used(nodes) .and. model%rotation_node(nodes) == 0)
+    if (of_elements .and. .not. any(with(:3))) then
       if (is_empty_field(fields, 3)) then
         call report_rotation(reader, fields, 2, 'the dof')
       else
         call report_rotation(reader, fields, 3, 'the last dof')
       end if
-    else if (of_bricks .and. abs(value) > 0.0_wp) then
+    else if (of_elements .and. abs(value) > 0.0_wp) then
       call report(reader, field_position(reader, fields, 4), &
-        'the nodes of bricks do not rotate: dofs 4 to 6 can only be held at 0')
-    else if (of_bricks) then
-      call note(reader, 'dofs 4 to 6 of *BOUNDARY are ignored on nodes of bricks, which have none')
+        'the nodes of elements do not rotate: dofs 4 to 6 can only be held at 0')
+    else if (of_elements) then
+      call note(reader, 'dofs 4 to 6 of *BOUNDARY are ignored on nodes of elements, '// &
+        'which have none')
     end if
   end subroutine check_rotations
 
@@ -326,7 +327,7 @@ contains
     end do
   end subroutine read_cload
 
-  !> Say of forces on nodes of bricks that are cut that there is no limit near them.
+  !> Say of forces on nodes of elements that are cut that there is no limit near them.
   subroutine note_singular(reader, model, nodes, value)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -338,8 +339,8 @@ contains
     is_of_cut = .false.
     is_of_cut(reshape(model%mesh%between, [size(model%mesh%between)])) = .true.
     if (any(is_of_cut(nodes))) call note(reader, 'forces of *CLOAD stay on the nodes of the '// &
-      'deck: near them displacements and stresses, and the energy, grow without end as bricks '// &
-      'get smaller; a pressure (*DSLOAD) or a *COUPLING spreads them')
+      'deck: near them displacements and stresses, and the energy, grow without end as '// &
+      'elements get smaller; a pressure (*DSLOAD) or a *COUPLING spreads them')
   end subroutine note_singular
 
   !> *DSLOAD: surface, P, pressure

@@ -1,4 +1,4 @@
-!> Nodes and bricks.
+!> Nodes and elements.
 !>
 !>     *NODE, NSET=ALL
 !>     1, 0., 0., 0.
@@ -27,7 +27,7 @@ module read_mesh_mod
   !> The types of elements that are computed, for messages.
   character(*), parameter :: available_types = 'C3D8, C3D8I, C3D8B, C3D6 and C3D4'
 
-  ! What a type of element is to us, beside the kinds of bricks.
+  ! What a type of element is to us, beside the kinds of elements.
   integer, parameter :: unknown_type = 0, skipped_type = -1
 
   integer, parameter :: max_wrong = 5     !! elements with undefined nodes told one by one
@@ -137,7 +137,7 @@ contains
       cell = tetrahedron_4
     case ('C3D8R', 'C3D8H', 'C3D8RH')
       kind = kind_c3d8
-      call note(reader, name//' elements are taken as C3D8: 8-node bricks with full integration')
+      call note(reader, name//' elements are taken as C3D8: 8-node hexahedra with full integration')
     case default
       if (is_skipped(name)) then
         kind = skipped_type
@@ -155,7 +155,7 @@ contains
           return
         end if
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; '//available_types//' are', how_to_get_bricks(name, &
+          ' is not available; '//available_types//' are', how_to_get_hexahedra(name, &
           as_list([character(5) :: 'C3D8', 'C3D8I', 'C3D8B', 'C3D6', 'C3D4'])))
       end if
     end select
@@ -175,26 +175,27 @@ contains
     end do
   end function is_of_other_field
 
-  !> How a mesh of elements that are not available is made one of bricks.
-  pure function how_to_get_bricks(name, known) result(hint)
+  !> How a mesh of elements that are not available is made one of hexahedra.
+  pure function how_to_get_hexahedra(name, known) result(hint)
     character(*), intent(in) :: name !! of the type that is not available
     type(string_t), intent(in) :: known(:)
     character(:), allocatable :: hint
     character(*), parameter :: any_shape = 'Mesh.SubdivisionAlgorithm=2 cuts tetrahedra of any '// &
-      'shape into bricks; extruded ones (Layers, Recombine) and transfinite ones are better'
+      'shape into hexahedra; extruded ones (Layers, Recombine) and transfinite ones are better'
 
     select case (name)
     case ('C3D4H', 'C3D6H')
-      hint = 'bricks from Gmsh: '//any_shape
+      hint = 'hexahedra from Gmsh: '//any_shape
     case ('C3D10', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I', 'C3D15', &
       'C3D15H', 'C3D15V')
-      hint = 'bricks with 8 nodes from Gmsh: Mesh.ElementOrder=1, and '//any_shape
+      hint = 'hexahedra with 8 nodes from Gmsh: Mesh.ElementOrder=1, and '//any_shape
     case ('C3D20', 'C3D20R', 'C3D20H', 'C3D20RH', 'C3D20RI', 'C3D27', 'C3D27R', 'C3D27H')
-      hint = 'bricks with 8 nodes from Gmsh: Mesh.ElementOrder=1; C3D8I bends as quadratic ones do'
+      hint = 'hexahedra with 8 nodes from Gmsh: Mesh.ElementOrder=1; C3D8I bends as '// &
+        'quadratic ones do'
     case default
       hint = guess(name, known)
     end select
-  end function how_to_get_bricks
+  end function how_to_get_hexahedra
 
   !> Whether a type is one of facets, of which rigid bodies consist, and how many corners it has.
   pure subroutine find_facet(name, facet, corners)
@@ -220,7 +221,7 @@ contains
     end select
   end subroutine find_facet
 
-  !> Whether a type is of lines or faces, which mesh generators write beside the bricks.
+  !> Whether a type is of lines or faces, which mesh generators write beside the elements.
   pure function is_skipped(name) result(is)
     character(*), intent(in) :: name !! upper case
     logical :: is

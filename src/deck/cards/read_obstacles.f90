@@ -76,7 +76,7 @@ contains
     call close_directory(reader, names)
   end subroutine read_obstacles
 
-  !> REF NODE=id: a node that no brick has.
+  !> REF NODE=id: a node that no element has.
   subroutine read_reference_node(reader, card, what, model, node)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card

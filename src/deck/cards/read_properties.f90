@@ -296,7 +296,7 @@ contains
     if (found) then
       if (.not. is_empty_field(fields, 1)) then
         call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
-        call note(reader, 'the thickness of *SOLID SECTION is ignored: bricks have their own')
+        call note(reader, 'the thickness of *SOLID SECTION is ignored: elements have their own')
       end if
       call end_data(reader, card, fields, '*SOLID SECTION takes one data line at most')
     end if
@@ -318,7 +318,7 @@ contains
     if (set == 0) return
     if (.not. allocated(model%element_sets%list(set)%members)) return
     if (model%element_sets%list(set)%n == 0 .and. has_others(model, set)) then
-      ! Lines and faces without a section are what mesh generators write beside the bricks; those
+      ! Lines and faces without a section are what mesh generators write beside the elements; those
       ! with one carry forces.
       call report(reader, option_position(card, 'ELSET'), &
         'the elements of '//quoted(name_of_set)//' are bars, plates or plane elements, which '// &
@@ -328,7 +328,7 @@ contains
     else if (model%element_sets%list(set)%n == 0 .and. .not. &
       model%element_sets%list(set)%flawed) then
       call note(reader, '*SOLID SECTION of the set '//quoted(name_of_set)// &
-        ', which holds no bricks')
+        ', which holds no solid elements')
     end if
     do i = 1, model%element_sets%list(set)%n
       e = model%element_sets%list(set)%members(i)

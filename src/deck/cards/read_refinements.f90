@@ -1,6 +1,6 @@
-!> Bricks that the deck cuts into smaller ones.
+!> Elements that the deck cuts into smaller ones.
 !>
-!>     *REFINE, NSET=EDGE, TIMES=2        the bricks at the nodes of a set
+!>     *REFINE, NSET=EDGE, TIMES=2        the elements at the nodes of a set
 !>     *REFINE, ELSET=CORE                those of a set
 !>     *REFINE, TIMES=3                   those about balls
 !>     0., 0., 0., 1.5                    centre and radius, a line a ball
@@ -39,7 +39,7 @@ contains
       refinement = refinement_t(position=card%position)
       call integer_option(reader, card, 'TIMES', 1, most_times, refinement%times, ok)
       if (has_option(card, 'NSET') .and. has_option(card, 'ELSET')) then
-        call report(reader, option_position(card, 'ELSET'), '*REFINE cuts bricks of one set: '// &
+        call report(reader, option_position(card, 'ELSET'), '*REFINE cuts elements of one set: '// &
           'NSET= or ELSET=')
       else if (has_option(card, 'NSET')) then
         call read_set(reader, card, 'NSET', model%node_sets, model%used, refinement%node_set)
@@ -54,7 +54,7 @@ contains
     end do
   end subroutine read_refinements
 
-  !> The set of a card, which must have bricks or nodes of bricks.
+  !> The set of a card, which must have elements or nodes of elements.
   subroutine read_set(reader, card, option, sets, counts, found)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
@@ -79,7 +79,7 @@ contains
       if (allocated(set%members)) ok = ok .or. any(counts(set%members))
     end associate
     if (ok) return
-    call report(reader, option_position(card, option), 'there is no brick to be cut: set '// &
+    call report(reader, option_position(card, option), 'there is no element to be cut: set '// &
       quoted(name)//' has none')
     found = 0
   end subroutine read_set

@@ -109,7 +109,7 @@ contains
         associate (of_set => model%element_sets%list(set))
           if (of_set%n > 0) then
             call report(reader, body%position, 'element set '//quoted(body%set)// &
-              ' has bricks (element '//to_text(model%mesh%element_id(of_set%members(1)))// &
+              ' has solid elements (element '//to_text(model%mesh%element_id(of_set%members(1)))// &
               '): a rigid body consists of facets (R3D3, R3D4, S3, S4)')
             if (of_set%n_skipped > 0) bodies%of_facet(of_set%skipped(:of_set%n_skipped)) = b
           else if (of_set%n_skipped == 0) then
@@ -188,7 +188,7 @@ contains
             problem = 'names node '//to_text(id)//' twice'
           else if (model%used(k)) then
             problem = 'is a facet of a rigid body, and its node '//to_text(id)// &
-              ' belongs to a brick: a rigid body shares no nodes with others'
+              ' belongs to a solid element: a rigid body shares no nodes with others'
           end if
           if (problem /= '') return
           node(i) = k

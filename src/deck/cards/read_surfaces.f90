@@ -32,7 +32,7 @@ module read_surfaces_mod
   public :: read_surfaces
 
   integer, parameter :: of_elements = 1, of_nodes = 2
-  integer, parameter :: spos = 7, sneg = 8 !! sides of facets, behind the faces of bricks
+  integer, parameter :: spos = 7, sneg = 8 !! sides of facets, behind the faces of solid elements
 
   !> Faces and nodes named by all surfaces of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 200000000
@@ -87,7 +87,7 @@ contains
     end do
   end subroutine read_surfaces
 
-  !> The faces of the bricks on one side of a block, and their nodes.
+  !> The faces of the elements on one side of a block, and their nodes.
   subroutine fill_block_side(mesh, block, side, surface)
     type(mesh_draft_t), intent(in) :: mesh
     type(block_t), intent(in) :: block
@@ -169,7 +169,7 @@ contains
       call append(keys, n, 6*(elements - 1) + face)
     end do
     if (n_facets > 0) then
-      if (n > 0) call report(reader, card%position, 'a surface has faces of bricks '// &
+      if (n > 0) call report(reader, card%position, 'a surface has faces of solid elements '// &
         '(S1 to S6) or sides of facets (SPOS, SNEG), not both')
       facets = facets(:n_facets)
       call sort_unique(facets)
@@ -188,20 +188,20 @@ contains
   end subroutine read_face_surface
 
   !> The facets that a reference means, as one number a side.
-  subroutine add_facets(reader, model, reference, bricks, side, keys, n)
+  subroutine add_facets(reader, model, reference, elements, side, keys, n)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(reference_t), intent(in) :: reference
-    integer, intent(in) :: bricks(:)  !! that it means, too
+    integer, intent(in) :: elements(:)  !! that it means, too
     integer, intent(in) :: side       !! 1: SPOS, 2: SNEG
     integer, allocatable, intent(inout) :: keys(:)
     integer, intent(inout) :: n
     integer, allocatable :: found(:)
     integer :: set
 
-    if (size(bricks) > 0) then
-      call report(reader, reference%position, 'bricks have no sides SPOS and SNEG, which are '// &
-        'of facets: element '//to_text(model%mesh%element_id(bricks(1)))//' is a brick')
+    if (size(elements) > 0) then
+      call report(reader, reference%position, 'solid elements have no sides SPOS and SNEG, '// &
+        'which are of facets: element '//to_text(model%mesh%element_id(elements(1)))//' is solid')
       return
     end if
     allocate (found(0))

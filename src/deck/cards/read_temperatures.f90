@@ -129,7 +129,7 @@ contains
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
     type(fields_t), intent(inout) :: fields
-    integer, allocatable, intent(out) :: nodes(:) !! those that bricks have; none after a mistake
+    integer, allocatable, intent(out) :: nodes(:) !! those that elements have; none after a mistake
     real(wp), intent(out) :: value
     logical, intent(out) :: found         !! there is a line
     integer(i8), intent(inout) :: work

@@ -49,7 +49,7 @@ module cards_mod
     !! elements of the deck, or what else its nodes belong to, were refused
     logical :: other_field = .false.    !! a keyword or an element of another field was refused
     logical :: small_strain = .false.   !! NLGEOM of the deck is set aside (--nlgeom no)
-    logical :: numbers_block = .false. !! a node or brick of a *BLOCK is meant by its number
+    logical :: numbers_block = .false. !! a node or element of a *BLOCK is meant by its number
   end type reader_t
 
   !> The pieces between the commas of a line: positions without the blanks around.

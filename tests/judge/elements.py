@@ -1,4 +1,4 @@
-"""Bricks of eight nodes: internal forces, stiffness, weight and pressure, in extended precision.
+"""Elements of eight nodes: internal forces, stiffness, weight and pressure, in extended precision.
 
 Voigt order xx, yy, zz, xy, yz, xz with engineering shear strains. Numbers of equations are those of
 docs/theory.md; the formulas here are the textbook's own, in another form than the program's.
@@ -54,8 +54,8 @@ def strain_rows(gradient):
     return b.reshape(n, 6, 3 * k)
 
 
-class Bricks:
-    """Bricks of a scene: `nodes` (E, 8) rows of `points` (N, 3), types and Lame's constants."""
+class Elements:
+    """Elements of a scene: `nodes` (E, 8) rows of `points` (N, 3), types and Lame's constants."""
 
     def __init__(self, points, nodes, types, young, poisson):
         self.points = np.asarray(points, dtype=REAL)
@@ -76,7 +76,7 @@ class Bricks:
             self.weight[:, g] = determinant
             self.b[:, g] = strain_rows(gradients[:, g])
         if np.any(self.weight <= 0):
-            raise ValueError("a brick is inside out")
+            raise ValueError("an element is inside out")
         self._take_mean_dilatation(gradients)
         self._add_modes(x)
         size = np.einsum("eg,egai,egai->ea", self.weight, gradients, gradients)
@@ -84,7 +84,7 @@ class Bricks:
         self.size = ((np.abs(self.lame) + 2 * self.shear) * size.max(axis=1)).astype(float)
 
     def _take_mean_dilatation(self, gradients):
-        """C3D8B: the brick's mean volume change takes the place of the points' (8.8)."""
+        """C3D8B: the element's mean volume change takes the place of the points' (8.8)."""
         chosen = self.types == "C3D8B"
         volume = self.weight.sum(axis=1)
         mean = np.einsum("eg,egai->eai", self.weight, gradients) / volume[:, None, None]
@@ -109,7 +109,7 @@ class Bricks:
         self.mode_stiffness[unused] = np.eye(9)
 
     def least_volume(self, u):
-        """The least det(I + grad u) at the Gauss points: not above 0, a brick is inside out."""
+        """The least det(I + grad u) at the Gauss points: not above 0, an element is inside out."""
         moved = (self.points + np.asarray(u, dtype=REAL))[self.nodes]
         parts = [
             inverse_and_determinant(np.einsum("eai,aj->eij", moved, parent_gradients(xi)))[1]
@@ -144,7 +144,7 @@ class Bricks:
     def internal_force(self, u):
         """Forces (N, 3) of the stresses of displacements `u` (N, 3), float."""
         u = np.asarray(u, dtype=REAL)
-        # A brick's own translation takes no part in its strains.
+        # An element's own translation takes no part in its strains.
         local = (u[self.nodes] - u[self.nodes[:, :1]]).reshape(len(self.nodes), 24)
         strain = np.einsum("egsi,ei->egs", self.b, local)
         driven = np.einsum("eg,egsi,egs->ei", self.weight, self.modes, self.stress(strain))
@@ -158,7 +158,7 @@ class Bricks:
     def thermal_force(self, expansion, rise):
         """Forces (N, 3) that the stress of a hindered expansion puts on nodes.
 
-        `expansion` (E,), `rise` of the temperature (N,): a brick takes the mean of its nodes.
+        `expansion` (E,), `rise` of the temperature (N,): an element takes the mean of its nodes.
         """
         strain = np.asarray(expansion, dtype=REAL) * np.asarray(rise)[self.nodes].mean(axis=1)
         strain = np.broadcast_to(strain[:, None, None], (len(strain), 8, 3))
@@ -198,7 +198,7 @@ class Bricks:
         return out
 
     def weights(self, density, which):
-        """Integrals (N,) of the shape functions times `density` (E,) over the bricks `which`."""
+        """Integrals (N,) of the shape functions times `density` (E,) over the elements `which`."""
         shapes = np.array([shape_functions(xi) for xi in GAUSS])
         masses = np.einsum("eg,ga->ea", self.weight[which], shapes)
         masses *= np.asarray(density, dtype=REAL)[which][:, None]
@@ -207,7 +207,7 @@ class Bricks:
         return out.astype(float)
 
     def pressure_force(self, faces):
-        """Forces (N, 3) of a unit pressure into the body on `faces` [(brick, 0..5)]."""
+        """Forces (N, 3) of a unit pressure into the body on `faces` [(element, 0..5)]."""
         return self.pushed(faces)[0].astype(float)
 
     def node_areas(self, faces):
@@ -219,8 +219,8 @@ class Bricks:
         out = np.zeros(self.points.shape, dtype=REAL)
         area = np.zeros(len(self.points), dtype=REAL)
         root = 1 / np.sqrt(REAL(3))
-        for brick, face in faces:
-            corners = self.nodes[brick][list(FACES[face])]
+        for element, face in faces:
+            corners = self.nodes[element][list(FACES[face])]
             x = self.points[corners]
             for s in (-root, root):
                 for t in (-root, root):

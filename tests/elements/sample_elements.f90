@@ -1,5 +1,5 @@
-!> Bricks and small meshes for the tests of this folder.
-module sample_bricks
+!> Elements and small meshes for the tests of this folder.
+module sample_elements
   use kinds_mod, only: wp
   use connectivity_mod, only: make_hexahedra
   use mesh_mod, only: mesh_t, kind_c3d8, kind_c3d8i, kind_c3d8b
@@ -7,7 +7,7 @@ module sample_bricks
   implicit none
   private
 
-  public :: distorted_brick, patch_mesh, tensor_of
+  public :: distorted_element, patch_mesh, tensor_of
 
   integer, parameter, public :: kinds(3) = [kind_c3d8, kind_c3d8i, kind_c3d8b]
   character(5), parameter, public :: kind_name(3) = ['c3d8 ', 'c3d8i', 'c3d8b']
@@ -17,15 +17,15 @@ module sample_bricks
 contains
 
   !> The cube with its nodes moved at random, at most by 0.2 along each axis.
-  function distorted_brick() result(x)
+  function distorted_element() result(x)
     real(wp) :: x(3, 8)
 
     call random_number(x)
     x = unit_cube + 0.4_wp*(x - 0.5_wp)
-  end function distorted_brick
+  end function distorted_element
 
-  !> The patch of seven bricks of R.H. MacNeal and R.L. Harder, Finite Elem. Anal. Des. 1 (1985)
-  !> 3-20: the unit cube (nodes 1 to 8) around a distorted brick (nodes 9 to 16).
+  !> The patch of seven elements of R.H. MacNeal and R.L. Harder, Finite Elem. Anal. Des. 1 (1985)
+  !> 3-20: the unit cube (nodes 1 to 8) around a distorted element (nodes 9 to 16).
   function patch_mesh() result(mesh)
     type(mesh_t) :: mesh
     real(wp), parameter :: inner(3, 8) = reshape([ &
@@ -55,4 +55,4 @@ contains
       0.5_wp*(h(1, 3) + h(3, 1))]
   end function tensor_of
 
-end module sample_bricks
+end module sample_elements

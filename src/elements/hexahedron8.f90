@@ -1,4 +1,5 @@
-!> What all 8-node bricks share: trilinear shape functions, 2x2x2 Gauss points, isotropic material.
+!> What all 8-node hexahedra share: trilinear shape functions, 2x2x2 Gauss points, isotropic
+!> material.
 !>
 !>        8-------7        zeta
 !>       /|      /|         |  eta
@@ -9,7 +10,7 @@
 !>
 !> Gauss point g is the one near node g. Stresses and strains are ordered XX YY ZZ XY YZ XZ; shear
 !> strains are tensor components (half of the engineering ones). docs/theory.md, section 8.
-module brick8_mod
+module hexahedron8_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t
   use small_matrix_mod, only: determinant, inverse
@@ -58,10 +59,10 @@ contains
     end do
   end subroutine shape_gradients
 
-  !> What vectors at the nodes change by along the edges of the brick.
+  !> What vectors at the nodes change by along the edges of the element.
   !>
-  !> All derivatives come from these: a brick far from the origin, one that has moved far and a long
-  !> thin one that has turned lose no digits.
+  !> All derivatives come from these: an element far from the origin, one that has moved far and a
+  !> long thin one that has turned lose no digits.
   pure function along_edges(v) result(along)
     real(wp), intent(in) :: v(3, 8)  !! places or displacements of the nodes [length]
     real(wp) :: along(3, 4, 3)       !! component, edge, direction of the edge: xi, eta, zeta
@@ -71,7 +72,7 @@ contains
     along(:, :, 3) = v(:, [5, 6, 8, 7]) - v(:, [1, 2, 4, 3])
   end function along_edges
 
-  !> dv_i/dxi_j anywhere in the brick, of vectors that change so along its edges.
+  !> dv_i/dxi_j anywhere in the element, of vectors that change so along its edges.
   pure function jacobian_of(along, xi, eta, zeta) result(jacobian)
     real(wp), intent(in) :: along(3, 4, 3)
     real(wp), intent(in) :: xi, eta, zeta !! from -1 to 1
@@ -97,7 +98,7 @@ contains
       (1.0_wp - s)*(1.0_wp + t), (1.0_wp + s)*(1.0_wp + t)]
   end function between_edges
 
-  !> The Jacobian dx_i/dxi_j of the brick's centre.
+  !> The Jacobian dx_i/dxi_j of the element's centre.
   pure function centre_jacobian(x) result(jacobian)
     real(wp), intent(in) :: x(3, 8)  !! nodes [length]
     real(wp) :: jacobian(3, 3)       !! [length]
@@ -105,7 +106,7 @@ contains
     jacobian = jacobian_of(along_edges(x), 0.0_wp, 0.0_wp, 0.0_wp)
   end function centre_jacobian
 
-  !> Gradients of the shape functions at the brick's centre.
+  !> Gradients of the shape functions at the element's centre.
   pure function centre_shape_gradients(x) result(gradient)
     real(wp), intent(in) :: x(3, 8)  !! nodes [length]
     real(wp) :: gradient(3, 8)       !! dN_a/dx_i: (i,a) [1/length]
@@ -115,7 +116,8 @@ contains
     gradient = matmul(transpose(back), local_gradients(0.0_wp, 0.0_wp, 0.0_wp))
   end function centre_shape_gradients
 
-  !> The displacement gradient du_i/dx_j at the brick's centre, where incompatible modes have none.
+  !> The displacement gradient du_i/dx_j at the element's centre, where incompatible modes have
+  !> none.
   pure function centre_gradient(x, u) result(h)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp), intent(in) :: u(3, 8) !! their displacements [length]
@@ -127,9 +129,9 @@ contains
     h = matmul(by_xi, back)
   end function centre_gradient
 
-  !> How large a nodal stiffness of the brick is beside its elastic constants: int |g_a|^2 dV, the
+  !> How large a nodal stiffness of the element is beside its elastic constants: int |g_a|^2 dV, the
   !> Jacobian taken at the centre, the mean over the nodes. A third of the edge of a cube; of a thin
-  !> brick far more.
+  !> element far more.
   pure function stiffness_length(x) result(length)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp) :: length              !! [length]
@@ -140,7 +142,7 @@ contains
     length = 2.0_wp/9.0_wp*determinant(jacobian)*sum(inverse(jacobian)**2)
   end function stiffness_length
 
-  !> dN_a/dxi_j anywhere in the brick.
+  !> dN_a/dxi_j anywhere in the element.
   pure function local_gradients(xi, eta, zeta) result(d)
     real(wp), intent(in) :: xi, eta, zeta !! from -1 to 1
     real(wp) :: d(3, 8)
@@ -155,7 +157,7 @@ contains
   end function local_gradients
 
   !> The Jacobian's determinant at the eight Gauss points and the eight nodes; all positive in a
-  !> usable brick.
+  !> usable element.
   pure function jacobian_determinants(x) result(d)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp) :: d(16)               !! [length^3/8]
@@ -170,7 +172,7 @@ contains
     end do
   end function jacobian_determinants
 
-  !> Volume of the brick.
+  !> Volume of the element.
   pure function volume(x) result(v)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp) :: v                   !! [length^3]
@@ -182,7 +184,7 @@ contains
 
   !> Each node's part of the volume, int N_a dV.
   !>
-  !> Exact for any brick: the integrand is of third degree in each coordinate.
+  !> Exact for any element: the integrand is of third degree in each coordinate.
   pure function node_volumes(x) result(v)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
     real(wp) :: v(8)                !! [length^3]
@@ -316,7 +318,7 @@ contains
 
   ! ------------------------------------------------------------------ fields
 
-  !> Average over the brick's volume of what is known at its Gauss points.
+  !> Average over the element's volume of what is known at its Gauss points.
   pure function volume_mean(x, values) result(mean)
     real(wp), intent(in) :: x(3, 8)      !! nodes [length]
     real(wp), intent(in) :: values(6, 8) !! at the Gauss points
@@ -327,7 +329,7 @@ contains
     mean = matmul(values, d(:8))/sum(d(:8))
   end function volume_mean
 
-  !> Values at the nodes: trilinear in the brick's coordinates through those at the Gauss points.
+  !> Values at the nodes: trilinear in the element's coordinates through those at the Gauss points.
   pure function extrapolate_to_nodes(values) result(at_nodes)
     real(wp), intent(in) :: values(6, 8) !! at the Gauss points
     real(wp) :: at_nodes(6, 8)
@@ -341,4 +343,4 @@ contains
     end do
   end function extrapolate_to_nodes
 
-end module brick8_mod
+end module hexahedron8_mod

@@ -1,10 +1,10 @@
-!> Bricks that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
-module inverted_bricks_mod
+!> Elements that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
+module inverted_elements_mod
   use kinds_mod, only: wp
   use cells_mod, only: hexahedron_8
   use connectivity_mod, only: connectivity_t, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
-  use brick8_mod, only: shape_gradients, along_edges, jacobian_determinants
+  use hexahedron8_mod, only: shape_gradients, along_edges, jacobian_determinants
   implicit none
   private
 
@@ -25,7 +25,8 @@ contains
     if (connectivity%cell(e) /= hexahedron_8) determinants = determinants(:8)
   end function jacobians_of
 
-  !> The most that an edge of each brick adds to grad u at its Gauss points, per change of the edge.
+  !> The most that an edge of each element adds to grad u at its Gauss points, per change of the
+  !> edge.
   pure function find_reach(mesh) result(reach)
     type(mesh_t), intent(in) :: mesh
     real(wp) :: reach(3, mesh%n_elements) !! max |dxi_j/dx|/2 at the Gauss points [1/length]
@@ -39,10 +40,10 @@ contains
     end do
   end function find_reach
 
-  !> The brick with the least det(I + grad u) that is not above 0; 0: there is none.
+  !> The element with the least det(I + grad u) that is not above 0; 0: there is none.
   !>
   !> I + H is regular where |H| < 1, and |H| is at most the sum of what an edge of each direction
-  !> adds. Most bricks need no determinant: these three have squares whose sum is below 1/3,
+  !> adds. Most elements need no determinant: these three have squares whose sum is below 1/3,
   !> docs/theory.md (8.19).
   pure subroutine find_inverted(mesh, reach, u, element, least)
     type(mesh_t), intent(in) :: mesh
@@ -72,4 +73,4 @@ contains
     end do
   end subroutine find_inverted
 
-end module inverted_bricks_mod
+end module inverted_elements_mod
