@@ -122,8 +122,8 @@ contains
       case ('--nlgeom')
         call take_value(word, i, value, error)
         if (allocated(error)) return
-        if (upper(value) /= 'NO') call refuse(word, 'no: finite strain is not available', value, &
-          error)
+        if (upper(value) /= 'NO') call refuse(word, "no: it is a *STEP's NLGEOM that asks for "// &
+          'finite strain', value, error)
         options%small_strain = .true.
       case ('--acceleration')
         options%solver_option = word
