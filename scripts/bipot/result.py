@@ -273,7 +273,7 @@ class Result:
     def elements(self) -> Array:
         """Nodes of the elements as rows of `points`, (E, 8), where all are hexahedra.
 
-        Raises ResultError where any is a wedge or a tetrahedron: `to_pyvista` has them all.
+        Raises ResultError where any is of another shape: `to_pyvista` has them all.
         """
         if (self._dataset("/VTKHDF/Types")[()] != 12).any():
             raise ResultError(f"{self.path}: not all elements are C3D8; ParaView shows the others")

@@ -3,7 +3,8 @@
 !> A corner's linear function is the product of its barycentric coordinates in the simplices that
 !> the cell is made of. A mid-side node of an edge between corners i and j, which differ in one
 !> simplex, has 4 times the product of both in that simplex, and a corner of a cell with mid-side
-!> nodes its linear function less half of those of its edges (serendipity).
+!> nodes its linear function less half of those of its edges (serendipity). The cone over a square
+!> has the functions of the square, smaller towards the apex.
 !> docs/theory.md, section 8.
 module cell_shapes_mod
   use kinds_mod, only: wp
@@ -42,6 +43,10 @@ contains
     real(wp) :: value(3, cell%n_corners), slope(3, cell%n_corners)
     integer :: a, i, node
 
+    if (any(cell%factor == 0)) then
+      call evaluate_cone(cell, place, n, gradient)
+      return
+    end if
     do a = 1, cell%n_corners
       call find_barycentric(cell, cell%place(:, a), place, value(:, a), slope(:, a))
       call multiply(cell%factor, value(:, a), slope(:, a), n(a), gradient(:, a))
@@ -67,6 +72,30 @@ contains
     end function differs
 
   end subroutine evaluate
+
+  !> Of the cone over a square, whose last node is the apex: N_a = s B_a(xi/s, eta/s), s = 1 - zeta,
+  !> of the bilinear B_a. At the apex gradients depend on the direction: they are those on the axis.
+  pure subroutine evaluate_cone(cell, place, n, gradient)
+    type(cell_t), intent(in) :: cell
+    real(wp), intent(in)  :: place(3)
+    real(wp), intent(out) :: n(:), gradient(:, :)
+    real(wp) :: s, below(2), line(2)
+    integer :: a
+
+    s = 1.0_wp - place(3)
+    below = 0.0_wp
+    if (abs(s) > 0.0_wp) below = place(:2)/s
+    do a = 1, cell%n_corners - 1
+      associate (corner => cell%place(:2, a))
+        line = 0.5_wp*(1.0_wp + below*corner)
+        n(a) = s*product(line)
+        gradient(:2, a) = 0.5_wp*corner*line([2, 1])
+      end associate
+      gradient(3, a) = dot_product(below, gradient(:2, a)) - product(line)
+    end do
+    n(cell%n_corners) = place(3)
+    gradient(:, cell%n_corners) = [0.0_wp, 0.0_wp, 1.0_wp]
+  end subroutine evaluate_cone
 
   !> The barycentric coordinate of a corner in each simplex, and its slope along each coordinate.
   pure subroutine find_barycentric(cell, corner, place, value, slope)

@@ -3,16 +3,17 @@
 !> incompatible modes) is another matter.
 !>
 !> A cell is a product of simplices: a hexahedron that of three lines, a wedge that of a triangle
-!> and a line, a tetrahedron is one itself. Natural coordinates go from -1 to 1 along a line, and
-!> from 0 to 1 along the edges of a triangle or a tetrahedron. Nodes, edges and faces are numbered
-!> as in CalculiX, Abaqus and VTK: the corners, then the middles of the edges in their order.
+!> and a line, a tetrahedron is one itself. A pyramid is the cone over a product of two lines.
+!> Natural coordinates go from -1 to 1 along a line, and from 0 to 1 along the edges of a triangle
+!> or a tetrahedron and from the base of a cone to its apex. Nodes, edges and faces are numbered as
+!> in CalculiX, Abaqus and VTK: the corners, then the middles of the edges in their order.
 !> docs/theory.md, section 8.
 !>
-!>        8-------7              6                 4
-!>       /|      /|             /|\              / | \
-!>      5-------6 |            4---5            /  3  \
-!>      | 4-----|-3            | 3 |           / /   \ \
-!>      |/      |/             |/ \|          1---------2
+!>        8-------7              6                 4                   5
+!>       /|      /|             /|\              / | \               // \ \
+!>      5-------6 |            4---5            /  3  \             /4---\--3
+!>      | 4-----|-3            | 3 |           / /   \ \           //     \ /
+!>      |/      |/             |/ \|          1---------2         1--------2
 !>      1-------2              1---2
 module cells_mod
   use kinds_mod, only: wp
@@ -21,7 +22,8 @@ module cells_mod
 
   public :: cell_t, cells, face_corners
   public :: hexahedron_nodes, hexahedron_points
-  public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15
+  public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15, &
+    pyramid_5
 
   ! The room of lists is what a hexahedron with mid-side nodes takes. Rows of the table that have
   ! another do not compile.
@@ -36,7 +38,8 @@ module cells_mod
     character(22) :: name              !! for messages
     integer :: vtk_type                !! in files of VTK
     integer :: n_nodes, n_corners, n_edges, n_faces, n_points
-    integer :: factor(3)               !! the simplex that each natural coordinate belongs to
+    integer :: factor(3)
+    !! the simplex that each natural coordinate belongs to; 0: it goes to the apex of a cone
     integer :: degree                  !! of polynomials that the quadrature integrates exactly
     real(wp) :: place(3, most_nodes)   !! natural coordinates of the nodes [-]
     integer :: edge(2, most_edges)
@@ -53,7 +56,7 @@ module cells_mod
   ! Rows of the table.
   integer, parameter :: hexahedron_8 = 1, hexahedron_20 = 2
   integer, parameter :: tetrahedron_4 = 3, tetrahedron_10 = 4
-  integer, parameter :: wedge_6 = 5, wedge_15 = 6
+  integer, parameter :: wedge_6 = 5, wedge_15 = 6, pyramid_5 = 7
 
   real(wp), parameter :: none(1) = 0.0_wp
   real(wp), parameter :: half = 0.5_wp
@@ -65,6 +68,8 @@ module cells_mod
     [2, 12], pad=[0])
   integer, parameter :: edges_of_wedge(2, 12) = reshape([1, 2, 2, 3, 3, 1, 4, 5, 5, 6, 6, 4, &
     1, 4, 2, 5, 3, 6], [2, 12], pad=[0])
+  integer, parameter :: edges_of_pyramid(2, 12) = reshape([1, 2, 2, 3, 3, 4, 4, 1, 1, 5, 2, 5, &
+    3, 5, 4, 5], [2, 12], pad=[0])
   integer, parameter :: faces_of_hexahedron(8, 6) = reshape([ &
     1, 4, 3, 2, 12, 11, 10, 9,   5, 6, 7, 8, 13, 14, 15, 16,  1, 2, 6, 5, 9, 18, 13, 17, &
     2, 3, 7, 6, 10, 19, 14, 18,  3, 4, 8, 7, 11, 20, 15, 19,  4, 1, 5, 8, 12, 17, 16, 20], [8, 6])
@@ -74,6 +79,9 @@ module cells_mod
   integer, parameter :: faces_of_wedge(8, 6) = reshape([ &
     1, 3, 2, 9, 8, 7, 0, 0,   4, 5, 6, 10, 11, 12, 0, 0,   1, 2, 5, 4, 7, 14, 10, 13, &
     2, 3, 6, 5, 8, 15, 11, 14,  3, 1, 4, 6, 9, 13, 12, 15], [8, 6], pad=[0])
+  integer, parameter :: faces_of_pyramid(8, 6) = reshape([1, 4, 3, 2, 0, 0, 0, 0, &
+    1, 2, 5, 0, 0, 0, 0, 0,  2, 3, 5, 0, 0, 0, 0, 0,  3, 4, 5, 0, 0, 0, 0, 0, &
+    4, 1, 5, 0, 0, 0, 0, 0], [8, 6], pad=[0])
 
   ! Natural coordinates of the corners, and of all nodes: each middle is the mean of two corners.
   real(wp), parameter :: corners_of_hexahedron(3, 8) = reshape([real(wp) :: &
@@ -83,6 +91,8 @@ module cells_mod
     0, 1, 0,  0, 0, 1], [3, 4])
   real(wp), parameter :: corners_of_wedge(3, 6) = reshape([real(wp) :: 0, 0, -1,  1, 0, -1, &
     0, 1, -1,  0, 0, 1,  1, 0, 1,  0, 1, 1], [3, 6])
+  real(wp), parameter :: corners_of_pyramid(3, 5) = reshape([real(wp) :: -1, -1, 0,  1, -1, 0, &
+    1, 1, 0,  -1, 1, 0,  0, 0, 1], [3, 5])
   real(wp), parameter :: places_of_hexahedron(3, 20) = reshape([corners_of_hexahedron, &
     half*(corners_of_hexahedron(:, edges_of_hexahedron(1, :)) + &
     corners_of_hexahedron(:, edges_of_hexahedron(2, :)))], [3, 20])
@@ -95,6 +105,7 @@ module cells_mod
 
   ! Quadrature: Gauss's on lines, 3 points on triangles, the centre of a tetrahedron or 4 points.
   ! Only rigid motions have no strain at these; at two points of the 6-node wedge another has none.
+  ! Pyramids have the points of the hexahedron that they are where its upper nodes are one.
   real(wp), parameter :: gauss_2 = 1.0_wp/sqrt(3.0_wp)
   real(wp), parameter :: gauss_3 = sqrt(0.6_wp)
   real(wp), parameter :: line_3(3) = [-gauss_3, 0.0_wp, gauss_3]
@@ -110,10 +121,14 @@ module cells_mod
     spread(triangle_3(2, :), 2, 2), spread([-gauss_2, gauss_2], 1, 3)], [6, 3]))
   real(wp), parameter :: points_9(3, 9) = transpose(reshape([spread(triangle_3(1, :), 2, 3), &
     spread(triangle_3(2, :), 2, 3), spread(line_3, 1, 3)], [9, 3]))
+  real(wp), parameter :: height_8(8) = half*(1.0_wp + gauss_2*corners_of_hexahedron(3, :))
+  real(wp), parameter :: points_8(3, 8) = transpose(reshape([ &
+    gauss_2*corners_of_hexahedron(1, :)*(1.0_wp - height_8), &
+    gauss_2*corners_of_hexahedron(2, :)*(1.0_wp - height_8), height_8], [8, 3]))
   real(wp), parameter :: near = (5.0_wp - sqrt(5.0_wp))/20.0_wp, far = 1.0_wp - 3.0_wp*near
 
   !> The table.
-  type(cell_t), parameter :: cells(6) = [ &
+  type(cell_t), parameter :: cells(7) = [ &
     cell_t('8-node hexahedron', 12, 8, 8, 12, 6, 8, [1, 2, 3], 3, &
       reshape(corners_of_hexahedron, [3, 20], pad=none), edges_of_hexahedron, spread(4, 1, 6), &
       merge(faces_of_hexahedron, 0, faces_of_hexahedron <= 8), &
@@ -140,7 +155,11 @@ module cells_mod
     cell_t('15-node wedge', 26, 15, 6, 9, 5, 9, [1, 1, 2], 2, &
       places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, spread(0, 1, 8), &
       reshape(points_9, [3, 27], pad=none), &
-      reshape(sixth*spread(line_weight_3, 1, 3), [27], pad=none))]
+      reshape(sixth*spread(line_weight_3, 1, 3), [27], pad=none)), &
+    cell_t('5-node pyramid', 14, 5, 5, 8, 5, 8, [1, 2, 0], 1, &
+      reshape(corners_of_pyramid, [3, 20], pad=none), edges_of_pyramid, [4, 3, 3, 3, 3, 0], &
+      faces_of_pyramid, [1, 2, 3, 4, 5, 5, 5, 5], reshape(points_8, [3, 27], pad=none), &
+      reshape(half*(1.0_wp - height_8)**2, [27], pad=none))]
 
   ! What elements are computed as.
   integer, parameter :: hexahedron_nodes = cells(hexahedron_8)%n_nodes

@@ -5,7 +5,7 @@ module build_mesh_mod
   use inverted_elements_mod, only: jacobians_of
   use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
-  use cells_mod, only: hexahedron_8, hexahedron_nodes
+  use cells_mod, only: cells, hexahedron_8, hexahedron_nodes
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
@@ -88,8 +88,8 @@ contains
     end do
   end subroutine check_elements
 
-  !> Report wedges and tetrahedra of a nearly incompressible material: they lock, and contact
-  !> pressures of theirs are noise.
+  !> Report elements of other cells than hexahedra of a nearly incompressible material: they lock,
+  !> and contact pressures of theirs are noise.
   subroutine check_locking(reader, draft, materials, material)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
@@ -110,11 +110,11 @@ contains
       if (.not. poisson > stiff) cycle
       if (poisson > locked) then
         call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
-          " is no element, and locks with a Poisson's ratio of "// &
-          to_text(poisson, 4)//': mesh with C3D8B')
+          ' is a '//trim(cells(draft%connectivity%cell(e))%name)// &
+          ", and locks with a Poisson's ratio of "//to_text(poisson, 4)//': mesh with C3D8B')
       else
-        call note(reader, "wedges and tetrahedra are too stiff with a Poisson's ratio of "// &
-          to_text(poisson, 4))
+        call note(reader, 'wedges, pyramids and tetrahedra are too stiff with a '// &
+          "Poisson's ratio of "//to_text(poisson, 4))
       end if
       return
     end do

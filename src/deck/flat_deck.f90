@@ -15,9 +15,9 @@ module flat_deck_mod
   use connectivity_mod, only: nodes_of_element
   use deck_source_mod, only: add_line, source_t
   use diagnostics_mod, only: any_mistakes
+  use element_types_mod, only: name_of_type
   use keywords_mod, only: same_word
   use mesh_draft_mod, only: block_t, mesh_draft_t
-  use mesh_mod, only: kind_c3d8b, kind_c3d8i
   use numbers_mod, only: number_text
   use options_mod, only: as_name, card_t, name_option, open_card
   use read_block_mod, only: side_name
@@ -167,9 +167,8 @@ contains
     character(:), allocatable :: type_name
     integer :: element
 
-    type_name = 'C3D8'
-    if (draft%element_kind(block%first_element) == kind_c3d8i) type_name = 'C3D8I'
-    if (draft%element_kind(block%first_element) == kind_c3d8b) type_name = 'C3D8B'
+    type_name = name_of_type(draft%element_kind(block%first_element), &
+      draft%connectivity%cell(block%first_element))
     call put(flat, '*ELEMENT, TYPE='//type_name//', ELSET='//as_name(block%name))
     do element = block%first_element, block%first_element + product(block%n) - 1
       call add_ids([draft%element_id(element), nodes_of_element(draft%connectivity, element)], &

@@ -1,10 +1,12 @@
 !> Elements that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
 module inverted_elements_mod
   use kinds_mod, only: wp
-  use cells_mod, only: hexahedron_8
-  use connectivity_mod, only: connectivity_t, nodes_of_hexahedron
+  use cells_mod, only: cells, hexahedron_8
+  use cell_shapes_mod, only: shape_gradients_at
+  use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use hexahedron8_mod, only: shape_gradients, along_edges, jacobian_determinants
+  use small_matrix_mod, only: determinant
   implicit none
   private
 
@@ -12,17 +14,27 @@ module inverted_elements_mod
 
 contains
 
-  !> The determinants of the Jacobian that must be positive: at the Gauss points and, where the
-  !> nodes of the hexahedron that an element is are all different, at these.
+  !> The determinants of the Jacobian that must be positive: at the Gauss points, and at the corners
+  !> along the natural coordinates of the cell. Along those of a hexahedron that is collapsed they
+  !> are 0 at some.
   pure function jacobians_of(coordinates, connectivity, e) result(determinants)
     real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: e
-    real(wp), allocatable :: determinants(:)  !! [length^3/8]
+    real(wp), allocatable :: determinants(:)  !! of the lengths along the coordinates [length^3]
+    integer :: a
 
     allocate (determinants, source=jacobian_determinants(coordinates(:, &
       nodes_of_hexahedron(connectivity, e))))
-    if (connectivity%cell(e) /= hexahedron_8) determinants = determinants(:8)
+    if (connectivity%cell(e) == hexahedron_8) return
+    associate (cell => cells(connectivity%cell(e)), &
+               x => coordinates(:, nodes_of_element(connectivity, e)))
+      do a = 1, cell%n_corners
+        determinants(8 + a) = determinant(matmul(x, transpose(shape_gradients_at(cell, &
+          cell%place(:, a)))))
+      end do
+      determinants = determinants(:8 + cell%n_corners)
+    end associate
   end function jacobians_of
 
   !> The most that an edge of each element adds to grad u at its Gauss points, per change of the

@@ -138,7 +138,8 @@ contains
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: node
     integer, intent(in) :: elements(:) !! those that meet there
-    integer :: face(2, 3*size(elements)) !! the nodes beside the node in each
+    integer :: face(2, sum(cells(mesh%connectivity%cell(elements))%n_faces))
+    !! the nodes beside the node in each
     integer :: corners(face_corners), n, e, k, m, i
 
     n = 0

@@ -5,9 +5,9 @@
 !> file is relative: the two stay together.
 module xdmf_mod
   use kinds_mod, only: wp, i8
-  use cells_mod, only: cells, tetrahedron_4, wedge_6
+  use cells_mod, only: cells
   use errors_mod, only: error_t
-  use text_mod, only: to_text
+  use text_mod, only: to_text, upper
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
   use output_field_mod, only: field_t, block_shape, every_time
   use sidecar_mod, only: sidecar_t, sidecar_path, open_sidecar, write_line, close_sidecar
@@ -93,18 +93,14 @@ contains
     xml = xml//'</Grid>'
   end function increment
 
+  !> Tetrahedron, Pyramid, Wedge or Hexahedron: the last word of the cell's name.
   pure function topology(cell) result(word)
     integer, intent(in) :: cell
     character(:), allocatable :: word
 
-    select case (cell)
-    case (tetrahedron_4)
-      word = 'Tetrahedron'
-    case (wedge_6)
-      word = 'Wedge'
-    case default
-      word = 'Hexahedron'
-    end select
+    word = trim(cells(cell)%name)
+    word = word(index(word, ' ', back=.true.) + 1:)
+    word(:1) = upper(word(:1))
   end function topology
 
   !> Cut an increment's XML where something follows that differs from one to the next. A mark, the

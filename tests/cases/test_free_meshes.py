@@ -1,6 +1,8 @@
-"""Tetrahedra and wedges, alone and beside hexahedra: what any mesh has exactly, what is refused.
+"""Tetrahedra, wedges and pyramids, alone and beside hexahedra: what any mesh has exactly, what is
+refused.
 
-Boxes of elements, each cut into two wedges or six tetrahedra, with inner nodes out of place.
+Boxes of elements with inner nodes out of place, each cut into two wedges, six tetrahedra, six
+pyramids about its centre or three about a corner.
 """
 
 import itertools
@@ -11,6 +13,8 @@ from program import Run
 
 YOUNG, POISSON, PRESSURE = 210000.0, 0.3, 100.0
 WEDGES = ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7))
+SIDES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+CENTRE = 8
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 
 
@@ -29,14 +33,44 @@ def tetrahedra():
     return tuple(cells)
 
 
-CUTS = {"C3D8": (tuple(range(8)),), "C3D6": WEDGES, "C3D4": tetrahedra()}
+def pyramids(apex):
+    """Return the pyramids of an element whose apex is one of its corners, or its centre."""
+    return tuple((*side[::-1], apex) for side in SIDES if apex not in side)
+
+
+def joined():
+    """Return what lies between a hexahedron, at lower x, and elements that are cut into tetrahedra.
+
+    A pyramid on the hexahedron, and tetrahedra about the centre.
+    """
+    cells = [("C3D5", (*SIDES[5][::-1], CENTRE))]
+    for side in SIDES[:5]:
+        start = min(range(4), key=lambda i, side=side: sum(CORNERS[side[i]]))
+        a, b, c, d = side[start:] + side[:start]
+        cells += [("C3D4", (a, c, b, CENTRE)), ("C3D4", (a, d, c, CENTRE))]
+    return tuple(cells)
+
+
+def cut(kind, at):
+    """Return the cells of the element at a place in its box: type and nodes, CENTRE among them.
+
+    Of pyramids about a corner elements side by side are mirror images, so that their faces match.
+    """
+    if kind == "join":
+        return joined()
+    if kind == "corner":
+        apex = CORNERS.index(tuple(i % 2 for i in at))
+        return tuple(("C3D5", cell) for cell in pyramids(apex))
+    cells = {"C3D8": (tuple(range(8)),), "C3D6": WEDGES, "C3D5": pyramids(CENTRE),
+             "C3D4": tetrahedra()}
+    return tuple((kind, cell) for cell in cells[kind])
 
 
 class Box:
     """A box of elements that are cut, and its cards; ids behind those of `after`."""
 
     def __init__(self, name, n, kinds, low=(0, 0, 0), size=(1, 1, 1), after=None, shift=0.15):
-        """Give the elements the types `kinds` in turn, along x: they meet in quadrilaterals."""
+        """Give the elements the types `kinds` in turn, along x: they meet in faces that match."""
         self.name, self.low, self.size = name, np.array(low, float), np.array(size, float)
         grid = np.array(list(itertools.product(*(range(m + 1) for m in n))))
         inner = np.all((grid > 0) & (grid < n), axis=1)
@@ -45,13 +79,19 @@ class Box:
         self.first = 1 if after is None else after.first + len(after.x)
         element = 1 if after is None else after.next_element
         stride = ((n[1] + 1) * (n[2] + 1), n[2] + 1, 1)
-        self.elements = {kind: [] for kind in kinds}
+        self.elements, centres = {}, []
         for at in itertools.product(*(range(m) for m in n)):
-            nodes = [self.first + int(np.dot(np.add(at, c), stride)) for c in CORNERS]
-            kind = kinds[at[0] % len(kinds)]
-            for cell in CUTS[kind]:
-                self.elements[kind].append((element, *(nodes[a] for a in cell)))
+            nodes = [int(np.dot(np.add(at, c), stride)) for c in CORNERS]
+            cells = cut(kinds[at[0] % len(kinds)], at)
+            if any(CENTRE in cell for _, cell in cells):
+                nodes.append(len(self.x) + len(centres))
+                centres.append(self.x[nodes[:8]].mean(axis=0))
+            for kind, cell in cells:
+                self.elements.setdefault(kind, []).append(
+                    (element, *(self.first + nodes[a] for a in cell))
+                )
                 element += 1
+        self.x = np.concatenate([self.x, np.reshape(centres, (-1, 3))])
         self.next_element = element
 
     def side(self, axis, end):
@@ -100,33 +140,41 @@ class FreeMeshes(unittest.TestCase):
         return result
 
     def check_uniform(self, result):
-        """A uniform stress along z is exact on any mesh: strains, and stresses at all nodes."""
+        """A uniform stress along z is exact on any mesh."""
         x = result.points
         strain = np.array([POISSON, POISSON, -1.0]) * PRESSURE / YOUNG
         u = result.field("displacement")
         np.testing.assert_allclose(u - u[0], (x - x[0]) * strain, rtol=0, atol=1e-10)
 
     def test_uniform_stress_on_a_floor(self):
-        for kinds in (("C3D4",), ("C3D6",), ("C3D8", "C3D6")):
+        for kinds in (
+            ("C3D4",), ("C3D6",), ("C3D8", "C3D6"), ("C3D5",), ("corner",), ("C3D8", "C3D5"),
+            ("C3D6", "C3D5"), ("C3D8", "join", "C3D4"),
+        ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (3, 3, 3), kinds)
                 deck = (
                     box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR + STEP
-                    + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*END STEP\n"
+                    + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*EL FILE, POSITION=AVERAGED AT NODES\nS\n"
+                    + "*END STEP\n"
                 )
                 result = self.solve(deck)
                 self.check_uniform(result)
+                stress = result.field("stress", on="nodes")
+                np.testing.assert_allclose(
+                    stress, [[0, 0, -PRESSURE, 0, 0, 0]] * len(stress), rtol=0, atol=1e-9
+                )
                 np.testing.assert_allclose(result.pairs[0].pressure[-1], PRESSURE, rtol=1e-9)
-                wanted = {"C3D8": 12, "C3D6": 13, "C3D4": 10}
+                wanted = {"C3D8": 12, "C3D6": 13, "C3D5": 14, "C3D4": 10}
                 types = result.file["VTKHDF/Types"][:]
                 counts = {wanted[kind]: len(cells) for kind, cells in box.elements.items()}
                 self.assertEqual({int(t): int((types == t).sum()) for t in set(types)}, counts)
 
     def test_uniform_stress_between_bodies(self):
         """Slave and master faces are triangles that do not match."""
-        for kinds in itertools.product(("C3D4", "C3D6", "C3D8"), repeat=2):
-            if kinds == ("C3D8", "C3D8"):
-                continue
+        every = [*itertools.product(("C3D4", "C3D6", "C3D8"), repeat=2)][:-1]
+        every += [("C3D5", "C3D8"), ("C3D8", "C3D5"), ("corner", "C3D4"), ("C3D5", "corner")]
+        for kinds in every:
             with self.subTest(kinds=kinds):
                 low = Box("LOW", (3, 3, 2), kinds[1:])
                 up = Box("UP", (2, 2, 2), kinds[:1], low=(0, 0, 1), after=low)
@@ -142,7 +190,10 @@ class FreeMeshes(unittest.TestCase):
                 np.testing.assert_allclose(result.pairs[0].pressure[-1], wanted, rtol=1e-7)
 
     def test_uniform_stress_across_a_tie(self):
-        for kinds in (("C3D4", "C3D4"), ("C3D6", "C3D8"), ("C3D8", "C3D4")):
+        for kinds in (
+            ("C3D4", "C3D4"), ("C3D6", "C3D8"), ("C3D8", "C3D4"), ("C3D5", "C3D8"),
+            ("corner", "C3D5"),
+        ):
             with self.subTest(kinds=kinds):
                 low = Box("LOW", (3, 3, 2), kinds[1:])
                 up = Box("UP", (2, 2, 2), kinds[:1], low=(0, 0, 1), after=low)
@@ -154,7 +205,7 @@ class FreeMeshes(unittest.TestCase):
                 self.check_uniform(self.solve(deck))
 
     def test_a_rise_of_temperature_strains_a_free_body(self):
-        for kinds in (("C3D4",), ("C3D6", "C3D8")):
+        for kinds in (("C3D4",), ("C3D6", "C3D8"), ("C3D5",), ("corner",)):
             with self.subTest(kinds=kinds):
                 box = Box("B", (2, 2, 2), kinds)
                 deck = (
@@ -169,9 +220,9 @@ class FreeMeshes(unittest.TestCase):
                 )
 
     def test_the_floor_carries_the_weight(self):
-        for kind in ("C3D4", "C3D6"):
-            with self.subTest(kind=kind):
-                box = Box("B", (2, 3, 2), (kind,), size=(1, 2, 3))
+        for kinds in (("C3D4",), ("C3D6",), ("C3D5",), ("corner",), ("C3D8", "join")):
+            with self.subTest(kinds=kinds):
+                box = Box("B", (2, 3, 2), kinds, size=(1, 2, 3))
                 deck = (
                     box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR + STEP
                     + "*DLOAD\n, GRAV, 9.81, 0., 0., -1.\n*END STEP\n"
@@ -180,6 +231,64 @@ class FreeMeshes(unittest.TestCase):
                 np.testing.assert_allclose(
                     result.pairs[0].resultant[-1], [0, 0, 6000.0 * 9.81], rtol=1e-9, atol=1e-6
                 )
+
+    def test_faces_of_a_pyramid_have_the_numbers_of_the_page_of_decks(self):
+        x = np.array([[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0], [0.5, 1, 2.0]])
+        faces = ((1, 4, 3, 2), (1, 2, 5), (2, 3, 5), (3, 4, 5), (4, 1, 5))
+        deck = "*NODE\n" + "".join(f"{i}, {a}, {b}, {c}\n" for i, (a, b, c) in enumerate(x, 1))
+        deck += (
+            "*ELEMENT, TYPE=C3D5, ELSET=B\n1, 1, 2, 3, 4, 5\n*SOLID SECTION, ELSET=B, "
+            "MATERIAL=STEEL\n" + MATERIAL + "*NSET, NSET=ALL, GENERATE\n1, 5\n*SURFACE, NAME=F\n"
+            "1, S{0}\n*BOUNDARY\nALL, 1, 3\n" + STEP + "{1}\n*END STEP\n"
+        )
+        for k, face in enumerate(faces, 1):
+            corners = x[np.array(face) - 1]
+            area = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+            area = area if len(face) == 4 else area / 2
+            for load in (f"*DLOAD\n1, P{k}, 7.", "*DSLOAD\nF, P, 7."):
+                with self.subTest(face=k, load=load):
+                    result = self.solve(deck.format(k, load))
+                    force = result.field("reaction_force").sum(axis=0)
+                    np.testing.assert_allclose(force, 7 * area, rtol=0, atol=1e-10)
+
+    def test_a_block_of_pyramids_slides_as_one_of_hexahedra(self):
+        """Six pyramids instead of a hexahedron: pressed and dragged over a body of hexahedra."""
+        forces = {}
+        for kinds in (("C3D8", "C3D8"), ("C3D5", "C3D8"), ("C3D8", "C3D5"), ("corner", "C3D8")):
+            with self.subTest(kinds=kinds):
+                low = Box("LOW", (3, 3, 2), kinds[1:], size=(1.5, 1.5, 1), shift=0)
+                up = Box("UP", (2, 2, 2), kinds[:1], low=(0.2, 0.2, 1), after=low, shift=0)
+                result = self.solve(
+                    low.cards() + up.cards() + MATERIAL
+                    + "*SURFACE INTERACTION, NAME=ROUGH\n*FRICTION\n0.3\n*BOUNDARY\nLOW-Z0, 1, 3\n"
+                    "*CONTACT PAIR, INTERACTION=ROUGH, TYPE=SURFACE TO SURFACE\nUP-Z0, LOW-Z1\n"
+                    "*STEP\n*STATIC\n0.5, 1.\n*BOUNDARY\nUP-Z1, 3, 3, -0.001\nUP-Z1, 1, 2, 0.\n"
+                    "*END STEP\n*STEP\n*STATIC\n0.25, 1.\n*BOUNDARY\nUP-Z1, 1, 1, 0.003\n"
+                    "*END STEP\n"
+                )
+                pair = result.pairs[0]
+                force = pair.resultant[[1, -1]]
+                # Pressed, and at last sliding; not all points along x, for the block bulges.
+                self.assertAlmostEqual(abs(force[1, 0]) / force[1, 2], 0.3, delta=5e-4)
+                support = result.field("reaction_force")
+                np.testing.assert_allclose(
+                    support[: len(low.x)].sum(axis=0), force[1], rtol=0, atol=1e-6
+                )
+                forces[kinds] = force[:, 2]
+        for kinds, force in forces.items():
+            np.testing.assert_allclose(force, forces["C3D8", "C3D8"], rtol=0.04, err_msg=kinds)
+
+    def test_a_flat_deck_is_the_same_mesh(self):
+        box = Box("B", (3, 2, 2), ("C3D8", "join", "C3D4"))
+        deck = (
+            box.cards() + MATERIAL + "*BOUNDARY\nB-Z0, 1, 3\n" + STEP
+            + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*END STEP\n"
+        )
+        flat = Run(deck, "--flat", name="deck")
+        self.assertEqual(flat.status, 0, flat.errors)
+        self.assertIn("TYPE=C3D5", flat.output)
+        found = [self.solve(text).field("displacement") for text in (deck, flat.output)]
+        np.testing.assert_array_equal(*found)
 
     def test_a_cantilever_sags_as_the_page_of_decks_says(self):
         # By Timoshenko's theory, with 5/6 of the section against shear.
@@ -203,6 +312,13 @@ class FreeMeshes(unittest.TestCase):
             box.cards() + MATERIAL + "*BOUNDARY\nB-Z0, 1, 3\n" + STEP
             + "*DLOAD\n{}, {}, 1.\n*END STEP\n"
         )
+        # With its third corner at 0.5, 0.5 the base is not convex.
+        pyramid = (
+            "*NODE\n1, 0., 0., 0.\n2, 2., 0., 0.\n3, {}, {}, 0.\n4, 0., 2., 0.\n5, .3, .3, 2.\n"
+            "*ELEMENT, TYPE=C3D5, ELSET=B\n1, 1, 2, 3, 4, 5\n*SOLID SECTION, ELSET=B, "
+            "MATERIAL=STEEL\n" + MATERIAL + "*NSET, NSET=ALL, GENERATE\n1, 5\n*BOUNDARY\n"
+            "ALL, 1, 3\n" + STEP + "*DLOAD\n1, P1, 1.\n*END STEP\n"
+        )
         for wanted, text, options in (
             ("4-node tetrahedron: only meshes of 8-node hexahedra are refined",
              deck.format(1, "P1"), ("--refine", "1")),
@@ -212,6 +328,11 @@ class FreeMeshes(unittest.TestCase):
              "*BLOCK, NAME=A, NX=1, NY=1, NZ=1, TYPE=C3D4\n0., 0., 0., 1., 1., 1.\n" + deck, ()),
             ("an element of this type has an id and 4 nodes",
              deck.replace("1, 1, 5, 7, 8", "1, 1, 5, 7"), ()),
+            ("5-node pyramid: only meshes of 8-node hexahedra are refined",
+             pyramid.format(2, 2), ("--refine", "1")),
+            ("element 1 is inside out or flat",
+             pyramid.format(2, 2).replace(".3, 2.", ".3, -2."), ()),
+            ("element 1 is too distorted: its Jacobian reaches", pyramid.format(0.5, 0.5), ()),
         ):
             with self.subTest(wanted=wanted):
                 run = Run(text, *options, name="deck")

@@ -200,9 +200,13 @@ class Translation(unittest.TestCase):
 *ELEMENT, TYPE=C3D6, ELSET=BODY
 9001, 9001, 9002, 9003, 9004, 9005, 9006
 """
+        pyramid = wedge.replace("C3D6", "C3D5").replace(
+            "9001, 9001, 9002, 9003, 9004, 9005, 9006", "9001, 9001, 9004, 9005, 9002, 9003"
+        )
         with tempfile.TemporaryDirectory() as folder:
             for text, words in (
                 (block.replace("*STEP\n", wedge + "*STEP\n", 1), "TYPE=C3D6"),
+                (block.replace("*STEP\n", pyramid + "*STEP\n", 1), "TYPE=C3D5"),
                 (block.replace("*STEP\n", "*STEP, NLGEOM\n"), "NLGEOM"),
             ):
                 deck = Path(folder) / "deck.inp"
@@ -213,7 +217,7 @@ class Translation(unittest.TestCase):
     def test_master_faces_lie_on_the_planes(self):
         scene = read_flat(PROGRAM, INPUT / "corner.inp", {})
         for plane, normal in zip(make_masters(scene), np.eye(3), strict=True):
-            upper = plane.places[plane.elements[0, 4:]]
+            upper = plane.places[plane.corners[0, 4:]]
             np.testing.assert_allclose(upper @ normal, 0, atol=1e-12)
             outward = np.cross(upper[1] - upper[0], upper[2] - upper[1])
             np.testing.assert_allclose(outward / np.linalg.norm(outward), normal, atol=1e-12)
@@ -225,7 +229,7 @@ class Translation(unittest.TestCase):
             ring, = make_masters(scene)
             numbers = next(iter(scene.obstacles.values())).numbers
             axis = np.array(numbers[3:6]) / np.linalg.norm(numbers[3:6])
-            elements = ring.places[ring.elements] - numbers[:3]
+            elements = ring.places[ring.corners] - numbers[:3]
             upper = elements[:, 4:]
             radial = upper - (upper @ axis)[..., None] * axis
             np.testing.assert_allclose(np.linalg.norm(radial, axis=2), numbers[6], rtol=1e-6)

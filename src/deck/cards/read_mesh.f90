@@ -5,10 +5,11 @@
 !>     *ELEMENT, TYPE=C3D8, ELSET=BODY
 !>     1,  1, 2, 4, 3,  5, 6, 8, 7
 module read_mesh_mod
-  use cells_mod, only: cells, hexahedron_8, tetrahedron_4, wedge_6
+  use cells_mod, only: cells, hexahedron_8
   use cards_mod, only: keep_reading, note, reader_t, report
   use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
+  use element_types_mod, only: element_types, type_called
   use fields_mod, only: any_number, fields_t, integer_field, is_empty_field, limit_fields, &
     looks_like_id, next_data_line, real_field
   use kinds_mod, only: wp
@@ -16,16 +17,13 @@ module read_mesh_mod
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
     mesh_draft_t, no_facet, not_a_coordinate, refused_element, reserve_elements, reserve_nodes, &
     rigid_facet, set_of_elements, set_of_nodes, shell_facet
-  use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
+  use mesh_mod, only: kind_c3d8
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
-  use text_mod, only: as_list, string_t, to_text
+  use text_mod, only: as_list, one_of, string_t, to_text
   implicit none
   private
 
-  public :: read_nodes, read_elements, connect_mesh, check_element_type, available_types
-
-  !> The types of elements that are computed, for messages.
-  character(*), parameter :: available_types = 'C3D8, C3D8I, C3D8B, C3D6 and C3D4'
+  public :: read_nodes, read_elements, connect_mesh, check_element_type
 
   ! What a type of element is to us, beside the kinds of elements.
   integer, parameter :: unknown_type = 0, skipped_type = -1
@@ -112,7 +110,7 @@ contains
     integer, intent(out) :: kind    !! of element (> 0), skipped_type or unknown_type
     integer, intent(out) :: cell    !! row of the table of cells
     character(:), allocatable :: name
-    integer :: facet, corners
+    integer :: facet, corners, row
     logical :: ok
 
     kind = unknown_type
@@ -122,19 +120,13 @@ contains
       if (.not. has_option(card, 'TYPE') .and. .not. required) kind = kind_c3d8
       return
     end if
+    row = type_called(name)
+    if (row > 0) then
+      kind = element_types(row)%kind
+      cell = element_types(row)%cell
+      return
+    end if
     select case (name)
-    case ('C3D8')
-      kind = kind_c3d8
-    case ('C3D8I')
-      kind = kind_c3d8i
-    case ('C3D8B')
-      kind = kind_c3d8b
-    case ('C3D6')
-      kind = kind_c3d8
-      cell = wedge_6
-    case ('C3D4')
-      kind = kind_c3d8
-      cell = tetrahedron_4
     case ('C3D8R', 'C3D8H', 'C3D8RH')
       kind = kind_c3d8
       call note(reader, name//' elements are taken as C3D8: 8-node hexahedra with full integration')
@@ -155,8 +147,8 @@ contains
           return
         end if
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; '//available_types//' are', how_to_get_hexahedra(name, &
-          as_list([character(5) :: 'C3D8', 'C3D8I', 'C3D8B', 'C3D6', 'C3D4'])))
+          ' is not available; use '//one_of(element_types%name), how_to_get_hexahedra(name, &
+          as_list(element_types%name)))
       end if
     end select
   end subroutine check_element_type
@@ -184,7 +176,7 @@ contains
       'shape into hexahedra; extruded ones (Layers, Recombine) and transfinite ones are better'
 
     select case (name)
-    case ('C3D4H', 'C3D6H')
+    case ('C3D4H', 'C3D5H', 'C3D6H')
       hint = 'hexahedra from Gmsh: '//any_shape
     case ('C3D10', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I', 'C3D15', &
       'C3D15H', 'C3D15V')

@@ -17,13 +17,13 @@ module read_properties_mod
     next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: refused_element
-  use read_mesh_mod, only: available_types
+  use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, name_option, open_card, option_position
   use material_law_mod, only: new_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
-  use text_mod, only: to_text
+  use text_mod, only: one_of, to_text
   implicit none
   private
 
@@ -322,7 +322,7 @@ contains
       ! with one carry forces.
       call report(reader, option_position(card, 'ELSET'), &
         'the elements of '//quoted(name_of_set)//' are bars, plates or plane elements, which '// &
-        'are not available; '//available_types//' are')
+        'are not available; use '//one_of(element_types%name))
       reader%lacks_elements = .true.
       any_unknown = .true.
     else if (model%element_sets%list(set)%n == 0 .and. .not. &

@@ -1,0 +1,48 @@
+!> The types of elements that a deck may have.
+module element_types_mod
+  use cells_mod, only: hexahedron_8, pyramid_5, tetrahedron_4, wedge_6
+  use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
+  implicit none
+  private
+
+  public :: element_types, type_called, name_of_type
+
+  type :: element_type_t
+    character(5) :: name !! in decks
+    integer :: kind      !! of element
+    integer :: cell      !! row of the table of cells
+  end type element_type_t
+
+  type(element_type_t), parameter :: element_types(*) = [ &
+    element_type_t('C3D8', kind_c3d8, hexahedron_8), &
+    element_type_t('C3D8I', kind_c3d8i, hexahedron_8), &
+    element_type_t('C3D8B', kind_c3d8b, hexahedron_8), &
+    element_type_t('C3D6', kind_c3d8, wedge_6), &
+    element_type_t('C3D5', kind_c3d8, pyramid_5), &
+    element_type_t('C3D4', kind_c3d8, tetrahedron_4)]
+
+contains
+
+  !> The row of the type of a name; 0: there is none.
+  pure integer function type_called(name) result(row)
+    character(*), intent(in) :: name !! upper case
+
+    do row = size(element_types), 1, -1
+      if (element_types(row)%name == name) return
+    end do
+  end function type_called
+
+  !> The name of the type of an element.
+  pure function name_of_type(kind, cell) result(name)
+    integer, intent(in) :: kind, cell
+    character(:), allocatable :: name
+    integer :: row
+
+    name = ''
+    do row = 1, size(element_types)
+      if (element_types(row)%kind == kind .and. element_types(row)%cell == cell) name = &
+        trim(element_types(row)%name)
+    end do
+  end function name_of_type
+
+end module element_types_mod
