@@ -10,6 +10,7 @@ that line, end with exit status 1, and leave no file behind.
 BIPOT is the program; BIPOT_DECKS, if given, the folder of the decks.
 """
 
+import functools
 import os
 import pathlib
 import re
@@ -41,6 +42,9 @@ def run(deck, *arguments):
     return done.returncode, found, text, left
 
 
+run_once = functools.cache(run)  # the decks of bad/, which do not change
+
+
 class BadDecks(unittest.TestCase):
     """One test a deck, made below."""
 
@@ -50,7 +54,7 @@ class BadDecks(unittest.TestCase):
             (int(line), text.decode("latin-1")) for line, text in EXPECT.findall(deck.read_bytes())
         ]
         self.assertTrue(expected, "the deck expects nothing")
-        status, found, text, left = run(deck)
+        status, found, text, left = run_once(deck)
         self.assertEqual(status, 1, text)
         self.assertEqual(left, [], "files were left behind")
         for line, message in expected:
@@ -98,7 +102,7 @@ class Checked(unittest.TestCase):
     def test_the_same_mistakes_are_told(self):
         for deck in sorted(DECKS.glob("*.inp")):
             with self.subTest(deck=deck.name):
-                _, told, text, _ = run(deck)
+                _, told, text, _ = run_once(deck)
                 status, found = self.check(deck)
                 self.assertEqual(status, 1)
                 self.assertEqual(len(found), len(told), text)

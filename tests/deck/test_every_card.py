@@ -16,6 +16,8 @@ import subprocess
 import tempfile
 import unittest
 
+from deck_server import DeckServer
+
 BIPOT = os.environ.get("BIPOT", "bipot")
 SOURCE = pathlib.Path(os.environ.get("BIPOT_SOURCE", pathlib.Path(__file__).resolve().parents[2]))
 PAGE = (SOURCE / "docs" / "deck.md").read_text(encoding="utf-8")
@@ -225,6 +227,12 @@ def cards(deck):
     return found
 
 
+def mistakes_in(said):
+    """Return the mistakes of a deck by line, and what is said of each."""
+    mistakes = re.findall(r"^deck\.inp:(\d+):\d+: error: (.*)$", said, re.MULTILINE)
+    return [(int(number), what) for number, what in mistakes]
+
+
 class Changed(unittest.TestCase):
     """The deck with some of its lines changed."""
 
@@ -234,21 +242,20 @@ class Changed(unittest.TestCase):
         cls.table = page_table()
         cls.cards = cards(DECK)
         cls.lines = DECK.splitlines()
+        cls.server = DeckServer(**{"more.inp": MORE})
+        cls.addClassCleanup(cls.server.close)
 
-    def plan(self, changes=None):
-        """Plan the deck with some of its lines changed: exit status, all text, mistakes by line."""
+    def changed(self, changes=None):
+        """Return the deck with some of its lines changed."""
         lines = list(self.lines)
         for number, text in (changes or {}).items():
             lines[number - 1] = text
-        with tempfile.TemporaryDirectory() as folder:
-            (pathlib.Path(folder) / "deck.inp").write_text("\n".join(lines) + "\n")
-            (pathlib.Path(folder) / "more.inp").write_text(MORE)
-            done = subprocess.run(
-                [BIPOT, "deck.inp", "--plan"],
-                cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT, check=False,
-            )
-        mistakes = re.findall(r"^deck\.inp:(\d+):\d+: error: (.*)$", done.stderr, re.MULTILINE)
-        return done.returncode, done.stdout + done.stderr, [(int(n), what) for n, what in mistakes]
+        return "\n".join(lines) + "\n"
+
+    def plan(self, changes=None):
+        """Plan the deck with some of its lines changed: exit status, all text, mistakes by line."""
+        status, said = self.server.ask(self.changed(changes))
+        return status, said, mistakes_in(said)
 
     def refused(self, number, text, part=""):
         """Change one line (or more, from it on) and expect a mistake at the last of them."""
@@ -264,6 +271,25 @@ class EveryCard(Changed):
     def test_the_deck_is_right_as_it_is(self):
         status, said, _ = self.plan()
         self.assertEqual(status, 0, said)
+
+    def test_the_program_says_what_is_said_in_one_process(self):
+        keyword, header, _ = self.cards[3]
+        for changes in ({}, {1: "*PREPRINT\n*HEADING"}, {header: f"*{keyword}, NO SUCH OPTION"}):
+            with self.subTest(changes=changes), tempfile.TemporaryDirectory() as folder:
+                (pathlib.Path(folder) / "deck.inp").write_text(self.changed(changes))
+                (pathlib.Path(folder) / "more.inp").write_text(MORE)
+                done = subprocess.run(
+                    [BIPOT, "deck.inp", "--plan", "--verbose"],
+                    cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT, check=False,
+                )
+                status, said, mistakes = self.plan(changes)
+                self.assertEqual(done.returncode, status)
+                self.assertEqual(mistakes_in(done.stderr), mistakes)
+                notes, printed = (
+                    re.findall("^note: .*", text, re.MULTILINE) for text in (said, done.stdout)
+                )
+                self.assertEqual(printed[:len(notes)], notes)
+                self.assertGreater(len(mistakes) + len(notes), 0)
 
     def test_the_table_and_the_deck_have_every_keyword_of_the_page(self):
         self.assertGreater(len(self.table), 25)

@@ -16,7 +16,8 @@ module read_deck_target_mod
 contains
 
   !> Read a deck and plan its run. Returns the exit status that the program would end with, and what
-  !> it would say: its mistakes, or the lines of its plan that do not depend on the machine.
+  !> it would say: its mistakes, or its notes and the lines of its plan that do not depend on the
+  !> machine.
   function try_deck(bytes, n, said, room, length) result(status) bind(c, name='try_deck')
     integer(c_int), value :: n, room
     character(c_char), intent(in) :: bytes(n)
@@ -47,10 +48,15 @@ contains
     if (allocated(error)) then
       status = error%exit_status
       text = error%message
-    else if (allocated(plan%lines)) then
-      do i = 1, size(plan%lines)
-        text = text//plan%lines(i)%text//new_line('a')
+    else
+      do i = 1, size(scene%notes)
+        text = text//'note: '//scene%notes(i)%text//new_line('a')
       end do
+      if (allocated(plan%lines)) then
+        do i = 1, size(plan%lines)
+          text = text//plan%lines(i)%text//new_line('a')
+        end do
+      end if
     end if
     length = min(len(text), room)
     do i = 1, length
