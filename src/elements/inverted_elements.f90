@@ -22,19 +22,20 @@ contains
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: e
     real(wp), allocatable :: determinants(:)  !! of the lengths along the coordinates [length^3]
-    integer :: a
+    integer :: a, n
 
     allocate (determinants, source=jacobian_determinants(coordinates(:, &
       nodes_of_hexahedron(connectivity, e))))
     if (connectivity%cell(e) == hexahedron_8) return
     associate (cell => cells(connectivity%cell(e)), &
                x => coordinates(:, nodes_of_element(connectivity, e)))
-      do a = 1, cell%n_corners
+      n = merge(0, cell%n_corners, cell%n_points == 1) ! then it is the same everywhere
+      do a = 1, n
         determinants(8 + a) = determinant(matmul(x, transpose(shape_gradients_at(cell, &
           cell%place(:, a)))))
       end do
-      determinants = determinants(:8 + cell%n_corners)
     end associate
+    determinants = determinants(:8 + n)
   end function jacobians_of
 
   !> The most that an edge of each element adds to grad u at its Gauss points, per change of the
