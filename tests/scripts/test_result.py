@@ -117,8 +117,8 @@ class ReaderTest(WithFolder):
             result.field("stress", 0)
         with self.assertRaisesRegex(ResultError, "no field 'displacement' on elements"):
             result.field("displacement", 0, on="elements")
-        with self.assertRaisesRegex(ValueError, "not 'elements'"):
-            result.field("stress", 0, on="elements")
+        with self.assertRaisesRegex(ValueError, "not 'faces'"):
+            result.field("stress", 0, on="faces")
 
     def test_maps_sparse_fields_to_their_rows(self):
         synthetic_result.write(self.path, finished=5, field_increments=[1, 4])
