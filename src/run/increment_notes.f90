@@ -75,20 +75,22 @@ contains
     integer, intent(in) :: point            !! 0: a face
     type(face_entry_t), intent(in) :: entry !! of the face
     type(note_t), allocatable, intent(inout) :: notes(:)
-    character(:), allocatable :: what
+    character(:), allocatable :: what, how
     integer :: pair
 
     if (point > 0) then
       pair = points%pair(point)
-      what = 'node '//to_text(scene%mesh%node_id(points%node(point)))
+      what = 'press node '//to_text(scene%mesh%node_id(points%node(point)))
+      how = 'from behind'
     else
       pair = entry%pair
-      what = 'the face of '//nodes_in_words(scene, entry%nodes)
+      what = 'pass the face of '//nodes_in_words(scene, entry%nodes)
+      how = 'without contact'
     end if
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//'): '// &
-      master_name(scene, pair)//' would pass '//what//' of '// &
-      scene%surfaces(scene%pairs(pair)%surface)%name//' without contact: retrying with half '// &
-      'the increment')
+      master_name(scene, pair)//' would '//what//' of '// &
+      scene%surfaces(scene%pairs(pair)%surface)%name//' '//how//': retrying with half the '// &
+      'increment')
   end subroutine note_passed
 
   !> A single factor that was chosen to save time does not hold the scene.

@@ -1,16 +1,16 @@
-!> Obstacles that pass contact points within an increment, so that the closest point flips to their
-!> far side and a reaction would pull. docs/theory.md (9.10).
+!> Obstacles that press from inside a body: they passed a point within an increment, so that the
+!> closest point flipped to their far side, or came by another way. docs/theory.md (9.10).
 module passed_obstacles_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: corners_in
   use face_overlap_mod, only: doubled_area
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: shift_of, turned, has_meshed_master
+  use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use placement_mod, only: placement_t, place
+  use placement_mod, only: placement_t
   implicit none
   private
 
@@ -18,52 +18,35 @@ module passed_obstacles_mod
 
   real(wp), parameter :: behind = 0.2_wp
   !! cosine of the angle between a face's outward normal and a contact normal from behind it [-]
-  real(wp), parameter :: hardly = 0.1_wp !! a turn of a normal that takes it behind no face [rad]
 
 contains
 
-  !> The first point that presses before a curved obstacle and that this pushes out of its body,
-  !> while it pushed it inwards when the increment began (where a surface has no faces: whose
-  !> contact normal turns by more than 90 degrees); 0: there is none.
-  !>
-  !> Normals that change gradually are followed: a rim may slide below an obstacle. In a hollow a
-  !> point comes from one side to the other without contact, and must not begin to press there.
+  !> The first point on which an obstacle presses from inside the body: its contact normal points out
+  !> of the faces there (where a surface has none: it turns by more than 90 degrees within the
+  !> increment); 0: there is none.
   pure integer function find_passed(scene, points, placement, old, new) result(passed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! at the displacement of `new`
     type(state_t), intent(in) :: old, new      !! the increment's beginning and end
-    real(wp) :: outward(3, scene%mesh%n_nodes, 2) !! then and now, 0 without faces [-]
-    type(placement_t) :: before                !! at the displacement of `old`
+    real(wp), allocatable :: outward(:, :)     !! (3,n_nodes) 0 without faces [-]
     integer :: pair, i
-    logical :: is_inner, presses_anew, has_normals
 
     passed = 0
+    allocate (outward(3, 0))
     do pair = 1, size(scene%pairs)
-      associate (master => scene%pairs(pair)%master, &
-                 first => points%first(pair), last => points%first(pair + 1) - 1)
-        if (master == 0) cycle
-        if (.not. any(points%is_curved(first:last)) .or. has_meshed_master(scene, pair)) cycle
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)) cycle
         if (.not. any(abs(new%reaction(:, first:last)) > 0.0_wp)) cycle
-        is_inner = scene%obstacles(master)%inner
-        if (.not. allocated(before%gap)) before = placement
-        call place(scene, points, pair, old%displacement, before, old%rotation)
-        has_normals = .false.
+        outward = outward_normals(scene, pair, new%displacement)
         do i = first, last
           if (.not. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
-          associate (node => points%node(i), now => placement%frame(:, 1, i), &
-                     then => before%frame(:, 1, i))
-            presses_anew = is_inner .and. .not. any(abs(old%reaction(:, i)) > 0.0_wp)
-            if (norm2(now - then) <= hardly .and. .not. presses_anew) cycle
-            if (.not. has_normals) then
-              has_normals = .true.
-              outward(:, :, 1) = outward_normals(scene, pair, old%displacement)
-              outward(:, :, 2) = outward_normals(scene, pair, new%displacement)
-            end if
-            if (any(abs(outward(:, node, 2)) > 0.0_wp)) then
-              if (dot_product(now, outward(:, node, 2)) <= behind) cycle
-              if (dot_product(then, outward(:, node, 1)) > 0.0_wp .and. .not. presses_anew) cycle
-            else if (is_inner .or. dot_product(then, now) >= 0.0_wp) then
+          associate (normal => placement%frame(:, 1, i), out => outward(:, points%node(i)))
+            if (any(abs(out) > 0.0_wp)) then
+              if (dot_product(normal, out) <= behind) cycle
+            else if (scene%obstacles(scene%pairs(pair)%master)%inner) then
+              cycle
+            else if (dot_product(normal, normal_at(scene, points, i, old)) >= 0.0_wp) then
               cycle
             end if
           end associate
@@ -73,6 +56,37 @@ contains
       end associate
     end do
   end function find_passed
+
+  !> The contact normal of a point before an obstacle in a state.
+  pure function normal_at(scene, points, i, state) result(normal)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    type(state_t), intent(in) :: state
+    real(wp) :: normal(3)
+    type(obstacle_t) :: obstacle
+    real(wp) :: gap
+
+    associate (node => points%node(i))
+      obstacle = as_it_stands(scene, points%pair(i), state)
+      call locate_point(obstacle, shift_of(obstacle, state%displacement), &
+        scene%mesh%coordinates(:, node) + state%displacement(:, node), gap, normal)
+    end associate
+  end function normal_at
+
+  !> A pair's obstacle as it has turned.
+  pure function as_it_stands(scene, pair, state) result(obstacle)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+    type(state_t), intent(in) :: state
+    type(obstacle_t) :: obstacle
+
+    associate (master => scene%pairs(pair)%master)
+      obstacle = scene%obstacles(master)
+      if (obstacle%turns) obstacle = turned(scene%obstacles(master), state%rotation(:, master), &
+        scene%mesh%coordinates(:, obstacle%ref_node))
+    end associate
+  end function as_it_stands
 
   !> Unit normals of a pair's slave surface at its nodes, means over their faces; 0 elsewhere.
   pure function outward_normals(scene, pair, u) result(outward)
@@ -105,31 +119,29 @@ contains
   end function outward_normals
 
   !> The part of an increment in which a point moves half the radius of the obstacle that it passes,
-  !> relative to it.
+  !> relative to it; 1 where parts help no more, as the obstacle is inside the body when it begins.
   pure real(wp) function part_that_would_do(scene, points, passed, old, new) result(part)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: passed          !! the point
     type(state_t), intent(in) :: old, new
-    real(wp) :: way(3), at_old(3), at_new(3), radius
-    type(obstacle_t) :: obstacle
+    real(wp) :: outward(3, scene%mesh%n_nodes), way(3)
+    type(obstacle_t) :: at_old, at_new
 
-    associate (master => scene%pairs(points%pair(passed))%master, node => points%node(passed))
-      obstacle = scene%obstacles(master)
-      radius = obstacle%radius
-      at_old = obstacle%point
-      at_new = obstacle%point
-      if (obstacle%turns) then
-        obstacle = turned(scene%obstacles(master), old%rotation(:, master), &
-          scene%mesh%coordinates(:, obstacle%ref_node))
-        at_old = obstacle%point
-        obstacle = turned(scene%obstacles(master), new%rotation(:, master), &
-          scene%mesh%coordinates(:, obstacle%ref_node))
-        at_new = obstacle%point
-      end if
-      way = at_new + shift_of(obstacle, new%displacement) - new%displacement(:, node) - &
-        (at_old + shift_of(obstacle, old%displacement) - old%displacement(:, node))
-      part = min(0.5_wp, 0.5_wp*radius/max(norm2(way), tiny(1.0_wp)))
+    associate (pair => points%pair(passed), node => points%node(passed))
+      outward = outward_normals(scene, pair, old%displacement)
+      part = 1.0_wp
+      associate (then => normal_at(scene, points, passed, old))
+        if (dot_product(then, outward(:, node)) > behind .and. &
+          dot_product(then, normal_at(scene, points, passed, new)) > 0.0_wp) return
+      end associate
+      part = 0.5_wp
+      at_old = as_it_stands(scene, pair, old)
+      at_new = as_it_stands(scene, pair, new)
+      if (.not. at_new%radius > 0.0_wp) return
+      way = at_new%point + shift_of(at_new, new%displacement) - new%displacement(:, node) - &
+        (at_old%point + shift_of(at_old, old%displacement) - old%displacement(:, node))
+      part = min(part, 0.5_wp*at_new%radius/max(norm2(way), tiny(1.0_wp)))
     end associate
   end function part_that_would_do
 
