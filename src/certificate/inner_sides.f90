@@ -41,8 +41,9 @@ contains
       end associate
       do i = points%first(pair), points%first(pair + 1) - 1
         associate (out => outward(:, points%node(i)))
-          if (dot_product(contact%frame(:, 1, i), out) > from_inside*norm2(out)) &
+          if (dot_product(contact%frame(:, 1, i), out) > from_inside*norm2(out)) then
             contact%reaction(1, i) = -contact%reaction(1, i)
+          end if
         end associate
       end do
     end do

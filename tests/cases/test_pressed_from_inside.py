@@ -1,4 +1,4 @@
-"""Obstacles that press on the faces of a slave surface from inside their body, and those that may."""
+"""Obstacles that press on faces from inside their body, and those that may."""
 
 import unittest
 
@@ -31,7 +31,7 @@ DECK = """*NODE
 
 
 def deck(shape, point, way, axis=None, radius=None, hub=None, spin=None, unit=1.0, turn=0, **other):
-    """Return the deck of a block of size 1 and an obstacle that goes along `way`, or turns by `spin`.
+    """Return the deck of a block and an obstacle that goes along `way` or turns by `spin`.
 
     `turn` swaps the axes x, y, z in a cycle; `unit` is the length of the block.
     """
@@ -147,6 +147,35 @@ class IntoTheBodyByATurn(Case):
         both = "*SURFACE, NAME=BOTH, TYPE=NODE\nB-ZMAX\nB-YMAX\n"
         with_side = text.replace("*OBSTACLE", both + "*OBSTACLE", 1).replace("B-ZMAX, G", "BOTH, G")
         self.assertEqual(Run(with_side, name="side").status, 0)
+
+
+class WithoutTheirFaces(Case):
+    """Nodes of the body that get behind an obstacle, for they are in no slave surface of it."""
+
+    COLUMN = "*SURFACE, NAME=PART, TYPE=NODE\n" + "".join(f"{90001 + k}\n" for k in (21, 24, 27))
+    DOWN = ("PLANE", (0.5, 0.5, 1.0), (0.0, 0.0, -0.02), (0.0, 0.0, -1.0))
+
+    def notes(self, text):
+        run = Run(text, name="beside")
+        self.assertEqual(run.status, 0, run.errors)
+        return [line for line in run.output.splitlines() if "without contact, for it is" in line]
+
+    def test_the_deepest_is_told_with_its_depth(self):
+        # The first column of three goes down by 0.02, the last one moves hardly.
+        lines = self.notes(deck(*self.DOWN, cards=self.COLUMN, surface="PART"))
+        self.assertEqual(len(lines), 1)
+        self.assertRegex(lines[0], r"step 1: node 900\d\d of the body is 0\.02.* inside G ")
+        self.assertIn("not in PART", lines[0])
+
+    def test_nothing_is_told_of_slave_nodes_and_of_what_was_there_before(self):
+        self.assertEqual(self.notes(deck(*self.DOWN)), [])
+        part = {"cards": self.COLUMN, "surface": "PART"}
+        text = deck("PLANE", (0.5, 0.5, 0.99), (0.0, 0.0, -0.02), (0.0, 0.0, -1.0), **part)
+        self.assertEqual(self.notes(text), [])
+        # Where gaps are not those of the mesh, the mesh does not say where the body ends.
+        gap = "*CONTACT GAP\nB-ZMAX, -0.01\n*BOUNDARY"
+        text = deck(*self.DOWN, **part).replace("*BOUNDARY", gap, 1)
+        self.assertEqual(self.notes(text), [])
 
 
 class Legal(Case):

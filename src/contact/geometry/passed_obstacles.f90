@@ -5,12 +5,12 @@ module passed_obstacles_mod
   use connectivity_mod, only: corners_in
   use face_overlap_mod, only: doubled_area
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
+  use obstacle_shapes_mod, only: shift_of, turned, has_meshed_master
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use placement_mod, only: placement_t
+  use placement_mod, only: placement_t, place
   implicit none
   private
 
@@ -21,15 +21,16 @@ module passed_obstacles_mod
 
 contains
 
-  !> The first point on which an obstacle presses from inside the body: its contact normal points out
-  !> of the faces there (where a surface has none: it turns by more than 90 degrees within the
-  !> increment); 0: there is none.
+  !> The first point on which an obstacle presses from inside the body: the contact normal points
+  !> out of the faces there. Where a surface has none it turns by more than 90 degrees in the increment.
+  !> 0: there is no such point.
   pure integer function find_passed(scene, points, placement, old, new) result(passed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! at the displacement of `new`
     type(state_t), intent(in) :: old, new      !! the increment's beginning and end
     real(wp), allocatable :: outward(:, :)     !! (3,n_nodes) 0 without faces [-]
+    real(wp), allocatable :: first_normal(:, :) !! (3,n_points) of the pair, when it begins [-]
     integer :: pair, i
 
     passed = 0
@@ -39,6 +40,7 @@ contains
         if (scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)) cycle
         if (.not. any(abs(new%reaction(:, first:last)) > 0.0_wp)) cycle
         outward = outward_normals(scene, pair, new%displacement)
+        if (allocated(first_normal)) deallocate (first_normal)
         do i = first, last
           if (.not. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
           associate (normal => placement%frame(:, 1, i), out => outward(:, points%node(i)))
@@ -46,8 +48,10 @@ contains
               if (dot_product(normal, out) <= behind) cycle
             else if (scene%obstacles(scene%pairs(pair)%master)%inner) then
               cycle
-            else if (dot_product(normal, normal_at(scene, points, i, old)) >= 0.0_wp) then
-              cycle
+            else
+              if (.not. allocated(first_normal)) first_normal = normals_in(scene, points, pair, &
+                old, placement)
+              if (dot_product(normal, first_normal(:, i)) >= 0.0_wp) cycle
             end if
           end associate
           passed = i
@@ -57,22 +61,20 @@ contains
     end do
   end function find_passed
 
-  !> The contact normal of a point before an obstacle in a state.
-  pure function normal_at(scene, points, i, state) result(normal)
+  !> The contact normals of a pair in another state than that of a placement.
+  pure function normals_in(scene, points, pair, state, placement) result(normals)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: i
+    integer, intent(in) :: pair
     type(state_t), intent(in) :: state
-    real(wp) :: normal(3)
-    type(obstacle_t) :: obstacle
-    real(wp) :: gap
+    type(placement_t), intent(in) :: placement
+    real(wp) :: normals(3, points%n)  !! those of other pairs are the placement's [-]
+    type(placement_t) :: there
 
-    associate (node => points%node(i))
-      obstacle = as_it_stands(scene, points%pair(i), state)
-      call locate_point(obstacle, shift_of(obstacle, state%displacement), &
-        scene%mesh%coordinates(:, node) + state%displacement(:, node), gap, normal)
-    end associate
-  end function normal_at
+    there = placement
+    call place(scene, points, pair, state%displacement, there, state%rotation)
+    normals = there%frame(:, 1, :)
+  end function normals_in
 
   !> A pair's obstacle as it has turned.
   pure function as_it_stands(scene, pair, state) result(obstacle)
@@ -120,21 +122,22 @@ contains
 
   !> The part of an increment in which a point moves half the radius of the obstacle that it passes,
   !> relative to it; 1 where parts help no more, as the obstacle is inside the body when it begins.
-  pure real(wp) function part_that_would_do(scene, points, passed, old, new) result(part)
+  pure real(wp) function part_that_would_do(scene, points, passed, old, new, placement) &
+    result(part)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: passed          !! the point
     type(state_t), intent(in) :: old, new
-    real(wp) :: outward(3, scene%mesh%n_nodes), way(3)
+    type(placement_t), intent(in) :: placement !! at the displacement of `new`
+    real(wp) :: outward(3, scene%mesh%n_nodes), first_normal(3, points%n), way(3)
     type(obstacle_t) :: at_old, at_new
 
     associate (pair => points%pair(passed), node => points%node(passed))
       outward = outward_normals(scene, pair, old%displacement)
       part = 1.0_wp
-      associate (then => normal_at(scene, points, passed, old))
-        if (dot_product(then, outward(:, node)) > behind .and. &
-          dot_product(then, normal_at(scene, points, passed, new)) > 0.0_wp) return
-      end associate
+      first_normal = normals_in(scene, points, pair, old, placement)
+      if (dot_product(first_normal(:, passed), outward(:, node)) > behind .and. &
+        dot_product(first_normal(:, passed), placement%frame(:, 1, passed)) > 0.0_wp) return
       part = 0.5_wp
       at_old = as_it_stands(scene, pair, old)
       at_new = as_it_stands(scene, pair, new)
