@@ -170,6 +170,7 @@ contains
     real(wp) :: clock
 
     clock = wall_seconds()
+    solved%entries%is_seen = progress%seen(1, :) > 0.0_wp
     call find_entries(scene, plan%points, watch%faces, tolerance, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
     call find_entered_faces(scene, plan%points, solved%report%contact, watch%fit, &

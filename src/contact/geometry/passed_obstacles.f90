@@ -22,8 +22,8 @@ module passed_obstacles_mod
 contains
 
   !> The first point on which an obstacle presses from inside the body: the contact normal points
-  !> out of the faces there. Where a surface has none it turns by more than 90 degrees in the increment.
-  !> 0: there is no such point.
+  !> out of the faces there, or, where a surface has none, turns by more than 90 degrees in the
+  !> increment. 0: there is no such point.
   pure integer function find_passed(scene, points, placement, old, new) result(passed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
