@@ -10,6 +10,7 @@ module certify_increment_mod
   use stress_forces_mod, only: find_stress_forces
   use deformed_forces_mod, only: find_deformed_forces
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
+  use inner_sides_mod, only: turn_inner_sides
   use facing_surfaces_mod, only: face_surfaces
   use turned_slips_mod, only: slips_of_turns
   use certificate_mod, only: certify
@@ -46,6 +47,7 @@ contains
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
     call face_obstacles(scene, points, old, new, contact)
+    call turn_inner_sides(scene, points, new%displacement, contact)
     call face_surfaces(scene, points, old, new, contact)
     certificate = certify(scene%mesh, points, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, contact%frame, old, new))

@@ -12,7 +12,7 @@ module obstacle_gaps_mod
   implicit none
   private
 
-  public :: face_obstacles, frame_of, rounding_of_places
+  public :: face_obstacles, frame_of, has_closest_point, rounding_of_places
 
 contains
 

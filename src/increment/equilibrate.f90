@@ -136,7 +136,8 @@ contains
       end if
       report%converged = .false.
       report%ending = ended_passed
-      report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new)
+      report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new, &
+        trial%placement)
       return
     end if
     ! Nothing says that reactions found elsewhere hold here.

@@ -52,6 +52,8 @@ module checkpoint_mod
     real(wp), allocatable :: values(:, :)
     !! (n_components,n_increments) what that accuracy is of, of the deck's increments so far
     real(wp), allocatable :: touched(:, :) !! (1,n_nodes) as of mark_touched, likewise
+    real(wp), allocatable :: seen(:, :)
+    !! (1,n_obstacles) 1 where nodes have touched it since it got into the faces that it is in
     real(wp) :: worst_errors(3) = 0.0_wp
     !! of the run, as estimated in it: by load steps, by contact and arithmetic, by the mesh [-]
     real(wp), allocatable :: begun(:, :)
@@ -70,6 +72,7 @@ contains
       size(scene%obstacles))
     call start_coarse(progress%state, progress%coarse)
     progress%tolerance = plan%choices%tolerance
+    allocate (progress%seen(1, size(scene%obstacles)), source=0.0_wp)
   end subroutine start_run
 
   !> Go on from what a result file kept.
@@ -140,6 +143,7 @@ contains
     call archive(list, progress%in_double)
     call archive(list, progress%touched_in)
     call archive(list, progress%begun)
+    call archive(list, progress%seen)
     call carry_tally(list, progress%tally)
     if (.not. allocated(progress%sequence)) return
     call carry_sequence(list, progress%sequence)

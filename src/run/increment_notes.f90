@@ -9,6 +9,7 @@ module increment_notes_mod
   use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
+  use nodes_behind_mod, only: node_behind_t
   use faces_between_nodes_mod, only: face_entry_t
   use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
   use follow_points_mod, only: rounding_of_places
@@ -18,8 +19,8 @@ module increment_notes_mod
   private
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
-    note_unfelt, note_passed, note_small_contacts, note_kinks, note_touch, note_turn, note_double, &
-    note_redundant, note_opposed_reactions
+    note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
+    note_turn, note_double, note_redundant, note_opposed_reactions
 
   !> A line for the console.
   type :: note_t
@@ -67,6 +68,23 @@ contains
       ') is large for its contact: it was solved only from where smaller increments led')
   end subroutine note_started
 
+  !> A node of a slave body is behind an obstacle, which it does not touch for it is in no slave
+  !> surface.
+  pure subroutine note_node_behind(scene, increment, behind, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(node_behind_t), intent(in) :: behind
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    if (behind%node == 0) return
+    associate (pair => scene%pairs(behind%pair))
+      call add_note(notes, increment, .false., ': node '//to_text(scene%mesh%node_id( &
+        behind%node))//' of the body is '//to_text(behind%depth, 3)//' inside '// &
+        master_name(scene, behind%pair)//' without contact, for it is not in '// &
+        scene%surfaces(pair%surface)%name)
+    end associate
+  end subroutine note_node_behind
+
   !> An increment is cut in which an obstacle would pass a point, or a face.
   pure subroutine note_passed(scene, points, increment, point, entry, notes)
     type(scene_t), intent(in) :: scene
@@ -75,20 +93,22 @@ contains
     integer, intent(in) :: point            !! 0: a face
     type(face_entry_t), intent(in) :: entry !! of the face
     type(note_t), allocatable, intent(inout) :: notes(:)
-    character(:), allocatable :: what
+    character(:), allocatable :: what, how
     integer :: pair
 
     if (point > 0) then
       pair = points%pair(point)
-      what = 'node '//to_text(scene%mesh%node_id(points%node(point)))
+      what = 'press node '//to_text(scene%mesh%node_id(points%node(point)))
+      how = 'from behind'
     else
       pair = entry%pair
-      what = 'the face of '//nodes_in_words(scene, entry%nodes)
+      what = 'pass the face of '//nodes_in_words(scene, entry%nodes)
+      how = 'without contact'
     end if
     call add_note(notes, increment, .true., ' (to time '//to_text(increment%time)//'): '// &
-      master_name(scene, pair)//' would pass '//what//' of '// &
-      scene%surfaces(scene%pairs(pair)%surface)%name//' without contact: retrying with half '// &
-      'the increment')
+      master_name(scene, pair)//' would '//what//' of '// &
+      scene%surfaces(scene%pairs(pair)%surface)%name//' '//how//': retrying with half the '// &
+      'increment')
   end subroutine note_passed
 
   !> A single factor that was chosen to save time does not hold the scene.

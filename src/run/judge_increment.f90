@@ -17,6 +17,7 @@ module judge_increment_mod
   use smooth_faces_mod, only: smooth_faces_t
   use cells_mod, only: face_corners
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
+  use nodes_behind_mod, only: find_node_behind
   use folded_faces_mod, only: find_folded
   use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
@@ -27,7 +28,7 @@ module judge_increment_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy
-  use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, &
+  use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions
   implicit none
   private
@@ -111,6 +112,9 @@ contains
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)
+        call note_node_behind(scene, increment, find_node_behind(scene, plan%points, &
+          solved%state, least_overlap(scene, solver%choices%tolerance, &
+          solved%state%displacement)), notes)
         watch%deepest = face_entry_t()
       end if
       call count_events(scene, plan, solver, increment, progress, notes)

@@ -166,10 +166,16 @@ contains
       ! Rounded down to one digit.
       length = report%part_to_try*(increment%fraction - increment%begin)*step%period
       power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
-      words = ': '//master_name(scene, points%pair(point))//' passes node '// &
-        to_text(scene%mesh%node_id(points%node(point)))//' of '// &
-        scene%surfaces(scene%pairs(points%pair(point))%surface)%name//' within the increment '// &
-        'and would press it from behind; use '
+      words = 'node '//to_text(scene%mesh%node_id(points%node(point)))//' of '// &
+        scene%surfaces(scene%pairs(points%pair(point))%surface)%name
+      if (report%part_to_try >= 1.0_wp) then
+        words = ': '//master_name(scene, points%pair(point))//' presses '//words// &
+          ' from inside its body; is the body on the right side of it, and are all faces that '// &
+          'it may touch in the surface?'
+        return
+      end if
+      words = ': '//master_name(scene, points%pair(point))//' passes '//words// &
+        ' within the increment and would press it from behind; use '
       if (report%part_to_try < 0.5_wp) then
         words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
         if (step%direct) words = words//', or leave out DIRECT'

@@ -117,6 +117,7 @@ contains
     end associate
     if (allocated(progress%sequence)) call note_values(scene, plan, solved, progress)
     progress%state = solved%state
+    progress%seen(1, :) = merge(1.0_wp, 0.0_wp, solved%entries%is_seen)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - started
     call save_checkpoint(progress, file, error)
     progress%tally%write_time = progress%tally%write_time + wall_seconds() - clock

@@ -170,6 +170,7 @@ contains
     real(wp) :: clock
 
     clock = wall_seconds()
+    solved%entries%is_seen = progress%seen(1, :) > 0.0_wp
     call find_entries(scene, plan%points, watch%faces, tolerance, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
     call find_entered_faces(scene, plan%points, solved%report%contact, watch%fit, &
@@ -181,10 +182,11 @@ contains
     solved%report%face_penetration_on_way = solved%entries%on_way%depth
   end subroutine look_between_ends
 
-  !> Whether parts of an increment would be as unbalanced as it is.
+  !> Whether parts of an increment would fail as it does.
   !>
-  !> They are where loads and prescribed motions grow in proportion from an undeformed body, contact
-  !> does not curve, and nothing overlaps: then a part of the loads has a part of the reactions.
+  !> They do where an obstacle is inside the body already; and where loads and prescribed motions
+  !> grow in proportion from an undeformed body, contact does not curve, and nothing overlaps: then
+  !> a part of the loads has a part of the reactions.
   logical function fails_at_any_size(scene, points, solver, old, solved) result(fails)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -195,6 +197,7 @@ contains
     real(wp) :: middle
 
     fails = .false.
+    if (solved%report%ending == ended_passed) fails = solved%report%part_to_try >= 1.0_wp
     if (solved%report%ending /= ended_unbalanced .or. any(points%is_curved)) return
     if (maxval(abs(old%displacement)) > 0.0_wp) return
     if (any(solver%undeformed%gap < 0.0_wp .and. points%in_reach)) return

@@ -93,6 +93,7 @@ WORDS = {
         "contact/geometry/obstacle_shapes.f90",
         "contact/geometry/placement.f90",
         "contact/geometry/candidate_points.f90",
+        "contact/geometry/nodes_behind.f90",  # of nodes that are no points
         "deck/adjust.f90",
     },
 }

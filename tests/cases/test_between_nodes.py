@@ -198,6 +198,28 @@ class Right(unittest.TestCase):
         with run.result() as result:
             self.assertAlmostEqual(result.history("face_penetration_on_way")[1], 0.02, places=3)
 
+    def test_what_nodes_have_seen_may_leave_after_them(self):
+        # The last node lets go while the tool is in the faces beside it still, and a little later
+        # these do: in as many increments as that takes.
+        path = "*AMPLITUDE, NAME=A\n0., 0., .45, 1., 1., -1.\n*STEP\n*STATIC{}\n{}, 1.\n"
+        path += "*BOUNDARY, AMPLITUDE=A\n1, 1, 1, 0.\n1, 2, 2, 0.\n1, 3, 3, -0.03\n*END STEP\n"
+        for direct, increment in (("", 1.0), ("", 1.0 / 3.0), (", DIRECT", 0.01)):
+            for shape in ("SPHERE", "CYLINDER"):
+                if direct and shape == "SPHERE":
+                    continue
+                with self.subTest(direct=direct, increment=increment, shape=shape):
+                    deck = block(0.03, 0.06, shape=shape)
+                    deck = deck.replace("NX=8, NY=8, NZ=4", "NX=2, NY=2, NZ=1")
+                    run = Run(deck + path.format(direct, increment), "--quiet", name="right")
+                    self.assertEqual(run.status, 0, run.errors)
+                    with run.result() as result:
+                        force = result.pairs[0].resultant[:, 2]
+                        deep = result.history("face_penetration")
+                    self.assertLess(force.min(), -1.0)
+                    self.assertEqual(force[-1], 0.0)
+                    # Between the last node and the last face.
+                    self.assertTrue(direct or np.any((force == 0.0) & (deep > 1e-7)))
+
     def test_a_pin_in_a_faceted_hole_enters_no_facet_before_a_node_touches(self):
         # 32 facets are 0.48 % of the radius nearer than their nodes, the pin is 0.1 % smaller.
         for part, turns in ((1.0, (0.0, 0.5, 0.3, 8.5)), (0.25, (0.0, 0.5, 4.3, 7.5))):

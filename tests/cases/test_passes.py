@@ -161,7 +161,7 @@ class DeeperThanTheRadius(Case):
             (0.5, 0.5, 0.3), (0.0, 0.0, -2.6), 1.1, surface="ZMIN", held="ZMAX", inner=", INNER",
             n=(2, 2, 2), size=(1.0, 1.0, 1.0),
         )  # fmt: skip
-        self.refused(text, "G passes node", "of B-ZMIN")
+        self.refused(text, "G presses node", "of B-ZMIN from inside")
         # Down to where it does not press.
         np.testing.assert_array_equal(self.force(text.replace("-2.6", "-0.6")), 0.0)
 

@@ -42,6 +42,8 @@ module faces_between_nodes_mod
     integer  :: how = 0           !! it was missed: entered_at_end and so on
     type(face_entry_t) :: passed  !! of what smaller increments may meet; depth 0: none
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
+    logical, allocatable :: is_seen(:)
+    !! (n_obstacles) nodes have touched the obstacle since it got into the faces that it is in
   end type entries_t
 
   !> What one obstacle does to faces, until it is judged.
@@ -79,6 +81,8 @@ contains
   end subroutine list_faces
 
   !> Look at all slave faces at the end of an increment and along the way to it.
+  !>
+  !> What nodes have seen and let go leaves the faces between them a little later.
   subroutine find_entries(scene, points, faces, tolerance, old, new, last_of_step, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -86,7 +90,9 @@ contains
     real(wp), intent(in) :: tolerance            !! of contact [-]
     type(state_t), intent(in) :: old, new        !! the increment's beginning and end
     logical, intent(in) :: last_of_step
-    type(entries_t), intent(out) :: entries
+    type(entries_t), intent(inout) :: entries
+    !! comes with `is_seen` of the increment's beginning (not allocated: nothing is), goes with that
+    !! of its end
     type(of_obstacle_t) :: found
     type(obstacle_t) :: at_old, at_new    !! the obstacle as it stands at `old` and `new`
     real(wp) :: bend                      !! of its middle's way from the chord [length]
@@ -99,6 +105,9 @@ contains
     logical :: begins
     integer :: obstacle, pair
 
+    if (.not. allocated(entries%is_seen)) allocate (entries%is_seen(size(scene%obstacles)), &
+      source=.false.)
+    entries = entries_t(is_seen=entries%is_seen)
     if (.not. any([(size(faces(pair)%nodes) > 0, pair=1, size(faces))])) return
     allowed = 10.0_wp*tolerance*max(maxval(abs(new%displacement)), &
       maxval(abs(old%displacement))) + rounding_of_places(scene, new%displacement)
@@ -120,7 +129,7 @@ contains
         pressed)
       call mark_touching(scene, points, faces, obstacle, after, new%reaction, allowed, near)
       found%presses_before = any(pressed)
-      found%touches_before = any(near_before)
+      found%touches_before = any(near_before) .or. entries%is_seen(obstacle)
       found%touches = any(near)
       call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
       allocate (dents(0))
@@ -137,6 +146,8 @@ contains
         found%untouched = deepest_untouched(dents, near)
       end if
       deallocate (dents)
+      entries%is_seen(obstacle) = found%touches .or. (found%touches_before .and. &
+        found%untouched%depth > 0.0_wp)
       call judge(found, allowed, last_of_step, entries)
     end do
     entries%work = abs(entries%work)

@@ -1,5 +1,5 @@
-!> Obstacles that pass contact points within an increment, so that the closest point flips to their
-!> far side and a reaction would pull. docs/theory.md (9.10).
+!> Obstacles that press from inside a body: they passed a point within an increment, so that the
+!> closest point flipped to their far side, or came by another way. docs/theory.md (9.10).
 module passed_obstacles_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: corners_in
@@ -18,53 +18,40 @@ module passed_obstacles_mod
 
   real(wp), parameter :: behind = 0.2_wp
   !! cosine of the angle between a face's outward normal and a contact normal from behind it [-]
-  real(wp), parameter :: hardly = 0.1_wp !! a turn of a normal that takes it behind no face [rad]
 
 contains
 
-  !> The first point that presses before a curved obstacle and that this pushes out of its body,
-  !> while it pushed it inwards when the increment began (where a surface has no faces: whose
-  !> contact normal turns by more than 90 degrees); 0: there is none.
-  !>
-  !> Normals that change gradually are followed: a rim may slide below an obstacle. In a hollow a
-  !> point comes from one side to the other without contact, and must not begin to press there.
+  !> The first point on which an obstacle presses from inside the body: the contact normal points
+  !> out of the faces there, or, where a surface has none, turns by more than 90 degrees in the
+  !> increment. 0: there is no such point.
   pure integer function find_passed(scene, points, placement, old, new) result(passed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement !! at the displacement of `new`
     type(state_t), intent(in) :: old, new      !! the increment's beginning and end
-    real(wp) :: outward(3, scene%mesh%n_nodes, 2) !! then and now, 0 without faces [-]
-    type(placement_t) :: before                !! at the displacement of `old`
+    real(wp), allocatable :: outward(:, :)     !! (3,n_nodes) 0 without faces [-]
+    real(wp), allocatable :: first_normal(:, :) !! (3,n_points) of the pair, when it begins [-]
     integer :: pair, i
-    logical :: is_inner, presses_anew, has_normals
 
     passed = 0
+    allocate (outward(3, 0))
     do pair = 1, size(scene%pairs)
-      associate (master => scene%pairs(pair)%master, &
-                 first => points%first(pair), last => points%first(pair + 1) - 1)
-        if (master == 0) cycle
-        if (.not. any(points%is_curved(first:last)) .or. has_meshed_master(scene, pair)) cycle
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (scene%pairs(pair)%master == 0 .or. has_meshed_master(scene, pair)) cycle
         if (.not. any(abs(new%reaction(:, first:last)) > 0.0_wp)) cycle
-        is_inner = scene%obstacles(master)%inner
-        if (.not. allocated(before%gap)) before = placement
-        call place(scene, points, pair, old%displacement, before, old%rotation)
-        has_normals = .false.
+        outward = outward_normals(scene, pair, new%displacement)
+        if (allocated(first_normal)) deallocate (first_normal)
         do i = first, last
           if (.not. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
-          associate (node => points%node(i), now => placement%frame(:, 1, i), &
-                     then => before%frame(:, 1, i))
-            presses_anew = is_inner .and. .not. any(abs(old%reaction(:, i)) > 0.0_wp)
-            if (norm2(now - then) <= hardly .and. .not. presses_anew) cycle
-            if (.not. has_normals) then
-              has_normals = .true.
-              outward(:, :, 1) = outward_normals(scene, pair, old%displacement)
-              outward(:, :, 2) = outward_normals(scene, pair, new%displacement)
-            end if
-            if (any(abs(outward(:, node, 2)) > 0.0_wp)) then
-              if (dot_product(now, outward(:, node, 2)) <= behind) cycle
-              if (dot_product(then, outward(:, node, 1)) > 0.0_wp .and. .not. presses_anew) cycle
-            else if (is_inner .or. dot_product(then, now) >= 0.0_wp) then
+          associate (normal => placement%frame(:, 1, i), out => outward(:, points%node(i)))
+            if (any(abs(out) > 0.0_wp)) then
+              if (dot_product(normal, out) <= behind) cycle
+            else if (scene%obstacles(scene%pairs(pair)%master)%inner) then
               cycle
+            else
+              if (.not. allocated(first_normal)) first_normal = normals_in(scene, points, pair, &
+                old, placement)
+              if (dot_product(normal, first_normal(:, i)) >= 0.0_wp) cycle
             end if
           end associate
           passed = i
@@ -73,6 +60,35 @@ contains
       end associate
     end do
   end function find_passed
+
+  !> The contact normals of a pair in another state than that of a placement.
+  pure function normals_in(scene, points, pair, state, placement) result(normals)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    type(state_t), intent(in) :: state
+    type(placement_t), intent(in) :: placement
+    real(wp) :: normals(3, points%n)  !! those of other pairs are the placement's [-]
+    type(placement_t) :: there
+
+    there = placement
+    call place(scene, points, pair, state%displacement, there, state%rotation)
+    normals = there%frame(:, 1, :)
+  end function normals_in
+
+  !> A pair's obstacle as it has turned.
+  pure function as_it_stands(scene, pair, state) result(obstacle)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+    type(state_t), intent(in) :: state
+    type(obstacle_t) :: obstacle
+
+    associate (master => scene%pairs(pair)%master)
+      obstacle = scene%obstacles(master)
+      if (obstacle%turns) obstacle = turned(scene%obstacles(master), state%rotation(:, master), &
+        scene%mesh%coordinates(:, obstacle%ref_node))
+    end associate
+  end function as_it_stands
 
   !> Unit normals of a pair's slave surface at its nodes, means over their faces; 0 elsewhere.
   pure function outward_normals(scene, pair, u) result(outward)
@@ -105,31 +121,30 @@ contains
   end function outward_normals
 
   !> The part of an increment in which a point moves half the radius of the obstacle that it passes,
-  !> relative to it.
-  pure real(wp) function part_that_would_do(scene, points, passed, old, new) result(part)
+  !> relative to it; 1 where parts help no more, as the obstacle is inside the body when it begins.
+  pure real(wp) function part_that_would_do(scene, points, passed, old, new, placement) &
+    result(part)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: passed          !! the point
     type(state_t), intent(in) :: old, new
-    real(wp) :: way(3), at_old(3), at_new(3), radius
-    type(obstacle_t) :: obstacle
+    type(placement_t), intent(in) :: placement !! at the displacement of `new`
+    real(wp) :: outward(3, scene%mesh%n_nodes), first_normal(3, points%n), way(3)
+    type(obstacle_t) :: at_old, at_new
 
-    associate (master => scene%pairs(points%pair(passed))%master, node => points%node(passed))
-      obstacle = scene%obstacles(master)
-      radius = obstacle%radius
-      at_old = obstacle%point
-      at_new = obstacle%point
-      if (obstacle%turns) then
-        obstacle = turned(scene%obstacles(master), old%rotation(:, master), &
-          scene%mesh%coordinates(:, obstacle%ref_node))
-        at_old = obstacle%point
-        obstacle = turned(scene%obstacles(master), new%rotation(:, master), &
-          scene%mesh%coordinates(:, obstacle%ref_node))
-        at_new = obstacle%point
-      end if
-      way = at_new + shift_of(obstacle, new%displacement) - new%displacement(:, node) - &
-        (at_old + shift_of(obstacle, old%displacement) - old%displacement(:, node))
-      part = min(0.5_wp, 0.5_wp*radius/max(norm2(way), tiny(1.0_wp)))
+    associate (pair => points%pair(passed), node => points%node(passed))
+      outward = outward_normals(scene, pair, old%displacement)
+      part = 1.0_wp
+      first_normal = normals_in(scene, points, pair, old, placement)
+      if (dot_product(first_normal(:, passed), outward(:, node)) > behind .and. &
+        dot_product(first_normal(:, passed), placement%frame(:, 1, passed)) > 0.0_wp) return
+      part = 0.5_wp
+      at_old = as_it_stands(scene, pair, old)
+      at_new = as_it_stands(scene, pair, new)
+      if (.not. at_new%radius > 0.0_wp) return
+      way = at_new%point + shift_of(at_new, new%displacement) - new%displacement(:, node) - &
+        (at_old%point + shift_of(at_old, old%displacement) - old%displacement(:, node))
+      part = min(part, 0.5_wp*at_new%radius/max(norm2(way), tiny(1.0_wp)))
     end associate
   end function part_that_would_do
 
