@@ -187,6 +187,13 @@ class Pair:
         return self._points("extra_gap")
 
     @cached_property
+    def allowed_interference(self) -> Array:
+        """What *CONTACT INTERFERENCE lets points overlap by, which the gap has added: (T, P)."""
+        if "allowed_interference" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros((self.result.finished, len(self.nodes)))
+        return self._over_time("allowed_interference")
+
+    @cached_property
     def frame(self) -> Array:
         """Local frames, rows n, t1, t2: (T, P, 3, 3), stored once where they do not change."""
         frame = self.result._dataset(f"/contact/{self.name}/frame")

@@ -11,6 +11,7 @@ module certify_increment_mod
   use deformed_forces_mod, only: find_deformed_forces
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
   use inner_sides_mod, only: turn_inner_sides
+  use allowed_overlaps_mod, only: add_allowed
   use facing_surfaces_mod, only: face_surfaces
   use turned_slips_mod, only: slips_of_turns
   use certificate_mod, only: certify
@@ -26,7 +27,7 @@ contains
   !> Internal forces (at finite strain about the deformed places), and gaps, frames and slips before
   !> planes, spheres and cylinders, are computed anew; weights, normals and gaps before surfaces and
   !> facets are held against integrals. Taken as they are: loads, laws of materials, friction
-  !> coefficients, extra gaps, the sides of masters, overlaps that constraints keep, and slips
+  !> coefficients, constant extra gaps, the sides of masters, overlaps that constraints keep, and slips
   !> before surfaces and facets whose weights are confirmed.
   pure function certify_increment(scene, points, tolerance, said, old, new, imposed) &
     result(certificate)
@@ -38,6 +39,7 @@ contains
     type(imposed_t), intent(in) :: imposed
     type(certificate_t) :: certificate
     type(contact_fields_t) :: contact
+    type(contact_points_t) :: known
     type(increment_forces_t) :: forces
 
     forces%imposed_t = imposed
@@ -46,11 +48,27 @@ contains
       new%displacement, forces)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
-    call face_obstacles(scene, points, old, new, contact)
-    call turn_inner_sides(scene, points, new%displacement, contact)
-    call face_surfaces(scene, points, old, new, contact)
+    if (allocated(points%constant_gap)) then
+      known = points
+      call add_allowed(scene, new, contact, known)
+      call face_masters(scene, known, old, new, contact)
+    else
+      call face_masters(scene, points, old, new, contact)
+    end if
     certificate = certify(scene%mesh, points, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, contact%frame, old, new))
   end function certify_increment
+
+  !> Gaps, frames and slips before obstacles and surfaces.
+  pure subroutine face_masters(scene, points, old, new, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old, new
+    type(contact_fields_t), intent(inout) :: contact
+
+    call face_obstacles(scene, points, old, new, contact)
+    call turn_inner_sides(scene, points, new%displacement, contact)
+    call face_surfaces(scene, points, old, new, contact)
+  end subroutine face_masters
 
 end module certify_increment_mod

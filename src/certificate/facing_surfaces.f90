@@ -15,7 +15,7 @@ module facing_surfaces_mod
   implicit none
   private
 
-  public :: face_surfaces
+  public :: face_surfaces, find_gaps
 
   real(wp), parameter :: of_quadrature = 1.0e-5_wp
   !! what weights and normals may differ by, and gaps beside the width of a node; quadratures in
@@ -47,6 +47,56 @@ contains
       end do
     end do
   end subroutine face_surfaces
+
+  !> The gaps of points before surfaces and facets in a state, where rows are compared and faces
+  !> cover more than a little; others stay as they are.
+  pure subroutine find_gaps(scene, points, state, contact, gap)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(contact_fields_t), intent(in) :: contact !! as of `is_left`
+    real(wp), intent(inout) :: gap(:)             !! (n_points) [length]
+    type(two_sides_t) :: sides
+    type(rows_t) :: rows
+    real(wp) :: normal(3)
+    logical, allocatable :: left(:)
+    integer :: pair, side, i
+
+    do pair = 1, size(scene%pairs)
+      if (points%first(pair + 1) == points%first(pair)) cycle
+      if (.not. points%on_surface(points%first(pair))) cycle
+      if (size(scene%surfaces(scene%pairs(pair)%surface)%faces, 2) == 0) cycle
+      do side = 1, n_sides(points, pair)
+        call put_together(scene, points, pair, side, state, sides)
+        call integrate(sides, rows)
+        left = is_left(scene, points, sides, contact)
+        do i = sides%first, sides%last
+          associate (here => i - sides%first + 1)
+            if (left(here) .or. .not. rows%area(here) > compared*rows%whole(here)) cycle
+            normal = rows%normal(:, here)
+            where (is_across(points, i)) normal = 0.0_wp
+            if (.not. norm2(normal) > compared*rows%area(here)) cycle
+            gap(i) = dot_product(normal/norm2(normal), arm_of(sides, rows, here)) + &
+              points%extra_gap(i)
+          end associate
+        end do
+      end do
+    end do
+  end subroutine find_gaps
+
+  !> From the mean of what a row faces to its node.
+  pure function arm_of(sides, rows, here) result(arm)
+    type(two_sides_t), intent(in) :: sides
+    type(rows_t), intent(in) :: rows
+    integer, intent(in) :: here !! row
+    real(wp) :: arm(3)          !! [length]
+
+    associate (entries => rows%of_row%item(rows%of_row%first(here): &
+               rows%of_row%first(here + 1) - 1))
+      arm = sides%x(:, here) - matmul(sides%y(:, rows%entry(entries)%place), &
+        rows%entry(entries)%part)/rows%area(here)
+    end associate
+  end function arm_of
 
   !> Points that are left as they are: by nodes that hang, by sides that cannot move apart, and by
   !> constraints rows are others than (11.2).
@@ -129,11 +179,7 @@ contains
         normal = normal/norm2(normal)
         call find_row(scene, sides, rows, here, found, n)
         found%first(here + 1) = n + 1
-        associate (entries => rows%of_row%item(rows%of_row%first(here): &
-          rows%of_row%first(here + 1) - 1))
-          arm = sides%x(:, here) - matmul(sides%y(:, rows%entry(entries)%place), &
-            rows%entry(entries)%part)/area
-        end associate
+        arm = arm_of(sides, rows, here)
         motion = relative_motion(found, here, points%node(i), new%displacement)
         if (sides%stays) arm = arm + motion
         gap = dot_product(normal, arm) + points%extra_gap(i)

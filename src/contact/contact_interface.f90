@@ -3,7 +3,7 @@
 module contact_interface_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use loads_mod, only: amplitude_range
+  use loads_mod, only: interference_t, amplitude_range
   use obstacles_mod, only: ref_nodes
   use connectivity_mod, only: corners_in
   use surfaces_mod, only: nodes_of
@@ -186,8 +186,25 @@ contains
             scene%regions(s%gravity(i)%region)%elements)))) = .true.
         end do
         if (allocated(s%temperatures)) loose_body(mesh%body(s%temperatures%node)) = .true.
+        if (.not. allocated(s%interferences)) cycle
+        do i = 1, size(s%interferences)
+          if (pushes(s%interferences(i))) loose_body(mesh%body(scene%surfaces(scene%pairs( &
+            s%interferences(i)%pair)%surface)%nodes)) = .true.
+        end do
       end associate
     end do
+
+  contains
+
+    !> Whether an interference below 0 pushes the two sides apart.
+    pure logical function pushes(by)
+      type(interference_t), intent(in) :: by
+
+      pushes = by%value < 0.0_wp
+      if (by%amplitude > 0) pushes = minval(by%value*amplitude_range(scene%amplitudes( &
+        by%amplitude))) < 0.0_wp
+    end function pushes
+
   end subroutine mark_loaded
 
   !> The bodies that may be pushed: by an obstacle under force, or by another body whose way is not

@@ -239,8 +239,8 @@ contains
     call read_prints(reader, model, scene%output%prints)
     call read_amplitudes(reader, amplitudes)
     call read_first_temperatures(reader, model, scene%first_temperature)
-    call read_steps(reader, model, amplitudes, surfaces, scene%steps, scene%regions, &
-      scene%finite_strain)
+    call read_steps(reader, model, amplitudes, scene%pairs, surfaces, scene%steps, &
+      scene%regions, scene%finite_strain)
     if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &
       scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) then

@@ -19,6 +19,7 @@ module advance_mod
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
+  use interference_mod, only: has_interference
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance
@@ -33,7 +34,7 @@ module advance_mod
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
+  use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
@@ -76,6 +77,26 @@ contains
     type(state_t), intent(inout) :: new               !! where to start from; the end
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
+    type(contact_points_t) :: now
+
+    if (.not. has_interference(scene)) then
+      call advance_with(scene, points, solver, old, increment, new, report, error)
+      return
+    end if
+    call set_gaps(scene, points, increment, now, solver)
+    call advance_with(scene, now, solver, old, increment, new, report, error)
+  end subroutine advance_from
+
+  !> The same with the extra gaps that the points have at the end of the increment.
+  subroutine advance_with(scene, points, solver, old, increment, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver      !! as of `advance`
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(inout) :: new               !! where to start from; the end
+    type(increment_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error  !! as of `advance`
     type(trial_t) :: trial
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock
@@ -96,7 +117,7 @@ contains
     if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
       new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock
-  end subroutine advance_from
+  end subroutine advance_with
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
@@ -239,8 +260,8 @@ contains
       strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
     end if
     call energy_balance(report%contact, old, new, strain_energy, report%energy, &
-      work_of_torques(scene, points, old, new) + work_on_overlaps(points, solver%undeformed, &
-      trial%placement, old, new), energy_of_heat(scene, new))
+      work_of_torques(scene, points, old, new) + work_on_overlaps(scene, points, &
+      solver%first_gap, began, trial%placement, old, new), energy_of_heat(scene, new))
   end subroutine finish
 
   !> By how much the energy of the total strain is more than that of the stresses where bodies have

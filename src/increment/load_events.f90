@@ -14,6 +14,7 @@ module load_events_mod
   use loads_mod, only: load_step_t
   use load_response_mod, only: sum_patterns
   use turns_mod, only: rotation_at
+  use interference_mod, only: has_interference, extra_gap_at
   use step_solver_mod, only: step_solver_t
   use placement_mod, only: placement_t, place_all, place_curved
   use transfer_mod, only: movable, rows_of_points
@@ -25,6 +26,13 @@ module load_events_mod
   integer(i8), parameter :: no_event = 2_i8**53 - 1 !! behind every step's end
   integer, parameter :: n_samples = 16 !! of the way before round obstacles
   integer, parameter :: n_halvings = 40
+
+  !> A place on the load path of a *STEP, without contact.
+  type :: on_path_t
+    real(wp), allocatable :: u(:, :)       !! (3,n_nodes) [length]
+    real(wp), allocatable :: turn(:, :)    !! (3,n_obstacles) [rad]
+    real(wp), allocatable :: extra_gap(:)  !! (n_points) [length]
+  end type on_path_t
 
 contains
 
@@ -61,7 +69,8 @@ contains
     associate (step => scene%steps(increment%step), start => increment%start)
       event = no_event
       is_touch = .false.
-      if (solver%response%loads%n_patterns == 0 .and. .not. any(scene%obstacles%turns)) return
+      if (solver%response%loads%n_patterns == 0 .and. .not. any(scene%obstacles%turns) &
+        .and. .not. has_interference(scene)) return
       ! else nothing moves
       event = next_kink(solver, step, start)
       if (present(n_touches)) then
@@ -87,8 +96,7 @@ contains
     integer(i8), intent(in) :: start, finish    !! in parts of the deck's increments
     integer(i8) :: here, there, from_end
     integer, allocatable :: can_press(:)
-    real(wp), allocatable :: u_here(:, :), u_there(:, :), external(:, :)
-    real(wp), dimension(3, size(scene%obstacles)) :: turn_here, turn_there
+    type(on_path_t) :: at_here, at_there
     real(wp) :: fraction
     integer :: i
 
@@ -98,7 +106,7 @@ contains
     can_press = points_that_can_press(scene, points, solver, state)
     if (size(can_press) == 0) return
     here = start
-    call displaced(here, u_here, turn_here)
+    at_here = on_path(here)
     i = 0
     stretches: do while (here < finish)
       there = finish
@@ -108,16 +116,15 @@ contains
         there = min(finish, solver%response%loads%kinks(i))
         exit
       end do
-      call displaced(there, u_there, turn_there)
-      fraction = fraction_to_touch(scene, points, can_press, u_here, u_there, turn_here, turn_there)
+      at_there = on_path(there)
+      fraction = fraction_to_touch(scene, points, can_press, at_here, at_there)
       if (fraction <= 1.0_wp) then
         ! Just before it: what is closed then has no gap to speak of.
         touch = here + int(fraction*real(there - here, wp), i8)
         exit stretches
       end if
       here = there
-      call move_alloc(u_there, u_here)
-      turn_here = turn_there
+      at_here = at_there
     end do stretches
     if (touch == no_event) return
     from_end = modulo(touch, whole_increment)
@@ -128,18 +135,19 @@ contains
 
   contains
 
-    subroutine displaced(position, u, turn)
+    function on_path(position) result(at)
       integer(i8), intent(in) :: position
-      real(wp), allocatable, intent(out) :: u(:, :)
-      real(wp), intent(out) :: turn(:, :)
+      type(on_path_t) :: at
+      real(wp), allocatable :: external(:, :)
       real(wp) :: of_step
 
       associate (of => scene%steps(step))
         of_step = real(position, wp)/(real(of%n_increments, wp)*real(whole_increment, wp))
-        call sum_patterns(scene, solver%response, of_step, of_step*of%period, u, external)
-        turn = rotation_at(scene, solver%response%loads%turns, of_step, of_step*of%period)
+        call sum_patterns(scene, solver%response, of_step, of_step*of%period, at%u, external)
+        at%turn = rotation_at(scene, solver%response%loads%turns, of_step, of_step*of%period)
+        at%extra_gap = extra_gap_at(scene, points, step, position)
       end associate
-    end subroutine displaced
+    end function on_path
 
   end function first_touch
 
@@ -160,22 +168,25 @@ contains
     list = pack([(i, i=1, points%n)], row(1, :) > 0)
   end function points_that_can_press
 
-  !> The fraction of the straight way between two displacements at which the first point that can
+  !> The fraction of the straight way between two places on the load path at which the first point that can
   !> press enters its obstacle; 2 where none does.
-  real(wp) function fraction_to_touch(scene, points, can_press, u_here, u_there, turn_here, &
-    turn_there) result(fraction)
+  real(wp) function fraction_to_touch(scene, points, can_press, from, to) &
+    result(fraction)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: can_press(:)                 !! points
-    real(wp), intent(in) :: u_here(:, :), u_there(:, :) !! (3,n_nodes) [length]
-    real(wp), intent(in) :: turn_here(:, :), turn_there(:, :) !! (3,n_obstacles) [rad]
+    type(on_path_t), intent(in) :: from, to
+    type(contact_points_t) :: moving !! with the extra gaps of a place
     type(placement_t) :: at_here, at_there, between
     real(wp) :: before, after, gap_before, gap_after
     integer :: k
 
     fraction = 2.0_wp
-    call place_all(scene, points, u_here, at_here, turn_here)
-    call place_all(scene, points, u_there, at_there, turn_there)
+    moving = points
+    moving%extra_gap = from%extra_gap
+    call place_all(scene, moving, from%u, at_here, from%turn)
+    moving%extra_gap = to%extra_gap
+    call place_all(scene, moving, to%u, at_there, to%turn)
     do k = 1, size(can_press)
       if (points%is_curved(can_press(k))) cycle
       associate (here => max(0.0_wp, at_here%gap(can_press(k))), &
@@ -232,11 +243,11 @@ contains
 
     real(wp) function least_gap(s)
       real(wp), intent(in) :: s
-      real(wp) :: u(3, size(u_here, 2))
       integer :: j
 
-      u = (1.0_wp - s)*u_here + s*u_there
-      call place_curved(scene, points, u, between, (1.0_wp - s)*turn_here + s*turn_there)
+      moving%extra_gap = (1.0_wp - s)*from%extra_gap + s*to%extra_gap
+      call place_curved(scene, moving, (1.0_wp - s)*from%u + s*to%u, between, &
+        (1.0_wp - s)*from%turn + s*to%turn)
       least_gap = huge(1.0_wp)
       do j = 1, size(can_press)
         if (.not. points%is_curved(can_press(j))) cycle

@@ -14,6 +14,7 @@ module load_step_error_mod
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use interference_mod, only: has_interference, extra_gap_at
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
@@ -25,7 +26,7 @@ module load_step_error_mod
   use kinks_mod, only: has_too_many
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
-  use trial_mod, only: trial_t, begin_trial, expected_reactions, trend_of
+  use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_left_over
@@ -125,7 +126,7 @@ contains
       end if
     end if
     if (is_doubtful .and. from_here%step /= new%step) is_doubtful = .not. begins_with_jump(scene, &
-      solver, from_here)
+      points, solver, from_here)
     if (is_doubtful) call look_closer()
 
   contains
@@ -179,7 +180,7 @@ contains
       type(state_t), intent(in) :: from, to
 
       if (ok .and. is_doubtful) left_beside = left_beside + work_left_over(scene, points, &
-        solver%undeformed, from, to)
+        solver%undeformed, solver%first_gap, from, to)
     end subroutine add_left_over
 
     !> From event to event, in halves.
@@ -232,8 +233,9 @@ contains
 
   !> Whether loads or supports jump as a *STEP begins, or overlaps are removed there: no increment
   !> is small enough for their work.
-  logical function begins_with_jump(scene, solver, state) result(jumps)
+  logical function begins_with_jump(scene, points, solver, state) result(jumps)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: state  !! at the end of the *STEP before
     real(wp), allocatable :: u(:, :), force(:, :)
@@ -246,8 +248,14 @@ contains
         mask=prescribed) > continuous*max(maxval(abs(u)), maxval(abs(state%displacement))) .or. &
         maxval(abs(support), mask=.not. prescribed) > continuous*maxval(abs(support))
     end associate
-    if (state%increments_done == 0) jumps = jumps .or. any(solver%undeformed%gap < &
-      -rounding_of_places(scene, state%displacement))
+    associate (rounding => rounding_of_places(scene, state%displacement))
+      if (state%increments_done == 0) then
+        jumps = jumps .or. any(solver%first_gap < -rounding)
+      else
+        jumps = jumps .or. any(abs(extra_gap_at(scene, points, state%step + 1, 0_i8) - &
+          extra_gap_at(scene, points, state%step, state%position)) > rounding)
+      end if
+    end associate
   end function begins_with_jump
 
   !> The next event behind a state, or `finish` where there is none before it.
@@ -284,12 +292,32 @@ contains
     logical, intent(out) :: ok         !! it was solved
     type(state_t), intent(in), optional :: near !! to where it ends, nearer than where it begins
     type(increment_t) :: increment
+    type(contact_points_t) :: now
+
+    increment = next_increment(scene%steps, from, length)
+    if (has_interference(scene)) then
+      call set_gaps(scene, points, increment, now, solver)
+      call try_with(scene, now, solver, from, increment, to, ok, near)
+    else
+      call try_with(scene, points, solver, from, increment, to, ok, near)
+    end if
+  end subroutine try_increment
+
+  !> The same with the extra gaps that the points have at the end of the increment.
+  subroutine try_with(scene, points, solver, from, increment, to, ok, near)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: from
+    type(increment_t), intent(in) :: increment
+    type(state_t), intent(out) :: to   !! as of `try_increment`
+    logical, intent(out) :: ok         !! the same
+    type(state_t), intent(in), optional :: near !! the same
     type(trial_t) :: trial
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
     real(wp) :: answer(solver%body%inverse%map%n_interface)
 
-    increment = next_increment(scene%steps, from, length)
     call begin_trial(scene, points, solver, from, increment, trial)
     trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
@@ -309,7 +337,7 @@ contains
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
     ok = .not. allocated(error) .and. report%converged
-  end subroutine try_increment
+  end subroutine try_with
 
   !> The energy of the difference of two states under the same loads, beside that of the bodies:
   !> what their reactions' difference does on their motions' difference.

@@ -21,6 +21,7 @@ module look_ahead_mod
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, next_increment, mark_end
   use number_list_mod, only: number_list_t, archive
+  use interference_mod, only: has_interference
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use transfer_mod, only: nodal_forces
@@ -68,7 +69,7 @@ contains
     type(step_solver_t), intent(in) :: solver
 
     can_look_ahead = is_exact(solver%choices%precision) .and. .not. (scene%finite_strain .or. &
-      any(points%is_curved)) .and. &
+      has_interference(scene) .or. any(points%is_curved)) .and. &
       solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed
   end function can_look_ahead
 

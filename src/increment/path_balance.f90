@@ -5,6 +5,7 @@ module path_balance_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_curved
+  use interference_mod, only: has_interference, extra_gap_at
   use transfer_mod, only: relative_motion
   implicit none
   private
@@ -17,10 +18,11 @@ contains
   !>
   !> Forces that grow in proportion do the work that the strain energy grows by, so what is left is
   !> that of contact: what its reactions do to what moves across it, and have not dissipated.
-  real(wp) function work_left_over(scene, points, undeformed, from, to) result(left)
+  real(wp) function work_left_over(scene, points, undeformed, first_gap, from, to) result(left)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: undeformed
+    real(wp), intent(in) :: first_gap(:) !! (n_points) as of `work_on_overlaps` [length]
     type(state_t), intent(in) :: from, to
     type(placement_t) :: began, ended
     real(wp) :: moved(3)
@@ -30,7 +32,7 @@ contains
     ended = undeformed
     call place_curved(scene, points, from%displacement, began, from%rotation)
     call place_curved(scene, points, to%displacement, ended, to%rotation)
-    left = work_on_overlaps(points, undeformed, ended, from, to)
+    left = work_on_overlaps(scene, points, first_gap, began, ended, from, to)
     do i = 1, points%n
       moved = relative_motion(points, began%weights, i, to%displacement) - relative_motion(points, &
         began%weights, i, from%displacement)
@@ -44,18 +46,31 @@ contains
     end do
   end function work_left_over
 
-  !> What contact does while it removes the overlaps that the run begins with; 0 later on.
-  pure real(wp) function work_on_overlaps(points, undeformed, ended, from, to) result(work)
+  !> What contact does while it removes the overlaps that the run begins with, and while the
+  !> interference changes that is allowed. docs/theory.md (6.5).
+  pure real(wp) function work_on_overlaps(scene, points, first_gap, began, ended, from, to) &
+    result(work)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(placement_t), intent(in) :: undeformed, ended !! where the run begins, and at `to`
+    real(wp), intent(in) :: first_gap(:)           !! (n_points) where the run begins [length]
+    type(placement_t), intent(in) :: began, ended  !! at `from` and at `to`
     type(state_t), intent(in) :: from, to
+    real(wp) :: change(points%n) !! of the gap, by what is allowed [length]
     integer :: i
 
     work = 0.0_wp
-    if (from%increments_done > 0) return
+    if (from%increments_done == 0) then
+      do i = 1, points%n
+        work = work + 0.5_wp*max(0.0_wp, -first_gap(i))*dot_product(ended%frame(:, 1, i), &
+          to%reaction(:, i))
+      end do
+    end if
+    if (.not. has_interference(scene)) return
+    change = extra_gap_at(scene, points, to%step, to%position) - extra_gap_at(scene, points, &
+      from%step, from%position)
     do i = 1, points%n
-      work = work + 0.5_wp*max(0.0_wp, -undeformed%gap(i))*dot_product(ended%frame(:, 1, i), &
-        to%reaction(:, i))
+      work = work - 0.5_wp*change(i)*(dot_product(began%frame(:, 1, i), from%reaction(:, i)) + &
+        dot_product(ended%frame(:, 1, i), to%reaction(:, i)))
     end do
   end function work_on_overlaps
 

@@ -2,20 +2,21 @@
 !>
 !>     choices     the run, which changes them between increments
 !>     body        as long as the same degrees of freedom are prescribed
-!>     undeformed  as long
+!>     undeformed  as long, but for gaps that change: these are placed by every trial
 !>     response    a *STEP
 !>     contact     before flat obstacles as long as `body`; before curved ones until points are
 !>                 placed anew, which every trial does before it reads it
 !>
 !> So a trial that is discarded leaves nothing behind that another reads.
 module step_solver_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
   use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use contact_points_mod, only: contact_points_t
+  use interference_mod, only: has_interference, set_extra_gap
   use state_mod, only: state_t
   use stiffness_inverse_mod, only: abandon_inverse
   use body_solver_mod, only: body_solver_t, solver_work_t, make_body_solver, &
@@ -34,7 +35,10 @@ module step_solver_mod
   type :: step_solver_t
     type(choices_t) :: choices
     type(body_solver_t) :: body
-    type(placement_t) :: undeformed        !! of all points
+    type(placement_t) :: undeformed
+    !! of all points; where extra gaps change, at the end of the last increment tried
+    real(wp), allocatable :: first_gap(:)
+    !! (n_points) gaps of the undeformed mesh as the run begins [length]
     type(load_response_t) :: response
     type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
     integer :: tangent_of = 0              !! at finite strain: of its factor, as of state_t
@@ -153,10 +157,18 @@ contains
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
+    type(contact_points_t) :: first
     real(wp) :: clock
 
     clock = wall_seconds()
-    call place_undeformed(scene, points, solver%undeformed)
+    if (has_interference(scene)) then
+      first = points
+      call set_extra_gap(scene, 1, 0_i8, first)
+      call place_undeformed(scene, first, solver%undeformed)
+    else
+      call place_undeformed(scene, points, solver%undeformed)
+    end if
+    solver%first_gap = solver%undeformed%gap
     call find_groups(scene, points, solver%body%motions, solver%choices%precision%iterative, &
       solver%contact)
     call condense_contact(scene, solver%choices, points, solver%body, solver%undeformed, &

@@ -6,10 +6,11 @@ module trial_mod
   use controls_mod, only: contact_controls_t, is_exact, solver_sweeps
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
+  use interference_mod, only: set_extra_gap
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t
   use rigid_modes_mod, only: generalised_loads, add_motions
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_curved, place_undeformed
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use load_response_mod, only: sum_patterns, prescribed_displacement
@@ -18,7 +19,7 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, begin_trial, displacement_of, expected_reactions, trend_of
+  public :: trial_t, set_gaps, begin_trial, displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
@@ -56,6 +57,20 @@ module trial_mod
   end type trial_t
 
 contains
+
+  !> Points and placement of the undeformed mesh with the extra gaps that the end of an increment
+  !> has, where these change.
+  subroutine set_gaps(scene, points, increment, now, solver)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(contact_points_t), intent(out) :: now
+    type(step_solver_t), intent(inout) :: solver
+
+    now = points
+    call set_extra_gap(scene, increment%step, increment%position, now)
+    call place_undeformed(scene, now, solver%undeformed)
+  end subroutine set_gaps
 
   !> The loads of an increment, and the displacement under them without contact.
   subroutine begin_trial(scene, points, solver, old, increment, trial)

@@ -32,7 +32,14 @@ module contact_points_mod
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
-    real(wp), allocatable :: extra_gap(:) !! (n) of *CONTACT GAP, and `uncarried` [length]
+    real(wp), allocatable :: extra_gap(:)
+    !! (n) of *CONTACT GAP and *CLEARANCE, `uncarried`, and the interference that is allowed at the
+    !! time that was set last (interference_mod) [length]
+    real(wp), allocatable :: constant_gap(:)
+    !! (n) what of it does not change; allocated where anything does [length]
+    real(wp), allocatable :: overlap(:)
+    !! (n) how deep the points are in their masters in the undeformed mesh, with the constant gap;
+    !! allocated with it [length]
     real(wp), allocatable :: uncarried(:)
     !! (n) overlap of the undeformed mesh that constraints keep as it is, in the extra gap;
     !! allocated where there is any [length]

@@ -215,6 +215,8 @@ contains
         any(step%gravity%amplitude == k)
       if (allocated(step%temperatures)) is_used(k) = is_used(k) .or. &
         any(step%temperatures%amplitude == k)
+      if (allocated(step%interferences)) is_used(k) = is_used(k) .or. any( &
+        step%interferences%amplitude == k .and. abs(step%interferences%value) > 0.0_wp)
       if (.not. allocated(step%rotations)) cycle
       is_used(k) = is_used(k) .or. any(step%rotations%amplitude == k .and. &
         abs(step%rotations%value) > 0.0_wp)

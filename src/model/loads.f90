@@ -4,8 +4,8 @@ module loads_mod
   implicit none
   private
 
-  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, load_step_t, amplitude_value, &
-    amplitude_range, start_of_step
+  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, interference_t, load_step_t, &
+    amplitude_value, amplitude_range, start_of_step
 
   !> Values over time: a table, linear between its points and constant outside; or a Fourier series
   !>
@@ -44,6 +44,15 @@ module loads_mod
     integer  :: amplitude = 0            !! as above
   end type gravity_t
 
+  !> *CONTACT INTERFERENCE: how far the points of a pair may overlap.
+  type :: interference_t
+    integer  :: pair = 0             !! index into the scene's pairs
+    real(wp) :: value = 0.0_wp       !! times the amplitude [length]
+    integer  :: amplitude = 0
+    !! index into the scene's amplitudes; 0: from 1 at the beginning of the step to 0 at its end
+    logical  :: shrinks = .false.    !! in place of the value each point has its overlap of the mesh
+  end type interference_t
+
   !> One *STEP: its increments, and what it changes. What it does not name stays as it was.
   type :: load_step_t
     real(wp) :: period = 1.0_wp
@@ -65,6 +74,8 @@ module loads_mod
     type(gravity_t),     allocatable :: gravity(:)   !! *DLOAD GRAV; of one region they add up
     type(nodal_value_t), allocatable :: temperatures(:)
     !! of one node the last counts; dof is 1; not allocated: none
+    logical :: replace_interferences = .false.       !! OP=NEW of *CONTACT INTERFERENCE
+    type(interference_t), allocatable :: interferences(:) !! one a pair; not allocated: none
   end type load_step_t
 
 contains

@@ -7,6 +7,7 @@ module pair_fields_mod
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use contact_points_mod, only: n_sides, find_side_points
+  use interference_mod, only: has_interference, allowed_interference
   use increment_report_mod, only: status_open, force_sums, largest_pressure, &
     is_redundant_at
   use state_mod, only: largest_slip
@@ -40,6 +41,11 @@ contains
     call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
       'what *CONTACT GAP and *CLEARANCE add to the distance that the mesh says, and an overlap '// &
       'that constraints keep as it is', at_start, compute=extra_gap))
+    if (has_interference(scene)) then
+      call add_field(list, field_t('allowed_interference', of_real, [n], 'length', &
+        'what *CONTACT INTERFERENCE lets each point overlap by; the gap has it added', &
+        compute=allowed))
+    end if
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))
@@ -156,7 +162,19 @@ contains
 
     if (.not. allocated(source%points%extra_gap)) return
     values(1, :) = source%points%extra_gap(source%first:source%last)
+    if (allocated(source%points%constant_gap)) values(1, :) = &
+      source%points%constant_gap(source%first:source%last)
   end subroutine extra_gap
+
+  subroutine allowed(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+    real(wp) :: at_points(source%points%n)
+
+    at_points = allowed_interference(source%scene, source%points, source%state%step, &
+      source%state%position)
+    values(1, :) = at_points(source%first:source%last)
+  end subroutine allowed
 
   subroutine frame(source, values)
     type(field_source_t), intent(inout) :: source

@@ -25,6 +25,7 @@ module make_plan_mod
   use condensed_contact_mod, only: few_rows
   use candidate_points_mod, only: find_points
   use contact_interface_mod, only: find_reach, interface_dofs
+  use initial_overlaps_mod, only: begin_interference
   use step_loads_mod, only: prescribed_dofs
   use plan_table_mod, only: describe, bound_of_increments
   implicit none
@@ -50,6 +51,7 @@ contains
     call find_points(scene, plan%points)
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return
+    call begin_interference(scene, plan%points)
     plan%n_increments = count_increments(scene%steps)
     plan%n_events = count_events(scene)
     plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])

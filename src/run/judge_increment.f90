@@ -89,7 +89,7 @@ contains
       if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
-      call judge_shape(scene, plan, solver%undeformed%gap, watch%reach, solved, error)
+      call judge_shape(scene, plan, solver%first_gap, watch%reach, solved, error)
       progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
       if (allocated(error)) return
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
@@ -107,7 +107,7 @@ contains
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_redundant(scene, plan%points, increment, report, notes)
-        call note_opposed_reactions(scene, plan%points, solver%undeformed%gap, increment, &
+        call note_opposed_reactions(scene, plan%points, solver%first_gap, increment, &
           solved%state, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
@@ -143,16 +143,19 @@ contains
     real(wp), intent(in) :: reach(:, :)  !! as of watch_t
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: least
+    real(wp) :: gap(size(first_gap)), least
     integer :: element, point
 
     call find_inverted(scene%mesh, reach, solved%state%displacement, element, least)
     if (element > 0) then
       call refuse_inverted(scene, solved%increment, element, least, error)
     else if (solved%increment%index == 1) then
-      call find_deep_overlap(scene, plan%points, solved%report%contact, first_gap, point, element)
+      gap = first_gap
+      ! What is allowed of it for a time is an overlap all the same.
+      if (allocated(plan%points%overlap)) gap = min(gap, -plan%points%overlap)
+      call find_deep_overlap(scene, plan%points, solved%report%contact, gap, point, element)
       if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
-        -first_gap(point), element, error)
+        -gap(point), element, error)
     end if
   end subroutine judge_shape
 

@@ -23,6 +23,7 @@ module solve_next_mod
   use unfelt_overlaps_mod, only: find_entered_faces
   use passed_faces_mod, only: find_passed_faces
   use tally_mod, only: note_sizes
+  use interference_mod, only: has_interference, set_extra_gap
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
   use refuse_unsolved_mod, only: is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_passed, &
@@ -76,6 +77,7 @@ contains
         if (allocated(error)) return
         call choose_increment(scene, plan%points, solver, progress%state, progress%size, &
           increment, is_plain)
+        call set_extra_gap(scene, increment%step, increment%position, plan%points)
         call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
         if (needs_double(scene, solver, error, solved%report)) then
           call turn_to_double(scene, plan, increment, solver, progress, notes, error)
@@ -200,7 +202,7 @@ contains
     if (solved%report%ending == ended_passed) fails = solved%report%part_to_try >= 1.0_wp
     if (solved%report%ending /= ended_unbalanced .or. any(points%is_curved)) return
     if (maxval(abs(old%displacement)) > 0.0_wp) return
-    if (any(solver%undeformed%gap < 0.0_wp .and. points%in_reach)) return
+    if (has_interference(scene) .or. any(solver%first_gap < 0.0_wp .and. points%in_reach)) return
     associate (response => solver%response, increment => solved%increment)
       middle = 0.5_wp*(increment%begin + increment%fraction)
       call sum_patterns(scene, response, increment%fraction, increment%step_time, u, force)

@@ -5,7 +5,8 @@
 
 No test takes part: a run that ends with status 0 has not noticed. The mistakes are signs and
 factors in what the certificate computes by code of its own: internal forces, the mortar's weights,
-normals and gaps. Prints a table as in docs/reliability.md. Wants a tree built by Ninja (build/),
+normals and gaps, and overlaps that are allowed for a time. Prints a table as in
+docs/reliability.md. Wants a tree built by Ninja (build/),
 whose program has to be up to date.
 """
 
@@ -22,6 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
 SECONDS = 120.0
 
 
@@ -202,6 +204,34 @@ MISTAKES = [
         "wheel.inp",
     ),
     Mistake(
+        "allowed interference with the wrong sign",
+        "model/interference.f90",
+        "extra = points%constant_gap + allowed_interference",
+        "extra = points%constant_gap - allowed_interference",
+        "shrink_fit.inp",
+    ),
+    Mistake(
+        "allowed interference as at the beginning of the step",
+        "model/interference.f90",
+        "share = 1.0_wp - fraction",
+        "share = 1.0_wp - 0.0_wp*fraction",
+        "shrink_fit.inp",
+    ),
+    Mistake(
+        "allowed interference by an amplitude of half its time",
+        "model/interference.f90",
+        "fraction*scene%steps(k)%period",
+        "0.5_wp*fraction*scene%steps(k)%period",
+        "shrink_fit.inp",
+    ),
+    Mistake(
+        "overlaps of a shrink fit 1 % too large",
+        GEOMETRY + "initial_overlaps.f90",
+        "points%overlap = max(0.0_wp, -placement%gap)",
+        "points%overlap = 1.01_wp*max(0.0_wp, -placement%gap)",
+        "shrink_fit.inp",
+    ),
+    Mistake(
         "slips half as large in the result",
         "contact/describe_contact.f90",
         "contact%frame(:, 2:, i))",
@@ -242,7 +272,8 @@ def build_with(mistake: Mistake, build: Path, folder: Path) -> Path:
 def run(program: Path, deck: str, folder: Path) -> subprocess.CompletedProcess[str] | None:
     """Run a deck; None where it does not end."""
     name, *values = deck.split()
-    called = [str(program), str(ROOT / "input" / name), "-o", str(folder / "out"), "--overwrite"]
+    path = next(at / name for at in (ROOT / "input", HERE) if (at / name).exists())
+    called = [str(program), str(path), "-o", str(folder / "out"), "--overwrite"]
     for value in values:
         called += ["--set", value]
     env = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

@@ -139,7 +139,7 @@ class Bodies:
         """Return 1 where the displacements can be seen as they are, else 1, 2 or 5 times 10^k.
 
         Before what is round, turns, or came from afar, only true displacements touch; gaps that
-        *CONTACT GAP adds are not drawn, and so must stay small.
+        *CONTACT GAP and its like add are not drawn, and so must stay small.
         """
         size = np.ptp(self.result.points, axis=0).max()
         largest = max(np.abs(self.displacement(index)).max() for index in self.sampled())
@@ -149,10 +149,9 @@ class Bodies:
         for pair in self.result.pairs.values():
             touched = (pair.reaction[:, :, 0] > 0).any(axis=0)
             # How far pressed points are drawn from what they touch, and others in it, to scale.
-            wrong = max(
-                np.abs(pair.extra_gap[touched]).max(initial=0.0),
-                (pair.extra_gap - pair.gap[-1]).max(initial=0.0),
-            )
+            extra = pair.extra_gap + pair.allowed_interference[-1]
+            wrong = max(np.abs(extra[touched]).max(initial=0.0),
+                        (extra - pair.gap[-1]).max(initial=0.0))
             if wrong > 0:
                 wanted = min(wanted, max(1.0, ERROR * size / wrong))
             obstacle = pair.obstacle

@@ -419,6 +419,8 @@ def read_flat(program, path, overrides):
                         raise DeckError(f"{option} of *AMPLITUDE has no translation")
                 words = [word for row in card.rows for word in row if word]
                 scene.amplitudes[card.name("NAME")] = [number(word) for word in words]
+            case "CONTACT INTERFERENCE":
+                raise DeckError("*CONTACT INTERFERENCE has no translation")
             case "STEP":
                 if card.options.get("NLGEOM", "NO").upper() != "NO":
                     raise DeckError("*STEP, NLGEOM has no translation")

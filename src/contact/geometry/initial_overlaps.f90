@@ -1,6 +1,6 @@
 !> Slave nodes that lie inside their obstacle before anything has moved.
 module initial_overlaps_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use cells_mod, only: face_corners
   use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
@@ -12,11 +12,12 @@ module initial_overlaps_mod
   use surfaces_mod, only: surface_t
   use hexahedron8_mod, only: volume
   use face4_mod, only: face_node_areas
+  use interference_mod, only: has_interference, set_extra_gap
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
-  public :: overlaps, find_deep_overlap
+  public :: overlaps, begin_interference, find_deep_overlap
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of the coordinates: no overlap
 
@@ -56,6 +57,20 @@ contains
       lines = [lines, line]
     end do
   end function overlaps
+
+  !> Where *CONTACT INTERFERENCE changes extra gaps: keep what does not change of them and the
+  !> overlaps of the mesh, and set them as the run begins.
+  pure subroutine begin_interference(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points !! with its constant extra gaps
+    type(placement_t) :: placement
+
+    if (.not. has_interference(scene)) return
+    call place_undeformed(scene, points, placement)
+    points%constant_gap = points%extra_gap
+    points%overlap = max(0.0_wp, -placement%gap)
+    call set_extra_gap(scene, 1, 0_i8, points)
+  end subroutine begin_interference
 
   !> The closed point that began deepest in its master for the thickness of the elements there, if
   !> it was deeper than the thickest element behind its own faces and those of the master's nodes.

@@ -22,7 +22,7 @@ module read_gaps_mod
   implicit none
   private
 
-  public :: read_gaps, read_clearances
+  public :: read_gaps, read_clearances, find_pair
 
   !> Nodes named by all lines of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 50000000
@@ -79,16 +79,10 @@ contains
       call name_option(reader, card, 'SLAVE', .true., slave, ok(1))
       call name_option(reader, card, 'MASTER', .true., master, ok(2))
       call signed_option(reader, card, 'VALUE', gap, ok(3))
-      ! Pairs of a deck with errors may be missing.
       if (.not. all(ok)) cycle
-      do p = size(pairs), 1, -1
-        if (pairs(p)%name == slave//':'//master) exit
-      end do
-      if (p == 0) then
-        if (.not. any_mistakes(reader%diagnostics)) call report(reader, option_position(card, &
-          'SLAVE'), 'no *CONTACT PAIR has the slave '//quoted(slave)//' and the master '// &
-          quoted(master))
-      else if (pairs(p)%has_clearance) then
+      call find_pair(reader, pairs, slave, master, option_position(card, 'SLAVE'), p)
+      if (p == 0) cycle
+      if (pairs(p)%has_clearance) then
         call report(reader, card%position, 'contact pair '//quoted(pairs(p)%name)// &
           ' has a *CLEARANCE already')
       else
@@ -97,6 +91,23 @@ contains
       end if
     end do
   end subroutine read_clearances
+
+  !> The pair of a slave and a master.
+  subroutine find_pair(reader, pairs, slave, master, position, pair)
+    type(reader_t), intent(inout) :: reader
+    type(contact_pair_t), intent(in) :: pairs(:)
+    character(*), intent(in) :: slave, master
+    integer, intent(in) :: position  !! where the deck names them
+    integer, intent(out) :: pair     !! 0: there is none, which is reported
+
+    do pair = size(pairs), 1, -1
+      if (pairs(pair)%name == slave//':'//master) return
+    end do
+    pair = 0
+    ! Pairs of a deck with errors may be missing.
+    if (.not. any_mistakes(reader%diagnostics)) call report(reader, position, 'no *CONTACT PAIR '// &
+      'has the slave '//quoted(slave)//' and the master '//quoted(master))
+  end subroutine find_pair
 
   !> Lines `node or set, gap` or `node or set[, PARABOLA], x, y, z, R`.
   subroutine read_card(reader, card, model, slave, list, n, work)

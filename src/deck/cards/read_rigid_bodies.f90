@@ -61,15 +61,16 @@ contains
       if (reader%cards(k)%keyword /= 'RIGID BODY') cycle
       n = n + 1
       call open_card(reader, k, card)
-      if (has_option(card, 'NSET')) then
-        call report(reader, card%position, '*RIGID BODY of nodes is not available', &
-          '*COUPLING, REF NODE=, SURFACE= with *KINEMATIC holds the nodes of a surface or a '// &
-          'set to a reference node')
+      if (.not. has_option(card, 'ELSET') .and. (has_option(card, 'NSET') .or. has_option(card, &
+        'PIN NSET') .or. has_option(card, 'TIE NSET'))) then
+        call report(reader, card%position, '*RIGID BODY of nodes is not available: a rigid body '// &
+          'consists of facets (ELSET=)', '*COUPLING, CONSTRAINT NAME=, REF NODE=, SURFACE= with '// &
+          '*KINEMATIC holds the nodes of a surface or a set to a reference node')
         reader%lacks_elements = .true. ! nothing is known of its reference nodes
         bodies%list(n)%set = ''
+        cycle
       end if
       call allow_options(reader, card, ['ELSET   ', 'REF NODE'])
-      if (has_option(card, 'NSET')) cycle
       call allow_no_data(reader, card)
       associate (body => bodies%list(n))
         call name_option(reader, card, 'ELSET', .true., body%set, ok)

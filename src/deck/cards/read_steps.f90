@@ -25,8 +25,9 @@ module read_steps_mod
     start_step
   use read_temperatures_mod, only: close_temperatures, read_temperature, start_temperatures, &
     temperature_draft_t
+  use read_interferences_mod, only: read_interference
   use surface_list_mod, only: surface_list_t
-  use scene_mod, only: region_t
+  use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: model_t
   use text_mod, only: to_text
   implicit none
@@ -39,10 +40,11 @@ module read_steps_mod
 contains
 
   !> Read all steps.
-  subroutine read_steps(reader, model, amplitudes, surfaces, steps, regions, finite_strain)
+  subroutine read_steps(reader, model, amplitudes, pairs, surfaces, steps, regions, finite_strain)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(amplitude_list_t), intent(in) :: amplitudes
+    type(contact_pair_t), intent(in) :: pairs(:)
     type(surface_list_t), intent(inout) :: surfaces !! those of loaded faces are added
     type(load_step_t), allocatable, intent(out) :: steps(:)
     type(region_t), allocatable, intent(out) :: regions(:) !! elements whose weight counts
@@ -104,6 +106,8 @@ contains
       case ('TEMPERATURE')
         call read_temperature(reader, card, model, amplitudes, temperatures, &
           steps(s)%replace_temperatures)
+      case ('CONTACT INTERFERENCE')
+        call read_interference(reader, card, amplitudes, pairs, s == 1, steps(s))
       case ('DLOAD')
         call read_dload(reader, card, model, amplitudes, surfaces, element_draft, &
           steps(s)%replace_element_loads)
@@ -124,7 +128,8 @@ contains
       integer, intent(in) :: k
 
       select case (reader%cards(k)%keyword)
-      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', 'TEMPERATURE')
+      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', 'TEMPERATURE', &
+            'CONTACT INTERFERENCE')
         call open_card(reader, k, card)
       case default
         return

@@ -262,9 +262,6 @@ contains
     select case (keyword)
     case ('PRE-TENSION SECTION')
       hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
-    case ('CONTACT INTERFERENCE')
-      hint = 'overlaps of the mesh press from the first increment on; *CLEARANCE gives a pair '// &
-        'another overlap, with a VALUE below 0'
     case ('SYSTEM')
       hint = 'the lines of *INSTANCE move and turn a part'
     case ('NO ANALYSIS')

@@ -76,6 +76,7 @@ module keywords_mod
     keyword_t('DLOAD', in_step, is_read), &
     keyword_t('DSLOAD', in_step, is_read), &
     keyword_t('TEMPERATURE', in_step, is_read), &
+    keyword_t('CONTACT INTERFERENCE', in_step, is_read), &
     keyword_t('NODE FILE', in_step, is_read), &
     keyword_t('EL FILE', in_step, is_read), &
     keyword_t('CONTACT FILE', in_step, is_read), &
@@ -111,7 +112,6 @@ module keywords_mod
     keyword_t('ORIENTATION', anywhere, is_ignored), &
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
-    keyword_t('CONTACT INTERFERENCE', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &
     keyword_t('CHANGE FRICTION', anywhere, is_missing), &
     keyword_t('MODEL CHANGE', anywhere, is_missing), &
