@@ -11,7 +11,7 @@ module expansion_mod
   implicit none
   private
 
-  public :: find_free_strain, free_strain, thermal_force, thermal_energy
+  public :: find_free_strain, free_strain, thermal_force, thermal_energy, expand_freely
 
 contains
 
@@ -41,6 +41,21 @@ contains
       end associate
     end do
   end function free_strain
+
+  !> At finite strain: the place of an element that has expanded freely, where it has no stress, and
+  !> its displacement from there. The forces, energy and tangent of F/(1 + free) in a volume that is
+  !> (1 + free)^3 are those of this element. docs/theory.md (8.26).
+  pure subroutine expand_freely(free, x, u)
+    real(wp), intent(in) :: free         !! [-]
+    real(wp), intent(inout) :: x(3, 8)   !! nodes [length]
+    real(wp), intent(inout) :: u(3, 8)   !! their displacements; the first node's stays [length]
+    real(wp) :: way(3, 8)
+
+    if (.not. abs(free) > 0.0_wp) return
+    way = free*(x - spread(x(:, 1), 2, 8))
+    x = x + way
+    u = u - way
+  end subroutine expand_freely
 
   !> Add the nodal forces of free strains, int g_a dV times the stress that would take back each.
   !> They balance in every element.
