@@ -11,6 +11,7 @@ module deformed_forces_mod
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
+  use elasticity_mod, only: thermal_stress_of
   use strain_measures_mod, only: deformation_of
   use material_law_mod, only: finite_stress
   use increment_forces_mod, only: increment_forces_t
@@ -31,7 +32,7 @@ contains
     real(wp), intent(in) :: rise(:)        !! (n_nodes) of temperatures, or (0): none [temperature]
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement, J > 0 [length]
     type(increment_forces_t), intent(inout) :: forces
-    real(wp), dimension(3, 8) :: corner, place, moved, local, of_element
+    real(wp), dimension(3, 8) :: corner, place, moved, local, of_element, area
     real(wp), dimension(3, 3) :: by_xi, h, tau
     real(wp) :: point(3), c
     integer :: e, g, a, i, nodes(8)
@@ -49,6 +50,7 @@ contains
       moved = u(:, nodes) - spread(u(:, nodes(1)), 2, 8)
       of_element = 0.0_wp
       c = 0.0_wp
+      area = 0.0_wp
       if (size(rise) > 0) then
         associate (each => nodes_of_element(mesh%connectivity, e))
           c = materials(mesh%material(e))%expansion*sum(rise(each))/real(size(each), wp)
@@ -64,6 +66,7 @@ contains
         end do
         by_xi = matmul(place, transpose(local))
         h = matmul(matmul(moved, transpose(local)), inverse(by_xi))
+        area = area + determinant(by_xi)*matmul(transpose(inverse(by_xi)), local)
         do i = 1, 3
           h(i, i) = h(i, i) - c
         end do
@@ -76,8 +79,11 @@ contains
       do a = 1, 8
         forces%internal(:, nodes(a)) = forces%internal(:, nodes(a)) + of_element(:, a)
       end do
-      associate (largest => forces%of_elements%largest(mesh%body(nodes(1))))
-        largest = max(largest, maxval(norm2(of_element, dim=1)))
+      associate (largest => forces%of_elements%largest(mesh%body(nodes(1))), &
+                 elastic => materials(mesh%material(e))%law%elastic)
+        ! What would hold a warmer element in its shape is a measure where nothing else acts.
+        largest = max(largest, maxval(norm2(of_element, dim=1)), abs(thermal_stress_of(c, &
+          elastic))*maxval(norm2(area, dim=1)))
       end associate
     end do
   end subroutine find_deformed_forces

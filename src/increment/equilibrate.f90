@@ -503,6 +503,7 @@ contains
     end do
     where (forces%prescribed) residual = 0.0_wp
     scale = 0.0_wp
+    if (allocated(forces%of_elements%largest)) scale = forces%of_elements%largest
     do node = 1, mesh%n_nodes
       associate (of_body => scale(mesh%body(node)))
         of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))

@@ -12,7 +12,7 @@ module trial_mod
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
-  use expansion_mod, only: find_free_strain
+  use expansion_mod, only: find_free_strain, largest_thermal_forces
   use load_response_mod, only: sum_patterns, prescribed_displacement, impose_loads
   use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
@@ -77,6 +77,8 @@ contains
         old%displacement, trial%forces%imposed_t)
       allocate (trial%free(scene%mesh%n_elements))
       call find_free_strain(scene, increment%step, increment%position, trial%free)
+      trial%forces%of_elements%largest = largest_thermal_forces(scene%mesh, scene%materials, &
+        trial%free)
     end if
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints

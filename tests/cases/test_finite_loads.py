@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from program import Run
+from program import INPUT, Run
 from scipy.optimize import brentq
 from turned_grips import check_turn
 
@@ -72,6 +72,8 @@ BEAM = """\
 {ends}
 *NSET, NSET=INNER
 {inner}
+*NSET, NSET=TIP
+11, 22, 33, 44
 *MATERIAL, NAME=M
 *ELASTIC
 1000., 0.
@@ -92,9 +94,9 @@ INNER = ", ".join(str(n) for n in range(24, 44) if n not in (33, 34))
 FOLLOWING = [-0.9322, 0, -3.9136]
 
 
-def solved(case, text, *options, **parameters):
+def solved(case, text, **parameters):
     """Run a deck that must be certified, and open its result."""
-    run = Run(text, *options, name="case", **parameters)
+    run = Run(text, name="case", **parameters)
     case.assertEqual(run.status, 0, run.errors)
     result = run.result()
     case.addCleanup(result.close)
@@ -176,6 +178,42 @@ class Pressure(unittest.TestCase):
                     u = result.field("displacement", -1)
                     tip = u[np.isclose(result.points[:, 0], 10)].mean(axis=0)
                     np.testing.assert_allclose(tip, wanted, atol=1e-4)
+
+    def test_a_long_beam(self):
+        """P L^2/(E I) = 4 at the end of a cantilever of ten elements: an independent program with the
+        same elements has 0.568 of its length (the elastica, which they are too stiff for, 0.670)."""
+        load = 4 * 1000 / 12 / 100 / 4
+        text = BEAM.format(load=f"*CLOAD\nTIP, 3, {-load!r}\n", ends=ENDS, inner=INNER)
+        result = solved(self, text.replace("1000., 0.\n", "1000., 0.3\n"))
+        u = result.field("displacement", -1)
+        tip = u[np.isclose(result.points[:, 0], 10)].mean(axis=0)
+        self.assertAlmostEqual(tip[2], -5.68, delta=0.005)
+        # Of tangents of other places alone the increments would be far more.
+        self.assertLess(result.counters["factorisations"], 30)
+
+    def test_a_block_that_is_squeezed_slides(self):
+        """Pressed on a plane, then pushed, a pressure on its sides that follows: reactions of an
+        independent program (../shared/reference/finite_strain/t_load.py)."""
+        text = (INPUT / "block.inp").read_text()
+        for old, new in (
+            ("*ELASTIC\n210000., <nu>", f"*HYPERELASTIC, NEO HOOKE\n{1 / 5.2!r}, 2.4"),
+            ("*STEP\n*STATIC, DIRECT\n<5/steps>, 1.0", "*STEP, NLGEOM\n*STATIC, DIRECT\n1., 6."),
+            ("3, 3, -0.1\n", "3, 3, -0.2\n*DSLOAD\n" + "".join(
+                f"BODY-{side}, P, 0.15\n" for side in ("XMIN", "XMAX", "YMIN", "YMAX"))),
+            ("<1.25/steps>, 1.0", "1., 6."), ("<0.4*cos", "<0.2*cos"), ("<0.4*sin", "<0.2*sin"),
+        ):
+            self.assertIn(old, text)
+            text = text.replace(old, new, 1)
+        for n, down, forward in (
+            (2, 0.31249171473974735, [-0.06542559544853861, 0, 0.30869708297864296]),
+            (3, 0.31413828626122425, [-0.05768118964972937, 0, 0.30674355314144625]),
+        ):
+            with self.subTest(n=n):
+                result = solved(self, text, n=n, theta=0)
+                found = result.pairs["BODY-ZMIN:GROUND"].resultant
+                found = found[result.history("extra") == 0]
+                np.testing.assert_allclose(found[5], [0, 0, down], atol=3e-9)
+                np.testing.assert_allclose(found[11], forward, atol=3e-9)
 
 
 class Heat(unittest.TestCase):
