@@ -6,7 +6,7 @@ module finite_forces_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use strain_measures_mod, only: growth_of, deformation_of, logarithmic_strain
-  use material_law_mod, only: finite_stress, finite_energy, finite_tangent, law_t
+  use material_law_mod, only: finite_stress, finite_energy, finite_tangent
   use hexahedron8_mod, only: shape_gradients, displacement_gradients
   use finite_strain_mod, only: force_of_stress
   use expansion_mod, only: expand_freely
@@ -14,7 +14,13 @@ module finite_forces_mod
   private
 
   public :: finite_internal_force, finite_strain_energy, finite_tensors, projected_tangent, &
-    work_of_heat
+    work_of_heat, tangent_t
+
+  !> Where a tangent is taken.
+  type :: tangent_t
+    real(wp), allocatable :: at(:, :) !! (3,n_nodes) displacement, det F > 0 [length]
+    real(wp), allocatable :: free(:)  !! (n_elements) strain by free expansion there [-]
+  end type tangent_t
 
 contains
 
@@ -116,20 +122,27 @@ contains
   !> Tangent of an element, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it:
   !> the next positive semi-definite matrix. A soft body that is pressed has a tangent that is none,
   !> and a compliance of which contact problems have several solutions. docs/theory.md (8.23).
-  subroutine projected_tangent(law, x, u, k)
-    type(law_t), intent(in) :: law
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and displacements, det F > 0 [length]
-    real(wp), intent(out) :: k(24, 24)       !! node by node, x y z [force/length]
+  subroutine projected_tangent(mesh, materials, tangent, e, k)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(tangent_t), intent(in) :: tangent
+    integer, intent(in) :: e           !! element
+    real(wp), intent(out) :: k(24, 24) !! node by node, x y z [force/length]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
     real(wp) :: a(3, 3, 3, 3), along(3, 8, 3, 3), vectors(24, 24), values(24)
-    integer :: g, i, m, l, b
+    real(wp) :: x(3, 8), u(3, 8)
+    integer :: g, i, m, l, b, nodes(8)
     logical :: ok
 
+    nodes = nodes_of_hexahedron(mesh%connectivity, e)
+    x = mesh%coordinates(:, nodes)
+    u = tangent%at(:, nodes)
+    call expand_freely(tangent%free(e), x, u)
     call shape_gradients(x, gradient, weight, inverse_jacobian)
     h = displacement_gradients(inverse_jacobian, u)
     k = 0.0_wp
     do g = 1, 8
-      a = weight(g)*finite_tangent(law, h(:, :, g))
+      a = weight(g)*finite_tangent(materials(mesh%material(e))%law, h(:, :, g))
       do l = 1, 3
         do m = 1, 3
           along(:, :, m, l) = matmul(a(:, :, m, l), gradient(:, :, g))

@@ -179,6 +179,38 @@ class Pressure(unittest.TestCase):
                     tip = u[np.isclose(result.points[:, 0], 10)].mean(axis=0)
                     np.testing.assert_allclose(tip, wanted, atol=1e-4)
 
+    def test_as_calculix_has_it(self):
+        """The corner of a short cantilever, from CalculiX 2.20 (NLGEOM, C3D8, to 1e-8)."""
+        for name, top, side, wanted in (
+            ("St Venant-Kirchhoff", 4.0, 0.0, [0.06333165, 0.00180089, -0.5543401]),
+            ("neo-Hooke", 4.0, 0.0, [0.08375003, 0.00174588, -0.5412873]),
+            ("neo-Hooke", 0.0, -20.0, [-1.631066, 1.344657, -0.009709368]),
+            ("neo-Hooke", -4.0, 6.0, [-0.1224228, -0.7862704, 0.4893727]),
+        ):
+            loads = f"*DSLOAD\nB-ZMAX, P, {top}\nB-YMAX, P, {side}\n"
+            with self.subTest(law=name, top=top, side=side):
+                u = self.cantilever(LAWS[name], loads)
+                np.testing.assert_allclose(u, wanted, atol=2e-4 * np.abs(wanted).max())
+
+    def cantilever(self, law, loads, more=""):
+        """Return the displacement of the far corner of a short cantilever."""
+        text = BOX.replace("B-YMIN, 2, 2\nB-ZMIN, 3, 3\n", "").replace("XMIN, 1, 1", "XMIN, 1, 3")
+        text = text.replace("NX=3", "NX=4").replace("3., 1., 2.", "2., 1., 1.")
+        result = solved(self, text.format(law=law, increment=0.1, loads=loads) + more)
+        return result.field("displacement", -1)[np.flatnonzero((result.points == [2, 1, 1]).all(1))[0]]
+
+    def test_what_comes_and_goes(self):
+        """Without contact the way does not count: pressures of earlier steps that are taken away,
+        or go with an amplitude, leave nothing."""
+        once = self.cantilever(NEO, "*DSLOAD\nB-YMAX, P, 6.\n")
+        more = ("*STEP\n*STATIC\n0.25, 1.\n*DSLOAD, OP=NEW\nB-YMAX, P, 6.\n*END STEP\n",
+                "*AMPLITUDE, NAME=BACK\n0., 1., 1., 0.\n*STEP\n*STATIC\n0.25, 1.\n*DSLOAD, AMPLITUDE=BACK\n"
+                "B-ZMAX, P, 4.\n*DSLOAD\nB-YMAX, P, 6.\n*END STEP\n")
+        for step in more:
+            with self.subTest(step=step):
+                twice = self.cantilever(NEO, "*DSLOAD\nB-ZMAX, P, 4.\n", step)
+                np.testing.assert_allclose(twice, once, atol=1e-7)
+
     def test_a_long_beam(self):
         """P L^2/(E I) = 4 at the end of a cantilever of ten elements: an independent program with the
         same elements has 0.568 of its length (the elastica, which they are too stiff for, 0.670)."""
@@ -189,7 +221,7 @@ class Pressure(unittest.TestCase):
         tip = u[np.isclose(result.points[:, 0], 10)].mean(axis=0)
         self.assertAlmostEqual(tip[2], -5.68, delta=0.005)
         # Of tangents of other places alone the increments would be far more.
-        self.assertLess(result.counters["factorisations"], 30)
+        self.assertLess(result.counters["factorisations"], 40)
 
     def test_a_block_that_is_squeezed_slides(self):
         """Pressed on a plane, then pushed, a pressure on its sides that follows: reactions of an
