@@ -111,8 +111,8 @@ contains
         acting_t(forces%external, pressed(:, :, 2), support), forces%prescribed, rounding, &
         scales%of_body)
     else
-      certificate%balance = balance_of_pieces(mesh, forces, acting_t(forces%external, &
-        pressed(:, :, 2) + joining, support), rounding, scales%of_body)
+      certificate%balance = balance_of_pieces(mesh, new%displacement, forces, &
+        acting_t(forces%external, pressed(:, :, 2) + joining, support), rounding, scales%of_body)
     end if
     certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest, &
       scales%of_body, 10.0_wp*tolerance)
@@ -208,19 +208,19 @@ contains
   !>
   !> Equations need not leave action equal to reaction, as ties do: what they join does not balance
   !> as a whole, each piece does.
-  pure real(wp) function balance_of_pieces(mesh, forces, acting, rounding, f) result(worst)
+  pure real(wp) function balance_of_pieces(mesh, u, forces, acting, rounding, f) result(worst)
     type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
     type(increment_forces_t), intent(in) :: forces
     type(acting_t), intent(in) :: acting      !! contact with the forces of constraints
     real(wp), intent(in) :: rounding(:)       !! (n_nodes) those of constraints too [force]
     real(wp), intent(in) :: f(0:)             !! (0:n_bodies) of each body [force]
-    type(mesh_t) :: apart
+    type(mesh_t) :: apart                     !! pieces for bodies, where they are
     logical :: carries(3, mesh%n_nodes)       !! rounding
     real(wp) :: f_of_piece(0:mesh%n_pieces)
     integer :: c, k, node
 
-    apart%n_nodes = mesh%n_nodes
-    apart%coordinates = mesh%coordinates
+    apart = shape_of(mesh, u, forces%is_finite)
     apart%body = mesh%piece
     apart%n_bodies = mesh%n_pieces
     carries = forces%prescribed

@@ -8,7 +8,9 @@ module certify_increment_mod
   use increment_report_mod, only: certificate_t, contact_fields_t
   use increment_forces_mod, only: imposed_t, increment_forces_t
   use stress_forces_mod, only: find_stress_forces
+  use warming_mod, only: warming_at
   use deformed_forces_mod, only: find_deformed_forces
+  use pressed_surfaces_mod, only: press_deformed_surfaces
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
   use inner_sides_mod, only: turn_inner_sides
   use allowed_overlaps_mod, only: add_allowed
@@ -24,8 +26,8 @@ contains
 
   !> Judge an increment.
   !>
-  !> Internal forces (at finite strain about the deformed places), and gaps, frames and slips before
-  !> planes, spheres and cylinders, are computed anew; weights, normals and gaps before surfaces and
+  !> Internal forces and pressures (at finite strain about the deformed places), and gaps, frames and
+  !> slips before planes, spheres and cylinders, are computed anew; weights, normals and gaps before surfaces and
   !> facets are held against integrals. Taken as they are: loads, laws of materials, friction
   !> coefficients, constant extra gaps, the sides of masters, overlaps that constraints keep, and slips
   !> before surfaces and facets whose weights are confirmed.
@@ -44,8 +46,11 @@ contains
 
     forces%imposed_t = imposed
     call find_stress_forces(scene%mesh, scene%materials, new%displacement, old%displacement, forces)
-    if (scene%finite_strain) call find_deformed_forces(scene%mesh, scene%materials, &
-      new%displacement, forces)
+    if (scene%finite_strain) then
+      call find_deformed_forces(scene%mesh, scene%materials, warming_at(scene, new%step, &
+        new%position), new%displacement, forces)
+      call press_deformed_surfaces(scene, new%displacement, forces%imposed_t)
+    end if
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
     if (allocated(points%constant_gap)) then

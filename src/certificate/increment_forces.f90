@@ -16,6 +16,10 @@ module increment_forces_mod
   !> Loads, and what supports and constraints ask for; all (3,n_nodes) in x, y, z.
   type :: imposed_t
     real(wp), allocatable :: external(:, :)   !! loads [force]
+    real(wp), allocatable :: dead_load(:, :)
+    !! those that do not follow bodies; not allocated: none does [force]
+    real(wp), allocatable :: pressure(:)
+    !! (n_surfaces) the others: on surfaces where they are now [force/length^2]
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
     type(constraints_t) :: constraints        !! those of the scene, whatever supports hold

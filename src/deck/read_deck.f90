@@ -358,6 +358,8 @@ contains
         '--nlgeom no runs the deck by small strain')
       return
     end if
+    if (any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) call note(reader, 'NLGEOM: '// &
+      '*EQUATION joins displacements along fixed directions and does not turn with the body')
     scene%precision%body_is_given = .true.
     scene%precision%factor_is_given = .true.
     scene%precision%low_rank_is_given = .true.

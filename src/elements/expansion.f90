@@ -11,7 +11,8 @@ module expansion_mod
   implicit none
   private
 
-  public :: find_free_strain, free_strain, thermal_force, thermal_energy
+  public :: find_free_strain, free_strain, thermal_force, thermal_energy, expand_freely, &
+    largest_thermal_forces
 
 contains
 
@@ -42,6 +43,21 @@ contains
     end do
   end function free_strain
 
+  !> At finite strain: the place of an element that has expanded freely, where it has no stress, and
+  !> its displacement from there. The forces, energy and tangent of F/(1 + free) in a volume that is
+  !> (1 + free)^3 are those of this element. docs/theory.md (8.26).
+  pure subroutine expand_freely(free, x, u)
+    real(wp), intent(in) :: free         !! [-]
+    real(wp), intent(inout) :: x(3, 8)   !! nodes [length]
+    real(wp), intent(inout) :: u(3, 8)   !! their displacements; the first node's stays [length]
+    real(wp) :: way(3, 8)
+
+    if (.not. abs(free) > 0.0_wp) return
+    way = free*(x - spread(x(:, 1), 2, 8))
+    x = x + way
+    u = u - way
+  end subroutine expand_freely
+
   !> Add the nodal forces of free strains, int g_a dV times the stress that would take back each.
   !> They balance in every element.
   pure subroutine thermal_force(mesh, materials, free, f)
@@ -49,21 +65,57 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free(:)     !! (n_elements) [-]
     real(wp), intent(inout) :: f(:, :)  !! (3,n_nodes) [force]
-    real(wp) :: gradient(3, 8, 8), weight(8), stress
-    integer :: e, g, a, nodes(8)
+    real(wp) :: of_element(3, 8)
+    integer :: e, a, nodes(8)
 
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      call shape_gradients(mesh%coordinates(:, nodes), gradient, weight)
-      stress = thermal_stress_of(free(e), materials(mesh%material(e))%law%elastic)
-      do g = 1, 8
-        do a = 1, 8
-          f(:, nodes(a)) = f(:, nodes(a)) + stress*weight(g)*gradient(:, a, g)
-        end do
+      of_element = element_thermal_force(mesh, materials, e, free(e))
+      do a = 1, 8
+        f(:, nodes(a)) = f(:, nodes(a)) + of_element(:, a)
       end do
     end do
   end subroutine thermal_force
+
+  !> The largest of these of an element at a node, of each body: what would hold an element in its
+  !> shape. Forces of bodies that are free to expand are measured by them, having none else.
+  pure function largest_thermal_forces(mesh, materials, free) result(largest)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free(:)     !! (n_elements) [-]
+    real(wp) :: largest(0:mesh%n_bodies) !! [force]
+    integer :: e, nodes(8)
+
+    largest = 0.0_wp
+    do e = 1, mesh%n_elements
+      if (.not. abs(free(e)) > 0.0_wp) cycle
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      associate (of_body => largest(mesh%body(nodes(1))))
+        of_body = max(of_body, maxval(norm2(element_thermal_force(mesh, materials, e, free(e)), &
+          dim=1)))
+      end associate
+    end do
+  end function largest_thermal_forces
+
+  !> The nodal forces of the free strain of an element.
+  pure function element_thermal_force(mesh, materials, e, free) result(f)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    integer, intent(in) :: e
+    real(wp), intent(in) :: free        !! [-]
+    real(wp) :: f(3, 8)                 !! [force]
+    real(wp) :: gradient(3, 8, 8), weight(8), stress
+    integer :: g
+
+    call shape_gradients(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)), gradient, &
+      weight)
+    stress = thermal_stress_of(free, materials(mesh%material(e))%law%elastic)
+    f = 0.0_wp
+    do g = 1, 8
+      f = f + stress*weight(g)*gradient(:, :, g)
+    end do
+  end function element_thermal_force
 
   !> The energy of these stresses in elements that cannot expand, 1/2 int 3 stress alpha dT dV.
   pure real(wp) function thermal_energy(mesh, materials, free) result(energy)

@@ -6,37 +6,49 @@ module finite_forces_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use strain_measures_mod, only: growth_of, deformation_of, logarithmic_strain
-  use material_law_mod, only: finite_stress, finite_energy, finite_tangent, law_t
+  use material_law_mod, only: finite_stress, finite_energy, finite_tangent
   use hexahedron8_mod, only: shape_gradients, displacement_gradients
   use finite_strain_mod, only: force_of_stress
+  use expansion_mod, only: expand_freely
   implicit none
   private
 
-  public :: finite_internal_force, finite_strain_energy, finite_tensors, projected_tangent
+  public :: finite_internal_force, finite_strain_energy, finite_tensors, projected_tangent, &
+    work_of_heat, tangent_t
+
+  !> Where a tangent is taken.
+  type :: tangent_t
+    real(wp), allocatable :: at(:, :) !! (3,n_nodes) displacement, det F > 0 [length]
+    real(wp), allocatable :: free(:)  !! (n_elements) strain by free expansion there [-]
+  end type tangent_t
 
 contains
 
   !> f_a = int P g_a, summed over the elements (C3D8), and an element with det F <= 0 at a Gauss
   !> point, whose stress no law gives: then forces are 0.
-  pure subroutine finite_internal_force(mesh, materials, u, f, inverted)
+  pure subroutine finite_internal_force(mesh, materials, free, u, f, inverted)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free(:)    !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement [length]
     real(wp), intent(out) :: f(:, :)   !! (3,n_nodes) [force]
     integer, intent(out) :: inverted   !! element, 0: there is none
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), p(3, 3, 8)
-    real(wp) :: force(3, 8)
+    real(wp), dimension(3, 8) :: force, x, moved
     integer :: e, g, a, nodes(8)
 
     f = 0.0_wp
     inverted = 0
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
-      h = displacement_gradients(inverse_jacobian, u(:, nodes))
+      x = mesh%coordinates(:, nodes)
+      moved = u(:, nodes)
+      call expand_freely(free(e), x, moved)
+      call shape_gradients(x, gradient, weight, inverse_jacobian)
+      h = displacement_gradients(inverse_jacobian, moved)
       associate (law => materials(mesh%material(e))%law)
         do g = 1, 8
-          if (growth_of(h(:, :, g)) <= -1.0_wp) then
+          if (.not. growth_of(h(:, :, g)) > -1.0_wp) then
             inverted = e
             f = 0.0_wp
             return
@@ -52,41 +64,85 @@ contains
   end subroutine finite_internal_force
 
   !> The strain energy of all elements, int W dV.
-  pure real(wp) function finite_strain_energy(mesh, materials, u) result(energy)
+  pure real(wp) function finite_strain_energy(mesh, materials, free, u) result(energy)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free(:)    !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
+    real(wp) :: x(3, 8), moved(3, 8)
     integer :: e, g, nodes(8)
 
     energy = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
-      h = displacement_gradients(inverse_jacobian, u(:, nodes))
+      x = mesh%coordinates(:, nodes)
+      moved = u(:, nodes)
+      call expand_freely(free(e), x, moved)
+      call shape_gradients(x, gradient, weight, inverse_jacobian)
+      h = displacement_gradients(inverse_jacobian, moved)
       do g = 1, 8
         energy = energy + weight(g)*finite_energy(materials(mesh%material(e))%law, h(:, :, g))
       end do
     end do
   end function finite_strain_energy
 
+  !> What the strain energy changes by as elements expand further, (1 + free)^3 W(F/(1 + free)) at
+  !> the same F: of an element W less a third of P : F, times the growth of its free volume.
+  pure real(wp) function work_of_heat(mesh, materials, free, u, further) result(work)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free(:)    !! (n_elements) strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
+    real(wp), intent(in) :: further(:) !! (n_elements) by how much more they expand [-]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
+    real(wp) :: x(3, 8), moved(3, 8), of_element
+    integer :: e, g, nodes(8)
+
+    work = 0.0_wp
+    do e = 1, mesh%n_elements
+      if (.not. abs(further(e)) > 0.0_wp) cycle
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      x = mesh%coordinates(:, nodes)
+      moved = u(:, nodes)
+      call expand_freely(free(e), x, moved)
+      call shape_gradients(x, gradient, weight, inverse_jacobian)
+      h = displacement_gradients(inverse_jacobian, moved)
+      of_element = 0.0_wp
+      associate (law => materials(mesh%material(e))%law)
+        do g = 1, 8
+          of_element = of_element + weight(g)*(finite_energy(law, h(:, :, g)) - &
+            sum(finite_stress(law, h(:, :, g))*deformation_of(h(:, :, g)))/3.0_wp)
+        end do
+      end associate
+      work = work + 3.0_wp*further(e)/(1.0_wp + free(e))*of_element
+    end do
+  end function work_of_heat
+
   !> Tangent of an element, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it:
   !> the next positive semi-definite matrix. A soft body that is pressed has a tangent that is none,
   !> and a compliance of which contact problems have several solutions. docs/theory.md (8.23).
-  subroutine projected_tangent(law, x, u, k)
-    type(law_t), intent(in) :: law
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and displacements, det F > 0 [length]
-    real(wp), intent(out) :: k(24, 24)       !! node by node, x y z [force/length]
+  subroutine projected_tangent(mesh, materials, tangent, e, k)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(tangent_t), intent(in) :: tangent
+    integer, intent(in) :: e           !! element
+    real(wp), intent(out) :: k(24, 24) !! node by node, x y z [force/length]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
     real(wp) :: a(3, 3, 3, 3), along(3, 8, 3, 3), vectors(24, 24), values(24)
-    integer :: g, i, m, l, b
+    real(wp) :: x(3, 8), u(3, 8)
+    integer :: g, i, m, l, b, nodes(8)
     logical :: ok
 
+    nodes = nodes_of_hexahedron(mesh%connectivity, e)
+    x = mesh%coordinates(:, nodes)
+    u = tangent%at(:, nodes)
+    call expand_freely(tangent%free(e), x, u)
     call shape_gradients(x, gradient, weight, inverse_jacobian)
     h = displacement_gradients(inverse_jacobian, u)
     k = 0.0_wp
     do g = 1, 8
-      a = weight(g)*finite_tangent(law, h(:, :, g))
+      a = weight(g)*finite_tangent(materials(mesh%material(e))%law, h(:, :, g))
       do l = 1, 3
         do m = 1, 3
           along(:, :, m, l) = matmul(a(:, :, m, l), gradient(:, :, g))
@@ -109,18 +165,26 @@ contains
     end do
   end subroutine projected_tangent
 
-  !> Logarithmic strain and Cauchy stress of an element at its Gauss points: sigma = P F^T/J.
-  subroutine finite_tensors(material, x, u, strain, stress)
+  !> Logarithmic strain, that by expansion included, and Cauchy stress of an element at its Gauss
+  !> points: sigma = P F^T/J.
+  subroutine finite_tensors(material, free, x, u, strain, stress)
     type(material_t), intent(in) :: material
+    real(wp), intent(in) :: free                         !! strain by free expansion [-]
     real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
     real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), t(3, 3)
+    real(wp) :: from(3, 8), moved(3, 8)
     integer :: g
 
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    h = displacement_gradients(inverse_jacobian, u)
+    from = x
+    moved = u
+    call expand_freely(free, from, moved)
+    call shape_gradients(from, gradient, weight, inverse_jacobian)
+    h = displacement_gradients(inverse_jacobian, moved)
     do g = 1, 8
       strain(:, g) = six_of(logarithmic_strain(h(:, :, g)))
+      ! F is free of stress times (1 + free).
+      strain(:3, g) = strain(:3, g) + log(1.0_wp + free)
       t = matmul(finite_stress(material%law, h(:, :, g)), transpose(deformation_of(h(:, :, g))))
       stress(:, g) = six_of(t/(1.0_wp + growth_of(h(:, :, g))))
     end do

@@ -61,18 +61,24 @@ contains
       stiffness_length(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
   end function element_stiffness
 
-  !> Add the nodal forces of a pressure (positive into the body) on a surface of faces.
-  pure subroutine pressure_force(mesh, surface, pressure, f)
+  !> Add the nodal forces of a pressure (positive into the body) on a surface of faces, where a
+  !> displacement has taken it.
+  pure subroutine pressure_force(mesh, surface, pressure, f, u)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     real(wp), intent(in) :: pressure       !! [force/length^2]
     real(wp), intent(inout) :: f(:, :)     !! (3,n_nodes) [force]
-    integer :: i, nodes(face_corners)
+    real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) 0 where left out [length]
+    real(wp) :: x(3, face_corners)
+    integer :: i, n, nodes(face_corners)
 
     do i = 1, size(surface%faces, 2)
       nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
-      associate (corners => nodes(:corners_in(nodes)))
-        f(:, corners) = f(:, corners) - pressure*face_area_vectors(mesh%coordinates(:, corners))
+      n = corners_in(nodes)
+      associate (corners => nodes(:n))
+        x(:, :n) = mesh%coordinates(:, corners)
+        if (present(u)) x(:, :n) = x(:, :n) + u(:, corners)
+        f(:, corners) = f(:, corners) - pressure*face_area_vectors(x(:, :n))
       end associate
     end do
   end subroutine pressure_force

@@ -8,7 +8,7 @@ module assembly_mod
   use linked_nodes_mod, only: nodes_with_constraints
   use scene_mod, only: material_t
   use elements_mod, only: stiffness
-  use finite_forces_mod, only: projected_tangent
+  use finite_forces_mod, only: tangent_t, projected_tangent
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
@@ -50,7 +50,7 @@ contains
   !> elements with nodes that depend on others it is T^T K T that is summed.
   !>
   !> At finite strain the tangents at a displacement take their place.
-  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent_at)
+  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
@@ -58,7 +58,7 @@ contains
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
     integer, intent(out), optional :: n_computed !! element stiffnesses that were computed
-    real(wp), intent(in), optional :: tangent_at(:, :) !! (3,n_nodes) displacement [length]
+    type(tangent_t), intent(in), optional :: tangent
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
     type(known_elements_t) :: known
@@ -75,9 +75,8 @@ contains
     known%rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      if (present(tangent_at)) then
-        call projected_tangent(materials(mesh%material(e))%law, mesh%coordinates(:, nodes), &
-          tangent_at(:, nodes), ke)
+      if (present(tangent)) then
+        call projected_tangent(mesh, materials, tangent, e, ke)
         known%n_computed = known%n_computed + 1
       else
         call find_stiffness(mesh, materials, e, known, ke)

@@ -14,6 +14,7 @@ module body_solver_mod
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
+  use finite_forces_mod, only: tangent_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
@@ -39,9 +40,8 @@ module body_solver_mod
   !> What depends on the supports and the interface, and on nothing else.
   type :: body_solver_t
     logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
-    real(wp), allocatable :: tangent_at(:, :)
-    !! (3,n_nodes) at finite strain: the displacement of the tangent that is its stiffness; not
-    !! allocated: the stiffness of small strain [length]
+    type(tangent_t), allocatable :: tangent
+    !! at finite strain: what its stiffness is; not allocated: the stiffness of small strain
     type(constraints_t) :: constraints            !! those that hold with these supports
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(stiffness_inverse_t), pointer :: inverse => null()
@@ -101,9 +101,9 @@ contains
       end if
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      if (allocated(body%tangent_at)) then
+      if (allocated(body%tangent)) then
         call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses, body%tangent_at)
+          n_stiffnesses, body%tangent)
       else
         call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
           n_stiffnesses)

@@ -30,6 +30,10 @@ module step_loads_mod
     real(wp), allocatable :: displacement(:, :, :)
     !! (3,n_nodes,n_patterns) prescribed, and of what depends on such alone or among others [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
+    real(wp), allocatable :: dead_force(:, :, :)
+    !! (3,n_nodes,n_patterns) at finite strain: those that do not follow bodies [force]
+    real(wp), allocatable :: pressure(:, :)
+    !! (n_surfaces,n_patterns) there: on surfaces, which they follow [force/length^2]
     type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
@@ -81,7 +85,8 @@ contains
     integer, intent(in) :: step
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
     type(step_loads_t), intent(out) :: loads
-    real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
+    real(wp), allocatable, dimension(:, :, :) :: displacement, force, dead
+    real(wp), allocatable :: pressure(:, :)
     logical, allocatable :: used(:), followed(:)
     integer :: g, n
 
@@ -89,9 +94,15 @@ contains
     allocate (displacement(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
-    call resolve_forces(scene, step, force)
-    if (warms(scene)) call resolve_warming(scene, step, force)
+    allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
+    call resolve_forces(scene, step, force, pressure)
     call turn_local_forces(scene, force)
+    if (scene%finite_strain) then
+      allocate (dead(3, scene%mesh%n_nodes, pattern_hold:n))
+      dead = force
+    end if
+    call press_surfaces(scene, pressure, force)
+    if (warms(scene)) call resolve_warming(scene, step, force)
     loads%turns = turns_of_step(scene, step)
     loads%start = start_of_step(scene%steps, step)
     allocate (used(pattern_hold:n))
@@ -111,6 +122,9 @@ contains
     call find_kinks(pack(scene%amplitudes, followed), scene%steps(step), loads%kinks, loads%start)
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
+    if (.not. scene%finite_strain) return
+    loads%dead_force = dead(:, :, loads%kind)
+    loads%pressure = pressure(:, loads%kind)
   end subroutine resolve_loads
 
   !> The factor of every pattern at fraction `s` of the step.
@@ -201,12 +215,14 @@ contains
     if (amplitude > 0) follows_on = scene%amplitudes(amplitude)%total
   end function follows_on
 
-  !> The nodal forces of the step: concentrated forces, pressures and weights turned into forces.
-  pure subroutine resolve_forces(scene, step, force)
+  !> The nodal forces of the step, concentrated ones and weights, and the pressures on surfaces.
+  pure subroutine resolve_forces(scene, step, force, pressure)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
-    real(wp), allocatable, dimension(:, :) :: concentrated, pressure, face_pressure
+    real(wp), intent(inout) :: pressure(:, pattern_hold:)
+    !! (n_surfaces,patterns) 0 on entry [force/length^2]
+    real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure
     real(wp), allocatable :: gravity(:, :, :)
     real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
     integer :: k, g, i, n
@@ -215,7 +231,6 @@ contains
     ! with.
     n = size(scene%amplitudes)
     allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
-    allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
     allocate (face_pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
     allocate (gravity(size(scene%regions), pattern_hold:n, 3), source=0.0_wp)
     do k = 1, step
@@ -246,11 +261,6 @@ contains
     pressure = pressure + face_pressure
     do g = pattern_hold, n
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
-      do i = 1, size(scene%surfaces)
-        if (abs(pressure(i, g)) > 0.0_wp) then
-          call pressure_force(scene%mesh, scene%surfaces(i), pressure(i, g), force(:, :, g))
-        end if
-      end do
       do i = 1, size(scene%regions)
         if (any(abs(gravity(i, g, :)) > 0.0_wp)) then
           call gravity_force(scene%mesh, scene%materials, scene%regions(i)%elements, &
@@ -259,6 +269,21 @@ contains
       end do
     end do
   end subroutine resolve_forces
+
+  !> Add the nodal forces of pressures on the undeformed surfaces.
+  pure subroutine press_surfaces(scene, pressure, force)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: pressure(:, pattern_hold:)    !! (n_surfaces,patterns)
+    real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
+    integer :: i, g
+
+    do g = pattern_hold, ubound(force, 3)
+      do i = 1, size(scene%surfaces)
+        if (abs(pressure(i, g)) > 0.0_wp) call pressure_force(scene%mesh, scene%surfaces(i), &
+          pressure(i, g), force(:, :, g))
+      end do
+    end do
+  end subroutine press_surfaces
 
   !> Add the forces by which warmer bodies expand.
   pure subroutine resolve_warming(scene, step, force)

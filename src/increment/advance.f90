@@ -25,7 +25,7 @@ module advance_mod
     ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
-  use finite_forces_mod, only: finite_strain_energy
+  use finite_forces_mod, only: finite_strain_energy, work_of_heat
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques
   use drag_points_mod, only: drag_points
@@ -243,7 +243,8 @@ contains
     type(state_t), intent(inout) :: new
     type(increment_report_t), intent(inout) :: report
     type(placement_t) :: began
-    real(wp) :: strain_energy
+    real(wp) :: strain_energy, of_heat
+    real(wp) :: before(scene%mesh%n_elements) !! strain by free expansion [-]
 
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
@@ -255,17 +256,23 @@ contains
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     if (scene%finite_strain) then
-      strain_energy = finite_strain_energy(scene%mesh, scene%materials, new%displacement)
+      strain_energy = finite_strain_energy(scene%mesh, scene%materials, trial%free, &
+        new%displacement)
+      call find_free_strain(scene, max(1, old%step), old%position, before)
+      of_heat = 0.5_wp*(work_of_heat(scene%mesh, scene%materials, before, old%displacement, &
+        trial%free - before) + work_of_heat(scene%mesh, scene%materials, trial%free, &
+        new%displacement, trial%free - before))
     else
       strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
+      of_heat = 0.0_wp
     end if
     call energy_balance(report%contact, old, new, strain_energy, report%energy, &
       work_of_torques(scene, points, old, new) + work_on_overlaps(scene, points, &
-      solver%first_gap, began, trial%placement, old, new), energy_of_heat(scene, new))
+      solver%first_gap, began, trial%placement, old, new) + of_heat, energy_of_heat(scene, new))
   end subroutine finish
 
-  !> By how much the energy of the total strain is more than that of the stresses where bodies have
-  !> become warmer: f . u - C, f the forces of thermal expansion, C their energy in elements that
+  !> At small strain: by how much the energy of the total strain is more than that of the stresses
+  !> where bodies have become warmer: f . u - C, f the forces of thermal expansion, C their energy in elements that
   !> cannot expand. docs/theory.md (8.13).
   pure real(wp) function energy_of_heat(scene, state) result(energy)
     type(scene_t), intent(in) :: scene
@@ -273,6 +280,7 @@ contains
     real(wp) :: force(3, scene%mesh%n_nodes), free(scene%mesh%n_elements)
 
     energy = 0.0_wp
+    if (scene%finite_strain) return
     call find_free_strain(scene, state%step, state%position, free)
     if (.not. any(abs(free) > 0.0_wp)) return
     force = 0.0_wp

@@ -32,6 +32,7 @@ module equilibrate_mod
   use condensed_contact_mod, only: is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points, is_any_missed
   use step_solver_mod, only: step_solver_t
+  use load_response_mod, only: follow_surfaces
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of
   use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, place_points, &
@@ -162,7 +163,8 @@ contains
     if (is_finite) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
   end function is_settled
 
-  !> The internal forces of the displacement, which at finite strain is accelerated first.
+  !> The internal forces of the displacement, which at finite strain is accelerated first, and
+  !> pressures on surfaces where it takes them.
   subroutine find_internal_force(scene, map, old, trial, new, loop, report)
     type(scene_t), intent(in) :: scene
     type(dof_map_t), intent(in) :: map
@@ -178,8 +180,10 @@ contains
         return
       end if
       call extrapolate(scene%mesh, map, old, trial, new, loop)
-      call finite_internal_force(scene%mesh, scene%materials, u, f, report%worst_element)
+      call finite_internal_force(scene%mesh, scene%materials, trial%free, u, f, &
+        report%worst_element)
       report%force_evaluations = report%force_evaluations + 1
+      call follow_surfaces(scene, u, trial%forces%imposed_t)
     end associate
   end subroutine find_internal_force
 
@@ -500,6 +504,7 @@ contains
     end do
     where (forces%prescribed) residual = 0.0_wp
     scale = 0.0_wp
+    if (allocated(forces%of_elements%largest)) scale = forces%of_elements%largest
     do node = 1, mesh%n_nodes
       associate (of_body => scale(mesh%body(node)))
         of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))

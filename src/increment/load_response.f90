@@ -8,7 +8,8 @@ module load_response_mod
   use controls_mod, only: is_exact, precision_in_words
   use scene_mod, only: scene_t
   use increments_mod, only: increment_t
-  use mesh_forces_mod, only: internal_force, force_rounding
+  use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
+  use increment_forces_mod, only: imposed_t
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
@@ -17,7 +18,8 @@ module load_response_mod
   implicit none
   private
 
-  public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement
+  public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement, &
+    impose_loads, follow_surfaces
 
   real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
   integer,  parameter :: max_refinements = 30   !! of a response to loads
@@ -136,6 +138,42 @@ contains
       summed = summed + abs(factor(g)*response%loads%force(:, :, g))
     end do
   end subroutine sum_patterns
+
+  !> At finite strain: the loads at a fraction of the *STEP, of bodies that are displaced.
+  pure subroutine impose_loads(scene, loads, fraction, step_time, u, imposed)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
+    real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
+    type(imposed_t), intent(inout) :: imposed    !! gets its loads
+    real(wp) :: factor(loads%n_patterns)
+    integer :: g
+
+    factor = pattern_factors(scene, loads, fraction, step_time)
+    if (allocated(imposed%dead_load)) deallocate (imposed%dead_load, imposed%pressure)
+    allocate (imposed%dead_load(3, scene%mesh%n_nodes), imposed%pressure(size(scene%surfaces)), &
+      source=0.0_wp)
+    do g = 1, loads%n_patterns
+      imposed%dead_load = imposed%dead_load + factor(g)*loads%dead_force(:, :, g)
+      imposed%pressure = imposed%pressure + factor(g)*loads%pressure(:, g)
+    end do
+    call follow_surfaces(scene, u, imposed)
+  end subroutine impose_loads
+
+  !> At finite strain: the loads of bodies that are displaced further; pressures go with their
+  !> surfaces. docs/theory.md (8.25).
+  pure subroutine follow_surfaces(scene, u, imposed)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
+    type(imposed_t), intent(inout) :: imposed    !! gets external
+    integer :: i
+
+    imposed%external = imposed%dead_load
+    do i = 1, size(scene%surfaces)
+      if (abs(imposed%pressure(i)) > 0.0_wp) call pressure_force(scene%mesh, scene%surfaces(i), &
+        imposed%pressure(i), imposed%external, u)
+    end do
+  end subroutine follow_surfaces
 
   !> What the supports prescribe at the end of an increment, from the loads alone: the certificate
   !> holds displacements against it, so nothing of it comes from a solution.

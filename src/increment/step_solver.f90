@@ -21,6 +21,8 @@ module step_solver_mod
   use stiffness_inverse_mod, only: abandon_inverse
   use body_solver_mod, only: body_solver_t, solver_work_t, make_body_solver, &
     change_obstacle_supports, lap
+  use finite_forces_mod, only: tangent_t
+  use expansion_mod, only: find_free_strain
   use contact_interface_mod, only: interface_dofs
   use placement_mod, only: placement_t, place_undeformed
   use condensed_contact_mod, only: condensed_contact_t, find_groups, condense_contact
@@ -89,9 +91,11 @@ contains
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error !! as of set_supports
     logical :: prescribed(3, scene%mesh%n_nodes)
+    real(wp) :: free(scene%mesh%n_elements) !! [-]
 
     prescribed = solver%body%prescribed
-    call make_all(scene, points, prescribed, solver, work, error, state%tangent_at)
+    call find_free_strain(scene, max(1, state%tangent_step), state%tangent_position, free)
+    call make_all(scene, points, prescribed, solver, work, error, tangent_t(state%tangent_at, free))
     solver%tangent_of = state%tangent_of
   end subroutine linearise_at
 
@@ -126,18 +130,18 @@ contains
       error)
   end subroutine prepare_step
 
-  subroutine make_all(scene, points, prescribed, solver, work, error, tangent_at)
+  subroutine make_all(scene, points, prescribed, solver, work, error, tangent)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
-    real(wp), intent(in), optional :: tangent_at(:, :) !! as of body_solver_t
+    type(tangent_t), intent(in), optional :: tangent !! as of body_solver_t
 
     solver%tangent_of = 0
-    if (allocated(solver%body%tangent_at)) deallocate (solver%body%tangent_at)
-    if (present(tangent_at)) solver%body%tangent_at = tangent_at
+    if (allocated(solver%body%tangent)) deallocate (solver%body%tangent)
+    if (present(tangent)) solver%body%tangent = tangent
     if (solver%choices%precision%threads > 1) call use_threads(solver%choices%precision%threads)
     call make_body_solver(scene, solver%choices, points, prescribed, interface_dofs(scene, &
       points), solver%body, work, error)

@@ -8,12 +8,13 @@ module trial_mod
   use increments_mod, only: increment_t
   use interference_mod, only: set_extra_gap
   use state_mod, only: state_t
-  use increment_forces_mod, only: increment_forces_t
+  use increment_forces_mod, only: increment_forces_t, imposed_t
   use rigid_modes_mod, only: generalised_loads, add_motions
   use placement_mod, only: placement_t, place_curved, place_undeformed
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
-  use load_response_mod, only: sum_patterns, prescribed_displacement
+  use expansion_mod, only: find_free_strain, largest_thermal_forces
+  use load_response_mod, only: sum_patterns, prescribed_displacement, impose_loads
   use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
   implicit none
@@ -28,6 +29,8 @@ module trial_mod
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
+    real(wp), allocatable :: free(:)
+    !! (n_elements) strain by free expansion, at finite strain [-]
     real(wp), allocatable :: summed_loads(:, :)
     !! (3,n_nodes) the magnitudes that the external forces sum up [force]
     real(wp), allocatable :: u_free(:, :)
@@ -84,6 +87,14 @@ contains
 
     call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
       trial%u_free, trial%forces%external, trial%summed_loads)
+    if (scene%finite_strain) then
+      call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
+        old%displacement, trial%forces%imposed_t)
+      allocate (trial%free(scene%mesh%n_elements))
+      call find_free_strain(scene, increment%step, increment%position, trial%free)
+      trial%forces%of_elements%largest = largest_thermal_forces(scene%mesh, scene%materials, &
+        trial%free)
+    end if
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
@@ -115,6 +126,7 @@ contains
     type(increment_t), intent(in) :: increment
     type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
     type(placement_t) :: began
+    type(imposed_t) :: began_with
     real(wp), allocatable :: loaded(:, :), external(:, :)
 
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
@@ -127,6 +139,11 @@ contains
       solver%body%inverse%is_condensed)) return
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
+    if (scene%finite_strain) then
+      call impose_loads(scene, solver%response%loads, increment%begin, increment%begin* &
+        scene%steps(increment%step)%period, old%displacement, began_with)
+      external = began_with%external
+    end if
     associate (prescribed => solver%body%prescribed)
       if (jump(external, old%external_force) .or. jump(merge(loaded, 0.0_wp, prescribed), &
         merge(old%displacement, 0.0_wp, prescribed))) return

@@ -10,6 +10,8 @@ module finite_strain_limits_mod
 
   public :: beyond_finite_strain
 
+  real(wp), parameter :: nothing = 1.0e-10_wp !! of the largest in an equation: rounding [-]
+
 contains
 
   !> The first thing in the scene that finite strain does not cover, in words; empty: there is none.
@@ -23,14 +25,11 @@ contains
       what = 'elements other than C3D8'
     else if (scene%mesh%n_bodies > 1) then
       what = 'several bodies'
-    else if (scene%constraints%n > 0) then
-      what = 'ties, equations, couplings, local directions or hanging nodes'
+    else if (turns_by_coupling(scene)) then
+      what = 'couplings whose reference nodes turn or carry moments, or spread forces from beside '// &
+        'the middle of their surface: directions 4 to 6 must be held at 0 in all steps'
     else if (any(scene%pairs%master == 0)) then
       what = 'contact between surfaces of elements'
-    else if (presses(scene)) then
-      what = 'pressures (*DSLOAD, *DLOAD)'
-    else if (warms_up(scene)) then
-      what = 'temperatures'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (.not. is_exact(scene%precision)) then
@@ -44,27 +43,63 @@ contains
     end if
   end function beyond_finite_strain
 
-  pure logical function presses(scene)
+  !> Whether a coupling speaks of a rotation that is not held at 0: its equations are those of small
+  !> ones. A mean of displacements alone may stand: the rotation beside it holds nothing.
+  pure logical function turns_by_coupling(scene) result(turns)
     type(scene_t), intent(in) :: scene
+    integer :: c, i
+
+    turns = .false.
+    if (.not. allocated(scene%rotations)) return
+    do i = 1, size(scene%rotations)
+      associate (of => scene%rotations(i), joints => scene%constraints)
+        if (is_held_at_0(scene, of%rotation_node)) cycle
+        turns = turns .or. is_loaded(scene, of%rotation_node)
+        do c = 1, joints%n
+          associate (first => joints%first(c), last => joints%first(c + 1) - 1)
+            turns = turns .or. any(joints%master(first:last) == of%rotation_node)
+            if (joints%node(c) /= of%node .and. all(joints%master(first:last) /= of%node)) cycle
+            turns = turns .or. any(joints%master_dof(first:last) /= joints%dof(c) .and. &
+              abs(joints%weight(first:last)) > nothing*maxval(abs(joints%weight(first:last))))
+          end associate
+        end do
+      end associate
+    end do
+  end function turns_by_coupling
+
+  !> Whether all steps hold a node at 0.
+  pure logical function is_held_at_0(scene, node) result(is_held)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: node
+    logical :: held(3)
+    integer :: k, i
+
+    held = .false.
+    is_held = .true.
+    do k = 1, size(scene%steps)
+      if (scene%steps(k)%replace_boundary) held = .false.
+      do i = 1, size(scene%steps(k)%boundary)
+        associate (b => scene%steps(k)%boundary(i))
+          if (b%node /= node) cycle
+          held(b%dof) = .true.
+          is_held = is_held .and. .not. abs(b%value) > 0.0_wp
+        end associate
+      end do
+      is_held = is_held .and. all(held)
+    end do
+  end function is_held_at_0
+
+  !> Whether a step puts a force on a node or prescribes its displacement.
+  pure logical function is_loaded(scene, node)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: node
     integer :: k
 
-    presses = .false.
+    is_loaded = .false.
     do k = 1, size(scene%steps)
-      presses = presses .or. size(scene%steps(k)%pressures) > 0 .or. &
-        size(scene%steps(k)%face_pressures) > 0
+      is_loaded = is_loaded .or. any(scene%steps(k)%forces%node == node) .or. &
+        any(scene%steps(k)%boundary%node == node)
     end do
-  end function presses
-
-  pure logical function warms_up(scene)
-    type(scene_t), intent(in) :: scene
-    integer :: k
-
-    warms_up = .false.
-    if (.not. any(abs(scene%materials%expansion) > 0.0_wp)) return
-    do k = 1, size(scene%steps)
-      if (allocated(scene%steps(k)%temperatures)) warms_up = warms_up .or. &
-        size(scene%steps(k)%temperatures) > 0
-    end do
-  end function warms_up
+  end function is_loaded
 
 end module finite_strain_limits_mod

@@ -32,6 +32,8 @@ module state_mod
     !! evaluations of internal forces in the first increment with that factor; 0: none yet
     real(wp), allocatable :: tangent_at(:, :)
     !! (3, n_nodes) the displacement there; not allocated: none [length]
+    integer  :: tangent_step = 0         !! its *STEP and position, for the temperatures there
+    integer(i8) :: tangent_position = 0
     real(wp), allocatable :: slip(:, :)
     !! (2, n_points) sum of the slip increments along t1, t2 [length]
     real(wp), allocatable :: external_force(:, :)
@@ -77,6 +79,8 @@ contains
     call archive(list, state%tangent_of)
     call archive(list, state%first_forces)
     call archive(list, state%tangent_at)
+    call archive(list, state%tangent_step)
+    call archive(list, state%tangent_position)
     call archive(list, state%slip)
     call archive(list, state%external_force)
     call archive(list, state%support_force)

@@ -156,6 +156,8 @@ contains
 
       state%tangent_of = state%increments_done
       state%tangent_at = state%displacement
+      state%tangent_step = state%step
+      state%tangent_position = state%position
       state%first_forces = 0
     end subroutine take_tangent
 

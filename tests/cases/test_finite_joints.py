@@ -1,0 +1,239 @@
+"""What joins nodes at finite strain: equations, ties, couplings, local directions, hanging nodes."""
+
+import unittest
+
+import numpy as np
+from program import Run
+from turned_grips import check_turn
+
+E, NU = 200.0, 0.3
+SVK = f"*ELASTIC\n{E}, {NU}"
+NEO = f"*HYPERELASTIC, NEO HOOKE\n{E / (4 * (1 + NU))!r}, {6 * (1 - 2 * NU) / E!r}"
+STEP = "*STEP, NLGEOM\n*STATIC\n{increment}, 1.\n*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
+
+LAWS = {"St Venant-Kirchhoff": SVK, "neo-Hooke": NEO}
+
+
+def solved(case, text):
+    """Run a deck that must be certified, and open its result."""
+    run = Run(text, name="case")
+    case.assertEqual(run.status, 0, run.errors)
+    result = run.result()
+    case.addCleanup(result.close)
+    return result
+
+
+def block(name, n, low, size):
+    """Return the cards of a block of elements."""
+    numbers = ", ".join(map(str, [*low, *size]))
+    return f"*BLOCK, NAME={name}, NX={n[0]}, NY={n[1]}, NZ={n[2]}, TYPE=C3D8, ELSET=ALL\n{numbers}\n"
+
+
+def section(law):
+    """Return the cards of the material of all elements."""
+    return f"*MATERIAL, NAME=M\n{law}\n*SOLID SECTION, ELSET=ALL, MATERIAL=M\n"
+
+
+def cauchy_stress(law, stretches):
+    """Return the principal Cauchy stresses of principal stretches."""
+    a = np.asarray(stretches, dtype=float)
+    volume = a.prod()
+    shear, bulk = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
+    if law is NEO:
+        deviator = shear * volume ** (-5 / 3) * (a**2 - (a**2).mean())
+        return deviator + bulk * (volume - 1)
+    green = (a**2 - 1) / 2
+    second = (bulk - 2 * shear / 3) * green.sum() + 2 * shear * green
+    return a**2 * second / volume
+
+
+class Patch(unittest.TestCase):
+    """Sides that move apart strain all elements alike, whatever joins them."""
+
+    def check(self, mesh, ends):
+        """Stretch the box [0, 2] x [0, 1] x [0, 1]; `ends` are its sets at x = 0 and x = 2."""
+        stretches = np.array([1.5, 0.8, 0.9])
+        sides = f"*BOUNDARY\n{ends[0]}-XMIN, 1, 1\n{ends[1]}-XMAX, 1, 1, 1.\n"
+        for name in dict.fromkeys(ends):
+            sides += f"{name}-YMIN, 2, 2\n{name}-YMAX, 2, 2, -0.2\n"
+            sides += f"{name}-ZMIN, 3, 3\n{name}-ZMAX, 3, 3, -0.1\n"
+        for name, law in LAWS.items():
+            with self.subTest(law=name):
+                text = mesh + section(law) + STEP.format(increment=0.25) + sides + "*END STEP\n"
+                result = solved(self, text)
+                x = result.points
+                np.testing.assert_allclose(
+                    result.field("displacement", -1), x * (stretches - 1), atol=1e-8
+                )
+                stress = result.field("stress", -1, on="elements")
+                wanted = [*cauchy_stress(law, stretches), 0, 0, 0]
+                np.testing.assert_allclose(stress, np.tile(wanted, (len(stress), 1)), atol=1e-6)
+
+    def test_nodes_that_hang(self):
+        mesh = block("B", (4, 2, 2), (0, 0, 0), (2, 1, 1)) + "*REFINE\n2., 1., 1., 0.3\n"
+        self.check(mesh, ("B", "B"))
+
+    def test_ties(self):
+        """Of meshes that do not match."""
+        mesh = block("A", (2, 2, 2), (0, 0, 0), (1, 1, 1))
+        mesh += block("B", (3, 3, 3), (1, 0, 0), (1, 1, 1))
+        mesh += "*TIE, NAME=T\nB-XMIN, A-XMAX\n"
+        self.check(mesh, ("A", "B"))
+
+
+def bent(case, mesh, ends, law=NEO, grip="", load="{end}-XMAX, 1, 1, 0.3\n{end}-XMAX, 2, 3, 0.5\n"):
+    """Hold a bar [0, 2] at x = 0 and move the end at x = 2."""
+    text = mesh + section(law) + grip + STEP.format(increment=0.1)
+    text += f"*BOUNDARY\n{ends[0]}-XMIN, 1, 3\n" + load.format(end=ends[1]) + "*END STEP\n"
+    result = solved(case, text)
+    order = np.lexsort(result.points.T.round(9))
+    return result, result.points[order], result.field("displacement", -1)[order]
+
+
+class Joined(unittest.TestCase):
+    """What is joined node by node is one mesh."""
+
+    def setUp(self):
+        self.mesh = block("B", (4, 2, 2), (0, 0, 0), (2, 1, 1))
+        self.halves = block("A", (2, 2, 2), (0, 0, 0), (1, 1, 1))
+        self.halves += block("B", (2, 2, 2), (1, 0, 0), (1, 1, 1))
+
+    def compare(self, joint):
+        """Hold two halves, bent far, against the whole."""
+        whole = bent(self, self.mesh, ("B", "B"))
+        result, x, u = bent(self, self.halves + joint, ("A", "B"))
+        twice = np.isclose(x[:, 0], 1)
+        np.testing.assert_allclose(x[twice][::2], x[twice][1::2])
+        keep = ~twice
+        keep[np.flatnonzero(twice)[::2]] = True
+        np.testing.assert_allclose(u[keep], whole[2], atol=1e-7)
+        np.testing.assert_allclose(
+            result.history("energy/strain"), whole[0].history("energy/strain"), rtol=1e-6
+        )
+
+    def test_equations(self):
+        joint = "*EQUATION\n" + "".join(
+            f"2\nB-XMIN, {i}, 1., A-XMAX, {i}, -1.\n" for i in (1, 2, 3)
+        )
+        self.compare(joint)
+
+    def test_ties(self):
+        self.compare("*TIE, NAME=T\nB-XMIN, A-XMAX\n")
+
+
+class Turned(unittest.TestCase):
+    def test_a_tie_turns_with_its_body(self):
+        """A bar of two meshes that do not match, pulled and turned by 90 degrees."""
+        mesh = block("A", (2, 2, 1), (0, 0, 0), (1, 1, 1)) + block("B", (3, 3, 1), (1, 0, 0), (1, 1, 1))
+        mesh += "*TIE, NAME=T\nB-XMIN, A-XMAX\n" + section(NEO)
+        pull = STEP.format(increment=0.5) + "*BOUNDARY\nA-XMIN, 1, 3\nB-XMAX, 2, 3\nB-XMAX, 1, 1, 0.4\n"
+        check_turn(self, mesh, pull + "*END STEP\n")
+
+
+RING = """\
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*MATERIAL, NAME=M
+{law}
+{axes}*STEP, NLGEOM
+*STATIC
+0.2, 1.
+*NODE FILE
+U
+*BOUNDARY
+ALL, 3, 3
+{sides}*DSLOAD
+IN, P, 15.
+*END STEP
+"""
+
+
+def ring(degrees, around, across=3, radii=(1.0, 1.5), height=0.2):
+    """Return the cards of a sector of a ring; its sets of nodes at its ends are E0 and E1."""
+    number, text = {}, "*NODE, NSET=ALL\n"
+    for k in range(2):
+        for j in range(around + 1):
+            for i in range(across + 1):
+                r = radii[0] + (radii[1] - radii[0]) * i / across
+                angle = np.radians(degrees) * j / around
+                x, y = r * np.cos(angle), r * np.sin(angle)
+                number[i, j, k] = len(number) + 1
+                text += f"{number[i, j, k]}, {float(x)!r}, {float(y)!r}, {height * k}\n"
+    text += "*ELEMENT, TYPE=C3D8, ELSET=B\n"
+    for j in range(around):
+        for i in range(across):
+            nodes = [
+                number[i + a, j + b, k] for k in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))
+            ]
+            text += ", ".join(map(str, [1 + i + across * j, *nodes])) + "\n"
+    for end, at in (("E0", 0), ("E1", around)):
+        text += f"*NSET, NSET={end}\n"
+        text += "".join(f"{n}\n" for (_, j, _), n in number.items() if j == at)
+    text += "*ELSET, ELSET=INNER\n" + "".join(f"{1 + across * j}\n" for j in range(around))
+    return text + "*SURFACE, NAME=IN\nINNER, S6\n"
+
+
+class LocalDirections(unittest.TestCase):
+    def test_a_sector_is_a_part_of_the_ring(self):
+        """Under pressure that follows; its inclined plane of symmetry is one of local directions,
+        of either kind."""
+        whole = ring(90, 6) + RING.format(law=NEO, axes="", sides="E0, 2, 2\nE1, 1, 1\n")
+        result = solved(self, whole)
+        u = result.field("displacement", -1)[:4]
+        self.assertGreater(u[0, 0], 0.1)
+        c, s = float(np.cos(np.pi / 6)), 0.5
+        for axes in (
+            "*TRANSFORM, NSET=E1, TYPE=C\n0., 0., 0., 0., 0., 1.\n",
+            f"*TRANSFORM, NSET=E1\n{c!r}, {s}, 0., {-s}, {c!r}, 0.\n",
+        ):
+            with self.subTest(axes=axes):
+                text = ring(30, 2) + RING.format(law=NEO, axes=axes, sides="E0, 2, 2\nE1, 2, 2\n")
+                part = solved(self, text).field("displacement", -1)
+                np.testing.assert_allclose(part[:4], u, atol=1e-8)
+                np.testing.assert_allclose(part[8:12] @ [[c, -s, 0], [s, c, 0], [0, 0, 1]], u,
+                                           atol=1e-8)
+
+
+class Couplings(unittest.TestCase):
+    def setUp(self):
+        self.mesh = block("B", (4, 2, 2), (0, 0, 0), (2, 1, 1))
+        self.node = "*NODE\n900, 2., 0.5, 0.5\n*COUPLING, CONSTRAINT NAME=C, REF NODE=900, SURFACE=B-XMAX\n"
+
+    def test_a_grip_that_does_not_turn(self):
+        """*KINEMATIC moves a side as supports that prescribe it do."""
+        result, _, u = bent(self, self.mesh, ("B", "B"))
+        load = "900, 1, 1, 0.3\n900, 2, 3, 0.5\n900, 4, 6\n"
+        grip = self.node + "*KINEMATIC\n"
+        other, x, v = bent(self, self.mesh, ("B", "B"), grip=grip, load=load)
+        np.testing.assert_allclose(v, u, atol=1e-8)
+        force = result.field("reaction_force", -1)[np.isclose(result.points[:, 0], 2)].sum(axis=0)
+        np.testing.assert_allclose(other.reference_nodes[900].reaction_force[-1], force, rtol=1e-6)
+
+    def test_a_force_that_is_spread(self):
+        """*DISTRIBUTING from the middle of a side puts a ninth of the force on each node there,
+        weighed by areas."""
+        share = {0: 0.25, 1: 0.5, 2: 0.25}
+        load = "*CLOAD\n"
+        for y in range(3):
+            for z in range(3):
+                node = 5 + 5 * y + 15 * z
+                load += f"{node}, 3, {8 * share[y] * share[z]!r}\n{node}, 1, {4 * share[y] * share[z]!r}\n"
+        _, _, u = bent(self, self.mesh, ("B", "B"), load=load)
+        grip = self.node + "*DISTRIBUTING\n"
+        _, x, v = bent(self, self.mesh, ("B", "B"), grip=grip, load="*CLOAD\n900, 3, 8.\n900, 1, 4.\n")
+        np.testing.assert_allclose(v[x[:, 0] < 3][:45], u, atol=1e-8)
+
+    def test_what_turns_is_refused(self):
+        for grip, load in (
+            ("*KINEMATIC\n", "900, 1, 1, 0.1\n"),
+            ("*KINEMATIC\n", "900, 1, 3\n900, 4, 4, 0.1\n900, 5, 6\n"),
+            ("*DISTRIBUTING\n", "*CLOAD\n900, 4, 1.\n"),
+        ):
+            with self.subTest(grip=grip, load=load):
+                text = self.mesh + section(NEO) + self.node + grip + STEP.format(increment=0.5)
+                run = Run(text + "*BOUNDARY\nB-XMIN, 1, 3\n" + load + "*END STEP\n", name="case")
+                self.assertEqual(run.status, 1, run.output)
+                self.assertIn("NLGEOM does not cover couplings whose reference nodes", run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
