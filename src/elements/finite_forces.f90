@@ -5,14 +5,16 @@ module finite_forces_mod
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use strain_measures_mod, only: growth_of, deformation_of, logarithmic_strain
+  use small_matrix_mod, only: inverse
+  use strain_measures_mod, only: growth_of, deformation_of, green_strain, logarithmic_strain
   use material_law_mod, only: finite_stress, finite_energy, finite_tangent, law_t
   use hexahedron8_mod, only: shape_gradients, displacement_gradients
   use finite_strain_mod, only: force_of_stress
   implicit none
   private
 
-  public :: finite_internal_force, finite_strain_energy, finite_tensors, projected_tangent
+  public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
+    projected_tangent
 
 contains
 
@@ -125,6 +127,23 @@ contains
       stress(:, g) = six_of(t/(1.0_wp + growth_of(h(:, :, g))))
     end do
   end subroutine finite_tensors
+
+  !> Green's strain and second Piola-Kirchhoff stress of an element at its Gauss points: S = F^-1 P.
+  pure subroutine undeformed_tensors(material, x, u, strain, stress)
+    type(material_t), intent(in) :: material
+    real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
+    real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
+    integer :: g
+
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    h = displacement_gradients(inverse_jacobian, u)
+    do g = 1, 8
+      strain(:, g) = six_of(green_strain(h(:, :, g)))
+      stress(:, g) = six_of(matmul(inverse(deformation_of(h(:, :, g))), &
+        finite_stress(material%law, h(:, :, g))))
+    end do
+  end subroutine undeformed_tensors
 
   !> The six components of a symmetric tensor.
   pure function six_of(t) result(six)
