@@ -57,7 +57,8 @@ ASKED_BY = {
     "displacement": "U of *NODE FILE", "applied_force": "CF of *NODE FILE",
     "contact_penetration": "COPEN of *CONTACT FILE", "stress": "S of *EL FILE",
     "strain": "E of *EL FILE", "von_mises": "S of *EL FILE", "principal_stress": "SP of *EL FILE",
-    "principal_strain": "EP of *EL FILE", "mesh_error": "ERR of *EL FILE",
+    "principal_strain": "EP of *EL FILE", "green_strain": "EG of *EL FILE",
+    "pk2_stress": "PK2 of *EL FILE", "mesh_error": "ERR of *EL FILE",
     "contact_force": "*CONTACT PAIR", "contact_pressure": "*CONTACT PAIR",
     "contact_status": "*CONTACT PAIR",
 }

@@ -54,7 +54,7 @@ module read_deck_mod
   use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
   use surface_list_mod, only: surface_list_t
-  use controls_mod, only: compliance_dense
+  use controls_mod, only: compliance_dense, output_controls_t
   use finite_strain_limits_mod, only: beyond_finite_strain
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
@@ -252,6 +252,7 @@ contains
     end if
     call mark_turning(scene%steps, scene%obstacles)
     call note_useless_temperatures(reader, scene)
+    if (.not. scene%finite_strain) call keep_to_small_strain(reader, scene%output)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report_missing_element(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if
@@ -301,6 +302,22 @@ contains
     if (any(reader%cards(:reader%n_cards)%keyword == 'TEMPERATURE')) call note(reader, &
       '*TEMPERATURE changes nothing: no material has an *EXPANSION')
   end subroutine note_useless_temperatures
+
+  !> Note what a run at small strain leaves out.
+  subroutine keep_to_small_strain(reader, output)
+    type(reader_t), intent(inout) :: reader
+    type(output_controls_t), intent(inout) :: output
+
+    associate (keyword => reader%cards(:reader%n_cards)%keyword)
+      if (any(keyword == 'HYPERELASTIC' .or. keyword == 'HYPERFOAM')) call note(reader, &
+        'without NLGEOM *HYPERELASTIC and *HYPERFOAM act by their shear and bulk modulus at '// &
+        'small strain')
+    end associate
+    if (output%green_strain .or. output%pk2_stress) call note(reader, &
+      '*EL FILE: EG and PK2 are not written without NLGEOM: at small strain they are E and S')
+    output%green_strain = .false.
+    output%pk2_stress = .false.
+  end subroutine keep_to_small_strain
 
   !> Find the obstacles that rotations of their reference nodes turn.
   pure subroutine mark_turning(steps, obstacles)

@@ -5,7 +5,8 @@ module finite_forces_mod
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use strain_measures_mod, only: growth_of, deformation_of, logarithmic_strain
+  use small_matrix_mod, only: inverse
+  use strain_measures_mod, only: growth_of, deformation_of, green_strain, logarithmic_strain
   use material_law_mod, only: finite_stress, finite_energy, finite_tangent
   use hexahedron8_mod, only: shape_gradients, displacement_gradients
   use finite_strain_mod, only: force_of_stress
@@ -13,8 +14,8 @@ module finite_forces_mod
   implicit none
   private
 
-  public :: finite_internal_force, finite_strain_energy, finite_tensors, projected_tangent, &
-    work_of_heat, tangent_t
+  public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
+    projected_tangent, work_of_heat, tangent_t
 
   !> Where a tangent is taken.
   type :: tangent_t
@@ -189,6 +190,32 @@ contains
       stress(:, g) = six_of(t/(1.0_wp + growth_of(h(:, :, g))))
     end do
   end subroutine finite_tensors
+
+  !> Green's strain, that by expansion included, and second Piola-Kirchhoff stress of an element at
+  !> its Gauss points: S = F^-1 P, both of the volume and the places before any expansion.
+  pure subroutine undeformed_tensors(material, free, x, u, strain, stress)
+    type(material_t), intent(in) :: material
+    real(wp), intent(in) :: free                         !! strain by free expansion [-]
+    real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
+    real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), f(3, 3)
+    real(wp) :: from(3, 8), moved(3, 8)
+    integer :: g
+
+    from = x
+    moved = u
+    call expand_freely(free, from, moved)
+    call shape_gradients(from, gradient, weight, inverse_jacobian)
+    h = displacement_gradients(inverse_jacobian, moved)
+    do g = 1, 8
+      ! F = (1 + free) F_e, and P = (1 + free)^2 P_e on the faces before the expansion.
+      f = deformation_of(h(:, :, g))
+      stress(:, g) = (1.0_wp + free)*six_of(matmul(inverse(f), finite_stress(material%law, &
+        h(:, :, g))))
+      strain(:, g) = (1.0_wp + free)**2*six_of(green_strain(h(:, :, g)))
+      strain(:3, g) = strain(:3, g) + free*(1.0_wp + 0.5_wp*free)
+    end do
+  end subroutine undeformed_tensors
 
   !> The six components of a symmetric tensor.
   pure function six_of(t) result(six)

@@ -10,7 +10,7 @@ module inverted_elements_mod
   implicit none
   private
 
-  public :: find_reach, find_inverted, jacobians_of
+  public :: find_reach, gradient_bound, find_inverted, jacobians_of
 
 contains
 
@@ -53,31 +53,39 @@ contains
     end do
   end function find_reach
 
-  !> The element with the least det(I + grad u) that is not above 0; 0: there is none.
-  !>
-  !> I + H is regular where |H| < 1, and |H| is at most the sum of what an edge of each direction
-  !> adds. Most elements need no determinant: these three have squares whose sum is below 1/3,
-  !> docs/theory.md (8.19).
+  !> What |grad u| is at most at the Gauss points of an element, as a matrix: the sum of what an
+  !> edge of each direction adds. docs/theory.md (8.19).
+  pure real(wp) function gradient_bound(reach, u) result(bound)
+    real(wp), intent(in) :: reach(3)  !! as of find_reach [1/length]
+    real(wp), intent(in) :: u(3, 8)   !! displacements of its nodes [length]
+    real(wp) :: along(3, 4, 3)
+    integer :: j
+
+    along = along_edges(u)
+    bound = 0.0_wp
+    do j = 1, 3
+      bound = bound + reach(j)**2*max(sum(along(:, 1, j)**2), sum(along(:, 2, j)**2), &
+        sum(along(:, 3, j)**2), sum(along(:, 4, j)**2))
+    end do
+    bound = sqrt(3.0_wp*bound)
+  end function gradient_bound
+
+  !> The element with the least det(I + grad u) that is not above 0; 0: there is none. I + H is
+  !> regular where |H| < 1, so that most elements need no determinant.
   pure subroutine find_inverted(mesh, reach, u, element, least)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: reach(:, :)  !! (3,n_elements) as of find_reach [1/length]
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
     integer, intent(out) :: element
     real(wp), intent(out) :: least       !! its determinant [-]
-    real(wp) :: along(3, 4, 3), before(16), after(16), bound
-    integer :: e, j, nodes(8)
+    real(wp) :: before(16), after(16)
+    integer :: e, nodes(8)
 
     element = 0
     least = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      along = along_edges(u(:, nodes))
-      bound = 0.0_wp
-      do j = 1, 3
-        bound = bound + reach(j, e)**2*max(sum(along(:, 1, j)**2), sum(along(:, 2, j)**2), &
-          sum(along(:, 3, j)**2), sum(along(:, 4, j)**2))
-      end do
-      if (3.0_wp*bound < 1.0_wp) cycle
+      if (gradient_bound(reach(:, e), u(:, nodes)) < 1.0_wp) cycle
       before = jacobian_determinants(mesh%coordinates(:, nodes))
       after = jacobian_determinants(mesh%coordinates(:, nodes) + u(:, nodes))
       if (minval(after(:8)/before(:8)) > least) cycle

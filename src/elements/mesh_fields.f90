@@ -11,12 +11,12 @@ module mesh_fields_mod
   use elasticity_mod, only: stress_of, thermal_stress_of
   use hexahedron8_mod, only: volume_mean, extrapolate_to_nodes, centre_gradient
   use elements_mod, only: gauss_strain
-  use finite_forces_mod, only: finite_tensors
+  use finite_forces_mod, only: finite_tensors, undeformed_tensors
   use expansion_mod, only: find_free_strain
   implicit none
   private
 
-  public :: fill_tensors_of, fill_tensor_fields, find_largest_deformation
+  public :: fill_tensors_of, fill_undeformed_tensors, fill_tensor_fields, find_largest_deformation
 
 contains
 
@@ -33,12 +33,26 @@ contains
       free, scene%finite_strain)
   end subroutine fill_tensors_of
 
+  !> The same of Green's strain and the second Piola-Kirchhoff stress, at finite strain.
+  subroutine fill_undeformed_tensors(scene, state, strain, stress)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(tensor_field_t), intent(inout) :: strain  !! [-]
+    type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
+    real(wp) :: free(scene%mesh%n_elements)
+
+    call find_free_strain(scene, state%step, state%position, free)
+    call fill_tensor_fields(scene%mesh, scene%materials, state%displacement, strain, stress, &
+      free, .true., is_undeformed=.true.)
+  end subroutine fill_undeformed_tensors
+
   !> Fill those parts of the two fields that are allocated.
   !>
   !> A node's value is the plain average over all elements at the node, whatever their material, of
   !> what each extrapolates; 0 where no element uses the node.
-  !> At finite strain these are the logarithmic strain and Cauchy's stress.
-  subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free, is_finite)
+  !> At finite strain these are the logarithmic strain and Cauchy's stress, or those that refer to
+  !> the undeformed body.
+  subroutine fill_tensor_fields(mesh, materials, u, strain, stress, free, is_finite, is_undeformed)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)                !! (3,n_nodes) displacement [length]
@@ -46,16 +60,23 @@ contains
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
     real(wp), intent(in) :: free(:)                !! (n_elements) as of find_free_strain [-]
     logical, intent(in) :: is_finite               !! strain
+    logical, intent(in), optional :: is_undeformed !! Green's strain, second Piola-Kirchhoff stress
     real(wp) :: x(3, 8), values(6, 8), stresses(6, 8)
     integer :: e, nodes(8)
+    logical :: takes_undeformed
 
+    takes_undeformed = .false.
+    if (present(is_undeformed)) takes_undeformed = is_undeformed
     if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
     if (allocated(stress%at_nodes)) stress%at_nodes = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       associate (elastic => materials(mesh%material(e))%law%elastic)
-        if (is_finite) then
+        if (takes_undeformed) then
+          call undeformed_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, &
+            stresses)
+        else if (is_finite) then
           call finite_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, stresses)
         else
           values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)

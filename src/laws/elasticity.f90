@@ -10,7 +10,7 @@ module elasticity_mod
   private
 
   public :: elasticity_t, elasticity_of, stress_of, thermal_stress_of, complementary_energy
-  public :: constrained_modulus, plane_strain_modulus
+  public :: bulk_modulus, constrained_modulus, plane_strain_modulus
 
   type :: elasticity_t
     real(wp) :: lambda = 0.0_wp !! Lame's first constant [force/length^2]
@@ -48,6 +48,13 @@ contains
 
     stress = (3.0_wp*elastic%lambda + 2.0_wp*elastic%shear)*free
   end function thermal_stress_of
+
+  !> K = lambda + 2 G/3.
+  pure elemental real(wp) function bulk_modulus(elastic)
+    type(elasticity_t), intent(in) :: elastic
+
+    bulk_modulus = elastic%lambda + 2.0_wp*elastic%shear/3.0_wp
+  end function bulk_modulus
 
   !> Twice the energy of stresses, sigma : C^-1 : sigma, summed over points.
   pure function complementary_energy(stress, weight, elastic) result(energy)

@@ -1,25 +1,31 @@
 !> The law of a material: its elasticity at small strain, and its stress at finite strain.
 !>
-!> Another law is a file like neo_hooke.f90 and a case in `new_law`. The rest of the program knows
-!> no law by its name.
+!> Another law is a file like mooney_rivlin.f90 and a case in `new_law`. The rest of the program
+!> knows no law by its name.
 module material_law_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t, elasticity_of
   use st_venant_kirchhoff_mod, only: stress_of_svk => first_piola, energy_of_svk => energy, &
-    tangent_of_svk => tangent
-  use neo_hooke_mod, only: stress_of_neo_hooke => first_piola, energy_of_neo_hooke => energy, &
-    tangent_of_neo_hooke => tangent, elastic_neo_hooke => elastic_part
+    tangent_of_svk => tangent, usual_from_svk => usual_from, usual_to_svk => usual_to, &
+    beyond_svk => beyond_usual
+  use mooney_rivlin_mod, only: stress_of_mooney => first_piola, energy_of_mooney => energy, &
+    tangent_of_mooney => tangent, elastic_mooney => elastic_part
+  use blatz_ko_mod, only: stress_of_blatz_ko => first_piola, energy_of_blatz_ko => energy, &
+    tangent_of_blatz_ko => tangent, elastic_blatz_ko => elastic_part
   implicit none
   private
 
   public :: law_t, new_law, finite_stress, finite_energy, finite_tangent
 
-  integer, parameter :: most_constants = 2 !! of any law
+  integer, parameter :: most_constants = 3 !! of any law
 
   !> A law with its constants.
   type :: law_t
     type(elasticity_t) :: elastic !! at small strain
     real(wp) :: constants(most_constants) = 0.0_wp !! of the stress at finite strain
+    real(wp) :: usual_from = 0.0_wp, usual_to = huge(1.0_wp)
+    !! principal stretches beyond which a run says the following [-]
+    character(len(beyond_svk)) :: beyond_usual = '' !! in words
     procedure(stress_of_gradient), pointer, nopass :: first_piola => null()
     procedure(energy_of_gradient), pointer, nopass :: energy => null()
     procedure(tangent_of_gradient), pointer, nopass :: tangent => null()
@@ -56,7 +62,8 @@ module material_law_mod
 
 contains
 
-  !> The law that a deck's card and numbers stand for: ELASTIC with E, nu; NEO HOOKE with C10, D1.
+  !> The law that a deck's card and numbers stand for: ELASTIC with E, nu; NEO HOOKE with C10, D1;
+  !> MOONEY-RIVLIN with C10, C01, D1; BLATZ-KO with mu.
   pure function new_law(word, numbers) result(law)
     character(*), intent(in) :: word
     real(wp), intent(in) :: numbers(:) !! as the deck has them
@@ -65,16 +72,26 @@ contains
     select case (word)
     case ('ELASTIC')
       law%elastic = elasticity_of(numbers(1), numbers(2))
-      law%constants = [law%elastic%lambda, law%elastic%shear]
+      law%constants(:2) = [law%elastic%lambda, law%elastic%shear]
       law%first_piola => stress_of_svk
       law%energy => energy_of_svk
       law%tangent => tangent_of_svk
-    case ('NEO HOOKE')
-      law%elastic = elastic_neo_hooke(numbers)
-      law%constants = numbers
-      law%first_piola => stress_of_neo_hooke
-      law%energy => energy_of_neo_hooke
-      law%tangent => tangent_of_neo_hooke
+      law%usual_from = usual_from_svk
+      law%usual_to = usual_to_svk
+      law%beyond_usual = beyond_svk
+    case ('NEO HOOKE', 'MOONEY-RIVLIN')
+      law%constants([1, 3]) = numbers([1, size(numbers)])
+      if (size(numbers) == 3) law%constants(2) = numbers(2)
+      law%elastic = elastic_mooney(law%constants)
+      law%first_piola => stress_of_mooney
+      law%energy => energy_of_mooney
+      law%tangent => tangent_of_mooney
+    case ('BLATZ-KO')
+      law%elastic = elastic_blatz_ko(numbers)
+      law%constants(:1) = numbers
+      law%first_piola => stress_of_blatz_ko
+      law%energy => energy_of_blatz_ko
+      law%tangent => tangent_of_blatz_ko
     case default
       law = law_t()
     end select

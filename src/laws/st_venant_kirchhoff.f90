@@ -10,7 +10,13 @@ module st_venant_kirchhoff_mod
   implicit none
   private
 
-  public :: first_piola, energy, tangent
+  public :: first_piola, energy, tangent, usual_from, usual_to, beyond_usual
+
+  real(wp), parameter :: usual_from = 0.9_wp, usual_to = 1.1_wp
+  !! stretches beyond which forces differ by a fifth from those of Cauchy's stress over logarithmic
+  !! strain, with the same constants [-]
+  character(*), parameter :: beyond_usual = "*ELASTIC is St Venant-Kirchhoff's law with "// &
+    "NLGEOM, as in CalculiX; forces of Abaqus's *ELASTIC differ by a fifth and more"
 
 contains
 

@@ -137,6 +137,8 @@ module controls_mod
     logical :: mises = .false.            !! *EL FILE, MISES or S
     logical :: principal_stress = .false. !! *EL FILE, SP
     logical :: principal_strain = .false. !! *EL FILE, EP
+    logical :: green_strain = .false.     !! *EL FILE, EG: at finite strain
+    logical :: pk2_stress = .false.       !! *EL FILE, PK2: likewise
     logical :: loads = .false.            !! *NODE FILE, CF: applied_force
     logical :: penetration = .false.      !! *CONTACT FILE, COPEN: contact_penetration
     logical :: contact_table = .false.    !! *CONTACT PRINT: totals of the pairs, also as a table

@@ -68,6 +68,7 @@ module output_field_mod
     integer :: tensors_of = 0           !! set whose stresses and strains these are
     real(wp), allocatable :: set_stress(:, :), set_strain(:, :) !! (6, places)
     type(tensor_field_t) :: stress, strain !! where the deck asks for them; made with the first one
+    type(tensor_field_t) :: pk2, green !! likewise: second Piola-Kirchhoff stress, Green's strain
     type(error_t), allocatable :: error !! a field could not be computed
   end type field_source_t
 

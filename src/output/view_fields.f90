@@ -9,7 +9,7 @@ module view_fields_mod
   use invariants_mod, only: von_mises, principal_values
   use local_refinement_mod, only: parents_of
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
-  use mesh_fields_mod, only: fill_tensors_of
+  use mesh_fields_mod, only: fill_tensors_of, fill_undeformed_tensors
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact, of_elements
   use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
@@ -20,6 +20,7 @@ module view_fields_mod
 
   character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
   character(*), parameter :: as_components = ' as tensor components'
+  character(*), parameter :: of_mean = '; mean of the element'
   character(*), parameter :: largest_first = 'the largest first'
   character(*), parameter :: of_averages = '; of the average at the node'
   character(*), parameter :: at_gauss_points = &
@@ -64,6 +65,7 @@ contains
         every_time, at_contact, compute=contact_penetration))
       if (asked%at_nodes) then
         call add_tensors('PointData/', '', [6, n], from_gauss_points, nodal_stress, nodal_strain)
+        call add_undeformed('PointData/', '', [6, n], from_gauss_points, nodal_pk2, nodal_green)
         call add_invariants('PointData/', '', [1, n], of_averages, nodal_mises, &
           nodal_principal_stress, nodal_principal_strain)
       end if
@@ -73,13 +75,16 @@ contains
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
       if (asked%at_centroids) then
-        call add_tensors('CellData/', '', [6, n], '; mean of the element', mean_stress, mean_strain)
+        call add_tensors('CellData/', '', [6, n], of_mean, mean_stress, mean_strain)
+        call add_undeformed('CellData/', '', [6, n], of_mean, mean_pk2, mean_green)
         call add_invariants('CellData/', '', [1, n], '; of the mean of the element', mean_mises, &
           mean_principal_stress, mean_principal_strain)
       end if
       if (asked%at_gauss_points) then
         call add_tensors('CellData/', '_gauss_points', [6*hexahedron_points, n], &
           at_gauss_points, gauss_stress, gauss_strain)
+        call add_undeformed('CellData/', '_gauss_points', [6*hexahedron_points, n], &
+          at_gauss_points, gauss_pk2, gauss_green)
         call add_invariants('CellData/', '_gauss_points', [hexahedron_points, n], &
           at_gauss_points, gauss_mises, gauss_principal_stress, gauss_principal_strain)
       end if
@@ -108,6 +113,19 @@ contains
       if (scene%output%strain) call add(group//'strain'//ending, extents, 'strain', &
         tensor_order//as_components//place, compute_strain)
     end subroutine add_tensors
+
+    !> Those that refer to the undeformed body.
+    subroutine add_undeformed(group, ending, extents, place, compute_stress, compute_strain)
+      character(*), intent(in) :: group, ending !! of the names
+      integer, intent(in) :: extents(2)
+      character(*), intent(in) :: place !! in words
+      procedure(compute_field) :: compute_stress, compute_strain
+
+      if (scene%output%pk2_stress) call add(group//'pk2_stress'//ending, extents, 'pressure', &
+        'second Piola-Kirchhoff, '//tensor_order//place, compute_stress)
+      if (scene%output%green_strain) call add(group//'green_strain'//ending, extents, 'strain', &
+        tensor_order//as_components//place, compute_strain)
+    end subroutine add_undeformed
 
     !> What follows from the tensors at one kind of place, as the deck asks for it.
     subroutine add_invariants(group, ending, extents, place, compute_mises, compute_stress, &
@@ -227,6 +245,54 @@ contains
     call make_tensors(source)
     values = reshape(source%strain%at_gauss_points, shape(values))
   end subroutine gauss_strain
+
+  subroutine nodal_pk2(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
+
+    call make_undeformed_tensors(source)
+    values = source%pk2%at_nodes(:, :size(values, 2))
+  end subroutine nodal_pk2
+
+  subroutine nodal_green(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
+
+    call make_undeformed_tensors(source)
+    values = source%green%at_nodes(:, :size(values, 2))
+  end subroutine nodal_green
+
+  subroutine mean_pk2(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
+
+    call make_undeformed_tensors(source)
+    values = source%pk2%at_centroids
+  end subroutine mean_pk2
+
+  subroutine mean_green(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
+
+    call make_undeformed_tensors(source)
+    values = source%green%at_centroids
+  end subroutine mean_green
+
+  subroutine gauss_pk2(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
+
+    call make_undeformed_tensors(source)
+    values = reshape(source%pk2%at_gauss_points, shape(values))
+  end subroutine gauss_pk2
+
+  subroutine gauss_green(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
+
+    call make_undeformed_tensors(source)
+    values = reshape(source%green%at_gauss_points, shape(values))
+  end subroutine gauss_green
 
   subroutine nodal_mises(source, values)
     type(field_source_t), intent(inout) :: source
@@ -367,6 +433,16 @@ contains
       call fill_tensors_of(scene, source%state, source%strain, source%stress)
     end associate
   end subroutine make_tensors
+
+  !> The same of those that refer to the undeformed body.
+  subroutine make_undeformed_tensors(source)
+    type(field_source_t), intent(inout) :: source
+
+    if (is_made(source%pk2) .or. is_made(source%green)) return
+    if (source%scene%output%pk2_stress) call allocate_tensors(source%scene, source%pk2)
+    if (source%scene%output%green_strain) call allocate_tensors(source%scene, source%green)
+    call fill_undeformed_tensors(source%scene, source%state, source%green, source%pk2)
+  end subroutine make_undeformed_tensors
 
   pure logical function is_made(field)
     type(tensor_field_t), intent(in) :: field

@@ -14,13 +14,14 @@ module increment_notes_mod
   use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
   use follow_points_mod, only: rounding_of_places
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
-  use refuse_unsolved_mod, only: nodes_in_words
+  use law_limits_mod, only: stretched_t
+  use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words
   implicit none
   private
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double, note_redundant, note_opposed_reactions
+    note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual
 
   !> A line for the console.
   type :: note_t
@@ -223,6 +224,21 @@ contains
       end associate
     end do
   end subroutine note_opposed_reactions
+
+  !> Stretches beyond those that a law is used for.
+  pure subroutine note_unusual(scene, increment, unusual, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(stretched_t), intent(in) :: unusual
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    associate (law => scene%materials(scene%mesh%material(unusual%element))%law)
+      call add_note(notes, increment, .true., ': element '// &
+        to_text(scene%mesh%element_id(unusual%element))//' is stretched by '// &
+        stretches_in_words(unusual%stretch)//': '//trim(law%beyond_usual)//' there; '// &
+        neo_hooke_in_words(law%elastic)//' is closest to them')
+    end associate
+  end subroutine note_unusual
 
   !> How deep obstacles were in faces between their nodes in a *STEP.
   pure subroutine note_entries(scene, increment, deepest, notes)

@@ -22,14 +22,18 @@ module judge_increment_mod
   use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
   use inverted_elements_mod, only: find_reach, find_inverted
+  use expansion_mod, only: find_free_strain
+  use law_limits_mod, only: stretched_t, find_limits, find_stretched
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
-    refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy
+    refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
+    refuse_lost_law
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
-    note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions
+    note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
+    note_unusual
   implicit none
   private
 
@@ -51,10 +55,13 @@ module judge_increment_mod
     type(smooth_faces_t), allocatable :: faces(:) !! (n_pairs) slave faces
     real(wp), allocatable :: reach(:, :)
     !! (3,n_elements) of the elements' edges, as of find_reach [1/length]
+    real(wp), allocatable :: limit(:)
+    !! (n_materials) as of find_limits, at finite strain [-]
     real(wp), allocatable :: hollow(:), fit(:)
     !! (n_pairs) what meshes alone overlap by where they do not press, and where they do [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
+    logical :: is_unusual = .false.     !! stretches were beyond the usual ones of a law
   end type watch_t
 
 contains
@@ -66,6 +73,7 @@ contains
     watch%unheld = ''
     call list_faces(scene, watch%faces)
     watch%reach = find_reach(scene%mesh)
+    if (scene%finite_strain) watch%limit = find_limits(scene%materials)
     watch%hollow = hollows_of_pairs(scene)
     watch%fit = fits_of_pairs(scene)
   end subroutine begin_watch
@@ -90,6 +98,8 @@ contains
       if (allocated(error)) return
       clock = wall_seconds()
       call judge_shape(scene, plan, solver%first_gap, watch%reach, solved, error)
+      if (scene%finite_strain .and. .not. allocated(error)) call judge_laws(scene, watch, solved, &
+        notes, error)
       progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
       if (allocated(error)) return
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
@@ -158,6 +168,28 @@ contains
         -gap(point), element, error)
     end if
   end subroutine judge_shape
+
+  !> A law that has lost its ellipticity ends the run; of stretches that it is not used for there is
+  !> something to say, the first time.
+  subroutine judge_laws(scene, watch, solved, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(watch_t), intent(inout) :: watch
+    type(solved_t), intent(in) :: solved
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(stretched_t) :: lost, unusual
+    real(wp) :: free(scene%mesh%n_elements)
+
+    call find_free_strain(scene, solved%state%step, solved%state%position, free)
+    call find_stretched(scene%mesh, scene%materials, watch%limit, watch%reach, free, &
+      solved%state%displacement, lost, unusual)
+    if (lost%element > 0) then
+      call refuse_lost_law(scene, solved%increment, lost, error)
+    else if (unusual%element > 0 .and. .not. watch%is_unusual) then
+      watch%is_unusual = .true.
+      call note_unusual(scene, solved%increment, unusual, notes)
+    end if
+  end subroutine judge_laws
 
   !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
   subroutine judge_overlap(scene, plan, tolerance, watch, solved, notes, error)

@@ -19,13 +19,16 @@ module refuse_unsolved_mod
   use connectivity_mod, only: corners_in
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
     entered_and_left
+  use elasticity_mod, only: elasticity_t, bulk_modulus
+  use law_limits_mod, only: stretched_t
   use console_mod, only: solver_name
   implicit none
   private
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
-    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, nodes_in_words, &
-    is_solved, tolerance_in_reach, next_tolerance
+    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
+    nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
+    next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -350,6 +353,40 @@ contains
       'through itself, far beyond small-strain theory; check loads, prescribed displacements '// &
       'and units')
   end subroutine refuse_inverted
+
+  !> A law that has lost its ellipticity ends the run: what follows depends on the mesh.
+  subroutine refuse_lost_law(scene, increment, lost, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(stretched_t), intent(in) :: lost
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (material => scene%materials(scene%mesh%material(lost%element)))
+      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+        to_text(increment%number)//': the law of material '//material%name//' does not hold in '// &
+        'element '//to_text(scene%mesh%element_id(lost%element))//', stretched by '// &
+        stretches_in_words(lost%stretch)//': it has lost its ellipticity (its acoustic tensor '// &
+        'is not positive), and a layer of elements collapses or tears; smaller increments do '// &
+        'not help; '//neo_hooke_in_words(material%law%elastic)//' holds at all stretches')
+    end associate
+  end subroutine refuse_lost_law
+
+  !> "0.702, 1 and 1".
+  pure function stretches_in_words(stretch) result(words)
+    real(wp), intent(in) :: stretch(3) !! the largest first [-]
+    character(:), allocatable :: words
+
+    words = to_text(stretch(3), 3)//', '//to_text(stretch(2), 3)//' and '//to_text(stretch(1), 3)
+  end function stretches_in_words
+
+  !> The neo-Hookean law of an elasticity, as a deck has it.
+  pure function neo_hooke_in_words(elastic) result(words)
+    type(elasticity_t), intent(in) :: elastic
+    character(:), allocatable :: words
+
+    words = '*HYPERELASTIC, NEO HOOKE with C10 = '//to_text(0.5_wp*elastic%shear, 4)// &
+      ' and D1 = '//to_text(2.0_wp/bulk_modulus(elastic), 4)
+  end function neo_hooke_in_words
 
   !> Bodies that begin deeper in one another than the elements there are thick end the run.
   subroutine refuse_deep_overlap(scene, points, increment, point, depth, element, error)

@@ -154,11 +154,12 @@ class Ends(unittest.TestCase):
     """What ends a run."""
 
     def test_a_block_that_is_pressed_through_itself(self):
-        """Pressed to a twentieth in one increment: an element would turn inside out, or forces do
-        not come to balance; the run says so and ends with 2."""
-        run = Run(BAR.format(law=SVK, press=-2.2, sides="", increment=1.0), name="bar")
-        self.assertEqual(run.status, 2, run.output)
-        self.assertRegex(run.errors, "inside out|balance")
+        """Pressed beyond its height in one increment: the law fails, an element would turn inside
+        out, or forces do not come to balance; the run says so and ends with 2."""
+        for law, why in ((SVK, "ellipticity"), (NEO, "inside out|balance")):
+            run = Run(BAR.format(law=law, press=-2.2, sides="", increment=1.0), name="bar")
+            self.assertEqual(run.status, 2, run.output)
+            self.assertRegex(run.errors, why)
 
     def test_what_an_accuracy_takes_is_refused(self):
         bounds = (("--accuracy", "0.1"), ("--time", "2"), ("--refine", "0", "--memory", "1GB"))

@@ -88,6 +88,15 @@ class Independent(unittest.TestCase):
             with self.subTest(law="neo-Hooke", n=n):
                 self.check(f"block_neo_n{n}", paper(NEO.format(E="210000", nu="nu"), n=n))
 
+    def test_rubber_and_foam(self):
+        for name, law in (
+            ("mooney", "*HYPERELASTIC, MOONEY-RIVLIN\n0.1, 0.08, 0.1"),
+            ("blatzko", "*HYPERFOAM, N=1\n0.4, -2., 0.25"),
+        ):
+            with self.subTest(law=name):
+                run = paper(law, down=0.2, side=0.3, steps=(10, 15), n=2)
+                self.check(f"block_{name}_n2", run)
+
     def test_soft_block(self):
         """Pressed by 30 % and dragged by half of its edge; its true tangent is not positive."""
         for n in (2, 4):

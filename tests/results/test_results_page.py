@@ -126,6 +126,27 @@ BODY-ZMAX, 3, 3, -0.02
 *END STEP
 """
 
+# Fields that refer to the undeformed body, at finite strain.
+FINITE = """\
+*BLOCK, NAME=BODY, NX=2, NY=3, NZ=3, TYPE=C3D8
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
+*STEP, NLGEOM
+*STATIC
+1., 1.
+*BOUNDARY
+BODY-ZMIN, 1, 3, 0.
+BODY-ZMAX, 3, 3, 0.1
+*EL FILE, POSITION=INTEGRATION POINTS
+EG, PK2
+*EL FILE, POSITION=AVERAGED AT NODES
+*EL FILE, POSITION=CENTROIDAL
+*END STEP
+"""
+
 
 def section(heading):
     """Return the text of the page under a heading of the third level."""
@@ -186,7 +207,7 @@ class Page(unittest.TestCase):
     def setUpClass(cls):
         folder = cls.enterClassContext(tempfile.TemporaryDirectory())
         files = []
-        for name, text in (("all", DECK), ("asked", ASKED)):
+        for name, text in (("all", DECK), ("asked", ASKED), ("finite", FINITE)):
             deck = Path(folder) / f"{name}.inp"
             deck.write_text(text)
             done = subprocess.run(
@@ -196,7 +217,7 @@ class Page(unittest.TestCase):
             if done.returncode != 0:
                 raise AssertionError(done.stdout + done.stderr)
             files.append(cls.enterClassContext(h5py.File(deck.with_suffix(".vtkhdf"))))
-        cls.file, cls.asked = files
+        cls.file, cls.asked, cls.finite = files
         mesh, history = cls.file["VTKHDF"], cls.file["history"]
         cls.sizes = {
             "N": int(mesh["NumberOfPoints"][0]),
@@ -229,6 +250,14 @@ class Page(unittest.TestCase):
 
     def test_mesh_and_fields(self):
         listed = listed_shapes(section("/VTKHDF"))
+        undeformed = {
+            name: listed.pop(name) for name in list(listed) if re.search("pk2|green", name)
+        }
+        self.assertEqual(len(undeformed), 6)
+        for name, shapes in undeformed.items():
+            self.assertIn(self.finite["VTKHDF"][name].shape, [
+                extents(shape, {"S": 1, "E": 18, "N": 48}) for shape in shapes
+            ])
         for group in ("PointData", "CellData"):
             offsets = listed.pop(f"Steps/{group}Offsets/<name>")
             names = [name for name in listed if name.startswith(f"{group}/")]

@@ -126,7 +126,7 @@ contains
     named%mises = named%mises .or. named%stress
     controls = named
     if (named%stress .or. named%strain .or. named%mises .or. named%principal_stress .or. &
-      named%principal_strain) return
+      named%principal_strain .or. named%green_strain .or. named%pk2_stress) return
     if (named%at_gauss_points .or. named%at_nodes) call note(reader, &
       'POSITION of *EL FILE is ignored: neither S nor E nor what follows from them is written')
     ! Without stresses and strains it does not matter where they are.
@@ -204,6 +204,10 @@ contains
           controls%principal_stress = .true.
         case ('EL FILE EP')
           controls%principal_strain = .true.
+        case ('EL FILE EG')
+          controls%green_strain = .true.
+        case ('EL FILE PK2')
+          controls%pk2_stress = .true.
         case ('NODE FILE CF')
           controls%loads = .true.
         case ('CONTACT FILE COPEN')

@@ -19,7 +19,7 @@ module read_properties_mod
   use mesh_draft_mod, only: refused_element
   use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    has_option, name_option, open_card, option_position
+    has_option, integer_option, name_option, open_card, option_position
   use material_law_mod, only: new_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
@@ -31,7 +31,7 @@ module read_properties_mod
 
 contains
 
-  !> *MATERIAL with the *ELASTIC or *HYPERELASTIC, the *DENSITY and *EXPANSION below it.
+  !> *MATERIAL with the *ELASTIC, *HYPERELASTIC or *HYPERFOAM, the *DENSITY and *EXPANSION below it.
   subroutine read_materials(reader, materials, names)
     type(reader_t), intent(inout) :: reader
     type(material_t), allocatable, intent(out) :: materials(:)
@@ -65,8 +65,11 @@ contains
         call open_card(reader, k, card)
         call find_owner(reader, names, 'MATERIAL', card, elastic, n)
         if (n > 0) call read_hyperelastic(reader, card, materials(n))
-      case ('HYPERFOAM', 'ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', &
-        'DEFORMATION PLASTICITY')
+      case ('HYPERFOAM')
+        call open_card(reader, k, card)
+        call find_owner(reader, names, 'MATERIAL', card, elastic, n)
+        if (n > 0) call read_hyperfoam(reader, card, materials(n))
+      case ('ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', 'DEFORMATION PLASTICITY')
         ! Refused: the material has a law, though not one that is read.
         if (names%n > 0) elastic(names%n) = .true.
       case ('DENSITY')
@@ -85,7 +88,7 @@ contains
     do k = 1, names%n
       if (elastic(k) .or. len(names%names(k)%text) == 0) cycle
       call report_in_field(reader, names%position(k), 'material '//quoted(names%names(k)%text)// &
-        ' has no *ELASTIC or *HYPERELASTIC')
+        ' has no *ELASTIC, *HYPERELASTIC or *HYPERFOAM')
     end do
   end subroutine read_materials
 
@@ -126,41 +129,120 @@ contains
       new_law('ELASTIC', [young, poisson])
   end subroutine read_elastic
 
-  !> *HYPERELASTIC, NEO HOOKE: C10, D1
+  !> *HYPERELASTIC, NEO HOOKE: C10, D1; MOONEY-RIVLIN: C10, C01, D1
   subroutine read_hyperelastic(reader, card, material)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(material_t), intent(inout) :: material
+    character(*), parameter :: laws(2) = [character(13) :: 'NEO HOOKE', 'MOONEY-RIVLIN']
+    character(:), allocatable :: symbols(:)
+    real(wp), allocatable :: constants(:)
     type(fields_t) :: fields
-    real(wp) :: c10, d1
-    logical :: found, ok, is_neo_hooke
+    real(wp) :: shear
+    logical :: is_named(size(laws)), is_read
+    integer :: i, law, n
 
-    is_neo_hooke = .false.
-    call flag_option(reader, card, 'NEO HOOKE', is_neo_hooke)
-    if (.not. is_neo_hooke) then
-      call report(reader, card%position, '*HYPERELASTIC needs its law: NEO HOOKE is available')
+    call allow_options(reader, card, laws)
+    is_named = .false.
+    do i = 1, size(laws)
+      call flag_option(reader, card, trim(laws(i)), is_named(i))
+    end do
+    if (count(is_named) /= 1) then
+      call report(reader, card%position, '*HYPERELASTIC needs one law: NEO HOOKE and '// &
+        'MOONEY-RIVLIN are available')
       return
     end if
-    call allow_options(reader, card, ['NEO HOOKE'])
-    call next_data_line(reader, card, fields, found, 3, 'C10 and D1 (and one temperature)')
-    if (.not. found) then
-      call report(reader, card%position, '*HYPERELASTIC needs a data line: C10, D1')
-      return
+    law = findloc(is_named, .true., dim=1)
+    symbols = ['C10', 'C01', 'D1 ']
+    if (law == 1) symbols = symbols([1, 3])
+    n = size(symbols)
+    allocate (constants(n))
+    call read_constants(reader, card, symbols, fields, constants, is_read)
+    if (.not. is_read) return
+    shear = sum(constants(:n - 1))
+    if (shear <= 0.0_wp .and. law == 1) then
+      call report(reader, fields%start, 'C10 must be positive, not '// &
+        quoted(field_text(reader, fields, 1)), 'it is half of the shear modulus')
+    else if (shear <= 0.0_wp) then
+      call report(reader, fields%start, 'C10 + C01 must be positive, not '//to_text(shear, 3), &
+        'it is half of the shear modulus')
     end if
-    c10 = 0.0_wp
-    d1 = 0.0_wp
-    call real_field(reader, fields, 1, 'C10', c10, ok)
-    if (ok .and. c10 <= 0.0_wp) call report(reader, fields%start, 'C10 must be positive, not '// &
-      quoted(field_text(reader, fields, 1)), 'it is half of the shear modulus')
-    call real_field(reader, fields, 2, 'D1', d1, ok)
-    if (ok .and. d1 <= 0.0_wp) call report(reader, field_position(reader, fields, 2), &
-      'D1 must be positive, not '//quoted(field_text(reader, fields, 2)), '2/D1 is the bulk '// &
+    if (constants(n) <= 0.0_wp) call report(reader, field_position(reader, fields, n), &
+      'D1 must be positive, not '//quoted(field_text(reader, fields, n)), '2/D1 is the bulk '// &
       'modulus: an incompressible material is approached by a small D1')
-    call skip_temperature(reader, fields, 3)
-    call end_data(reader, card, fields, &
-      'properties that depend on temperature are not available: one line C10, D1')
-    if (c10 > 0.0_wp .and. d1 > 0.0_wp) material%law = new_law('NEO HOOKE', [c10, d1])
+    if (shear > 0.0_wp .and. constants(n) > 0.0_wp) material%law = new_law(trim(laws(law)), &
+      constants)
   end subroutine read_hyperelastic
+
+  !> *HYPERFOAM[, N=1]: mu, alpha = -2, nu = 0.25
+  subroutine read_hyperfoam(reader, card, material)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(material_t), intent(inout) :: material
+    character(*), parameter :: taken = '*HYPERFOAM is available with N=1, alpha = -2 and nu = '// &
+      "0.25: Blatz and Ko's law"
+    real(wp), parameter :: rounding = 1.0e-12_wp
+    type(fields_t) :: fields
+    real(wp) :: constants(3)
+    integer :: n
+    logical :: ok
+
+    call allow_options(reader, card, ['N'])
+    n = 1
+    call integer_option(reader, card, 'N', 1, huge(1), n, ok)
+    if (n > 1) then
+      call report(reader, option_position(card, 'N'), taken)
+      return
+    end if
+    call read_constants(reader, card, ['mu   ', 'alpha', 'nu   '], fields, constants, ok)
+    if (.not. ok) return
+    if (abs(constants(2) + 2.0_wp) > rounding) then
+      call report(reader, field_position(reader, fields, 2), taken//', not with alpha = '// &
+        field_text(reader, fields, 2))
+    else if (abs(constants(3) - 0.25_wp) > rounding) then
+      call report(reader, field_position(reader, fields, 3), taken//', not with nu = '// &
+        field_text(reader, fields, 3))
+    end if
+    if (constants(1) > 0.0_wp) then
+      material%law = new_law('BLATZ-KO', constants(:1))
+    else
+      call report(reader, fields%start, 'mu must be positive, not '// &
+        quoted(field_text(reader, fields, 1)), 'it is the shear modulus')
+    end if
+  end subroutine read_hyperfoam
+
+  !> The constants of a law: one line.
+  subroutine read_constants(reader, card, symbols, fields, constants, is_read)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(*), intent(in) :: symbols(:)
+    type(fields_t), intent(out) :: fields     !! of the line
+    real(wp), intent(out) :: constants(:)     !! one for each symbol
+    logical, intent(out) :: is_read           !! all of them are numbers
+    character(:), allocatable :: names
+    integer :: i
+    logical :: found, ok
+
+    constants = 0.0_wp
+    names = trim(symbols(1))
+    do i = 2, size(symbols)
+      names = names//', '//trim(symbols(i))
+    end do
+    call next_data_line(reader, card, fields, found, size(symbols) + 1, names// &
+      ' (and one temperature)')
+    is_read = found
+    if (.not. found) then
+      call report(reader, card%position, '*'//card%keyword//' needs a data line: '//names)
+      return
+    end if
+    do i = 1, size(symbols)
+      call real_field(reader, fields, i, trim(symbols(i)), constants(i), ok)
+      is_read = is_read .and. ok
+    end do
+    call skip_temperature(reader, fields, size(symbols) + 1)
+    call end_data(reader, card, fields, &
+      'properties that depend on temperature are not available: one line '//names)
+  end subroutine read_constants
 
   !> One temperature behind a constant changes nothing. Behind a number without a point it may be
   !> the fraction of a decimal comma, as in 7,85e-9.

@@ -47,6 +47,7 @@ module keywords_mod
     keyword_t('MATERIAL', in_model, is_read), &
     keyword_t('ELASTIC', in_model, is_read), &
     keyword_t('HYPERELASTIC', in_model, is_read), &
+    keyword_t('HYPERFOAM', in_model, is_read), &
     keyword_t('REFINE', in_model, is_read), &
     keyword_t('DENSITY', in_model, is_read), &
     keyword_t('EXPANSION', in_model, is_read), &
@@ -187,7 +188,6 @@ module keywords_mod
     keyword_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
     keyword_t('DISTRIBUTING COUPLING', anywhere, is_missing), &
     keyword_t('PRE-TENSION SECTION', anywhere, is_missing), &
-    keyword_t('HYPERFOAM', anywhere, is_missing), &
     keyword_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing)]
 
 contains

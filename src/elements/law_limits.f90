@@ -1,0 +1,75 @@
+!> Where a displacement takes the elements beyond what the laws of their materials hold for.
+module law_limits_mod
+  use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_hexahedron
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use ellipticity_mod, only: principal_stretches, is_elliptic, elliptic_reach
+  use hexahedron8_mod, only: shape_gradients, displacement_gradients
+  use inverted_elements_mod, only: gradient_bound
+  implicit none
+  private
+
+  public :: stretched_t, find_limits, find_stretched
+
+  !> A Gauss point and its principal stretches.
+  type :: stretched_t
+    integer :: element = 0              !! 0: none
+    real(wp) :: stretch(3) = 1.0_wp     !! the largest first [-]
+  end type stretched_t
+
+contains
+
+  !> How large grad u may be for a material to need no look: its law is strongly elliptic and within
+  !> its usual stretches.
+  pure elemental real(wp) function find_limits(material) result(limit)
+    type(material_t), intent(in) :: material
+
+    limit = min(elliptic_reach(material%law), 1.0_wp - material%law%usual_from, &
+      material%law%usual_to - 1.0_wp)
+  end function find_limits
+
+  !> The points that are stretched most where a law has lost its ellipticity, and of those beyond
+  !> the usual stretches of their law. Laws are asked of what free expansion leaves, F/(1 + free).
+  pure subroutine find_stretched(mesh, materials, limit, reach, free, u, lost, unusual)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: limit(:)    !! (n_materials) as of find_limits [-]
+    real(wp), intent(in) :: reach(:, :) !! (3,n_elements) as of find_reach [1/length]
+    real(wp), intent(in) :: free(:)     !! (n_elements) strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement, det F > 0 [length]
+    type(stretched_t), intent(out) :: lost, unusual
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), stretch(3)
+    integer :: e, g, nodes(8)
+
+    do e = 1, mesh%n_elements
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)))
+        if (gradient_bound(reach(:, e), u(:, nodes)) + abs(free(e)) < within*(1.0_wp + free(e))) &
+          cycle
+        call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
+        h = displacement_gradients(inverse_jacobian, u(:, nodes))
+        do g = 1, 8
+          stretch = principal_stretches(h(:, :, g))/(1.0_wp + free(e))
+          if (maxval(abs(stretch - 1.0_wp)) < within) cycle
+          if (stretch(1) > law%usual_to .or. stretch(3) < law%usual_from) call take(unusual)
+          if (.not. is_elliptic(law, stretch)) call take(lost)
+        end do
+      end associate
+    end do
+
+  contains
+
+    !> Keep the point that is stretched more, by the logarithms.
+    pure subroutine take(most)
+      type(stretched_t), intent(inout) :: most
+
+      if (most%element > 0) then
+        if (maxval(abs(log(stretch))) <= maxval(abs(log(most%stretch)))) return
+      end if
+      most = stretched_t(e, stretch)
+    end subroutine take
+
+  end subroutine find_stretched
+
+end module law_limits_mod

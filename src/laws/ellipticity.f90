@@ -1,0 +1,157 @@
+!> Strong ellipticity of a law: whether its acoustic tensor is positive definite in all directions.
+!>
+!>     Q_ik(n) = A_ijkl n_j n_l,      A = dP/dF
+!>
+!> Where it is not, a deformation may break up into bands as thin as the elements are, and no mesh
+!> is fine enough. docs/theory.md (8.26), (8.27).
+module ellipticity_mod
+  use kinds_mod, only: wp
+  use small_matrix_mod, only: largest_eigenvalue
+  use strain_measures_mod, only: green_strain
+  use material_law_mod, only: law_t, finite_tangent
+  implicit none
+  private
+
+  public :: principal_stretches, is_elliptic, elliptic_reach
+
+  integer, parameter :: most_splits = 8
+  !! of triangles of directions: the least determinant is then known to 1e-5 of the largest
+  real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp) !! of a determinant [-]
+
+contains
+
+  !> The principal stretches of F = I + H, the largest first.
+  pure function principal_stretches(h) result(stretch)
+    real(wp), intent(in) :: h(3, 3) !! du_i/dX_j, det F > 0 [-]
+    real(wp) :: stretch(3)          !! [-]
+    real(wp) :: e(3, 3)
+
+    e = green_strain(h)
+    stretch(1) = largest_eigenvalue(e)
+    stretch(3) = -largest_eigenvalue(-e)
+    stretch(2) = e(1, 1) + e(2, 2) + e(3, 3) - stretch(1) - stretch(3)
+    stretch = sqrt(max(0.0_wp, 1.0_wp + 2.0_wp*stretch))
+  end function principal_stretches
+
+  !> Whether an isotropic law is strongly elliptic at principal stretches.
+  !>
+  !> In their axes Q has the diagonal d_i = sum_j A_ijij x_j, x_j = n_j^2, and off it m_ij n_i n_j,
+  !> m_ij = A_iijj + A_ijji: its determinant is a cubic form in x. Q is positive definite
+  !> everywhere if it is so along an axis, and the form positive on the triangle x >= 0, sum x = 1.
+  pure logical function is_elliptic(law, stretch)
+    type(law_t), intent(in) :: law
+    real(wp), intent(in) :: stretch(3) !! > 0 [-]
+    real(wp), parameter :: axes(3, 3) = reshape([real(wp) :: 1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+    real(wp) :: h(3, 3), a(3, 3, 3, 3), d(3, 3), m(3)
+    integer :: i, j
+
+    h = 0.0_wp
+    do i = 1, 3
+      h(i, i) = stretch(i) - 1.0_wp
+    end do
+    a = finite_tangent(law, h)
+    a = a/maxval(abs(a))
+    do j = 1, 3
+      do i = 1, 3
+        d(i, j) = a(i, j, i, j)
+      end do
+    end do
+    m = [a(2, 2, 3, 3) + a(2, 3, 3, 2), a(1, 1, 3, 3) + a(1, 3, 3, 1), a(1, 1, 2, 2) + &
+      a(1, 2, 2, 1)]
+    is_elliptic = all(d(:, 1) > 0.0_wp)
+    if (is_elliptic) is_elliptic = is_positive(d, m, axes, most_splits)
+  end function is_elliptic
+
+  !> Whether the determinant is positive on a triangle of directions.
+  !>
+  !> It is between the least and the largest of its Bezier coefficients. Where they leave that open,
+  !> four triangles of half the size are asked.
+  pure recursive logical function is_positive(d, m, x, splits) result(positive)
+    real(wp), intent(in) :: d(3, 3), m(3) !! as of `determinant_between` [-]
+    real(wp), intent(in) :: x(3, 3)       !! corners of the triangle, one a column [-]
+    integer, intent(in) :: splits         !! that are left
+    real(wp) :: coefficient(10), middle(3, 3)
+    integer :: i, j
+
+    do i = 1, 3
+      j = mod(i, 3) + 1
+      coefficient(i) = determinant_between(d, m, x(:, [i, i, i]))
+      coefficient(3 + i) = determinant_between(d, m, x(:, [i, i, j]))
+      coefficient(6 + i) = determinant_between(d, m, x(:, [i, j, j]))
+      middle(:, i) = 0.5_wp*(x(:, i) + x(:, j))
+    end do
+    coefficient(10) = determinant_between(d, m, x)
+    positive = minval(coefficient) > -rounding
+    if (positive .or. splits == 0 .or. minval(coefficient(:3)) <= -rounding) return
+    positive = is_positive(d, m, middle, splits - 1)
+    do i = 1, 3
+      j = mod(i + 1, 3) + 1 ! the corner before this one
+      if (positive) positive = is_positive(d, m, reshape([x(:, i), middle(:, i), middle(:, j)], &
+        [3, 3]), splits - 1)
+    end do
+  end function is_positive
+
+  !> The polar form of det Q: linear in each of three directions, of three equal ones det Q itself.
+  !> det Q is a sum of products of three linear forms: of the rows of d, and of the coordinates.
+  pure real(wp) function determinant_between(d, m, x) result(value)
+    real(wp), intent(in) :: d(3, 3) !! diagonal of Q: d x [-]
+    real(wp), intent(in) :: m(3)    !! of Q off the diagonal: m(i) is that without axis i [-]
+    real(wp), intent(in) :: x(3, 3) !! squares of the components of directions, one a column [-]
+    real(wp) :: along(3, 3)         !! diagonal, direction
+    integer :: i, j, k
+
+    along = matmul(d, x)
+    value = permanent(along) + 2.0_wp*product(m)*permanent(x)
+    do i = 1, 3
+      j = mod(i, 3) + 1
+      k = mod(j, 3) + 1
+      value = value - m(i)**2*permanent(reshape([along(i, :), x(j, :), x(k, :)], [3, 3]))
+    end do
+    value = value/6.0_wp
+  end function determinant_between
+
+  !> The sum of the products of a determinant, all with the same sign.
+  pure real(wp) function permanent(a)
+    real(wp), intent(in) :: a(3, 3)
+
+    permanent = a(1, 1)*(a(2, 2)*a(3, 3) + a(2, 3)*a(3, 2)) + a(1, 2)*(a(2, 1)*a(3, 3) + &
+      a(2, 3)*a(3, 1)) + a(1, 3)*(a(2, 1)*a(3, 2) + a(2, 2)*a(3, 1))
+  end function permanent
+
+  !> How far stretches may be from 1 for a law to be strongly elliptic beyond doubt: nine tenths of
+  !> the largest t for which it is so at all stretches of 1 - t, 1 - t/2, 1, 1 + t/2 and 1 + t.
+  pure real(wp) function elliptic_reach(law) result(reach)
+    type(law_t), intent(in) :: law
+    integer, parameter :: halvings = 6
+    real(wp), parameter :: most = 0.96_wp
+    real(wp) :: step
+    integer :: i
+
+    reach = 0.0_wp
+    step = most
+    do i = 1, halvings
+      step = 0.5_wp*step
+      if (is_elliptic_within(reach + step)) reach = reach + step
+    end do
+    reach = 0.9_wp*reach
+
+  contains
+
+    pure logical function is_elliptic_within(t)
+      real(wp), intent(in) :: t
+      integer :: i, j, k
+
+      is_elliptic_within = .true.
+      do i = -2, 2
+        do j = -2, i
+          do k = -2, j
+            if (is_elliptic_within) is_elliptic_within = is_elliptic(law, &
+              1.0_wp + 0.5_wp*t*real([i, j, k], wp))
+          end do
+        end do
+      end do
+    end function is_elliptic_within
+
+  end function elliptic_reach
+
+end module ellipticity_mod
