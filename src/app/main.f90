@@ -7,7 +7,7 @@ program bipot
   use libc_mod, only: c_exit
   use standard_streams_mod, only: open_standard_streams, write_to, standard_error
   use runtime_failures_mod, only: meet_runtime_failures
-  use blas_core_mod, only: choose_blas_core, check_blas_room
+  use blas_core_mod, only: blas_core_name, blas_version, choose_blas_core, check_blas_room
   use dense_mod, only: begin_blas
   use resource_limits_mod, only: check_library_room, check_stack_room
   use system_mod, only: catch_signals
@@ -52,6 +52,7 @@ contains
 
   subroutine read_and_run()
     integer(i8), parameter :: to_look = 8000000_i8 !! what HDF5 takes to open a file [bytes]
+    character(:), allocatable :: core
 
     call read_command_line(options, error)
     if (allocated(error)) return
@@ -59,6 +60,10 @@ contains
       call say(help_text())
     else if (options%version) then
       call say('bipot '//version)
+      if (options%verbose) then
+        core = blas_core_name()
+        if (core /= '') call say(blas_version()//', '//core//' kernels')
+      end if
     else
       call check_library_room(to_look, 'look at the deck', error)
       if (.not. allocated(error)) call run(is_fclib_path(options%deck))

@@ -452,7 +452,7 @@ contains
       '                      or all, to NAME-<increment>.fclib.hdf5', &
       '', &
       '  -h, --help          print this', &
-      '  --version           print the version', &
+      '  --version           print the version; with --verbose the kernels of OpenBLAS, too', &
       '', &
       'for a contact problem (in a deck: *CONTACT SOLVER):', &
       '  --solver auto|sweeps|global-newton   --formulation bipotential|pseudopotential', &

@@ -4,6 +4,7 @@ import unittest
 
 import numpy as np
 from program import INPUT, Run
+from references import reference
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 
@@ -113,7 +114,7 @@ class Told(unittest.TestCase):
 class Asked(unittest.TestCase):
     """--accuracy and *ACCURACY on a mesh that is kept."""
 
-    def judge(self, name, accuracy, reference, **settings):
+    def judge(self, name, accuracy, fine, **settings):
         """The run ends well and is as accurate as asked, by its estimate and in truth."""
         run = Run(
             deck(name), "--accuracy", str(accuracy), "--refine", "0", name=name, **settings
@@ -122,17 +123,20 @@ class Asked(unittest.TestCase):
         with run.result() as result:
             self.assertTrue(np.all(at_ends(result, "error/total") <= accuracy))
             self.assertTrue(np.all(at_ends(result, "error/total") >= 0))
-            true = abs(resultants(result) - reference).max() / abs(reference).max()
+            true = abs(resultants(result) - fine).max() / abs(fine).max()
             self.assertLess(true, accuracy)
             return len(result.history("step"))
 
     def test_block(self):
         """What is spent grows with what is asked; finer increments come of themselves."""
-        fine = Run(deck("block", direct=True), name="block", n=16, steps=100, **AUTO)
-        with fine.result() as result:
-            reference = resultants(result)
+        def solve():
+            fine = Run(deck("block", direct=True), name="block", n=16, steps=100, **AUTO)
+            with fine.result() as result:
+                return {"resultants": resultants(result)}
+
+        fine = reference("block-16", solve)["resultants"]
         counts = [
-            self.judge("block", accuracy, reference, n=8, steps=5, **AUTO)
+            self.judge("block", accuracy, fine, n=8, steps=5, **AUTO)
             for accuracy in (0.1, 0.02)
         ]
         self.assertLessEqual(counts[0], counts[1])

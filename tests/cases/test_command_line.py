@@ -57,9 +57,33 @@ class CommandLine(unittest.TestCase):
         self.assertIn("nn", run.errors.lower())
         self.assertFalse(run.file.exists())
 
+    def kernels(self, core=None):
+        """Return which kernels of OpenBLAS the program has where OPENBLAS_CORETYPE is `core`."""
+        environment = dict(os.environ)
+        environment.pop("OPENBLAS_CORETYPE", None)
+        if core is not None:
+            environment["OPENBLAS_CORETYPE"] = core
+        answer = subprocess.run(
+            [PROGRAM, "--version", "--verbose"], capture_output=True, text=True, timeout=600,
+            check=True, env=environment,
+        )
+        return re.search(r"\nOpenBLAS .*, (\w+) kernels\n", answer.stdout)[1]
+
     def test_the_kernels_of_the_user_win(self):
-        answer = self.call("--version", OPENBLAS_CORETYPE="Haswell")
-        self.assertEqual(answer.returncode, 0)
+        self.assertEqual(self.kernels("Nehalem"), "Nehalem")
+
+    def test_kernels_are_those_of_the_processor(self):
+        """The program starts again where OpenBLAS does not know the processor."""
+        chosen = self.kernels()
+        self.assertEqual(self.kernels(chosen), chosen)
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            flags = re.search(r"flags\s*: (.*)", file.read())[1].split()
+        if "avx512vl" in flags:
+            self.assertIn(chosen.upper(), ("SKYLAKEX", "COOPERLAKE", "SAPPHIRERAPIDS"))
+        elif "avx2" in flags:
+            self.assertIn(chosen.upper(), ("HASWELL", "ZEN"))
+        else:
+            self.assertNotEqual(chosen.upper(), "PRESCOTT")
 
     def test_quiet_prints_one_sentence(self):
         run = Run(BLOCK, "--quiet", **SMALL)

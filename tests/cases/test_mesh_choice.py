@@ -1,6 +1,5 @@
 """An accuracy that is asked for chooses the mesh, keeps its promise, or says why it cannot."""
 
-import functools
 import os
 import tempfile
 import unittest
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from program import INPUT, PROGRAM, SOURCE, Run
+from references import reference
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 FINE = {**AUTO, "tolerance": 1e-9}
@@ -38,11 +38,19 @@ def friction_and_normal(result):
     return resultant[:, :2], resultant[:, 2]
 
 
-@functools.cache
+def forces_of(text, name, every=1, **settings):
+    """Friction and normal force of a run, at the end of each so many increments."""
+    with Run(text, name=name, **settings).result() as fine:
+        friction, normal = (force[every - 1::every] for force in friction_and_normal(fine))
+    return {"friction": friction, "normal": normal}
+
+
 def fine_block():
     """Friction and normal force of the block on a fine mesh, at the ends of five increments."""
-    with Run(deck("block"), name="block", n=24, steps=20, **FINE).result() as fine:
-        return [force[3::4] for force in friction_and_normal(fine)]
+    fine = reference(
+        "block-24", lambda: forces_of(deck("block"), "block", every=4, n=24, steps=20, **FINE)
+    )
+    return fine["friction"], fine["normal"]
 
 
 BEAM = """*HEADING
@@ -132,8 +140,9 @@ class Reached(unittest.TestCase):
         weight = 1 / (1.5**order - 1)
         meshes = []
         for n in (12, 18):
-            with Run(deck("block"), name="block", n=n, steps=40, **FINE).result() as fine:
-                meshes.append([force[7::8] for force in friction_and_normal(fine)])
+            fine = reference(f"block-{n}", lambda n=n: forces_of(
+                deck("block"), "block", every=8, n=n, steps=40, **FINE))  # fmt: skip
+            meshes.append([fine["friction"], fine["normal"]])
         friction, normal = (b + weight * (b - a) for a, b in zip(*meshes, strict=True))
         scale, asked = abs(normal).max(), 0.012
         found = {}
@@ -360,8 +369,8 @@ class NotReached(unittest.TestCase):
         """
         text = (SOURCE / "studies/data/scenes/late.inp").read_text()
         text = text.replace("*STATIC, DIRECT", "*STATIC")
-        with Run(text, name="late", n=16, steps=64, mu=0.186).result() as fine:
-            friction, normal = friction_and_normal(fine)
+        fine = reference("late-16", lambda: forces_of(text, "late", n=16, steps=64, mu=0.186))
+        friction, normal = fine["friction"], fine["normal"]
         run = Run(text, "--accuracy", "0.02", name="late", steps=1, mu=0.186)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:

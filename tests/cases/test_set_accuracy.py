@@ -4,6 +4,7 @@ import unittest
 
 import numpy as np
 from program import INPUT, Run
+from references import reference
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 FINE = {**AUTO, "tolerance": 1e-9}
@@ -35,12 +36,20 @@ def sums(result):
     return result.file["print/1/total_reaction_force"][:][of_deck(result)]
 
 
+def solve_finely():
+    """On a fine mesh, at the ends of five increments: what the tests ask for, of node 13 of ONE."""
+    with Run(asking(""), name="block", n=24, steps=20, **FINE).result() as result:
+        found = {
+            name: at_node(result, name, [0.5, 0.5, 0])[3::4]
+            for name in ("displacement", "contact_pressure")
+        }
+        return found | {"sums": sums(result)[3::4]}
+
+
 class Reached(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.fine = cls.enterClassContext(
-            Run(asking(""), name="block", n=24, steps=20, **FINE).result()
-        )
+        cls.fine = reference("block-24-node-13", solve_finely)
 
     def reach(self, card, accuracy):
         run = Run(asking(f"*ACCURACY, {card}\n{accuracy}"), name="block", steps=5, **AUTO)
@@ -69,7 +78,7 @@ class Reached(unittest.TestCase):
             np.testing.assert_array_equal(result.points[place[0]], [0.5, 0.5, 0])
             mine = at_node(result, field, [0.5, 0.5, 0]).reshape(5, -1)
             np.testing.assert_allclose(sequence.values[-1, :, :n], mine, rtol=1e-12, atol=1e-15)
-            true = at_node(self.fine, field, [0.5, 0.5, 0])[3::4].reshape(5, -1)
+            true = self.fine[field].reshape(5, -1)
             scale = np.linalg.norm(mine, axis=1).max()
             self.assertAlmostEqual(sequence.scale[0], scale, delta=1e-9 * scale)
             error = np.linalg.norm(mine - true, axis=1).max() / scale
@@ -87,7 +96,7 @@ class Reached(unittest.TestCase):
 
     def test_force_on_a_set(self):
         """The sum over all its nodes on each mesh; of contact that with the other sign."""
-        true = sums(self.fine)[3::4]
+        true = self.fine["sums"]
         for card, sign in (
             ("OF=REACTION FORCE, NSET=BODY-ZMAX", 1),
             ("OF=CONTACT FORCE, NSET=BODY-ZMIN", -1),

@@ -28,7 +28,10 @@ def forces_by_factor(deck, settings):
 
 class Agreement(unittest.TestCase):
     def agree(self, deck, *, most=None, ranks=1, **overrides):
-        """Both solvers give the same forces, certified; `most` iterations an increment."""
+        """Both solvers give the same forces, certified; `most` iterations an increment.
+
+        Returns the run by iteration.
+        """
         command = launch(ranks) if ranks > 1 else (PROGRAM,)
         run = Run(with_card(deck, ITERATIVE), name="iterative", command=command, **overrides)
         self.assertEqual(run.status, 0, run.errors)
@@ -50,3 +53,4 @@ class Agreement(unittest.TestCase):
         self.assertEqual(counters["factorisations"], 0)
         if most is not None:
             self.assertLessEqual(counters["compliance_products"], most * counters["increments"])
+        return run
