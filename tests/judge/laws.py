@@ -856,10 +856,10 @@ class Judge:
                 self.check_resultant(row, self.stored.pairs[name], np.vstack(forces))
 
     def check_tools(self, row, u, points, length):
-        """Spheres and cylinders press on the outside of faces, and have their middle outside."""
+        """Planes, spheres and cylinders press on the outside of faces; middles are outside."""
         for p in points:
             obstacle = p.get("obstacle")
-            if obstacle is None or obstacle.kind not in (SPHERE, CYLINDER) or obstacle.inner:
+            if obstacle is None or obstacle.inner:
                 continue
             faces = np.array(self.scene.faces(p["pair"].part, p["pair"].side))
             x = self.scene.points + u
@@ -874,6 +874,8 @@ class Judge:
             along = np.einsum("pi,pi->p", p["normal"], outward)
             self.note("pressed from inside, cosine", row,
                       along[pressed].max(initial=-1.0), 0.2)  # fmt: skip
+            if obstacle.kind not in (SPHERE, CYLINDER):
+                continue
             way = unit(outward.sum(axis=0))
             deep = [depth_below(x[face], obstacle, shift_of(obstacle, u), way) for face in faces]
             self.note("middle of a tool is in a body by", row, max(deep) / obstacle.radius,

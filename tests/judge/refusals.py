@@ -331,7 +331,7 @@ def confirm(scene, stored, message):
         share = gained_share(increment, found, stored)
         if abs(share) > 0.1:
             return CONFIRMED, f"in its own solution contact gains {share:.1e} of the strain energy"
-    if re.search("would press it from behind|passes", message):
+    if re.search("would press it from behind|passes|from inside its body", message):
         behind = [f for f in findings if f.kind in FROM_BEHIND]
         if behind:
             return CONFIRMED, f"its own solution of the increment: {behind[0]}"
