@@ -1,5 +1,5 @@
-!> Interference that *CONTACT INTERFERENCE allows, for the certificate: from the deck's cards and the
-!> places of the mesh. docs/theory.md (2.3).
+!> What *CONTACT INTERFERENCE allows, for the certificate: from the deck's cards and the places of
+!> the mesh. docs/theory.md (2.3).
 module allowed_overlaps_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
@@ -54,8 +54,8 @@ contains
     end do
   end subroutine add_allowed
 
-  !> The cards in the order of the deck: a later one of a pair takes the place of an earlier one, and
-  !> OP=NEW ends all.
+  !> The cards in the order of the deck: a later one of a pair takes the place of an earlier one,
+  !> and OP=NEW ends all.
   pure function said_up_to(scene, step) result(said)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
