@@ -35,6 +35,7 @@ contains
     integer :: pair, i, n, node
 
     allocate (lines(0))
+    remedy = ''
     call place_undeformed(scene, points, placement)
     depth = -placement%gap
     if (allocated(points%overlap)) depth = points%overlap
