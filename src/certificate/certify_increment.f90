@@ -57,6 +57,7 @@ contains
     if (allocated(points%constant_gap)) then
       known = points
       call add_allowed(scene, new, contact, known)
+      contact%gap = contact%gap + (known%extra_gap - points%extra_gap)
       call face_masters(scene, known, old, new, contact)
     else
       call face_masters(scene, points, old, new, contact)
