@@ -1,5 +1,5 @@
-!> Interference that *CONTACT INTERFERENCE allows, for the certificate: from the deck's cards and the
-!> places of the mesh. docs/theory.md (2.3).
+!> What *CONTACT INTERFERENCE allows, for the certificate: from the deck's cards and the places of
+!> the mesh. docs/theory.md (2.3).
 module allowed_overlaps_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value
@@ -33,29 +33,29 @@ contains
     type(contact_fields_t), intent(in) :: contact    !! which points faces cover
     type(contact_points_t), intent(inout) :: points  !! their extra gaps
     type(said_t) :: said(size(scene%pairs))
-    real(wp) :: part, gap(points%n)
+    real(wp) :: part(size(scene%pairs)), gap(points%n)
     integer :: pair
 
     points%extra_gap = points%constant_gap
     said = said_up_to(scene, new%step)
-    if (any(said%of_mesh)) gap = gaps_at_rest(scene, points, contact, new)
+    part = [(part_at(scene, said(pair), new), pair=1, size(scene%pairs))]
+    gap = 0.0_wp
+    if (any(said%of_mesh .and. part > 0.0_wp)) gap = gaps_at_rest(scene, points, contact, new)
     do pair = 1, size(scene%pairs)
-      if (said(pair)%step == 0) cycle
-      part = part_at(scene, said(pair), new)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
         associate (extra => points%extra_gap(first:last))
           if (said(pair)%of_mesh) then
-            extra = extra + part*max(0.0_wp, -gap(first:last))
+            extra = extra + part(pair)*max(0.0_wp, -gap(first:last))
           else
-            extra = extra + part*said(pair)%length
+            extra = extra + part(pair)*said(pair)%length
           end if
         end associate
       end associate
     end do
   end subroutine add_allowed
 
-  !> The cards in the order of the deck: a later one of a pair takes the place of an earlier one, and
-  !> OP=NEW ends all.
+  !> The cards in the order of the deck: a later one of a pair takes the place of an earlier one,
+  !> and OP=NEW ends all.
   pure function said_up_to(scene, step) result(said)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
@@ -73,13 +73,15 @@ contains
     end do
   end function said_up_to
 
-  !> What part of it is allowed at the end of an increment.
+  !> What part of it is allowed at the end of an increment; 0 where no card says anything.
   pure real(wp) function part_at(scene, said, new) result(part)
     type(scene_t), intent(in) :: scene
     type(said_t), intent(in) :: said
     type(state_t), intent(in) :: new
     real(wp) :: gone !! of the step of the card [-]
 
+    part = 0.0_wp
+    if (said%step == 0) return
     gone = 1.0_wp
     if (said%step == new%step) gone = real(new%position, wp)/real(parts* &
       scene%steps(new%step)%n_increments, wp)

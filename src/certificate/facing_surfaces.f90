@@ -48,8 +48,9 @@ contains
     end do
   end subroutine face_surfaces
 
-  !> The gaps of points before surfaces and facets in a state, where rows are compared and faces
-  !> cover more than a little; others stay as they are.
+  !> The gaps of points before surfaces and facets in a state, where they differ from what was said
+  !> by more than rules of quadrature do. Others stay as they are, and so do those of rows that are
+  !> not compared, or that faces cover little.
   pure subroutine find_gaps(scene, points, state, contact, gap)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -58,7 +59,7 @@ contains
     real(wp), intent(inout) :: gap(:)             !! (n_points) [length]
     type(two_sides_t) :: sides
     type(rows_t) :: rows
-    real(wp) :: normal(3)
+    real(wp) :: normal(3), found
     logical, allocatable :: left(:)
     integer :: pair, side, i
 
@@ -76,8 +77,9 @@ contains
             normal = rows%normal(:, here)
             where (is_across(points, i)) normal = 0.0_wp
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
-            gap(i) = dot_product(normal/norm2(normal), arm_of(sides, rows, here)) + &
+            found = dot_product(normal/norm2(normal), arm_of(sides, rows, here)) + &
               points%extra_gap(i)
+            if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
       end do

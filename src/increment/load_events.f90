@@ -168,10 +168,9 @@ contains
     list = pack([(i, i=1, points%n)], row(1, :) > 0)
   end function points_that_can_press
 
-  !> The fraction of the straight way between two places on the load path at which the first point that can
-  !> press enters its obstacle; 2 where none does.
-  real(wp) function fraction_to_touch(scene, points, can_press, from, to) &
-    result(fraction)
+  !> The fraction of the straight way between two places on the load path at which the first point
+  !> that can press enters its obstacle; 2 where none does.
+  real(wp) function fraction_to_touch(scene, points, can_press, from, to) result(fraction)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: can_press(:)                 !! points

@@ -1,6 +1,6 @@
 !> A run of a deck, from the command line to its end.
 module run_mod
-  use errors_mod, only: error_t, raise, exit_machine
+  use errors_mod, only: error_t, raise, exit_machine, exit_wrong_input
   use text_mod, only: string_t
   use standard_streams_mod, only: standard_output, write_most
   use folders_mod, only: is_folder
@@ -33,15 +33,18 @@ contains
     type(choices_t) :: choices
     type(console_t) :: console
 
+    if (is_folder(options%deck)) then
+      if (options%check) then
+        call check_folder(options, error)
+      else
+        call raise(error, exit_wrong_input, "bipot: error: '"//options%deck//"' is a folder; "// &
+          'name a deck (--check prints which decks of a folder are accepted)')
+      end if
+      return
+    end if
     if (options%flat) then
       call print_flat(options, error)
       return
-    end if
-    if (options%check) then
-      if (is_folder(options%deck)) then
-        call check_folder(options, error)
-        return
-      end if
     end if
     console = open_console(options%quiet, options%verbose)
     choices%mesh_size = mesh_size_t(parts=2**max(0, options%refine))

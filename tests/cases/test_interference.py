@@ -187,6 +187,75 @@ class Bars(unittest.TestCase):
                                                       getattr(other.pairs[0], name))
 
 
+LID = """\
+*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*NODE
+900, 0.5, 0.5, 3.
+*NSET, NSET=CORNER
+27
+{model}
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=LID, TYPE=PLANE, REF NODE=900
+0., 0., 0.99, 0., 0., -1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, LID
+{gaps}
+*STEP{nlgeom}
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+B-ZMIN, 1, 3
+900, 1, 3
+{held}
+{card}
+*END STEP
+"""
+LID_SHRINK = "*CONTACT INTERFERENCE, SHRINK\nB-ZMAX, LID"
+
+
+class Lid(unittest.TestCase):
+    """A block below a lid that it overlaps: the end is that of the overlap at once."""
+
+    def check(self, tolerance=1e-7, **changes):
+        ends = []
+        for card in (LID_SHRINK, ""):
+            names = {"model": "**", "gaps": "**", "held": "**", "nlgeom": "", **changes}
+            run = Run(LID.format(card=card, **names), name="lid")
+            self.assertEqual(run.status, 0, run.output + run.errors)
+            with run.result() as result:
+                self.assertEqual(result.finished, 4)
+                ends.append(result.pairs[0].resultant[-1])
+        np.testing.assert_allclose(*ends, atol=tolerance)
+
+    def test_a_plain_lid(self):
+        self.check()
+
+    def test_a_node_that_cannot_move_along_the_normal_keeps_its_overlap(self):
+        self.check(held="CORNER, 3, 3")
+
+    def test_nodes_that_hang(self):
+        self.check(model="*REFINE, NSET=CORNER, TIMES=1")
+
+    def test_gaps_beside_those_of_the_mesh(self):
+        self.check(gaps="*CONTACT GAP\nB-ZMAX, -0.005")
+
+    def test_finite_strain(self):
+        self.check(1e-5, nlgeom=", NLGEOM")
+
+    def test_a_note_says_what_overlaps_and_what_is_allowed(self):
+        names = {"model": "**", "gaps": "**", "held": "**", "nlgeom": ""}
+        run = Run(LID.format(card=LID_SHRINK, **names), "--plan", name="lid")
+        self.assertIn("9 nodes of B-ZMAX:LID overlap before the first step, by up to 0.01 at node "
+                      "19; at first *CONTACT INTERFERENCE allows 0.01 of it", run.output)
+
+
 WALLS = """\
 *PARAMETER
 v = 0.01

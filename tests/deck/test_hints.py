@@ -195,6 +195,12 @@ class Hints(unittest.TestCase):
         self.assertIn("there is no such file; did you mean 'deck.inp'?",
                       self.call("whole.inp").stderr)
 
+    def test_a_folder_is_no_deck(self):
+        (self.folder / "decks").mkdir()
+        done = self.call("decks")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("'decks' is a folder; name a deck", done.stderr)
+
     def test_an_incompressible_material(self):
         self.refused("0.499 or 0.4999, with elements of TYPE=C3D8B", DECK, ("0.3\n*S", "0.5\n*S"),
                      message="Poisson's ratio must lie between -1 and 0.5, not '0.5'")

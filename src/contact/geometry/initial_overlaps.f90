@@ -30,11 +30,15 @@ contains
     type(string_t), allocatable :: lines(:)
     type(string_t) :: line
     type(placement_t) :: placement
-    real(wp) :: deepest, least
+    character(:), allocatable :: remedy
+    real(wp) :: depth(points%n), deepest, least
     integer :: pair, i, n, node
 
     allocate (lines(0))
+    remedy = ''
     call place_undeformed(scene, points, placement)
+    depth = -placement%gap
+    if (allocated(points%overlap)) depth = points%overlap
     least = max(rounding*maxval(abs(scene%mesh%coordinates)), 16.0_wp*deck_rounding( &
       scene%mesh%coordinates, scene%mesh%origin))
     do pair = 1, size(scene%pairs)
@@ -42,18 +46,24 @@ contains
       node = 0
       deepest = least
       do i = points%first(pair), points%first(pair + 1) - 1
-        associate (gap => placement%gap(i))
-          if (-gap <= least) cycle
-          n = n + 1
-          if (-gap <= deepest) cycle
-          deepest = -gap
-          node = points%node(i)
-        end associate
+        if (depth(i) <= least) cycle
+        n = n + 1
+        if (depth(i) <= deepest) cycle
+        deepest = depth(i)
+        node = points%node(i)
       end do
       if (n == 0) cycle
+      remedy = 'ADJUST= of *CONTACT PAIR closes overlaps'
+      if (allocated(points%overlap)) then
+        associate (here => [(i, i=points%first(pair), points%first(pair + 1) - 1)])
+          if (any(points%extra_gap(here) > points%constant_gap(here))) remedy = 'at first '// &
+            '*CONTACT INTERFERENCE allows '//to_text(maxval(points%extra_gap(here) - &
+            points%constant_gap(here)), 4)//' of it'
+        end associate
+      end if
       line%text = to_text(n)//' nodes of '//scene%pairs(pair)%name// &
         ' overlap before the first step, by up to '//to_text(deepest, 4)//' at node '// &
-        to_text(scene%mesh%node_id(node))//'; ADJUST= of *CONTACT PAIR closes overlaps'
+        to_text(scene%mesh%node_id(node))//'; '//remedy
       lines = [lines, line]
     end do
   end function overlaps

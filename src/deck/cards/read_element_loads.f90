@@ -131,7 +131,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
     integer, intent(out) :: label
-    character(:), allocatable :: word
+    character(:), allocatable :: word, message
     logical :: ok
 
     label = 0
@@ -142,8 +142,15 @@ contains
     else if (len(word) == 2) then
       if (word(1:1) == 'P') label = index('123456', word(2:2))
     end if
-    if (label == 0) call report(reader, field_position(reader, fields, 2), &
-      'only P1 to P6 (pressure on a face) and GRAV (weight) are available, not '//quoted(word))
+    if (label > 0) return
+    message = 'only P1 to P6 (pressure on a face) and GRAV (weight) are available, not '// &
+      quoted(word)
+    ! Pressures have other names on elements that were refused, shells for instance.
+    if (word(1:1) == 'P') then
+      call report_missing_element(reader, field_position(reader, fields, 2), message)
+    else
+      call report(reader, field_position(reader, fields, 2), message)
+    end if
   end subroutine read_label
 
   !> The elements that the first field means, and where their surface or region is kept.

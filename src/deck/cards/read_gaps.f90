@@ -105,8 +105,8 @@ contains
     end do
     pair = 0
     ! Pairs of a deck with errors may be missing.
-    if (.not. any_mistakes(reader%diagnostics)) call report(reader, position, 'no *CONTACT PAIR '// &
-      'has the slave '//quoted(slave)//' and the master '//quoted(master))
+    if (.not. any_mistakes(reader%diagnostics)) call report(reader, position, 'no *CONTACT '// &
+      'PAIR has the slave '//quoted(slave)//' and the master '//quoted(master))
   end subroutine find_pair
 
   !> Lines `node or set, gap` or `node or set[, PARABOLA], x, y, z, R`.

@@ -9,7 +9,6 @@ module read_interferences_mod
   use diagnostics_mod, only: quoted
   use fields_mod, only: field_position, fields_t, is_empty_field, name_field, next_data_line, &
     real_field
-  use kinds_mod, only: wp
   use loads_mod, only: interference_t, load_step_t
   use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
     option_position
@@ -63,8 +62,8 @@ contains
         call real_field(reader, fields, 3, 'how far they may overlap (or SHRINK)', read%value, &
           ok(3))
       else if (.not. is_empty_field(fields, 3)) then
-        call note(reader, 'the value of *CONTACT INTERFERENCE, SHRINK is ignored: each node has '// &
-          'the overlap of the mesh')
+        call note(reader, 'the value of *CONTACT INTERFERENCE, SHRINK is ignored: each node '// &
+          'has the overlap of the mesh')
       end if
       if (.not. all([is_empty_field(fields, 4), is_empty_field(fields, 5), is_empty_field(fields, &
         6)])) call report(reader, field_position(reader, fields, 4), 'a direction of the '// &

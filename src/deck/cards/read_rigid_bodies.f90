@@ -63,9 +63,10 @@ contains
       call open_card(reader, k, card)
       if (.not. has_option(card, 'ELSET') .and. (has_option(card, 'NSET') .or. has_option(card, &
         'PIN NSET') .or. has_option(card, 'TIE NSET'))) then
-        call report(reader, card%position, '*RIGID BODY of nodes is not available: a rigid body '// &
-          'consists of facets (ELSET=)', '*COUPLING, CONSTRAINT NAME=, REF NODE=, SURFACE= with '// &
-          '*KINEMATIC holds the nodes of a surface or a set to a reference node')
+        call report(reader, card%position, '*RIGID BODY of nodes is not available: a rigid '// &
+          'body consists of facets (ELSET=)', '*COUPLING, CONSTRAINT NAME=, REF NODE=, '// &
+          'SURFACE= with *KINEMATIC holds the nodes of a surface or a set to a reference node, '// &
+          'whose dofs 4 to 6 turn them')
         reader%lacks_elements = .true. ! nothing is known of its reference nodes
         bodies%list(n)%set = ''
         cycle

@@ -249,7 +249,8 @@ contains
         'taken as small')
     else if (nonlinear .and. .not. (is_first .or. finite_strain)) then
       call report(reader, option_position(card, 'NLGEOM'), &
-        'NLGEOM begins with the first *STEP, or not at all')
+        'NLGEOM begins with the first *STEP, or not at all', '--nlgeom no runs the deck by '// &
+        'small strain')
     else if (finite_strain .and. .not. nonlinear) then
       call report(reader, option_position(card, 'NLGEOM'), &
         'NLGEOM=NO after a step with NLGEOM: finite strain stays once it has begun')

@@ -262,6 +262,8 @@ contains
     select case (keyword)
     case ('PRE-TENSION SECTION')
       hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
+    case ('DISTRIBUTING COUPLING')
+      hint = '*COUPLING with *DISTRIBUTING joins a reference node to a surface'
     case ('SYSTEM')
       hint = 'the lines of *INSTANCE move and turn a part'
     case ('NO ANALYSIS')
