@@ -615,8 +615,10 @@ class Deck:
         self, nodes: Sequence[str] = (), elements: Sequence[str] = (), contact: bool = True,
         position: str | None = None, frequency: int | None = None,
     ) -> Deck:
-        """Say what is written: "U", "RF", "CF"; "S", "E", "MISES", "SP", "EP", "ERR"; contact.
+        """Say what is written of nodes, of elements and of contact.
 
+        nodes      "U", "RF", "CF"
+        elements   "S", "E", "MISES", "SP", "EP", "EG", "PK2", "ERR"
         position   of what is on elements: "CENTROIDAL", "INTEGRATION POINTS" or "AVERAGED AT NODES"
         frequency  every so many increments
         """

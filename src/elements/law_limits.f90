@@ -60,12 +60,13 @@ contains
 
   contains
 
-    !> Keep the point that is stretched more, by the logarithms.
+    !> Keep the point that is stretched more, by the logarithms; of those that are alike the first.
     pure subroutine take(most)
       type(stretched_t), intent(inout) :: most
+      real(wp), parameter :: alike = 1.0e-6_wp !! beyond what rounding and tolerances leave [-]
 
       if (most%element > 0) then
-        if (maxval(abs(log(stretch))) <= maxval(abs(log(most%stretch)))) return
+        if (maxval(abs(log(stretch))) <= maxval(abs(log(most%stretch))) + alike) return
       end if
       most = stretched_t(e, stretch)
     end subroutine take

@@ -41,8 +41,7 @@ contains
   pure logical function is_elliptic(law, stretch)
     type(law_t), intent(in) :: law
     real(wp), intent(in) :: stretch(3) !! > 0 [-]
-    real(wp), parameter :: axes(3, 3) = reshape([real(wp) :: 1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-    real(wp) :: h(3, 3), a(3, 3, 3, 3), d(3, 3), m(3)
+    real(wp) :: h(3, 3), a(3, 3, 3, 3), at_axes(6, 3), m(3)
     integer :: i, j
 
     h = 0.0_wp
@@ -51,72 +50,71 @@ contains
     end do
     a = finite_tangent(law, h)
     a = a/maxval(abs(a))
+    at_axes = 0.0_wp
     do j = 1, 3
+      at_axes(j, j) = 1.0_wp
       do i = 1, 3
-        d(i, j) = a(i, j, i, j)
+        at_axes(3 + i, j) = a(i, j, i, j)
       end do
     end do
     m = [a(2, 2, 3, 3) + a(2, 3, 3, 2), a(1, 1, 3, 3) + a(1, 3, 3, 1), a(1, 1, 2, 2) + &
       a(1, 2, 2, 1)]
-    is_elliptic = all(d(:, 1) > 0.0_wp)
-    if (is_elliptic) is_elliptic = is_positive(d, m, axes, most_splits)
+    is_elliptic = all(at_axes(4:, 1) > 0.0_wp)
+    if (is_elliptic) is_elliptic = is_positive(m, at_axes, most_splits)
   end function is_elliptic
 
   !> Whether the determinant is positive on a triangle of directions.
   !>
   !> It is between the least and the largest of its Bezier coefficients. Where they leave that open,
   !> four triangles of half the size are asked.
-  pure recursive logical function is_positive(d, m, x, splits) result(positive)
-    real(wp), intent(in) :: d(3, 3), m(3) !! as of `determinant_between` [-]
-    real(wp), intent(in) :: x(3, 3)       !! corners of the triangle, one a column [-]
-    integer, intent(in) :: splits         !! that are left
-    real(wp) :: coefficient(10), middle(3, 3)
+  pure recursive logical function is_positive(m, x, splits) result(positive)
+    real(wp), intent(in) :: m(3)     !! as of `determinant_between` [-]
+    real(wp), intent(in) :: x(6, 3)  !! likewise, at the corners of the triangle
+    integer, intent(in) :: splits    !! that are left
+    real(wp) :: coefficient(10), middle(6, 3)
     integer :: i, j
 
     do i = 1, 3
       j = mod(i, 3) + 1
-      coefficient(i) = determinant_between(d, m, x(:, [i, i, i]))
-      coefficient(3 + i) = determinant_between(d, m, x(:, [i, i, j]))
-      coefficient(6 + i) = determinant_between(d, m, x(:, [i, j, j]))
-      middle(:, i) = 0.5_wp*(x(:, i) + x(:, j))
+      coefficient(i) = determinant_between(m, x(:, i), x(:, i), x(:, i))
+      coefficient(3 + i) = determinant_between(m, x(:, i), x(:, i), x(:, j))
+      coefficient(6 + i) = determinant_between(m, x(:, i), x(:, j), x(:, j))
     end do
-    coefficient(10) = determinant_between(d, m, x)
+    coefficient(10) = determinant_between(m, x(:, 1), x(:, 2), x(:, 3))
     positive = minval(coefficient) > -rounding
     if (positive .or. splits == 0 .or. minval(coefficient(:3)) <= -rounding) return
-    positive = is_positive(d, m, middle, splits - 1)
+    do i = 1, 3
+      middle(:, i) = 0.5_wp*(x(:, i) + x(:, mod(i, 3) + 1))
+    end do
+    positive = is_positive(m, middle, splits - 1)
     do i = 1, 3
       j = mod(i + 1, 3) + 1 ! the corner before this one
-      if (positive) positive = is_positive(d, m, reshape([x(:, i), middle(:, i), middle(:, j)], &
-        [3, 3]), splits - 1)
+      if (positive) positive = is_positive(m, reshape([x(:, i), middle(:, i), middle(:, j)], &
+        [6, 3]), splits - 1)
     end do
   end function is_positive
 
   !> The polar form of det Q: linear in each of three directions, of three equal ones det Q itself.
-  !> det Q is a sum of products of three linear forms: of the rows of d, and of the coordinates.
-  pure real(wp) function determinant_between(d, m, x) result(value)
-    real(wp), intent(in) :: d(3, 3) !! diagonal of Q: d x [-]
-    real(wp), intent(in) :: m(3)    !! of Q off the diagonal: m(i) is that without axis i [-]
-    real(wp), intent(in) :: x(3, 3) !! squares of the components of directions, one a column [-]
-    real(wp) :: along(3, 3)         !! diagonal, direction
-    integer :: i, j, k
+  !> det Q is a sum of products of three linear forms: the diagonal of Q, and the coordinates.
+  pure real(wp) function determinant_between(m, x, y, z) result(value)
+    real(wp), intent(in) :: m(3)  !! of Q off the diagonal: m(i) is that without axis i [-]
+    real(wp), intent(in), dimension(6) :: x, y, z
+    !! squares of the components of a direction, then the diagonal of Q [-]
 
-    along = matmul(d, x)
-    value = permanent(along) + 2.0_wp*product(m)*permanent(x)
-    do i = 1, 3
-      j = mod(i, 3) + 1
-      k = mod(j, 3) + 1
-      value = value - m(i)**2*permanent(reshape([along(i, :), x(j, :), x(k, :)], [3, 3]))
-    end do
-    value = value/6.0_wp
+    value = (permanent(4, 5, 6) + 2.0_wp*m(1)*m(2)*m(3)*permanent(1, 2, 3) - &
+      m(1)**2*permanent(4, 2, 3) - m(2)**2*permanent(5, 3, 1) - m(3)**2*permanent(6, 1, 2))/6.0_wp
+
+  contains
+
+    !> The sum of the products of a determinant, all with the same sign.
+    pure real(wp) function permanent(i, j, k)
+      integer, intent(in) :: i, j, k !! linear forms
+
+      permanent = x(i)*(y(j)*z(k) + y(k)*z(j)) + x(j)*(y(i)*z(k) + y(k)*z(i)) + &
+        x(k)*(y(i)*z(j) + y(j)*z(i))
+    end function permanent
+
   end function determinant_between
-
-  !> The sum of the products of a determinant, all with the same sign.
-  pure real(wp) function permanent(a)
-    real(wp), intent(in) :: a(3, 3)
-
-    permanent = a(1, 1)*(a(2, 2)*a(3, 3) + a(2, 3)*a(3, 2)) + a(1, 2)*(a(2, 1)*a(3, 3) + &
-      a(2, 3)*a(3, 1)) + a(1, 3)*(a(2, 1)*a(3, 2) + a(2, 2)*a(3, 1))
-  end function permanent
 
   !> How far stretches may be from 1 for a law to be strongly elliptic beyond doubt: nine tenths of
   !> the largest t for which it is so at all stretches of 1 - t, 1 - t/2, 1, 1 + t/2 and 1 + t.

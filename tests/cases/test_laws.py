@@ -164,6 +164,56 @@ class Limits(unittest.TestCase):
         self.assertNotIn("is stretched by", bar(MOONEY, 0.8).output)
 
 
+# A bar that is stretched between walls, and then moved with them.
+MOVED = """\
+*BLOCK, NAME=B, NX=2, NY=2, NZ=3, TYPE=C3D8
+0., 0., 0.,  1., 1.1, 2.
+*MATERIAL, NAME=M
+{law}
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*CONTACT SOLVER, TOLERANCE=1e-11
+*STEP, NLGEOM
+*STATIC
+0.1, 1.
+*BOUNDARY
+B-XMIN, 1
+B-XMAX, 1
+B-YMIN, 2
+B-YMAX, 2
+B-ZMIN, 3
+B-ZMAX, 3, 3, <2*(stretch-1)>
+*END STEP
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+B-XMIN, 1, 1, <far>
+B-XMAX, 1, 1, <far>
+B-YMIN, 2, 2, <far>
+B-YMAX, 2, 2, <far>
+B-ZMIN, 3, 3, <far>
+B-ZMAX, 3, 3, <far+2*(stretch-1)>
+*END STEP
+"""
+
+
+class MovedFar(unittest.TestCase):
+    """Rounding of displacements makes more of forces where the tangent is stiffer."""
+
+    def test_forces_are_what_is_certified(self):
+        """Moved by 1e4 times its size a bar keeps its reactions to the 1e-10 that is certified,
+        though its tangent is 5 to 40 times that of small strain."""
+        for law, stretch in ((SVK, 3.0), (SVK, 5.0), (MOONEY, 0.2), (FOAM, 0.3)):
+            with self.subTest(law=law, stretch=stretch):
+                text = "*PARAMETER\nstretch = 1.\nfar = 10000.3\n" + MOVED.format(law=law)
+                run = Run(text, name="moved", stretch=stretch)
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    row = np.flatnonzero(result.history("step") == 1)[-1]
+                    before, after = (result.field("reaction_force", i) for i in (row, -1))
+                np.testing.assert_allclose(after, before, atol=1e-10 * np.abs(before).max())
+
+
 class SmallStrain(unittest.TestCase):
     """Without NLGEOM."""
 

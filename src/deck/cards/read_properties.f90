@@ -135,7 +135,7 @@ contains
     type(card_t), intent(in) :: card
     type(material_t), intent(inout) :: material
     character(*), parameter :: laws(2) = [character(13) :: 'NEO HOOKE', 'MOONEY-RIVLIN']
-    character(:), allocatable :: symbols(:)
+    character(*), parameter :: symbols(3) = ['C10', 'C01', 'D1 ']
     real(wp), allocatable :: constants(:)
     type(fields_t) :: fields
     real(wp) :: shear
@@ -153,11 +153,10 @@ contains
       return
     end if
     law = findloc(is_named, .true., dim=1)
-    symbols = ['C10', 'C01', 'D1 ']
-    if (law == 1) symbols = symbols([1, 3])
-    n = size(symbols)
+    n = 1 + law
     allocate (constants(n))
-    call read_constants(reader, card, symbols, fields, constants, is_read)
+    call read_constants(reader, card, pack(symbols, [.true., law == 2, .true.]), fields, &
+      constants, is_read)
     if (.not. is_read) return
     shear = sum(constants(:n - 1))
     if (shear <= 0.0_wp .and. law == 1) then
