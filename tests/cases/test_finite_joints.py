@@ -4,6 +4,8 @@ import unittest
 
 import numpy as np
 from program import Run
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from turned_grips import check_turn
 
 E, NU = 200.0, 0.3
@@ -177,6 +179,30 @@ def ring(degrees, around, across=3, radii=(1.0, 1.5), height=0.2):
     return text + "*SURFACE, NAME=IN\nINNER, S6\n"
 
 
+def tube(pressure, x):
+    """Return the displacement of a neo-Hookean tube, from radius 1 to 2, under inner pressure."""
+
+    def nominal(along, around):
+        """First Piola-Kirchhoff stress along the radius and around, its length kept."""
+        stress = cauchy_stress(NEO, [along, around, 1.0])
+        return stress[0] * around, stress[1] * along
+
+    def slopes(radius, state):
+        place, force = state
+        around = place / radius
+        along = brentq(lambda a: radius * nominal(a, around)[0] - force, 0.3, 2.0, xtol=1e-14)
+        return along, nominal(along, around)[1]
+
+    def shoot(bore):
+        return solve_ivp(
+            slopes, (1.0, 2.0), (bore, -pressure * bore), rtol=1e-9, atol=1e-10, dense_output=True
+        ).sol
+
+    # `force` is R P_r; -p times the stretch around at the bore, whose radius is 1.
+    bore = brentq(lambda place: shoot(place)(2.0)[1], 1.01, 1.6, xtol=1e-10)
+    return shoot(bore)(x)[0] - x
+
+
 class LocalDirections(unittest.TestCase):
     def test_a_sector_is_a_part_of_the_ring(self):
         """Under pressure that follows; its inclined plane of symmetry is one of local directions,
@@ -196,6 +222,21 @@ class LocalDirections(unittest.TestCase):
                 np.testing.assert_allclose(part[:4], u, atol=1e-8)
                 np.testing.assert_allclose(part[8:12] @ [[c, -s, 0], [s, c, 0], [0, 0, 1]], u,
                                            atol=1e-8)
+
+    def test_a_tube_under_pressure(self):
+        """A thin wedge of a tube, of which its length stays, has the radial displacement of the
+        differential equation: d(r P_r)/dR = P_t along R, r P_r = -p r at the bore, 0 outside."""
+        degrees, across, pressure = 2, 24, 20.0
+        c, s = float(np.cos(np.radians(degrees))), float(np.sin(np.radians(degrees)))
+        axes = f"*TRANSFORM, NSET=E1\n{c!r}, {s!r}, 0., {-s!r}, {c!r}, 0.\n"
+        text = ring(degrees, 1, across, (1.0, 2.0), 0.05) + RING.format(
+            law=NEO, axes=axes, sides="E0, 2, 2\nE1, 2, 2\n"
+        ).replace("P, 15.", f"P, {pressure}")
+        result = solved(self, text)
+        u = result.field("displacement", -1)[: across + 1, 0]
+        x = result.points[: across + 1, 0]
+        self.assertGreater(u[0], 0.2)
+        np.testing.assert_allclose(u, tube(pressure, x), rtol=1e-3)
 
 
 class Couplings(unittest.TestCase):
