@@ -126,6 +126,28 @@ class Joined(unittest.TestCase):
     def test_ties(self):
         self.compare("*TIE, NAME=T\nB-XMIN, A-XMAX\n")
 
+    def test_contact(self):
+        """Pressed on a ball and dragged, upper and lower half joined."""
+        whole = self.pressed(block("B", (3, 3, 4), (0, 0, 0), (1, 1, 1)), "B", "")
+        halves = block("A", (3, 3, 2), (0, 0, 0), (1, 1, 0.5))
+        halves += block("B", (3, 3, 2), (0, 0, 0.5), (1, 1, 0.5))
+        equations = "*EQUATION\n" + "".join(
+            f"2\nA-ZMAX, {i}, 1., B-ZMIN, {i}, -1.\n" for i in (1, 2, 3)
+        )
+        for joint in ("*TIE, NAME=T\nB-ZMIN, A-ZMAX\n", equations):
+            with self.subTest(joint=joint):
+                force = self.pressed(halves, "A", joint)
+                np.testing.assert_allclose(force, whole, atol=1e-7 * np.abs(whole).max())
+
+    def pressed(self, mesh, lower, joint):
+        """Return the force of the ball."""
+        ball = "*OBSTACLE, NAME=BALL, TYPE=SPHERE\n0.5, 0.5, -2., 2.\n"
+        ball += "*SURFACE INTERACTION, NAME=I\n"
+        ball += f"*FRICTION\n0.3\n*CONTACT PAIR, INTERACTION=I\n{lower}-ZMIN, BALL\n"
+        step = STEP.format(increment=0.25) + "*BOUNDARY\nB-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.2\n"
+        step += "*END STEP\n*STEP\n*STATIC\n0.25, 1.\n*BOUNDARY\nB-ZMAX, 1, 1, 0.2\n*END STEP\n"
+        return solved(self, mesh + section(NEO) + ball + joint + step).pairs[0].resultant[-1]
+
 
 class Turned(unittest.TestCase):
     def test_a_tie_turns_with_its_body(self):
