@@ -26,12 +26,12 @@ contains
 
   !> Judge an increment.
   !>
-  !> Internal forces and pressures (at finite strain about the deformed places), and gaps, frames and
-  !> slips before planes, spheres and cylinders, are computed anew, and so is the interference that
-  !> is allowed; weights, normals and gaps before surfaces and facets are held against integrals.
-  !> Taken as they are: loads, laws of materials, friction coefficients, constant extra gaps, the
-  !> sides of masters, overlaps that constraints keep, and slips before surfaces and facets whose
-  !> weights are confirmed.
+  !> Internal forces and pressures (at finite strain about the deformed places), and gaps, frames
+  !> and slips before planes, spheres and cylinders, are computed anew, and so is the interference
+  !> that is allowed; weights, normals and gaps before surfaces and facets are held against
+  !> integrals. Taken as they are: other loads, laws of materials, friction coefficients, constant
+  !> extra gaps, the sides of masters, overlaps that constraints keep, and slips before surfaces and
+  !> facets whose weights are confirmed.
   pure function certify_increment(scene, points, tolerance, said, old, new, imposed) &
     result(certificate)
     type(scene_t), intent(in) :: scene

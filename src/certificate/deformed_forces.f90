@@ -2,9 +2,9 @@
 !>
 !>     x = X + u,   H = du/dxi (dX/dxi)^-1,   tau = P (I + H)^T,   f_a = sum of w tau grad_x N_a
 !>
-!> w are the undeformed volumes of the points. Where an element has grown by a part of 1 + c by heat,
-!> P is that of H_c = (H - c I)/(1 + c), and tau = (1 + c)^3 P (I + H_c)^T. The stress P is that of the law, which the solver
-!> asks too: what is wrong in a law is not seen. docs/theory.md (8.24).
+!> w are the undeformed volumes of the points. Where heat has stretched an element by 1 + c, P is
+!> that of H_c = (H - c I)/(1 + c), and tau = (1 + c)^3 P (I + H_c)^T. P is that of the law, which
+!> the solver asks too: what is wrong in a law is not seen. docs/theory.md (8.24), (8.26).
 module deformed_forces_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse

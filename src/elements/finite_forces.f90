@@ -26,7 +26,7 @@ module finite_forces_mod
 contains
 
   !> f_a = int P g_a, summed over the elements (C3D8), and an element with det F <= 0 at a Gauss
-  !> point, whose stress no law gives: then forces are 0.
+  !> point, or that would shrink to nothing, whose stress no law gives: then forces are 0.
   pure subroutine finite_internal_force(mesh, materials, free, u, f, inverted)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -39,7 +39,8 @@ contains
     integer :: e, g, a, nodes(8)
 
     f = 0.0_wp
-    inverted = 0
+    inverted = findloc(free <= -1.0_wp, .true., dim=1)
+    if (inverted > 0) return
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
@@ -49,7 +50,7 @@ contains
       h = displacement_gradients(inverse_jacobian, moved)
       associate (law => materials(mesh%material(e))%law)
         do g = 1, 8
-          if (.not. growth_of(h(:, :, g)) > -1.0_wp) then
+          if (growth_of(h(:, :, g)) <= -1.0_wp) then
             inverted = e
             f = 0.0_wp
             return

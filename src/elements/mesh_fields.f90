@@ -77,7 +77,8 @@ contains
           call undeformed_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, &
             stresses)
         else if (is_finite) then
-          call finite_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, stresses)
+          call finite_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, &
+            stresses)
         else
           values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
           stresses = stress_of(values, elastic)

@@ -85,7 +85,7 @@ contains
     integer, intent(in) :: step
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
     type(step_loads_t), intent(out) :: loads
-    real(wp), allocatable, dimension(:, :, :) :: displacement, force, dead
+    real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
     real(wp), allocatable :: pressure(:, :)
     logical, allocatable :: used(:), followed(:)
     integer :: g, n
@@ -98,8 +98,8 @@ contains
     call resolve_forces(scene, step, force, pressure)
     call turn_local_forces(scene, force)
     if (scene%finite_strain) then
-      allocate (dead(3, scene%mesh%n_nodes, pattern_hold:n))
-      dead = force
+      allocate (loads%dead_force(3, scene%mesh%n_nodes, size(force, 3)))
+      loads%dead_force = force
     end if
     call press_surfaces(scene, pressure, force)
     if (warms(scene)) call resolve_warming(scene, step, force)
@@ -123,7 +123,7 @@ contains
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
     if (.not. scene%finite_strain) return
-    loads%dead_force = dead(:, :, loads%kind)
+    loads%dead_force = loads%dead_force(:, :, loads%kind - pattern_hold + 1)
     loads%pressure = pressure(:, loads%kind)
   end subroutine resolve_loads
 

@@ -26,8 +26,8 @@ contains
     else if (scene%mesh%n_bodies > 1) then
       what = 'several bodies'
     else if (turns_by_coupling(scene)) then
-      what = 'couplings whose reference nodes turn or carry moments, or spread forces from beside '// &
-        'the middle of their surface: directions 4 to 6 must be held at 0 in all steps'
+      what = 'couplings whose reference nodes turn or carry moments, or spread forces from '// &
+        'beside the middle of their surface: directions 4 to 6 must be held at 0 in all steps'
     else if (any(scene%pairs%master == 0)) then
       what = 'contact between surfaces of elements'
     else if (scene%precision%iterative) then

@@ -1,9 +1,11 @@
-"""What joins nodes at finite strain: equations, ties, couplings, local directions, hanging nodes."""
+"""What joins nodes at finite strain: equations, ties, couplings, local axes, hanging nodes."""
 
 import unittest
 
 import numpy as np
 from program import Run
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from turned_grips import check_turn
 
 E, NU = 200.0, 0.3
@@ -26,7 +28,8 @@ def solved(case, text):
 def block(name, n, low, size):
     """Return the cards of a block of elements."""
     numbers = ", ".join(map(str, [*low, *size]))
-    return f"*BLOCK, NAME={name}, NX={n[0]}, NY={n[1]}, NZ={n[2]}, TYPE=C3D8, ELSET=ALL\n{numbers}\n"
+    counts = f"NX={n[0]}, NY={n[1]}, NZ={n[2]}"
+    return f"*BLOCK, NAME={name}, {counts}, TYPE=C3D8, ELSET=ALL\n{numbers}\n"
 
 
 def section(law):
@@ -81,9 +84,12 @@ class Patch(unittest.TestCase):
         self.check(mesh, ("A", "B"))
 
 
-def bent(case, mesh, ends, law=NEO, grip="", load="{end}-XMAX, 1, 1, 0.3\n{end}-XMAX, 2, 3, 0.5\n"):
+FAR = "{end}-XMAX, 1, 1, 0.3\n{end}-XMAX, 2, 3, 0.5\n"
+
+
+def bent(case, mesh, ends, grip="", load=FAR):
     """Hold a bar [0, 2] at x = 0 and move the end at x = 2."""
-    text = mesh + section(law) + grip + STEP.format(increment=0.1)
+    text = mesh + section(NEO) + grip + STEP.format(increment=0.1)
     text += f"*BOUNDARY\n{ends[0]}-XMIN, 1, 3\n" + load.format(end=ends[1]) + "*END STEP\n"
     result = solved(case, text)
     order = np.lexsort(result.points.T.round(9))
@@ -120,14 +126,37 @@ class Joined(unittest.TestCase):
     def test_ties(self):
         self.compare("*TIE, NAME=T\nB-XMIN, A-XMAX\n")
 
+    def test_contact(self):
+        """Pressed on a ball and dragged, upper and lower half joined."""
+        whole = self.pressed(block("B", (3, 3, 4), (0, 0, 0), (1, 1, 1)), "B", "")
+        halves = block("A", (3, 3, 2), (0, 0, 0), (1, 1, 0.5))
+        halves += block("B", (3, 3, 2), (0, 0, 0.5), (1, 1, 0.5))
+        equations = "*EQUATION\n" + "".join(
+            f"2\nA-ZMAX, {i}, 1., B-ZMIN, {i}, -1.\n" for i in (1, 2, 3)
+        )
+        for joint in ("*TIE, NAME=T\nB-ZMIN, A-ZMAX\n", equations):
+            with self.subTest(joint=joint):
+                force = self.pressed(halves, "A", joint)
+                np.testing.assert_allclose(force, whole, atol=1e-7 * np.abs(whole).max())
+
+    def pressed(self, mesh, lower, joint):
+        """Return the force of the ball."""
+        ball = "*OBSTACLE, NAME=BALL, TYPE=SPHERE\n0.5, 0.5, -2., 2.\n"
+        ball += "*SURFACE INTERACTION, NAME=I\n"
+        ball += f"*FRICTION\n0.3\n*CONTACT PAIR, INTERACTION=I\n{lower}-ZMIN, BALL\n"
+        step = STEP.format(increment=0.25) + "*BOUNDARY\nB-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.2\n"
+        step += "*END STEP\n*STEP\n*STATIC\n0.25, 1.\n*BOUNDARY\nB-ZMAX, 1, 1, 0.2\n*END STEP\n"
+        return solved(self, mesh + section(NEO) + ball + joint + step).pairs[0].resultant[-1]
+
 
 class Turned(unittest.TestCase):
     def test_a_tie_turns_with_its_body(self):
         """A bar of two meshes that do not match, pulled and turned by 90 degrees."""
-        mesh = block("A", (2, 2, 1), (0, 0, 0), (1, 1, 1)) + block("B", (3, 3, 1), (1, 0, 0), (1, 1, 1))
+        mesh = block("A", (2, 2, 1), (0, 0, 0), (1, 1, 1))
+        mesh += block("B", (3, 3, 1), (1, 0, 0), (1, 1, 1))
         mesh += "*TIE, NAME=T\nB-XMIN, A-XMAX\n" + section(NEO)
-        pull = STEP.format(increment=0.5) + "*BOUNDARY\nA-XMIN, 1, 3\nB-XMAX, 2, 3\nB-XMAX, 1, 1, 0.4\n"
-        check_turn(self, mesh, pull + "*END STEP\n")
+        pull = "*BOUNDARY\nA-XMIN, 1, 3\nB-XMAX, 2, 3\nB-XMAX, 1, 1, 0.4\n*END STEP\n"
+        check_turn(self, mesh, STEP.format(increment=0.5) + pull)
 
 
 RING = """\
@@ -172,6 +201,30 @@ def ring(degrees, around, across=3, radii=(1.0, 1.5), height=0.2):
     return text + "*SURFACE, NAME=IN\nINNER, S6\n"
 
 
+def tube(pressure, x):
+    """Return the displacement of a neo-Hookean tube, from radius 1 to 2, under inner pressure."""
+
+    def nominal(along, around):
+        """First Piola-Kirchhoff stress along the radius and around, its length kept."""
+        stress = cauchy_stress(NEO, [along, around, 1.0])
+        return stress[0] * around, stress[1] * along
+
+    def slopes(radius, state):
+        place, force = state
+        around = place / radius
+        along = brentq(lambda a: radius * nominal(a, around)[0] - force, 0.3, 2.0, xtol=1e-14)
+        return along, nominal(along, around)[1]
+
+    def shoot(bore):
+        return solve_ivp(
+            slopes, (1.0, 2.0), (bore, -pressure * bore), rtol=1e-9, atol=1e-10, dense_output=True
+        ).sol
+
+    # `force` is R P_r; -p times the stretch around at the bore, whose radius is 1.
+    bore = brentq(lambda place: shoot(place)(2.0)[1], 1.01, 1.6, xtol=1e-10)
+    return shoot(bore)(x)[0] - x
+
+
 class LocalDirections(unittest.TestCase):
     def test_a_sector_is_a_part_of_the_ring(self):
         """Under pressure that follows; its inclined plane of symmetry is one of local directions,
@@ -192,35 +245,52 @@ class LocalDirections(unittest.TestCase):
                 np.testing.assert_allclose(part[8:12] @ [[c, -s, 0], [s, c, 0], [0, 0, 1]], u,
                                            atol=1e-8)
 
+    def test_a_tube_under_pressure(self):
+        """A thin wedge of a tube, of which its length stays, has the radial displacement of the
+        differential equation: d(r P_r)/dR = P_t along R, r P_r = -p r at the bore, 0 outside."""
+        degrees, across, pressure = 2, 24, 20.0
+        c, s = float(np.cos(np.radians(degrees))), float(np.sin(np.radians(degrees)))
+        axes = f"*TRANSFORM, NSET=E1\n{c!r}, {s!r}, 0., {-s!r}, {c!r}, 0.\n"
+        text = ring(degrees, 1, across, (1.0, 2.0), 0.05) + RING.format(
+            law=NEO, axes=axes, sides="E0, 2, 2\nE1, 2, 2\n"
+        ).replace("P, 15.", f"P, {pressure}")
+        result = solved(self, text)
+        u = result.field("displacement", -1)[: across + 1, 0]
+        x = result.points[: across + 1, 0]
+        self.assertGreater(u[0], 0.2)
+        np.testing.assert_allclose(u, tube(pressure, x), rtol=1e-3)
+
 
 class Couplings(unittest.TestCase):
     def setUp(self):
         self.mesh = block("B", (4, 2, 2), (0, 0, 0), (2, 1, 1))
-        self.node = "*NODE\n900, 2., 0.5, 0.5\n*COUPLING, CONSTRAINT NAME=C, REF NODE=900, SURFACE=B-XMAX\n"
+        self.node = "*NODE\n900, 2., 0.5, 0.5\n"
+        self.node += "*COUPLING, CONSTRAINT NAME=C, REF NODE=900, SURFACE=B-XMAX\n"
 
     def test_a_grip_that_does_not_turn(self):
         """*KINEMATIC moves a side as supports that prescribe it do."""
         result, _, u = bent(self, self.mesh, ("B", "B"))
         load = "900, 1, 1, 0.3\n900, 2, 3, 0.5\n900, 4, 6\n"
         grip = self.node + "*KINEMATIC\n"
-        other, x, v = bent(self, self.mesh, ("B", "B"), grip=grip, load=load)
+        other, _, v = bent(self, self.mesh, ("B", "B"), grip=grip, load=load)
         np.testing.assert_allclose(v, u, atol=1e-8)
         force = result.field("reaction_force", -1)[np.isclose(result.points[:, 0], 2)].sum(axis=0)
         np.testing.assert_allclose(other.reference_nodes[900].reaction_force[-1], force, rtol=1e-6)
 
     def test_a_force_that_is_spread(self):
-        """*DISTRIBUTING from the middle of a side puts a ninth of the force on each node there,
-        weighed by areas."""
+        """*DISTRIBUTING from the middle of a side puts forces on its nodes, weighed by areas."""
         share = {0: 0.25, 1: 0.5, 2: 0.25}
         load = "*CLOAD\n"
         for y in range(3):
             for z in range(3):
-                node = 5 + 5 * y + 15 * z
-                load += f"{node}, 3, {8 * share[y] * share[z]!r}\n{node}, 1, {4 * share[y] * share[z]!r}\n"
+                node, part = 5 + 5 * y + 15 * z, share[y] * share[z]
+                load += f"{node}, 3, {8 * part!r}\n{node}, 1, {4 * part!r}\n"
         _, _, u = bent(self, self.mesh, ("B", "B"), load=load)
         grip = self.node + "*DISTRIBUTING\n"
-        _, x, v = bent(self, self.mesh, ("B", "B"), grip=grip, load="*CLOAD\n900, 3, 8.\n900, 1, 4.\n")
-        np.testing.assert_allclose(v[x[:, 0] < 3][:45], u, atol=1e-8)
+        spread = "*CLOAD\n900, 3, 8.\n900, 1, 4.\n"
+        _, x, v = bent(self, self.mesh, ("B", "B"), grip=grip, load=spread)
+        self.assertEqual(len(x), 45)
+        np.testing.assert_allclose(v, u, atol=1e-8)
 
     def test_what_turns_is_refused(self):
         for grip, load in (

@@ -21,8 +21,9 @@ def turn_cards(ids, points, places, angle, increments):
         way = np.array([rotation(angle * t) @ place - x for t in times])
         for i in range(3):
             name = f"T{number}-{i + 1}"
-            table = [f"{t!r}, {u!r}" for t, u in zip(times.tolist(), way[:, i].tolist(), strict=True)]
-            amplitudes += f"*AMPLITUDE, NAME={name}\n" + "\n".join(table) + "\n"
+            table = np.column_stack((times, way[:, i])).tolist()
+            lines = [f"{time!r}, {u!r}" for time, u in table]
+            amplitudes += f"*AMPLITUDE, NAME={name}\n" + "\n".join(lines) + "\n"
             boundary += f"*BOUNDARY, AMPLITUDE={name}\n{number}, {i + 1}, {i + 1}, 1.\n"
     return amplitudes, boundary
 

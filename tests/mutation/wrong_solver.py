@@ -92,6 +92,27 @@ MISTAKES = [
         "rubber.inp",
     ),
     Mistake(
+        "pressures at finite strain 1e-6 too large",
+        "elements/mesh_forces.f90",
+        "f(:, corners) = f(:, corners) - pressure*face",
+        "f(:, corners) = f(:, corners) - 1.000001_wp*pressure*face",
+        "gasket.inp",
+    ),
+    Mistake(
+        "pressures that do not follow",
+        "elements/mesh_forces.f90",
+        "x(:, :n) = x(:, :n) + u(:, corners)",
+        "x(:, :n) = x(:, :n) + 0.0_wp*u(:, corners)",
+        "gasket.inp",
+    ),
+    Mistake(
+        "expansion at finite strain 1e-5 too large",
+        "elements/expansion.f90",
+        "way = free*(x",
+        "way = 1.00001_wp*free*(x",
+        "gasket.inp",
+    ),
+    Mistake(
         "modes of C3D8I with the wrong sign",
         "elements/c3d8i.f90",
         "b = -reshape(force_of(3,",

@@ -19,6 +19,7 @@ SMALL = {
     "corner": {"n": 3},
     "cylinder": {"steps": 3, "mu": 0.1},
     "foundation": {"n": 2, "base": 3, "steps": 6},
+    "gasket": {"n": 2, "steps": 3},
     "hertz": {"n": 6, "steps": 4},
     "incompressible": {},
     "indent": {"n": 2, "times": 2, "steps": 2},
