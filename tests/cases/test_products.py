@@ -128,7 +128,7 @@ class Products(unittest.TestCase):
 
     def test_plate_between_plane_and_plate(self):
         self.agree(
-            blocks=plate("A", 8, 0.1) + plate("B", 6),
+            blocks=plate("A", 5, 0.1) + plate("B", 4),
             surfaces="A-ZMIN, B-ZMAX",
             options="\n" + pair("B-ZMIN, FLOOR", 0.2, number=2).rstrip(),
         )
