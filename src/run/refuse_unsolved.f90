@@ -17,6 +17,7 @@ module refuse_unsolved_mod
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
   use connectivity_mod, only: corners_in
+  use placement_mod, only: no_gap
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
     entered_and_left
   use elasticity_mod, only: elasticity_t, bulk_modulus
@@ -112,8 +113,13 @@ contains
         'may help'
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
-        plan%points, report%moved_point)//' do not settle '// &
-        '(they still move by '//to_text(report%residual, 3)//'); smaller increments may help'
+        plan%points, report%moved_point)//' do not settle ('
+      if (report%residual < epsilon(1.0_wp)*no_gap) then
+        where_and_what = where_and_what//'they still move by '//to_text(report%residual, 3)
+      else
+        where_and_what = where_and_what//'their master covers one of them at times'
+      end if
+      where_and_what = where_and_what//'); smaller increments may help'
     else if (.not. report%converged) then
       where_and_what = where_and_what//': '//solver_name(report%solver)// &
         ' did not reach the tolerance '//to_text(choices%tolerance)//' in '// &
