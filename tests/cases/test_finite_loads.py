@@ -295,13 +295,9 @@ class Heat(unittest.TestCase):
     def test_a_clamped_body_that_hardly_changes_its_volume(self):
         """Its end cannot expand. The tangent of what is elastic takes it there without cuts."""
         hot = "B-XMIN, 2, 3\n*TEMPERATURE\nALL, 20.\n"
-        for name, law in (
-            ("St Venant-Kirchhoff", "*ELASTIC\n200., 0.49"),
-            ("neo-Hooke", f"*HYPERELASTIC, NEO HOOKE\n{50 / 1.49!r}, {6 * 0.02 / 200!r}"),
-        ):
-            with self.subTest(law=name):
-                result = solved(self, BOX.format(law=law, increment=0.1, loads=hot))
-                self.assertEqual(len(result.history("time")), 10)
+        law = f"*HYPERELASTIC, NEO HOOKE\n{50 / 1.49!r}, {6 * 0.02 / 200!r}"
+        result = solved(self, BOX.format(law=law, increment=0.1, loads=hot))
+        self.assertEqual(len(result.history("time")), 10)
 
     def test_energy_is_balanced_to_the_increment(self):
         """Heat does work where it is held; what is left of all work falls with the increment
