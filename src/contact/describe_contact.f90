@@ -50,7 +50,11 @@ contains
         if (placement%driven_in(i) > 0.0_wp) contact%gap(i) = -placement%driven_in(i)
         contact%slip_increment(:, i) = 0.0_wp
       end if
-      if (.not. points%on_surface(i)) contact%least_gap(i) = contact%gap(i)
+      if (.not. points%on_surface(i)) then
+        contact%least_gap(i) = contact%gap(i)
+      else if (is_covered(points, placement%weights, i)) then
+        contact%least_gap(i) = contact%least_gap(i) + (contact%gap(i) - placement%gap(i))
+      end if
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
     has_rows = .not. points%in_reach

@@ -6,6 +6,8 @@ import numpy as np
 from facets import plate, rigid
 from program import INPUT, Run
 
+from studies.deck_cards import deck, pair, quarter_ring
+
 BLOCK = """*NODE
 1, {x}, {y}, {radius}
 *BLOCK, NAME=B, TYPE=C3D8I, NX=8, NY=8, NZ=4
@@ -407,6 +409,28 @@ class BeforeFaces(unittest.TestCase):
         run = self.solve(self.body(), "T-ZMAX", "T-ZMIN, 1, 3", small=", SMALL SLIDING")
         with run.result() as result:
             np.testing.assert_array_equal(result.history("face_penetration"), 0.0)
+
+    def test_a_hub_that_is_too_large_for_its_ring_is_missed_between_the_nodes(self):
+        """Of few faces, with nodes that overlap by less than those faces are from their circle.
+
+        With small sliding as without: gaps are means over faces, and say that nothing touches.
+        """
+        for small in ("", ", SMALL SLIDING"):
+            for divisions, overlap, status in (((4, 9), 0.01, 2), ((4, 9), 0.0, 0),
+                                               ((4, 9), 0.05, 0), ((9, 4), 0.01, 0)):
+                with self.subTest(small=small, divisions=divisions, overlap=overlap):
+                    run = Run(deck(
+                        quarter_ring("I", 1, (0.5, 1.0 + overlap), (3, divisions[0])),
+                        quarter_ring("O", 1001, (1.0, 1.5), (3, divisions[1])),
+                        "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
+                        "*SOLID SECTION, ELSET=I, MATERIAL=M\n*SOLID SECTION, ELSET=O, MATERIAL=M\n",
+                        pair("I-OUT, O-IN", options=small),
+                        "*STEP\n*STATIC\n1., 1.\n*END STEP",
+                        held="I-X, 1\nI-Y, 2\nO-X, 1\nO-Y, 2\nI-ALL, 3\nO-ALL, 3",
+                    ), name="rings")  # fmt: skip
+                    self.assertEqual(run.status, status, run.output + run.errors)
+                    if status == 2:
+                        self.assertIn("contact is missed", run.errors)
 
     def test_polygons_that_fit_into_each_other_are_no_dents(self):
         # Hub and ring have other faces: they overlap by their rises where both press evenly.

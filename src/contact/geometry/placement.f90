@@ -205,6 +205,7 @@ contains
     type(placement_t), intent(inout) :: placement
     type(faced_side_t) :: faced
     type(weights_t) :: rows
+    real(wp) :: moved                    !! along the normal [length]
     integer :: i, k, j, first, last
 
     call find_side_points(points, pair, side, first, last)
@@ -239,8 +240,11 @@ contains
             placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
           end associate
         end do
-        if (scene%pairs(pair)%small_sliding) placement%gap(i) = placement%gap(i) + &
-          dot_product(mortar%normal(:, here), placement%reference(:, i))
+        if (scene%pairs(pair)%small_sliding) then
+          moved = dot_product(mortar%normal(:, here), placement%reference(:, i))
+          placement%gap(i) = placement%gap(i) + moved
+          placement%least_gap(i) = placement%least_gap(i) + moved
+        end if
       end associate
     end do
     rows%first(last - first + 2) = k + 1
