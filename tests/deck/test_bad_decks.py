@@ -172,8 +172,9 @@ class OtherInput(unittest.TestCase):
         self.assertIn("there is no such file", text)
 
     def test_a_folder_is_no_deck(self):
-        status, found, text, _ = run(DECKS)
-        self.assertEqual((status, len(found)), (1, 1), text)
+        status, _, text, left = run(DECKS)
+        self.assertEqual((status, left), (1, []), text)
+        self.assertIn("is a folder; name a deck", text)
 
     def test_an_empty_file_is_no_deck(self):
         self.refused(b"", "the file is empty")
