@@ -44,9 +44,9 @@ contains
 
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)))
-        if (gradient_bound(reach(:, e), u(:, nodes)) + abs(free(e)) < within*(1.0_wp + free(e))) &
-          cycle
+      associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)), &
+        bound => gradient_bound(reach(:, e), u(:, nodes)))
+        if (bound + abs(free(e)) < within*(1.0_wp + free(e))) cycle
         call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
         h = displacement_gradients(inverse_jacobian, u(:, nodes))
         do g = 1, 8
