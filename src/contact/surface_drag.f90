@@ -34,13 +34,16 @@ contains
   !>
   !> so that bodies which turn together do not slip (Puso and Laursen 2004). Points that face
   !> nothing in one of the placements slip by the weights of the end alone.
-  pure subroutine drag_along_surfaces(scene, points, began, old, u, placement)
+  pure subroutine drag_along_surfaces(scene, points, began, old, u, placement, reaction)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: began   !! where the increment began: P_0
     type(state_t), intent(in) :: old         !! there
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at its end [length]
     type(placement_t), intent(inout) :: placement !! at `u`: P; gets `drag`
+    real(wp), intent(in), optional :: reaction(:, :)
+    !! (3,n_points) at the end: points without one slip by the weights of the end, too, for what they
+    !! face from afar goes far [force]
     integer :: pair, i
 
     if (.not. scene%finite_strain) return
@@ -49,6 +52,9 @@ contains
       do i = points%first(pair), points%first(pair + 1) - 1
         associate (drag => placement%drag(:, i), now => placement%weights)
           drag = 0.0_wp
+          if (present(reaction)) then
+            if (.not. any(abs(reaction(:, i)) > 0.0_wp)) cycle
+          end if
           if (.not. (is_covered(points, now, i) .and. is_covered(points, began%weights, i))) cycle
           drag = faced_place(scene, points, now, i, u) - faced_place(scene, points, &
             began%weights, i, u) - relative_motion(points, now, i, u - old%displacement)

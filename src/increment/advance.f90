@@ -206,7 +206,8 @@ contains
       ! 6. Certificate
       call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
-      call drag_along_surfaces(scene, points, trial%began, old, new%displacement, trial%placement)
+      call drag_along_surfaces(scene, points, trial%began, old, new%displacement, trial%placement, &
+        new%reaction)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
       call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &
