@@ -70,9 +70,16 @@ contains
     end do
     where (force <= 0.0_wp) force = of_obstacles
     length = 0.0_wp
-    scales%strained = deformation(mesh, new%displacement)
+    if (forces%is_finite) then
+      scales%strained = turned_deformation(mesh, mesh%coordinates, mesh%coordinates + &
+        new%displacement)
+      u = turned_deformation(mesh, mesh%coordinates + old%displacement, mesh%coordinates + &
+        new%displacement)
+    else
+      scales%strained = deformation(mesh, new%displacement)
+      u = deformation(mesh, new%displacement - old%displacement)
+    end if
     call add_spread(mesh, scales%strained, group, length)
-    u = deformation(mesh, new%displacement - old%displacement)
     call add_spread(mesh, u, group, length)
     do node = 1, mesh%n_nodes
       ! Nodes of no body are not deformed: what counts is how far they go.
@@ -186,5 +193,72 @@ contains
       rest(:, node) = u(:, node) - mean(:, body) - cross(turn(:, body), arm)
     end do
   end function deformation
+
+  !> What bodies are deformed by between two places, beside the rigid motion, of any turn, that is
+  !> closest to it; of nodes that are no places 0.
+  pure function turned_deformation(mesh, before, after) result(rest)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: before(:, :), after(:, :) !! (3,n_nodes) [length]
+    real(wp) :: rest(3, size(before, 2))              !! [length]
+    real(wp), dimension(3, 0:mesh%n_bodies) :: from, to
+    real(wp), dimension(3, 3, 0:mesh%n_bodies) :: product
+    real(wp) :: extent(0:mesh%n_bodies)
+    integer :: n(0:mesh%n_bodies), node, body
+
+    rest = 0.0_wp
+    from = 0.0_wp
+    to = 0.0_wp
+    product = 0.0_wp
+    extent = 0.0_wp
+    n = 0
+    do node = 1, shown_nodes(mesh)
+      body = mesh%body(node)
+      n(body) = n(body) + 1
+      from(:, body) = from(:, body) + before(:, node)
+      to(:, body) = to(:, body) + after(:, node)
+    end do
+    do body = 0, mesh%n_bodies
+      from(:, body) = from(:, body)/max(1, n(body))
+      to(:, body) = to(:, body)/max(1, n(body))
+    end do
+    do node = 1, shown_nodes(mesh)
+      body = mesh%body(node)
+      extent(body) = max(extent(body), norm2(before(:, node) - from(:, body)))
+    end do
+    where (.not. extent > 0.0_wp) extent = 1.0_wp
+    do node = 1, shown_nodes(mesh)
+      body = mesh%body(node)
+      product(:, :, body) = product(:, :, body) + spread((after(:, node) - to(:, body))/ &
+        extent(body), 2, 3)*spread((before(:, node) - from(:, body))/extent(body), 1, 3)
+    end do
+    do body = 1, mesh%n_bodies
+      product(:, :, body) = rotation_of(product(:, :, body))
+    end do
+    do node = 1, shown_nodes(mesh)
+      body = mesh%body(node)
+      if (body == 0) then
+        rest(:, node) = after(:, node) - before(:, node)
+      else
+        rest(:, node) = after(:, node) - to(:, body) - matmul(product(:, :, body), &
+          before(:, node) - from(:, body))
+      end if
+    end do
+  end function turned_deformation
+
+  !> The rotation of a polar decomposition, by Newton's iteration; none where the matrix has none.
+  pure function rotation_of(matrix) result(r)
+    real(wp), intent(in) :: matrix(3, 3)
+    real(wp) :: r(3, 3), last(3, 3)
+    integer :: i
+
+    r = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+    if (.not. determinant(matrix) > flat*norm2(matrix)**3) return
+    r = matrix/norm2(matrix)
+    do i = 1, 100
+      last = r
+      r = 0.5_wp*(r + transpose(inverse(r)))
+      if (maxval(abs(r - last)) <= 4.0_wp*epsilon(1.0_wp)) exit
+    end do
+  end function rotation_of
 
 end module certificate_scales_mod

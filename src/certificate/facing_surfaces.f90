@@ -32,8 +32,8 @@ contains
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(inout) :: contact
-    type(two_sides_t) :: sides
-    type(rows_t) :: rows
+    type(two_sides_t) :: sides, sides_before
+    type(rows_t) :: rows, rows_before
     integer :: pair, side
 
     do pair = 1, size(scene%pairs)
@@ -44,6 +44,11 @@ contains
         call put_together(scene, points, pair, side, new, sides)
         call integrate(sides, rows)
         call compare(scene, points, old, new, sides, rows, contact)
+        if (scene%finite_strain .and. scene%pairs(pair)%master == 0) then
+          call put_together(scene, points, pair, side, old, sides_before)
+          call integrate(sides_before, rows_before)
+          call compare_slips(scene, points, sides, rows, rows_before, contact)
+        end if
       end do
     end do
   end subroutine face_surfaces
@@ -200,6 +205,48 @@ contains
     found%first(size(left) + 1) = n + 1
     if (any(differs)) call put_rows(first, differs, found, contact%weights)
   end subroutine compare
+
+  !> Hold slips at finite strain against how far what a point faces has gone over the master, at
+  !> the places of the end. docs/theory.md (11.18).
+  pure subroutine compare_slips(scene, points, sides, rows, rows_before, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(two_sides_t), intent(in) :: sides           !! at the end of the increment
+    type(rows_t), intent(in) :: rows, rows_before    !! there, and at its beginning
+    type(contact_fields_t), intent(inout) :: contact
+    logical :: left(size(sides%x, 2))
+    real(wp) :: slip(2), gone(3)
+    integer :: i
+
+    left = is_left(scene, points, sides, contact)
+    do i = sides%first, sides%last
+      associate (here => i - sides%first + 1)
+        if (left(here) .or. .not. is_covered(points, contact%weights, i)) cycle
+        if (min(rows%area(here), rows_before%area(here)) <= compared*rows%whole(here)) cycle
+        gone = faced_place(sides, rows, here) - faced_place(sides, rows_before, here)
+        where (is_across(points, i)) gone = 0.0_wp
+        slip = matmul(gone, contact%frame(:, 2:, i))
+        if (norm2(slip - contact%slip_increment(:, i)) <= of_quadrature*sqrt(rows%area(here))) cycle
+        contact%slip_increment(:, i) = slip
+      end associate
+    end do
+  end subroutine compare_slips
+
+  !> The place on the master that a row makes, where `sides` are, from that of its slave node.
+  pure function faced_place(sides, rows, here) result(place)
+    type(two_sides_t), intent(in) :: sides
+    type(rows_t), intent(in) :: rows
+    integer, intent(in) :: here
+    real(wp) :: place(3) !! [length]
+    integer :: k
+
+    place = 0.0_wp
+    do k = rows%of_row%first(here), rows%of_row%first(here + 1) - 1
+      associate (entry => rows%entry(rows%of_row%item(k)))
+        place = place + entry%part/rows%area(here)*(sides%y(:, entry%place) - sides%x(:, here))
+      end associate
+    end do
+  end function faced_place
 
   !> By how much the weights of two rows differ, summed over the nodes.
   pure subroutine find_change(one, i, other, j, weight, changed)

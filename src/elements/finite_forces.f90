@@ -15,7 +15,7 @@ module finite_forces_mod
   private
 
   public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
-    projected_tangent, work_of_heat, tangent_t
+    projected_tangent, tangent_force, work_of_heat, tangent_t
 
   !> Where a tangent is taken.
   type :: tangent_t
@@ -166,6 +166,27 @@ contains
       k = k - values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
     end do
   end subroutine projected_tangent
+
+  !> What displacements change forces by, by the projected tangents of another displacement.
+  subroutine tangent_force(mesh, materials, tangent, u, f)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(tangent_t), intent(in) :: tangent
+    real(wp), intent(in) :: u(:, :, :)  !! (3,n_nodes,n) of several displacements [length]
+    real(wp), intent(out) :: f(:, :, :) !! (3,n_nodes,n) [force]
+    real(wp) :: k(24, 24)
+    integer :: e, g, nodes(8)
+
+    f = 0.0_wp
+    do e = 1, mesh%n_elements
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      if (.not. any(abs(u(:, nodes, :)) > 0.0_wp)) cycle
+      call projected_tangent(mesh, materials, tangent, e, k)
+      do g = 1, size(u, 3)
+        f(:, nodes, g) = f(:, nodes, g) + reshape(matmul(k, reshape(u(:, nodes, g), [24])), [3, 8])
+      end do
+    end do
+  end subroutine tangent_force
 
   !> Logarithmic strain, that by expansion included, and Cauchy stress of an element at its Gauss
   !> points: sigma = P F^T/J.

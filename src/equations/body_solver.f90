@@ -9,6 +9,7 @@ module body_solver_mod
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use constraints_mod, only: constraints_t, active_constraints
   use linked_nodes_mod, only: coupled_nodes, node_neighbours
+  use mesh_mod, only: moved_mesh
   use obstacles_mod, only: ref_nodes
   use contact_points_mod, only: contact_points_t, contact_nodes, master_nodes
   use controls_mod, only: is_exact, precision_in_words, compliance_products
@@ -26,7 +27,8 @@ module body_solver_mod
   use new_iterative_body_mod, only: new_iterative_body
   use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
   use tied_pieces_mod, only: check_pieces
-  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
+  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, &
+    is_joined
   implicit none
   private
 
@@ -162,8 +164,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! pieces that ties do not hold; motions that iteration does not cover; LAPACK failed
 
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error, scene%constraints)
+    call find_motions(scene, points, prescribed, body, error)
     if (allocated(error)) return
     if (body%inverse%factor%precision%iterative) call check_motions(body%motions, error)
     if (allocated(error)) return
@@ -360,9 +361,34 @@ contains
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
 
     body%prescribed = prescribed
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(points), body%motions, error, scene%constraints)
+    call find_motions(scene, points, prescribed, body, error)
   end subroutine change_obstacle_supports
+
+  !> The motions that supports leave free, with pins that hold bodies where the stiffness is of.
+  subroutine find_motions(scene, points, prescribed, body, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
+    type(body_solver_t), intent(inout) :: body !! gets them
+    type(error_t), allocatable, intent(out) :: error
+    !! LAPACK failed; at finite strain, joined bodies are free
+    integer :: j
+
+    if (allocated(body%tangent)) then
+      call find_free_motions(moved_mesh(scene%mesh, body%tangent%at), prescribed, &
+        ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, scene%constraints)
+    else
+      call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
+        contact_nodes(points), body%motions, error, scene%constraints)
+    end if
+    if (allocated(error) .or. .not. scene%finite_strain) return
+    do j = 1, body%motions%n
+      if (.not. is_joined(body%motions, body%motions%body(j))) cycle
+      call raise(error, exit_not_solved, 'NLGEOM does not cover bodies that equations or '// &
+        'couplings join and supports do not hold; --nlgeom no runs the deck by small strain')
+      return
+    end do
+  end subroutine find_motions
 
   !> Replace the Schur complement by its inverse, body by body.
   subroutine invert_schur(s, error)

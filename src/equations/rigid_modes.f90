@@ -23,7 +23,7 @@ module rigid_modes_mod
   private
 
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
-    add_motions, is_joined
+    add_motions, is_joined, follow_turns, place_of
 
   integer, parameter :: most = 900 !! motions of a joined body: whose singular values take seconds
 
@@ -36,6 +36,9 @@ module rigid_modes_mod
     real(wp), allocatable :: rotation(:, :)    !! (3,n) [1/length]
     real(wp), allocatable :: centre(:, :)      !! (3,n) of the body [length]
     real(wp), allocatable :: extent(:)         !! (n) of the body, 0 of an obstacle [length]
+    real(wp), allocatable :: place(:, :)
+    !! (3,n_nodes) at finite strain: where the nodes are that motions turn; not allocated: where the
+    !! mesh has them [length]
     logical,  allocatable :: is_joined(:)
     !! (n_bodies) whether equations join it: then its pieces have translations and rotations
     integer,  allocatable :: piece(:)
@@ -156,37 +159,15 @@ contains
     logical, intent(in) :: barred(:, :), preferred(:) !! from being pins
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
-    real(wp), allocatable :: seen(:, :), z(:, :)
-    real(wp) :: s(6), v(6, 6), each(6, 6)
+    real(wp), allocatable :: z(:, :)
     type(pieces_t) :: pieces
-    integer :: pin_node(6), pin_dof(6), node, i, j, k, m
+    integer :: pin_node(6), pin_dof(6), j, k
     logical :: ok
 
-    call one_piece(mesh, nodes, pieces, ok)
-    if (.not. ok) then
-      call raise(error, exit_machine, 'LAPACK failed on the principal axes of a body')
-      return
-    end if
-    allocate (seen(count(prescribed(:, nodes)), 6))
-    each = 0.0_wp
-    do k = 1, 6
-      each(k, k) = 1.0_wp
-    end do
-    k = 0
-    do m = 1, size(nodes)
-      node = nodes(m)
-      do i = 1, 3
-        if (.not. prescribed(i, node)) cycle
-        k = k + 1
-        seen(k, :) = modes_of(pieces, mesh, node, i, each)
-      end do
-    end do
-    call singular_values(seen, s, v, ok)
-    k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    call find_unseen(mesh, nodes, prescribed, pieces, z, ok)
+    k = size(z, 2)
     if (ok .and. k == 0) return
     if (ok) then
-      allocate (z(6, k))
-      z = v(:, 7 - k:) ! singular values descend
       call choose_pins(mesh, nodes, pieces, barred, preferred, z, pin_node, pin_dof)
       call scale_to_pins(mesh, pieces, pin_node(:k), pin_dof(:k), z, ok)
     end if
@@ -203,6 +184,71 @@ contains
       end do
     end associate
   end subroutine find_body_motions
+
+  !> Take the motions of bodies about where these are now, with the pins that they have.
+  subroutine follow_turns(mesh, prescribed, motions, ok)
+    type(mesh_t), intent(in) :: mesh         !! where the nodes are
+    logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
+    type(free_motions_t), intent(inout) :: motions !! of bodies that no equations join
+    logical, intent(out) :: ok !! false: the pins hold a body no more, or LAPACK failed
+    type(pieces_t) :: pieces
+    type(lists_t) :: nodes
+    real(wp), allocatable :: z(:, :)
+    integer :: body, j, k
+
+    ok = .true.
+    motions%place = mesh%coordinates
+    nodes = lists_by_key(mesh%body, mesh%n_bodies)
+    do body = 1, mesh%n_bodies
+      k = count(motions%body == body)
+      if (k == 0) cycle
+      associate (of_body => nodes%item(nodes%first(body):nodes%first(body + 1) - 1), &
+                 of => pack([(j, j=1, motions%n)], motions%body(:motions%n) == body))
+        call find_unseen(mesh, of_body, prescribed, pieces, z, ok, k)
+        if (ok) call scale_to_pins(mesh, pieces, motions%node(of), motions%dof(of), z, ok)
+        if (.not. ok) return
+        motions%centre(:, of) = spread(pieces%extents(1)%centre, 2, k)
+        motions%translation(:, of) = z(:3, :)
+        motions%rotation(:, of) = matmul(pieces%extents(1)%turn, z(4:, :))
+      end associate
+    end do
+  end subroutine follow_turns
+
+  !> The rigid motions of a body that prescribed degrees of freedom do not see.
+  subroutine find_unseen(mesh, nodes, prescribed, pieces, z, ok, n)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: nodes(:)             !! of the body
+    logical, intent(in) :: prescribed(:, :)     !! (3,n_nodes)
+    type(pieces_t), intent(out) :: pieces
+    real(wp), allocatable, intent(out) :: z(:, :) !! (6,k) orthonormal
+    logical, intent(out) :: ok                  !! false: LAPACK failed
+    integer, intent(in), optional :: n          !! how many there are; left out: is found
+    real(wp), allocatable :: seen(:, :)
+    real(wp) :: s(6), v(6, 6), each(6, 6)
+    integer :: i, k, m
+
+    allocate (z(6, 0))
+    call one_piece(mesh, nodes, pieces, ok)
+    if (.not. ok) return
+    allocate (seen(count(prescribed(:, nodes)), 6))
+    each = 0.0_wp
+    do k = 1, 6
+      each(k, k) = 1.0_wp
+    end do
+    k = 0
+    do m = 1, size(nodes)
+      do i = 1, 3
+        if (.not. prescribed(i, nodes(m))) cycle
+        k = k + 1
+        seen(k, :) = modes_of(pieces, mesh, nodes(m), i, each)
+      end do
+    end do
+    call singular_values(seen, s, v, ok)
+    if (.not. ok) return
+    k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    if (present(n)) k = n
+    z = v(:, 7 - k:) ! singular values descend
+  end subroutine find_unseen
 
   !> The motions of a body that equations join: those of its pieces that supports do not see, and
   !> that satisfy all constraints.
@@ -384,10 +430,24 @@ contains
           if (piece > 0) return
         end associate
       end if
-      u = motions%translation(:, j) + cross(motions%rotation(:, j), &
-        mesh%coordinates(:, node) - motions%centre(:, j))
+      u = motions%translation(:, j) + cross(motions%rotation(:, j), place_of(motions, mesh, &
+        node) - motions%centre(:, j))
     end if
   end function motion_at
+
+  !> Where a node is that motions turn.
+  pure function place_of(motions, mesh, node) result(place)
+    type(free_motions_t), intent(in) :: motions
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: node
+    real(wp) :: place(3) !! [length]
+
+    if (allocated(motions%place)) then
+      place = motions%place(:, node)
+    else
+      place = mesh%coordinates(:, node)
+    end if
+  end function place_of
 
   !> The work that nodal forces do on a unit of every motion, and what rounding may be of it: forces
   !> that cancel, at a node or from node to node, or act across a motion, leave no more.

@@ -29,10 +29,14 @@ module advance_mod
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques
   use drag_points_mod, only: drag_points
+  use surface_drag_mod, only: drag_along_surfaces
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
+  use mesh_mod, only: moved_mesh
+  use rigid_modes_mod, only: follow_turns
+  use body_solver_mod, only: body_solver_t
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
   use equilibrate_mod, only: equilibrate
@@ -103,6 +107,7 @@ contains
     integer :: i
 
     clock = wall_seconds()
+    if (scene%finite_strain) call stand_at(scene, old, solver%body)
     call begin_trial(scene, points, solver, old, increment, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
@@ -118,6 +123,18 @@ contains
       new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock
   end subroutine advance_with
+
+  !> Take the rigid motions of free bodies about where an increment begins. Where the pins do not
+  !> hold them there the increment is not solved.
+  subroutine stand_at(scene, old, body)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: old
+    type(body_solver_t), intent(inout) :: body
+    logical :: ok
+
+    if (any(body%motions%body > 0)) call follow_turns(moved_mesh(scene%mesh, old%displacement), &
+      body%prescribed, body%motions, ok)
+  end subroutine stand_at
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
@@ -174,6 +191,12 @@ contains
       call equilibrate(scene, points, solver, old, trial, new, report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
+        if (i > 1) then
+          ! What converged before, and was not certified, stands.
+          new = before
+          report = of_before
+          exit attempts
+        end if
         ! No result, but others may want to try the contact problem: with these frames.
         call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
           new, report%contact)
@@ -183,6 +206,8 @@ contains
       ! 6. Certificate
       call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
+      call drag_along_surfaces(scene, points, trial%began, old, new%displacement, trial%placement, &
+        new%reaction)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
       call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &

@@ -18,7 +18,7 @@ module equilibrate_mod
   use mesh_forces_mod, only: internal_force, force_rounding
   use finite_forces_mod, only: finite_internal_force
   use anderson_mod, only: new_anderson, accelerate, forget
-  use rigid_modes_mod, only: add_motions
+  use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
   use stiffness_inverse_mod, only: begin_inverse, finish_inverse, abandon_inverse, &
     answer_of_interface, at_interface
@@ -35,8 +35,8 @@ module equilibrate_mod
   use load_response_mod, only: follow_surfaces
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of
-  use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, place_points, &
-    find_reactions, check_covered
+  use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, follow_free_bodies, &
+    place_points, find_reactions, check_covered
   implicit none
   private
 
@@ -63,7 +63,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
-    logical :: is_missed, is_first
+    logical :: is_missed, is_first, is_followed
 
     new%rotation = trial%rotation
     is_missed = .false.
@@ -74,12 +74,18 @@ contains
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
       ! 2. and 3. Reactions, and the free motions with them
+      call follow_free_bodies(scene, points, new%displacement, solver, trial, loop, is_followed)
+      if (.not. is_followed) then
+        loop%imbalance = 1.0_wp
+        exit newton_raphson
+      end if
       if (any(points%is_curved)) call place_points(scene, points, solver, old, new, trial, loop)
       call check_covered(points, solver, error)
       if (allocated(error)) return
       if (.not. trial%is_foreseen) call find_reactions(scene, points, solver, old, trial, new, &
         report, loop)
       trial%is_foreseen = .false.
+      trial%has_begun = .true.
       call take_failure(solver, error)
       if (allocated(error)) return
       if (report%ending == ended_unbalanced) then
@@ -102,7 +108,8 @@ contains
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call find_internal_force(scene, solver%body%inverse%map, old, trial, new, loop, report)
+      call find_internal_force(scene, solver%body%inverse%map, solver%body%motions, old, trial, &
+        new, loop, report)
       if (report%worst_element > 0) exit newton_raphson
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
@@ -165,9 +172,10 @@ contains
 
   !> The internal forces of the displacement, which at finite strain is accelerated first, and
   !> pressures on surfaces where it takes them.
-  subroutine find_internal_force(scene, map, old, trial, new, loop, report)
+  subroutine find_internal_force(scene, map, motions, old, trial, new, loop, report)
     type(scene_t), intent(in) :: scene
     type(dof_map_t), intent(in) :: map
+    type(free_motions_t), intent(in) :: motions
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial             !! gets the forces
     type(state_t), intent(inout) :: new               !! its displacement, as of `extrapolate`
@@ -179,7 +187,7 @@ contains
         call internal_force(scene%mesh, scene%materials, u, f)
         return
       end if
-      call extrapolate(scene%mesh, map, old, trial, new, loop)
+      call extrapolate(scene%mesh, map, motions, old, trial, new, loop)
       call finite_internal_force(scene%mesh, scene%materials, trial%free, u, f, &
         report%worst_element)
       report%force_evaluations = report%force_evaluations + 1
@@ -190,18 +198,21 @@ contains
   !> At finite strain: the displacement at which forces are asked for next. With a factor of another
   !> place an iteration is a map from displacements to displacements, whose fixed point Anderson's
   !> acceleration finds. docs/theory.md (8.22).
-  subroutine extrapolate(mesh, map, old, trial, new, loop)
+  subroutine extrapolate(mesh, map, motions, old, trial, new, loop)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
+    type(free_motions_t), intent(in) :: motions
     type(state_t), intent(in) :: old
-    type(trial_t), intent(inout) :: trial  !! its u_free takes the difference
+    type(trial_t), intent(inout) :: trial  !! its u_free and motion take the difference
     type(state_t), intent(inout) :: new    !! gets displacement
     type(newton_raphson_t), intent(inout) :: loop
-    real(wp) :: image(map%n_free), next(map%n_free), step(3, size(new%displacement, 2)), way
+    real(wp), dimension(map%n_free + motions%n) :: image, next
+    real(wp) :: step(3, size(new%displacement, 2)), way
+    integer :: j
 
-    image = unknowns_of(map, new%displacement)
+    image = [unknowns_of(map, new%displacement), trial%motion]
     if (.not. allocated(loop%at)) then
-      loop%memory = new_anderson(map%n_free, depth)
+      loop%memory = new_anderson(size(image), depth)
       loop%apart = huge(1.0_wp)
     else
       way = max(maxval(abs(new%displacement - old%displacement)), largest_deformation(mesh, &
@@ -213,9 +224,16 @@ contains
         before = loop%apart
       end associate
       call accelerate(loop%memory, loop%at, image, next)
-      call to_nodes(map, next - image, step)
+      call to_nodes(map, next(:map%n_free) - image(:map%n_free), step)
+      associate (further => next(map%n_free + 1:) - image(map%n_free + 1:))
+        do j = 1, motions%n
+          step(motions%dof(j), motions%node(j)) = further(j)
+        end do
+        new%displacement = new%displacement + step
+        trial%motion = trial%motion + further
+        call add_motions(motions, mesh, -further, step)
+      end associate
       trial%u_free = trial%u_free + step
-      new%displacement = new%displacement + step
       image = next
     end if
     loop%at = image

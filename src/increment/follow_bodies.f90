@@ -21,6 +21,8 @@ module follow_bodies_mod
 
   type :: follow_t
     integer, allocatable :: node(:) !! of the pairs of surfaces that are placed anew, each once
+    logical :: with_bodies = .false.
+    !! at finite strain: what displacements are accelerated to is where points are placed
     integer, allocatable :: slow(:)
     !! where there are none: nodes of points before curved obstacles, for when they settle slowly
     real(wp) :: allowed = huge(1.0_wp) !! the most that they may still move, of their way [-]
@@ -39,6 +41,7 @@ contains
     logical :: is_on(scene%mesh%n_nodes)
     integer :: pair, i
 
+    follow%with_bodies = scene%finite_strain
     is_on = .false.
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
@@ -51,9 +54,7 @@ contains
     allocate (follow%node(count(is_on)))
     follow%node(:) = pack([(i, i=1, size(is_on))], is_on)
     if (size(follow%node) == 0) then
-      ! At finite strain displacements are accelerated as a whole.
-      follow%slow = pack(points%node, points%is_curved .and. points%in_reach .and. .not. &
-        scene%finite_strain)
+      follow%slow = pack(points%node, points%is_curved .and. points%in_reach)
       return
     end if
     allocate (follow%slow(0))
@@ -114,7 +115,7 @@ contains
 
     node = follow%node
     if (size(node) == 0 .and. iteration > patience) node = follow%slow
-    if (size(node) == 0) then
+    if (size(node) == 0 .or. follow%with_bodies) then
       placed_at = u
       return
     end if

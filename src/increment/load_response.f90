@@ -9,6 +9,7 @@ module load_response_mod
   use scene_mod, only: scene_t
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
+  use finite_forces_mod, only: tangent_force
   use increment_forces_mod, only: imposed_t
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
@@ -49,12 +50,17 @@ contains
     clock = wall_seconds()
     associate (loads => response%loads)
       load = loads%force
-      do g = 1, loads%n_patterns
-        ! Prescribed displacements act through the forces they cause in an otherwise undeformed
-        ! body.
-        call internal_force(scene%mesh, scene%materials, loads%displacement(:, :, g), load(:, :, g))
-        load(:, :, g) = loads%force(:, :, g) - load(:, :, g)
-      end do
+      ! Prescribed displacements act through the forces they cause in an otherwise undeformed body,
+      ! or by the tangent that the factor is of.
+      if (allocated(body%tangent)) then
+        call tangent_force(scene%mesh, scene%materials, body%tangent, loads%displacement, load)
+      else
+        do g = 1, loads%n_patterns
+          call internal_force(scene%mesh, scene%materials, loads%displacement(:, :, g), &
+            load(:, :, g))
+        end do
+      end if
+      load = loads%force - load
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
       if (.not. is_exact(body%inverse%factor%precision)) call refine(scene, tolerance, load, &

@@ -5,7 +5,7 @@ module neutral_motions_mod
   use dense_mod, only: solve_least_squares
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use rigid_modes_mod, only: free_motions_t, add_motions
+  use rigid_modes_mod, only: free_motions_t, add_motions, place_of
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: motion_of_point
@@ -127,7 +127,7 @@ contains
     allocate (basis(n, max(n, k)), fitted(n), source=0.0_wp)
     do i = 1, size(parts)
       basis(6*i - 5:6*i, :k) = matmul(parts(i)%motion, neutral)
-      fitted(6*i - 5:6*i) = best_fit(scene, parts(i), moved)
+      fitted(6*i - 5:6*i) = best_fit(scene, motions, parts(i), moved)
     end do
     call complete_basis(basis, k)
     allocate (share(n), source=solve_least_squares(basis, fitted))
@@ -191,8 +191,9 @@ contains
   end function moving_parts
 
   !> Translation of a part's centre, and rotation times its extent, that fit displacements best.
-  function best_fit(scene, part, moved) result(six)
+  function best_fit(scene, motions, part, moved) result(six)
     type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
     type(moving_part_t), intent(in) :: part
     real(wp), intent(in) :: moved(:, :)       !! (3,n_nodes) [length]
     real(wp) :: six(6)                        !! [length]
@@ -209,7 +210,7 @@ contains
       associate (node => part%node(k))
         if (part%extent > 0.0_wp) then
           do i = 1, 3
-            field(:, 3 + i) = cross(field(:, i), (scene%mesh%coordinates(:, node) - &
+            field(:, 3 + i) = cross(field(:, i), (place_of(motions, scene%mesh, node) - &
               part%centre)/part%extent)
           end do
         end if

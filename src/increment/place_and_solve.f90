@@ -9,10 +9,12 @@ module place_and_solve_mod
   use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
+  use surface_drag_mod, only: drag_along_surfaces
   use anderson_mod, only: anderson_t
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
-  use rigid_modes_mod, only: free_motions_t, generalised_loads
+  use rigid_modes_mod, only: free_motions_t, generalised_loads, add_motions, follow_turns
+  use mesh_mod, only: moved_mesh
   use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
     is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points
@@ -23,7 +25,8 @@ module place_and_solve_mod
   implicit none
   private
 
-  public :: newton_raphson_t, begin_newton_raphson, place_points, find_reactions, check_covered
+  public :: newton_raphson_t, begin_newton_raphson, follow_free_bodies, place_points, &
+    find_reactions, check_covered
 
   integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
   real(wp), parameter :: nearly = 1.0e-2_wp !! of what has moved: a gap about to close [-]
@@ -32,7 +35,8 @@ module place_and_solve_mod
   !> The Newton-Raphson loop of an increment, as far as one iteration leaves something to the next.
   type :: newton_raphson_t
     integer :: i = 0                      !! iteration
-    type(placement_t) :: undeformed       !! of the undeformed mesh, before obstacles as they stand
+    type(placement_t) :: undeformed
+    !! of the undeformed mesh, before obstacles as they stand; at finite strain the placement itself
     type(follow_t) :: follow              !! of surfaces
     logical, allocatable :: near(:)       !! (n_points) that may touch, as far as is known
     real(wp) :: slack = 0.0_wp            !! gap that counts as none [length]
@@ -41,7 +45,8 @@ module place_and_solve_mod
     real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
     !! how far points are from where they were placed, now and before [-]
     type(anderson_t) :: memory            !! of displacements at finite strain
-    real(wp), allocatable :: at(:)        !! (n_free) where forces were asked for, there [length]
+    real(wp), allocatable :: at(:)
+    !! (n_free+n_motions) where forces were asked for, there [length]
     real(wp) :: apart = 0.0_wp, last_apart = huge(1.0_wp)
     !! how far the displacement is from there, of its way, now and before [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
@@ -61,7 +66,11 @@ contains
     type(newton_raphson_t) :: loop
 
     loop%near = points%in_reach
-    loop%undeformed = turned_undeformed(scene, points, solver, trial)
+    if (scene%finite_strain) then
+      loop%undeformed = trial%began
+    else
+      loop%undeformed = turned_undeformed(scene, points, solver, trial)
+    end if
     loop%follow = begin_following(scene, points, max(trial%controls%tolerance, &
       solver%choices%tolerance))
     allocate (loop%led(solver%body%motions%n), source=0.0_wp)
@@ -82,6 +91,30 @@ contains
     call place_curved(scene, points, nothing, undeformed, trial%rotation)
   end function turned_undeformed
 
+  !> At finite strain: take the rigid motions of free bodies about where these are, and what they
+  !> have moved so far with them.
+  subroutine follow_free_bodies(scene, points, u, solver, trial, loop, ok)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
+    type(step_solver_t), intent(inout) :: solver !! gets the motions, and contact that sees them
+    type(trial_t), intent(inout) :: trial        !! its u_free takes the difference
+    type(newton_raphson_t), intent(in) :: loop
+    logical, intent(out) :: ok                   !! false: the pins hold a body no more
+
+    ok = .true.
+    associate (motions => solver%body%motions)
+      if (.not. (scene%finite_strain .and. any(motions%body > 0))) return
+      call add_motions(motions, scene%mesh, trial%motion, trial%u_free)
+      call follow_turns(moved_mesh(scene%mesh, u), solver%body%prescribed, motions, ok)
+      if (.not. ok) return
+      call add_motions(motions, scene%mesh, -trial%motion, trial%u_free)
+    end associate
+    ! Before curved obstacles points are placed anew after this.
+    if (.not. all(points%is_curved)) call condense_contact(scene, solver%choices, points, &
+      solver%body, loop%undeformed, trial%placement, solver%contact)
+  end subroutine follow_free_bodies
+
   !> Place the points before curved obstacles, and make the contact problem of those that may touch.
   subroutine place_points(scene, points, solver, old, new, trial, loop)
     type(scene_t), intent(in) :: scene
@@ -96,6 +129,9 @@ contains
     call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
       stay=loop%i > 1)
     call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
+    call drag_along_surfaces(scene, points, trial%began, old, trial%placed_at, trial%placement)
+    ! Motions are about where the bodies are: what these see of them is exact there alone.
+    if (scene%finite_strain) loop%undeformed = trial%placement
     call note_pressing(scene, solver%body%motions, new%reaction, trial, solver%contact)
     loop%slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
       rounding_of_places(scene, trial%placed_at)

@@ -33,6 +33,7 @@ module solve_reactions_mod
 
   public :: solve_reactions
 
+  real(wp), parameter :: all_of_it = 1.0e-14_wp !! of loads is their rounding, no more [-]
   real(wp), parameter :: no_part = 1.0e-3_wp !! of the tolerance: softness that counts for none [-]
 
 contains
@@ -95,7 +96,7 @@ contains
     subroutine solve_group(group)
       type(contact_group_t), intent(inout) :: group
       real(wp), dimension(3, size(group%active)) :: x, r
-      real(wp), allocatable :: x_free(:), gaps(:), rows(:, :)
+      real(wp), allocatable :: x_free(:), gaps(:), rows(:, :), along_neutral(:)
       type(contact_report_t) :: of_group
       type(group_answer_t) :: answer
       type(drift_t) :: drift
@@ -109,6 +110,12 @@ contains
         drift%load = load(group%motion)
         drift%rounding = rounding(group%motion)
         drift%a = trial%motion(group%motion)
+        along_neutral = matmul(drift%load, group%floating%neutral)
+        ! At finite strain loads may act along what contact does not see while a body finds its
+        ! place, but not where it begins.
+        if (.not. scene%finite_strain .or. (.not. trial%has_begun .and. any(abs(along_neutral) > &
+          trial%controls%tolerance/all_of_it*maxval(drift%rounding)))) along_neutral = 0.0_wp
+        drift%load = drift%load - matmul(group%floating%neutral, along_neutral)
       end if
       ! Another placement has another compliance.
       if (allocated(group%body) .and. trial%by_compliance) call form_floating(group, &
@@ -127,7 +134,7 @@ contains
       end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
-        trial%neutral_residual = [trial%neutral_residual, drift%turned]
+        trial%neutral_residual = [trial%neutral_residual, drift%turned + along_neutral]
         rows = resisting_rows(group%problem, group%floating, r, gaps, of_group%converged)
         resisting(n_resisting + 1:n_resisting + size(rows, 1), group%motion) = rows
         n_resisting = n_resisting + size(rows, 1)

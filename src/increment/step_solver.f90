@@ -10,7 +10,7 @@
 !> So a trial that is discarded leaves nothing behind that another reads.
 module step_solver_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_not_solved
+  use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
@@ -96,7 +96,11 @@ contains
     prescribed = solver%body%prescribed
     call find_free_strain(scene, max(1, state%tangent_step), state%tangent_position, free)
     call make_all(scene, points, prescribed, solver, work, error, tangent_t(state%tangent_at, free))
+    if (allocated(error)) return
     solver%tangent_of = state%tangent_of
+    ! A body that has turned answers to its loads as it stands.
+    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, work, &
+      error)
   end subroutine linearise_at
 
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
@@ -147,11 +151,6 @@ contains
       points), solver%body, work, error)
     if (solver%choices%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
-    if (scene%finite_strain .and. solver%body%motions%n > 0) then
-      call raise(error, exit_not_solved, 'NLGEOM does not cover bodies or obstacles that '// &
-        'supports do not hold; --nlgeom no runs the deck by small strain')
-      return
-    end if
     call make_contact(scene, points, solver, work)
   end subroutine make_all
 

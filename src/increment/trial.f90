@@ -11,6 +11,7 @@ module trial_mod
   use increment_forces_mod, only: increment_forces_t, imposed_t
   use rigid_modes_mod, only: generalised_loads, add_motions
   use placement_mod, only: placement_t, place_curved, place_undeformed
+  use surface_drag_mod, only: place_beginning
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
   use expansion_mod, only: find_free_strain, largest_thermal_forces
@@ -27,6 +28,7 @@ module trial_mod
   !> All that an increment's solution is made from; nothing of it outlives the trial.
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
+    logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
     real(wp), allocatable :: free(:)
@@ -56,6 +58,7 @@ module trial_mod
     !! (3,n_nodes) displacement where curved obstacles are linearised [length]
     real(wp), allocatable :: rotation(:, :)
     !! (3,n_obstacles) rotation vectors at the end of the increment [rad]
+    type(placement_t) :: began !! at finite strain: the points where the increment begins
     type(placement_t) :: placement
   end type trial_t
 
@@ -106,6 +109,8 @@ contains
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
+    if (scene%finite_strain) call place_beginning(scene, points, old, solver%undeformed, &
+      trial%began)
     call carry_over(scene, points, solver, old, increment, trial)
     ! Obstacles are where they will be, nodes where they were.
     trial%placed_at = old%displacement
@@ -149,8 +154,12 @@ contains
         merge(old%displacement, 0.0_wp, prescribed))) return
     end associate
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
-    began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began, old%rotation)
+    if (scene%finite_strain) then
+      began = trial%began
+    else
+      began = solver%undeformed
+      call place_curved(scene, points, old%displacement, began, old%rotation)
+    end if
     trial%applied_reaction = old%reaction
     trial%applied_force = nodal_forces(points, began%weights, old%reaction, scene%mesh%n_nodes)
     ! On the interface u_free must be what the contact problem adds W r to.

@@ -23,13 +23,11 @@ contains
     if (any(scene%mesh%element_kind /= kind_c3d8) .or. any(scene%mesh%connectivity%cell /= &
       hexahedron_8)) then
       what = 'elements other than C3D8'
-    else if (scene%mesh%n_bodies > 1) then
-      what = 'several bodies'
     else if (turns_by_coupling(scene)) then
       what = 'couplings whose reference nodes turn or carry moments, or spread forces from '// &
         'beside the middle of their surface: directions 4 to 6 must be held at 0 in all steps'
-    else if (any(scene%pairs%master == 0)) then
-      what = 'contact between surfaces of elements'
+    else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
+      what = 'SMALL SLIDING between surfaces of elements'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (.not. is_exact(scene%precision)) then

@@ -8,7 +8,7 @@ module mesh_mod
   private
 
   public :: mesh_t, find_bodies, deck_rounding, joined_nodes, elements_at_nodes, shown_nodes, &
-    element_rows, kind_c3d8, kind_c3d8i, kind_c3d8b
+    element_rows, moved_mesh, kind_c3d8, kind_c3d8i, kind_c3d8b
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes
@@ -48,6 +48,22 @@ module mesh_mod
   end type mesh_t
 
 contains
+
+  !> Nodes, bodies and pieces where displacements take them; without elements.
+  pure type(mesh_t) function moved_mesh(mesh, u) result(moved)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+
+    moved%coordinates = mesh%coordinates + u
+    moved%node_id = mesh%node_id
+    moved%body = mesh%body
+    moved%piece = mesh%piece
+    moved%n_nodes = mesh%n_nodes
+    moved%n_given = mesh%n_given
+    moved%n_stand_ins = mesh%n_stand_ins
+    moved%n_bodies = mesh%n_bodies
+    moved%n_pieces = mesh%n_pieces
+  end function moved_mesh
 
   !> Number the pieces of the mesh that elements connect in `mesh%piece`, and the bodies (pieces
   !> connected through constraints, with the nodes that these join to them) in `mesh%body`; list the

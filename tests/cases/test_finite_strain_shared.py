@@ -10,6 +10,7 @@ import unittest
 
 import numpy as np
 from program import INPUT, SOURCE, Run
+from test_finite_bodies import turned_block
 
 SHARED = SOURCE.parent / "shared" / "reference" / "finite_strain" / "ref"
 NEO = "*HYPERELASTIC, NEO HOOKE\n<{E}/(4*(1+{nu}))>, <6*(1-2*{nu})/{E}>"
@@ -47,6 +48,38 @@ B-ZMIN, 1, 3
 *END STEP
 """
 
+# A block dragged over another one.
+PAIR = """\
+*BLOCK, NAME=A, ELSET=A, TYPE=C3D8, NX=2, NY=2, NZ=2
+0.25, 0.25, 1.,  1., 1., 1.
+*BLOCK, NAME=L, ELSET=L, TYPE=C3D8, NX=4, NY=3, NZ=3
+0., 0., 0.,  2., 1.5, 1.
+*MATERIAL, NAME=M
+{law}
+*SOLID SECTION, ELSET=A, MATERIAL=M
+*SOLID SECTION, ELSET=L, MATERIAL=M
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+A-ZMIN, L-ZMAX
+*CONTACT SOLVER, TOLERANCE=1e-10
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., 6.
+*BOUNDARY
+L-ZMIN, 1, 3
+A-ZMAX, 1, 2
+A-ZMAX, 3, 3, -0.2
+*END STEP
+*STEP
+*STATIC, DIRECT
+1., 10.
+*BOUNDARY
+A-ZMAX, 1, 1, 0.25
+*END STEP
+"""
+
 
 def paper(law=None, down=0.1, side=0.4, theta=60.0, steps=(10, 40), **parameters):
     """Run the deck of the paper's block with another law and path."""
@@ -67,8 +100,8 @@ def paper(law=None, down=0.1, side=0.4, theta=60.0, steps=(10, 40), **parameters
 class Independent(unittest.TestCase):
     """Resultants and strain energies of whole histories, to 1e-9 of the largest resultant."""
 
-    def check(self, name, run):
-        """Hold a run against a history."""
+    def check(self, name, run, column=4):
+        """Hold a run against a history, whose energy is in a column."""
         self.assertEqual(run.status, 0, run.errors)
         with open(SHARED / f"{name}.csv", newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
@@ -78,7 +111,7 @@ class Independent(unittest.TestCase):
             found = result.pairs[0].resultant[~extra]
             energy = result.history("energy/strain")[~extra]
         np.testing.assert_allclose(found, wanted[:, 1:4], atol=1e-9 * np.abs(wanted[:, 1:4]).max())
-        np.testing.assert_allclose(energy, wanted[:, 4], rtol=1e-8)
+        np.testing.assert_allclose(energy, wanted[:, column], rtol=1e-8)
 
     def test_paper_block(self):
         for n in (1, 2, 4):
@@ -119,6 +152,17 @@ class Independent(unittest.TestCase):
             steps=8,
         )
         self.check("cylinder_n3", Run(text, name="cylinder"))
+
+    def test_a_block_that_turns_with_its_floor(self):
+        self.check("turned_block", turned_block("plane", law="*ELASTIC\n1., 0.3"), column=7)
+
+    def test_a_block_on_a_block(self):
+        text = PAIR.format(law=NEO.format(E="1", nu="0.3"))
+        self.check("pair_2_3", Run(text, name="pair"))
+
+    def test_ironing(self):
+        text = (INPUT / "ironing.inp").read_text().replace("*STATIC", "*STATIC, DIRECT")
+        self.check("ironing_4_9", Run(text, name="ironing", tolerance=1e-10))
 
 
 if __name__ == "__main__":

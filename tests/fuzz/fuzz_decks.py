@@ -49,6 +49,7 @@ MEMORY = 600_000_000  # bytes that it may touch while it only plans
 SMALL = {
     "ball": {"n": 4}, "bend": {"n": 1}, "block": {"n": 2, "steps": 5}, "cantilever": {"n": 1},
     "corner": {"n": 3}, "fall": {"n": 2}, "hertz": {"n": 4}, "incompressible": {"n": 3},
+    "ironing": {"n": 2, "steps": 2},
     "mindlin": {"n": 12, "steps": 2},
     "indent": {"n": 2, "times": 1, "steps": 1},
     "patch": {"n": 2}, "pipe": {"n": 3}, "quarter": {"n": 4, "steps": 3}, "rest": {"n": 3},

@@ -253,6 +253,13 @@ MISTAKES = [
         "shrink_fit.inp, shrink_fit.inp over=1e-6",
     ),
     Mistake(
+        "slips between bodies at finite strain 1e-4 too large",
+        "contact/surface_drag.f90",
+        "drag = faced_place(scene, points, now, i, u)",
+        "drag = 1.0e-4_wp + faced_place(scene, points, now, i, u)",
+        "ironing.inp n=2",
+    ),
+    Mistake(
         "slips half as large in the result",
         "contact/describe_contact.f90",
         "contact%frame(:, 2:, i))",

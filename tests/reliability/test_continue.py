@@ -23,6 +23,7 @@ SMALL = {
     "hertz": {"n": 6, "steps": 4},
     "incompressible": {},
     "indent": {"n": 2, "times": 2, "steps": 2},
+    "ironing": {"n": 2, "steps": 3},
     "mindlin": {"n": 12, "steps": 3},
     "patch": {"n": 2},
     "pipe": {},
@@ -44,7 +45,7 @@ RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 # Those whose states have something that others have not; the rest only where the program is fast,
 # and killed once.
-DIFFERENT = ("block", "foundation", "mindlin", "rubber", "slope", "wheel")
+DIFFERENT = ("block", "foundation", "ironing", "mindlin", "rubber", "slope", "wheel")
 
 # A step behind those of the block in which nothing balances the loads any more.
 PULLED_OFF = """*STEP

@@ -44,7 +44,7 @@ contains
     moved = 0.0_wp
     if (.not. any(points%is_curved)) return
     turn = 0.0_wp
-    dragged = maxval(norm2(now%drag, dim=1))
+    dragged = maxval(norm2(now%drag, dim=1), mask=scene%pairs(points%pair)%master > 0)
     do i = 1, points%n
       if (.not. points%is_curved(i) .or. scene%pairs(points%pair(i))%master == 0) cycle
       if (any(abs(new%reaction(:, i)) > 0.0_wp)) then
