@@ -44,7 +44,8 @@ module equilibrate_mod
 
   integer, parameter :: max_newton_raphson = 40
   integer, parameter :: depth = 5 !! displacements that acceleration keeps at finite strain
-  real(wp), parameter :: nearby = 1.0e-2_wp !! of the way of an increment: modes go on from there [-]
+  real(wp), parameter :: nearby = 1.0e-2_wp
+  !! of the way of an increment: so near the modes of the last iteration lead to the next [-]
   real(wp), parameter :: roughly = 1.0e-4_wp
   !! how far points may still move when the body is solved for with a factor that is not exact: what
   !! is refined moves them again [-]

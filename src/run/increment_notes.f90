@@ -192,8 +192,8 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
 
     call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
-      unstable_in_words(stability)//trim(merge('. Points that slide with friction may yet hold it', &
-      '. Pressures that follow the body may yet hold it ', stability%slides)))
+      unstable_in_words(stability)//'. '//trim(merge('Points that slide with friction', &
+      'Pressures that follow the body ', stability%slides))//' may yet hold it')
   end subroutine note_unstable
 
   !> Where contact forces are many times what drives them at the end of a *STEP.

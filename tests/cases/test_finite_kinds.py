@@ -138,7 +138,8 @@ S
                     found = result.field("displacement", -1)
                     stress = result.field("stress", -1)
                 np.testing.assert_allclose(found, expected, atol=1e-8, err_msg=kind)
-                np.testing.assert_allclose(stress, stress[[0] * len(stress)], atol=1e-5 * abs(stress).max())
+                alike = stress[[0] * len(stress)]
+                np.testing.assert_allclose(stress, alike, atol=1e-5 * abs(stress).max())
 
 
 if __name__ == "__main__":

@@ -102,7 +102,7 @@ class Columns(unittest.TestCase):
 class Posts(unittest.TestCase):
     """Frictionless posts, as the Hessian of the Lagrangian of another program says.
 
-    Without the curvature of contact the bowl has two unstable motions everywhere, and the dome none.
+    Without the curvature of contact the bowl has two unstable motions everywhere, the dome none.
     """
 
     def test_bowl_and_dome(self):
