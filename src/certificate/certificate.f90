@@ -119,6 +119,10 @@ contains
     call find_energy_errors(mesh, scales%strained, forces, acting_t(forces%external, &
       pressed(:, :, 2) + joining, support), residual, at_rest, certificate%energy, unexplained)
     if (forces%is_finite) then
+      do i = 1, mesh%n_bodies
+        certificate%equilibrium = max(certificate%equilibrium, &
+          ratio(forces%of_elements%on_modes(i), scales%of_body(i)))
+      end do
       certificate%energy = 0.0_wp
       unexplained = 0.0_wp
     end if

@@ -49,7 +49,7 @@ contains
     call find_stress_forces(scene%mesh, scene%materials, new%displacement, old%displacement, forces)
     if (scene%finite_strain) then
       call find_deformed_forces(scene%mesh, scene%materials, warming_at(scene, new%step, &
-        new%position), new%displacement, forces)
+        new%position), new, forces)
       call press_deformed_surfaces(scene, new%displacement, forces%imposed_t)
     end if
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)

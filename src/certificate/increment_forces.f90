@@ -11,6 +11,8 @@ module increment_forces_mod
   type :: element_sums_t
     real(wp), allocatable :: largest(:) !! (0:n_bodies) force of an element at a node [force]
     real(wp), allocatable :: energy(:)  !! (0:n_bodies) of the strains [energy]
+    real(wp), allocatable :: on_modes(:)
+    !! (0:n_bodies) largest force of a C3D8I's mode beyond rounding; at finite strain [force]
   end type element_sums_t
 
   !> Loads, and what supports and constraints ask for; all (3,n_nodes) in x, y, z.

@@ -56,6 +56,7 @@ module read_deck_mod
   use surface_list_mod, only: surface_list_t
   use controls_mod, only: compliance_dense, output_controls_t
   use finite_strain_limits_mod, only: beyond_finite_strain
+  use mesh_mod, only: kind_c3d8b
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
@@ -377,6 +378,9 @@ contains
     end if
     if (any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) call note(reader, 'NLGEOM: '// &
       '*EQUATION joins displacements along fixed directions and does not turn with the body')
+    if (any(scene%mesh%element_kind == kind_c3d8b)) call note(reader, 'C3D8B at finite strain: '// &
+      'pressed to 0.8 of its length, nearly incompressible material is unstable on the mesh, '// &
+      'where it is not in nature; C3D8I neither locks nor does this')
     scene%precision%body_is_given = .true.
     scene%precision%factor_is_given = .true.
     scene%precision%low_rank_is_given = .true.

@@ -1,43 +1,55 @@
-!> Internal forces of the whole mesh at finite strain, element by element, with the strain energy.
+!> The whole mesh at finite strain: internal forces and strain energy, summed over the elements, and
+!> what is asked of one element of it.
 module finite_forces_mod
   use kinds_mod, only: wp
-  use dense_mod, only: symmetric_eigenvectors
   use connectivity_mod, only: nodes_of_hexahedron
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, kind_c3d8i
   use scene_mod, only: material_t
+  use state_mod, only: modes_t
   use small_matrix_mod, only: inverse
   use strain_measures_mod, only: growth_of, deformation_of, green_strain, logarithmic_strain
-  use material_law_mod, only: finite_stress, finite_energy, finite_tangent
-  use hexahedron8_mod, only: shape_gradients, displacement_gradients
-  use finite_strain_mod, only: force_of_stress
+  use material_law_mod, only: finite_stress, finite_energy
+  use finite_strain_mod, only: finite_element_t, finite_element, is_inverted, gradients_of_law, &
+    stresses_of, forces_on_nodes, energy_of
+  use element_tangent_mod, only: tangent_of, project
+  use relaxed_modes_mod, only: relax_modes, find_modes
   use expansion_mod, only: expand_freely
   implicit none
   private
 
+  public :: tangent_t, element_tangent, negative_modes
   public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
-    projected_tangent, tangent_force, work_of_heat, tangent_t
+    tangent_force, work_of_heat
 
   !> Where a tangent is taken.
   type :: tangent_t
     real(wp), allocatable :: at(:, :) !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp), allocatable :: free(:)  !! (n_elements) strain by free expansion there [-]
+    logical :: is_projected = .true.  !! of each element, without what is negative in it
   end type tangent_t
+
+  real(wp), parameter :: no_modes(3, 3) = 0.0_wp
 
 contains
 
-  !> f_a = int P g_a, summed over the elements (C3D8), and an element with det F <= 0 at a Gauss
-  !> point, or that would shrink to nothing, whose stress no law gives: then forces are 0.
-  pure subroutine finite_internal_force(mesh, materials, free, u, f, inverted)
+  !> f_a = int P g_a, summed over the elements, and an element with det F <= 0 at a Gauss point, or
+  !> that would shrink to nothing, whose stress no law gives, or whose modes find no equilibrium:
+  !> then forces are 0.
+  pure subroutine finite_internal_force(mesh, materials, free, u, modes, f, inverted)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free(:)    !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement [length]
+    type(modes_t), intent(inout) :: modes !! of a displacement nearby, or none, in; of `u` out
     real(wp), intent(out) :: f(:, :)   !! (3,n_nodes) [force]
     integer, intent(out) :: inverted   !! element, 0: there is none
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), p(3, 3, 8)
+    type(finite_element_t) :: element
     real(wp), dimension(3, 8) :: force, x, moved
-    integer :: e, g, a, nodes(8)
+    logical :: is_whole
+    integer :: e, a, nodes(8)
 
+    if (any(mesh%element_kind == kind_c3d8i) .and. .not. allocated(modes%amplitude)) allocate ( &
+      modes%amplitude(3, 3, mesh%n_elements), modes%inverse(9, 9, mesh%n_elements), source=0.0_wp)
     f = 0.0_wp
     inverted = findloc(free <= -1.0_wp, .true., dim=1)
     if (inverted > 0) return
@@ -46,46 +58,78 @@ contains
       x = mesh%coordinates(:, nodes)
       moved = u(:, nodes)
       call expand_freely(free(e), x, moved)
-      call shape_gradients(x, gradient, weight, inverse_jacobian)
-      h = displacement_gradients(inverse_jacobian, moved)
+      call finite_element(mesh%element_kind(e), x, moved, element)
       associate (law => materials(mesh%material(e))%law)
-        do g = 1, 8
-          if (growth_of(h(:, :, g)) <= -1.0_wp) then
-            inverted = e
-            f = 0.0_wp
-            return
-          end if
-          p(:, :, g) = finite_stress(law, h(:, :, g))
-        end do
+        if (mesh%element_kind(e) == kind_c3d8i) then
+          is_whole = any(abs(modes%inverse(:, :, e)) > 0.0_wp)
+          if (is_whole) call relax_modes(element, law, modes%amplitude(:, :, e), &
+            modes%inverse(:, :, e), is_whole)
+          if (.not. is_whole) call find_modes(x, moved, law, modes%amplitude(:, :, e), &
+            modes%inverse(:, :, e), is_whole)
+          if (is_whole) force = forces_on_nodes(element, modes%amplitude(:, :, e), stresses_of( &
+            element, modes%amplitude(:, :, e), law))
+        else
+          is_whole = .not. is_inverted(element)
+          if (is_whole) force = forces_on_nodes(element, no_modes, stresses_of(element, no_modes, &
+            law))
+        end if
       end associate
-      force = force_of_stress(gradient, weight, p)
+      if (.not. is_whole) then
+        inverted = e
+        f = 0.0_wp
+        return
+      end if
       do a = 1, 8
         f(:, nodes(a)) = f(:, nodes(a)) + force(:, a)
       end do
     end do
   end subroutine finite_internal_force
 
-  !> The strain energy of all elements, int W dV.
-  pure real(wp) function finite_strain_energy(mesh, materials, free, u) result(energy)
+  !> An element from where it has expanded freely, and the amplitudes of its modes.
+  pure subroutine find_element(mesh, materials, free, u, e, element, modes)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: free(:)    !! (n_elements) strain by free expansion [-]
-    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
-    real(wp) :: x(3, 8), moved(3, 8)
-    integer :: e, g, nodes(8)
+    real(wp), intent(in) :: free             !! its strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) displacement, det F > 0 [length]
+    integer, intent(in) :: e                 !! element
+    type(finite_element_t), intent(out) :: element
+    real(wp), intent(out) :: modes(3, 3)     !! as of finite_force, 0 of other kinds [length]
+    real(wp) :: x(3, 8), moved(3, 8), inverse_stiffness(9, 9)
+    logical :: is_found
+    integer :: nodes(8)
+
+    nodes = nodes_of_hexahedron(mesh%connectivity, e)
+    x = mesh%coordinates(:, nodes)
+    moved = u(:, nodes)
+    call expand_freely(free, x, moved)
+    call finite_element(mesh%element_kind(e), x, moved, element)
+    modes = 0.0_wp
+    if (mesh%element_kind(e) /= kind_c3d8i) return
+    call find_modes(x, moved, materials(mesh%material(e))%law, modes, inverse_stiffness, is_found)
+    if (.not. is_found) modes = 0.0_wp
+  end subroutine find_element
+
+  !> The strain energy of all elements, int W dV.
+  pure real(wp) function finite_strain_energy(mesh, materials, free, u, modes) result(energy)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free(:)       !! (n_elements) strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) displacement, det F > 0 [length]
+    type(modes_t), intent(in) :: modes    !! of `u`
+    type(finite_element_t) :: element
+    real(wp) :: x(3, 8), moved(3, 8), of_element(3, 3)
+    integer :: e, nodes(8)
 
     energy = 0.0_wp
+    of_element = 0.0_wp
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       moved = u(:, nodes)
       call expand_freely(free(e), x, moved)
-      call shape_gradients(x, gradient, weight, inverse_jacobian)
-      h = displacement_gradients(inverse_jacobian, moved)
-      do g = 1, 8
-        energy = energy + weight(g)*finite_energy(materials(mesh%material(e))%law, h(:, :, g))
-      end do
+      call finite_element(mesh%element_kind(e), x, moved, element)
+      if (allocated(modes%amplitude)) of_element = modes%amplitude(:, :, e)
+      energy = energy + energy_of(element, of_element, materials(mesh%material(e))%law)
     end do
   end function finite_strain_energy
 
@@ -97,23 +141,19 @@ contains
     real(wp), intent(in) :: free(:)    !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp), intent(in) :: further(:) !! (n_elements) by how much more they expand [-]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
-    real(wp) :: x(3, 8), moved(3, 8), of_element
-    integer :: e, g, nodes(8)
+    type(finite_element_t) :: element
+    real(wp) :: modes(3, 3), h(3, 3, 8), of_element
+    integer :: e, g
 
     work = 0.0_wp
     do e = 1, mesh%n_elements
       if (.not. abs(further(e)) > 0.0_wp) cycle
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      x = mesh%coordinates(:, nodes)
-      moved = u(:, nodes)
-      call expand_freely(free(e), x, moved)
-      call shape_gradients(x, gradient, weight, inverse_jacobian)
-      h = displacement_gradients(inverse_jacobian, moved)
+      call find_element(mesh, materials, free(e), u, e, element, modes)
+      h = gradients_of_law(element, modes)
       of_element = 0.0_wp
       associate (law => materials(mesh%material(e))%law)
         do g = 1, 8
-          of_element = of_element + weight(g)*(finite_energy(law, h(:, :, g)) - &
+          of_element = of_element + element%weight(g)*(finite_energy(law, h(:, :, g)) - &
             sum(finite_stress(law, h(:, :, g))*deformation_of(h(:, :, g)))/3.0_wp)
         end do
       end associate
@@ -121,51 +161,52 @@ contains
     end do
   end function work_of_heat
 
-  !> Tangent of an element, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it:
-  !> the next positive semi-definite matrix. A soft body that is pressed has a tangent that is none,
-  !> and a compliance of which contact problems have several solutions. docs/theory.md (8.23).
-  subroutine projected_tangent(mesh, materials, tangent, e, k)
+  !> Tangent of an element, docs/theory.md (8.23).
+  !>
+  !> Projected: without what is negative in it, the next positive semi-definite matrix. A soft body
+  !> that is pressed has a tangent that is not positive, and a compliance of which contact problems
+  !> have several solutions.
+  subroutine element_tangent(mesh, materials, tangent, e, k)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(tangent_t), intent(in) :: tangent
     integer, intent(in) :: e           !! element
     real(wp), intent(out) :: k(24, 24) !! node by node, x y z [force/length]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
-    real(wp) :: a(3, 3, 3, 3), along(3, 8, 3, 3), vectors(24, 24), values(24)
-    real(wp) :: x(3, 8), u(3, 8)
-    integer :: g, i, m, l, b, nodes(8)
-    logical :: ok
+    integer :: negative
 
-    nodes = nodes_of_hexahedron(mesh%connectivity, e)
-    x = mesh%coordinates(:, nodes)
-    u = tangent%at(:, nodes)
-    call expand_freely(tangent%free(e), x, u)
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    h = displacement_gradients(inverse_jacobian, u)
-    k = 0.0_wp
-    do g = 1, 8
-      a = weight(g)*finite_tangent(materials(mesh%material(e))%law, h(:, :, g))
-      do l = 1, 3
-        do m = 1, 3
-          along(:, :, m, l) = matmul(a(:, :, m, l), gradient(:, :, g))
-        end do
-      end do
-      do b = 1, 8
-        do m = 1, 3
-          i = 3*(b - 1) + m
-          k(:, i) = k(:, i) + reshape(along(:, :, m, 1)*gradient(1, b, g) + along(:, :, m, 2)* &
-            gradient(2, b, g) + along(:, :, m, 3)*gradient(3, b, g), [24])
-        end do
-      end do
+    call find_tangent(mesh, materials, tangent, e, k, negative)
+    if (tangent%is_projected) call project(k)
+  end subroutine element_tangent
+
+  !> Negative pivots that the modes of C3D8I have, summed over the elements.
+  pure integer function negative_modes(mesh, materials, tangent) result(negative)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(tangent_t), intent(in) :: tangent
+    real(wp) :: k(24, 24)
+    integer :: e, of_element
+
+    negative = 0
+    do e = 1, mesh%n_elements
+      if (mesh%element_kind(e) /= kind_c3d8i) cycle
+      call find_tangent(mesh, materials, tangent, e, k, of_element)
+      negative = negative + of_element
     end do
-    vectors = 0.5_wp*(k + transpose(k))
-    call symmetric_eigenvectors(vectors, values, ok)
-    if (.not. ok .or. values(1) >= 0.0_wp) return
-    do i = 1, 24
-      if (values(i) >= 0.0_wp) exit
-      k = k - values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
-    end do
-  end subroutine projected_tangent
+  end function negative_modes
+
+  pure subroutine find_tangent(mesh, materials, tangent, e, k, negative)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(tangent_t), intent(in) :: tangent
+    integer, intent(in) :: e           !! element
+    real(wp), intent(out) :: k(24, 24) !! as it is [force/length]
+    integer, intent(out) :: negative   !! pivots of its modes
+    type(finite_element_t) :: element
+    real(wp) :: modes(3, 3)
+
+    call find_element(mesh, materials, tangent%free(e), tangent%at, e, element, modes)
+    call tangent_of(element, modes, materials(mesh%material(e))%law, k, negative)
+  end subroutine find_tangent
 
   !> What displacements change forces by, by the projected tangents of another displacement.
   subroutine tangent_force(mesh, materials, tangent, u, f)
@@ -181,7 +222,7 @@ contains
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       if (.not. any(abs(u(:, nodes, :)) > 0.0_wp)) cycle
-      call projected_tangent(mesh, materials, tangent, e, k)
+      call element_tangent(mesh, materials, tangent, e, k)
       do g = 1, size(u, 3)
         f(:, nodes, g) = f(:, nodes, g) + reshape(matmul(k, reshape(u(:, nodes, g), [24])), [3, 8])
       end do
@@ -189,55 +230,65 @@ contains
   end subroutine tangent_force
 
   !> Logarithmic strain, that by expansion included, and Cauchy stress of an element at its Gauss
-  !> points: sigma = P F^T/J.
-  subroutine finite_tensors(material, free, x, u, strain, stress)
-    type(material_t), intent(in) :: material
+  !> points: sigma = P F^T/J. The strain is that of the gradients that the law is asked at.
+  subroutine finite_tensors(mesh, materials, free, u, e, strain, stress)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free                         !! strain by free expansion [-]
-    real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
+    real(wp), intent(in) :: u(:, :)                      !! (3,n_nodes) displacement [length]
+    integer, intent(in) :: e                             !! element
     real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), t(3, 3)
-    real(wp) :: from(3, 8), moved(3, 8)
+    real(wp), dimension(3, 3, 8) :: of_law, h, p
     integer :: g
 
-    from = x
-    moved = u
-    call expand_freely(free, from, moved)
-    call shape_gradients(from, gradient, weight, inverse_jacobian)
-    h = displacement_gradients(inverse_jacobian, moved)
+    call find_stresses(mesh, materials, free, u, e, of_law, h, p)
     do g = 1, 8
-      strain(:, g) = six_of(logarithmic_strain(h(:, :, g)))
+      strain(:, g) = six_of(logarithmic_strain(of_law(:, :, g)))
       ! F is free of stress times (1 + free).
       strain(:3, g) = strain(:3, g) + log(1.0_wp + free)
-      t = matmul(finite_stress(material%law, h(:, :, g)), transpose(deformation_of(h(:, :, g))))
-      stress(:, g) = six_of(t/(1.0_wp + growth_of(h(:, :, g))))
+      stress(:, g) = six_of(matmul(p(:, :, g), transpose(deformation_of(h(:, :, g))))/ &
+        (1.0_wp + growth_of(h(:, :, g))))
     end do
   end subroutine finite_tensors
 
   !> Green's strain, that by expansion included, and second Piola-Kirchhoff stress of an element at
   !> its Gauss points: S = F^-1 P, both of the volume and the places before any expansion.
-  pure subroutine undeformed_tensors(material, free, x, u, strain, stress)
-    type(material_t), intent(in) :: material
+  pure subroutine undeformed_tensors(mesh, materials, free, u, e, strain, stress)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free                         !! strain by free expansion [-]
-    real(wp), intent(in) :: x(3, 8), u(3, 8)             !! nodes and displacements [length]
+    real(wp), intent(in) :: u(:, :)                      !! (3,n_nodes) displacement [length]
+    integer, intent(in) :: e                             !! element
     real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), f(3, 3)
-    real(wp) :: from(3, 8), moved(3, 8)
+    real(wp), dimension(3, 3, 8) :: of_law, h, p
     integer :: g
 
-    from = x
-    moved = u
-    call expand_freely(free, from, moved)
-    call shape_gradients(from, gradient, weight, inverse_jacobian)
-    h = displacement_gradients(inverse_jacobian, moved)
+    call find_stresses(mesh, materials, free, u, e, of_law, h, p)
     do g = 1, 8
       ! F = (1 + free) F_e, and P = (1 + free)^2 P_e on the faces before the expansion.
-      f = deformation_of(h(:, :, g))
-      stress(:, g) = (1.0_wp + free)*six_of(matmul(inverse(f), finite_stress(material%law, &
-        h(:, :, g))))
-      strain(:, g) = (1.0_wp + free)**2*six_of(green_strain(h(:, :, g)))
+      stress(:, g) = (1.0_wp + free)*six_of(matmul(inverse(deformation_of(h(:, :, g))), p(:, :, g)))
+      strain(:, g) = (1.0_wp + free)**2*six_of(green_strain(of_law(:, :, g)))
       strain(:3, g) = strain(:3, g) + free*(1.0_wp + 0.5_wp*free)
     end do
   end subroutine undeformed_tensors
+
+  !> At the Gauss points of an element: the gradients that the law is asked at, those that its first
+  !> Piola-Kirchhoff stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
+  pure subroutine find_stresses(mesh, materials, free, u, e, of_law, h, p)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free, u(:, :)
+    integer, intent(in) :: e
+    real(wp), dimension(3, 3, 8), intent(out) :: of_law, h, p !! [-], [-], [force/length^2]
+    type(finite_element_t) :: element
+    real(wp) :: modes(3, 3)
+
+    call find_element(mesh, materials, free, u, e, element, modes)
+    of_law = gradients_of_law(element, modes)
+    h = element%h
+    if (element%kind == kind_c3d8i) h = of_law
+    p = stresses_of(element, modes, materials(mesh%material(e))%law)
+  end subroutine find_stresses
 
   !> The six components of a symmetric tensor.
   pure function six_of(t) result(six)

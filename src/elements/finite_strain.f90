@@ -1,4 +1,4 @@
-!> Internal forces of elements at finite strain, of the first Piola-Kirchhoff stress P of a law.
+!> Elements at finite strain: gradients, stresses, forces and energy of one element of any kind.
 !>
 !> Displacement gradients H = du/dX are used and not F = I + H, which would lose the digits of small
 !> strains. Forces are those that a displacement of its nodes does work on, f_a = int P g_a, and are
@@ -6,7 +6,7 @@
 module finite_strain_mod
   use kinds_mod, only: wp
   use strain_measures_mod, only: growth_of, deformation_of
-  use material_law_mod, only: law_t, finite_stress
+  use material_law_mod, only: law_t, finite_stress, finite_energy
   use mesh_mod, only: kind_c3d8i, kind_c3d8b
   use small_matrix_mod, only: inverse
   use hexahedron8_mod, only: shape_gradients, centre_shape_gradients, centre_gradient, &
@@ -15,9 +15,189 @@ module finite_strain_mod
   implicit none
   private
 
-  public :: finite_force, force_of_stress
+  public :: finite_element_t, finite_element, is_inverted, gradients_of_law, stresses_of, &
+    forces_on_nodes, forces_on_modes, energy_of
+  public :: finite_force, mode_part
+
+  !> An element, and the gradients of its displacement.
+  type :: finite_element_t
+    integer :: kind = 0            !! kind_c3d8 or its kin
+    real(wp) :: gradient(3, 8, 8)  !! of the shape functions, as of shape_gradients [1/length]
+    real(wp) :: weight(8)          !! of the Gauss points [length^3]
+    real(wp) :: h(3, 3, 8)         !! du/dX of the nodes' displacements [-]
+    ! Of C3D8I alone.
+    real(wp) :: mode(3, 3, 8)      !! m_k, as of mode_gradients [1/length]
+    real(wp) :: at_centre(3, 8)    !! gradients of the shape functions there [1/length]
+    real(wp) :: h_0(3, 3)          !! du/dX there [-]
+  end type finite_element_t
 
 contains
+
+  !> An element as its nodes displace it.
+  pure subroutine finite_element(kind, x, u, element)
+    integer,  intent(in) :: kind             !! kind_c3d8 or its kin
+    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
+    type(finite_element_t), intent(out) :: element
+    real(wp) :: inverse_jacobian(3, 3, 8)
+
+    element%kind = kind
+    call shape_gradients(x, element%gradient, element%weight, inverse_jacobian)
+    element%h = displacement_gradients(inverse_jacobian, u)
+    if (kind /= kind_c3d8i) return
+    call mode_gradients(x, element%weight, element%mode)
+    element%at_centre = centre_shape_gradients(x)
+    element%h_0 = centre_gradient(x, u)
+  end subroutine finite_element
+
+  !> Whether det F <= 0 at a Gauss point, of the displacements of the nodes.
+  pure logical function is_inverted(element)
+    type(finite_element_t), intent(in) :: element
+    integer :: g
+
+    is_inverted = .false.
+    do g = 1, 8
+      is_inverted = is_inverted .or. growth_of(element%h(:, :, g)) <= -1.0_wp
+    end do
+  end function is_inverted
+
+  !> The displacement gradients at the Gauss points that the law is asked at:
+  !> C3D8B's F_b = (theta/J)^(1/3) F, theta the mean of J over the element, (8.15); C3D8I's
+  !> F = F_u + F_0 sum m_k (x) beta_k, F_0 that of the centre, (8.17).
+  pure function gradients_of_law(element, modes) result(h)
+    type(finite_element_t), intent(in) :: element !! of C3D8B det F > 0
+    real(wp), intent(in) :: modes(3, 3) !! as of finite_force
+    real(wp) :: h(3, 3, 8)              !! [-]
+    real(wp) :: growth(8), b(8), m(3, 3)
+    integer :: g, i
+
+    h = element%h
+    if (element%kind == kind_c3d8i) then
+      do g = 1, 8
+        m = mode_part(element, modes, g)
+        h(:, :, g) = h(:, :, g) + m + matmul(element%h_0, m)
+      end do
+    else if (element%kind == kind_c3d8b) then
+      call find_dilatation(element, growth, b)
+      do g = 1, 8
+        h(:, :, g) = b(g)*h(:, :, g)
+        do i = 1, 3
+          ! b - 1 without the loss of its digits: b^3 - 1 is known.
+          h(i, i, g) = h(i, i, g) + (mean_of(element, growth) - growth(g))/(1.0_wp + growth(g))/ &
+            (b(g)**2 + b(g) + 1.0_wp)
+        end do
+      end do
+    end if
+  end function gradients_of_law
+
+  !> sum m_k (x) beta_k at a Gauss point.
+  pure function mode_part(element, modes, g) result(m)
+    type(finite_element_t), intent(in) :: element !! C3D8I
+    real(wp), intent(in) :: modes(3, 3)
+    integer, intent(in) :: g
+    real(wp) :: m(3, 3) !! [-]
+
+    m = matmul(element%mode(:, :, g), transpose(modes))
+  end function mode_part
+
+  !> J - 1 at the Gauss points, and b = (theta/J)^(1/3).
+  pure subroutine find_dilatation(element, growth, b)
+    type(finite_element_t), intent(in) :: element
+    real(wp), intent(out) :: growth(8), b(8)
+    integer :: g
+
+    do g = 1, 8
+      growth(g) = growth_of(element%h(:, :, g))
+    end do
+    b = ((1.0_wp + mean_of(element, growth))/(1.0_wp + growth))**(1.0_wp/3.0_wp)
+  end subroutine find_dilatation
+
+  !> The mean over the element's volume.
+  pure real(wp) function mean_of(element, values)
+    type(finite_element_t), intent(in) :: element
+    real(wp), intent(in) :: values(8)
+
+    mean_of = dot_product(element%weight, values)/sum(element%weight)
+  end function mean_of
+
+  !> The first Piola-Kirchhoff stresses P at the Gauss points that belong to the element's energy:
+  !> what it changes by as du/dX of the nodes does there. C3D8B: (8.16).
+  pure function stresses_of(element, modes, law) result(stress)
+    type(finite_element_t), intent(in) :: element !! det F > 0
+    real(wp), intent(in) :: modes(3, 3) !! as of finite_force
+    type(law_t), intent(in) :: law
+    real(wp) :: stress(3, 3, 8)         !! [force/length^2]
+    real(wp) :: h(3, 3, 8), growth(8), b(8), pressure(8), common
+    integer :: g
+
+    h = gradients_of_law(element, modes)
+    do g = 1, 8
+      stress(:, :, g) = finite_stress(law, h(:, :, g))
+    end do
+    if (element%kind /= kind_c3d8b) return
+    call find_dilatation(element, growth, b)
+    do g = 1, 8
+      pressure(g) = sum(stress(:, :, g)*deformation_of(h(:, :, g))) ! P_b : F_b
+    end do
+    common = mean_of(element, pressure)/(3.0_wp*(1.0_wp + mean_of(element, growth)))
+    do g = 1, 8
+      stress(:, :, g) = b(g)*stress(:, :, g) + (common*(1.0_wp + growth(g)) - &
+        pressure(g)/3.0_wp)*transpose(inverse(deformation_of(element%h(:, :, g))))
+    end do
+  end function stresses_of
+
+  !> What the stresses do on the nodes: int P (g_a + M^T g_a0), M of the modes, g_a0 of the centre.
+  pure function forces_on_nodes(element, modes, stress) result(f)
+    type(finite_element_t), intent(in) :: element
+    real(wp), intent(in) :: modes(3, 3)     !! as of finite_force
+    real(wp), intent(in) :: stress(3, 3, 8) !! as of stresses_of [force/length^2]
+    real(wp) :: f(3, 8)                     !! [force]
+    real(wp) :: p(3, 3), of_centre(3, 3)
+    integer :: g, a
+
+    f = 0.0_wp
+    of_centre = 0.0_wp
+    do g = 1, 8
+      p = element%weight(g)*stress(:, :, g)
+      do a = 1, 8
+        associate (d => element%gradient(:, a, g))
+          f(:, a) = f(:, a) + p(:, 1)*d(1) + p(:, 2)*d(2) + p(:, 3)*d(3)
+        end associate
+      end do
+      if (element%kind == kind_c3d8i) of_centre = of_centre + matmul(p, transpose(mode_part( &
+        element, modes, g)))
+    end do
+    if (element%kind == kind_c3d8i) f = f + matmul(of_centre, element%at_centre)
+  end function forces_on_nodes
+
+  !> What the stresses do on the amplitudes of the modes: int P^T F_0 m_k.
+  pure function forces_on_modes(element, stress) result(f)
+    type(finite_element_t), intent(in) :: element !! C3D8I
+    real(wp), intent(in) :: stress(3, 3, 8) !! as of stresses_of [force/length^2]
+    real(wp) :: f(3, 3)                     !! component, mode [force]
+    real(wp) :: back(3, 3)
+    integer :: g
+
+    f = 0.0_wp
+    do g = 1, 8
+      back = stress(:, :, g) + matmul(transpose(element%h_0), stress(:, :, g))
+      f = f + element%weight(g)*matmul(transpose(back), element%mode(:, :, g))
+    end do
+  end function forces_on_modes
+
+  !> The element's strain energy, int W dV.
+  pure real(wp) function energy_of(element, modes, law) result(energy)
+    type(finite_element_t), intent(in) :: element !! det F > 0
+    real(wp), intent(in) :: modes(3, 3)  !! as of finite_force
+    type(law_t), intent(in) :: law
+    real(wp) :: h(3, 3, 8)
+    integer :: g
+
+    h = gradients_of_law(element, modes)
+    energy = 0.0_wp
+    do g = 1, 8
+      energy = energy + element%weight(g)*finite_energy(law, h(:, :, g))
+    end do
+  end function energy_of
 
   !> Internal force of an element, and with incompatible modes theirs; det F > 0 is required of
   !> C3D8B.
@@ -25,109 +205,18 @@ contains
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp), intent(in) :: modes(3, 3)
-    !! amplitudes of C3D8I's modes: component, mode; of no other kind [length]
+    !! beta: amplitudes of C3D8I's modes, component and mode; of no other kind [length]
     type(law_t), intent(in) :: law
     real(wp), intent(out) :: f(3, 8)         !! [force]
     real(wp), intent(out) :: of_modes(3, 3)  !! on the amplitudes, 0 of other kinds [force]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8)
+    type(finite_element_t) :: element
     real(wp) :: stress(3, 3, 8)
-    integer :: g
 
-    if (kind == kind_c3d8i) then
-      call force_with_modes(x, u, modes, law, f, of_modes)
-      return
-    end if
+    call finite_element(kind, x, u, element)
+    stress = stresses_of(element, modes, law)
+    f = forces_on_nodes(element, modes, stress)
     of_modes = 0.0_wp
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    h = displacement_gradients(inverse_jacobian, u)
-    if (kind == kind_c3d8b) then
-      stress = mean_dilatation_stress(h, weight, law)
-    else
-      do g = 1, 8
-        stress(:, :, g) = finite_stress(law, h(:, :, g))
-      end do
-    end if
-    f = force_of_stress(gradient, weight, stress)
+    if (kind == kind_c3d8i) of_modes = forces_on_modes(element, stress)
   end subroutine finite_force
-
-  !> C3D8I with transposed modes, F = F_u + F_0 sum m_k (x) beta_k, F_0 that of the centre: on the
-  !> left, so that it turns with the element. docs/theory.md (8.17).
-  pure subroutine force_with_modes(x, u, beta, law, f, of_modes)
-    real(wp), intent(in) :: x(3, 8), u(3, 8), beta(3, 3) !! as of finite_force
-    type(law_t), intent(in) :: law
-    real(wp), intent(out) :: f(3, 8), of_modes(3, 3)
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), mode(3, 3, 8)
-    real(wp) :: h_0(3, 3), m(3, 3), p(3, 3, 8), of_centre(3, 3), back(3, 3)
-    integer :: g
-
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    call mode_gradients(x, weight, mode)
-    h = displacement_gradients(inverse_jacobian, u)
-    h_0 = centre_gradient(x, u)
-    of_centre = 0.0_wp
-    of_modes = 0.0_wp
-    do g = 1, 8
-      m = matmul(mode(:, :, g), transpose(beta))
-      p(:, :, g) = finite_stress(law, h(:, :, g) + m + matmul(h_0, m))
-      ! What P does on u through F_0, and on beta_k through F_0 m_k.
-      of_centre = of_centre + weight(g)*matmul(p(:, :, g), transpose(m))
-      back = p(:, :, g) + matmul(transpose(h_0), p(:, :, g))
-      of_modes = of_modes + weight(g)*matmul(transpose(back), mode(:, :, g))
-    end do
-    f = force_of_stress(gradient, weight, p) + matmul(of_centre, centre_shape_gradients(x))
-  end subroutine force_with_modes
-
-  !> C3D8B: the stress that belongs to the energy of F_b = (theta/J)^(1/3) F, theta the mean of J
-  !> over the element. docs/theory.md (8.15), (8.16).
-  pure function mean_dilatation_stress(h, weight, law) result(stress)
-    real(wp), intent(in) :: h(3, 3, 8), weight(8)
-    type(law_t), intent(in) :: law
-    real(wp) :: stress(3, 3, 8)        !! P at the Gauss points [force/length^2]
-    real(wp) :: growth(8), mean, b, h_b(3, 3), p_b(3, 3, 8), back(3, 3, 8), pressure(8)
-    integer :: g, i
-
-    do g = 1, 8
-      growth(g) = growth_of(h(:, :, g))
-    end do
-    mean = dot_product(weight, growth)/sum(weight)
-    do g = 1, 8
-      b = ((1.0_wp + mean)/(1.0_wp + growth(g)))**(1.0_wp/3.0_wp)
-      h_b = b*h(:, :, g)
-      do i = 1, 3
-        ! b - 1 without the loss of its digits: b^3 - 1 is known.
-        h_b(i, i) = h_b(i, i) + (mean - growth(g))/(1.0_wp + growth(g))/(b**2 + b + 1.0_wp)
-      end do
-      p_b(:, :, g) = finite_stress(law, h_b)
-      ! P_b : F_b
-      pressure(g) = sum(p_b(:, :, g)*h_b) + p_b(1, 1, g) + p_b(2, 2, g) + p_b(3, 3, g)
-      p_b(:, :, g) = b*p_b(:, :, g)
-      back(:, :, g) = transpose(inverse(deformation_of(h(:, :, g))))
-    end do
-    associate (common => dot_product(weight, pressure)/(3.0_wp*(1.0_wp + mean)*sum(weight)))
-      do g = 1, 8
-        stress(:, :, g) = p_b(:, :, g) + (common*(1.0_wp + growth(g)) - pressure(g)/3.0_wp)* &
-          back(:, :, g)
-      end do
-    end associate
-  end function mean_dilatation_stress
-
-  !> int P g_a.
-  pure function force_of_stress(gradient, weight, stress) result(f)
-    real(wp), intent(in) :: gradient(3, 8, 8) !! of the shape functions [1/length]
-    real(wp), intent(in) :: weight(8)         !! [length^3]
-    real(wp), intent(in) :: stress(3, 3, 8)   !! P at the Gauss points [force/length^2]
-    real(wp) :: f(3, 8)                       !! [force]
-    real(wp) :: p(3, 3)
-    integer :: g, a
-
-    f = 0.0_wp
-    do g = 1, 8
-      p = weight(g)*stress(:, :, g)
-      do a = 1, 8
-        f(:, a) = f(:, a) + p(:, 1)*gradient(1, a, g) + p(:, 2)*gradient(2, a, g) + &
-          p(:, 3)*gradient(3, a, g)
-      end do
-    end do
-  end function force_of_stress
 
 end module finite_strain_mod

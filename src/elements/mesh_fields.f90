@@ -74,11 +74,9 @@ contains
       x = mesh%coordinates(:, nodes)
       associate (elastic => materials(mesh%material(e))%law%elastic)
         if (takes_undeformed) then
-          call undeformed_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, &
-            stresses)
+          call undeformed_tensors(mesh, materials, free(e), u, e, values, stresses)
         else if (is_finite) then
-          call finite_tensors(materials(mesh%material(e)), free(e), x, u(:, nodes), values, &
-            stresses)
+          call finite_tensors(mesh, materials, free(e), u, e, values, stresses)
         else
           values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
           stresses = stress_of(values, elastic)

@@ -15,8 +15,8 @@ module body_solver_mod
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
-  use finite_forces_mod, only: tangent_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
+  use finite_forces_mod, only: tangent_t
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
   use node_parts_mod, only: assemble_node_parts, node_part_t

@@ -26,7 +26,7 @@ module sparse_factor_mod
   private
 
   public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order, &
-    library_version
+    library_version, count_negative
 
   !> What the pattern of a matrix says of its factorisation, without a number of it.
   type :: analysis_t
@@ -177,6 +177,26 @@ contains
       schur(:, i) = schur(:, i)/(factor%d(k%n - n_schur + 1:)*factor%d(k%n - n_schur + i))
     end do
   end subroutine factorise
+
+  !> How many eigenvalues of a symmetric matrix are negative, by the signs of its pivots.
+  subroutine count_negative(k, position, n_negative, error)
+    type(triplets_t), intent(in) :: k   !! one triangle, near 1 in size; entries add up
+    integer, intent(in) :: position(:)  !! (n) of every equation in the order of elimination
+    integer, intent(out) :: n_negative
+    type(error_t), allocatable, intent(out) :: error !! singular, or no memory
+    type(double_factor_t) :: factor
+    real(wp), allocatable :: a(:), schur(:, :)
+
+    n_negative = 0
+    call factor%analyse(k, position, 0, precision_controls_t(), error, is_general=.true.)
+    if (.not. allocated(error)) then
+      a = k%value
+      allocate (schur(0, 0))
+      call factor%factorise(a, schur, error)
+    end if
+    if (.not. allocated(error)) n_negative = factor%negative_pivots()
+    call factor%release()
+  end subroutine count_negative
 
   !> Solution of K x = b for matrices without Schur complement, several right-hand sides at once.
   subroutine solve(factor, b, error)

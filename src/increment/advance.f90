@@ -282,7 +282,7 @@ contains
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     if (scene%finite_strain) then
       strain_energy = finite_strain_energy(scene%mesh, scene%materials, trial%free, &
-        new%displacement)
+        new%displacement, new%modes)
       call find_free_strain(scene, max(1, old%step), old%position, before)
       of_heat = 0.5_wp*(work_of_heat(scene%mesh, scene%materials, before, old%displacement, &
         trial%free - before) + work_of_heat(scene%mesh, scene%materials, trial%free, &

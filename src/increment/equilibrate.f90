@@ -44,6 +44,8 @@ module equilibrate_mod
 
   integer, parameter :: max_newton_raphson = 40
   integer, parameter :: depth = 5 !! displacements that acceleration keeps at finite strain
+  real(wp), parameter :: nearby = 1.0e-2_wp
+  !! of the way of an increment: so near the modes of the last iteration lead to the next [-]
   real(wp), parameter :: roughly = 1.0e-4_wp
   !! how far points may still move when the body is solved for with a factor that is not exact: what
   !! is refined moves them again [-]
@@ -188,7 +190,9 @@ contains
         return
       end if
       call extrapolate(scene%mesh, map, motions, old, trial, new, loop)
-      call finite_internal_force(scene%mesh, scene%materials, trial%free, u, f, &
+      ! From where the increment began: iterations far away may find modes of no use to the next.
+      if (.not. loop%apart < nearby) new%modes = old%modes
+      call finite_internal_force(scene%mesh, scene%materials, trial%free, u, new%modes, f, &
         report%worst_element)
       report%force_evaluations = report%force_evaluations + 1
       call follow_surfaces(scene, u, trial%forces%imposed_t)

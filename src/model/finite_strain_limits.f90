@@ -2,7 +2,6 @@
 module finite_strain_limits_mod
   use kinds_mod, only: wp
   use cells_mod, only: hexahedron_8
-  use mesh_mod, only: kind_c3d8
   use controls_mod, only: compliance_products, is_exact, is_bounded
   use scene_mod, only: scene_t
   implicit none
@@ -20,9 +19,8 @@ contains
     character(:), allocatable :: what
 
     what = ''
-    if (any(scene%mesh%element_kind /= kind_c3d8) .or. any(scene%mesh%connectivity%cell /= &
-      hexahedron_8)) then
-      what = 'elements other than C3D8'
+    if (any(scene%mesh%connectivity%cell /= hexahedron_8)) then
+      what = 'elements other than hexahedra (C3D8, C3D8I, C3D8B)'
     else if (turns_by_coupling(scene)) then
       what = 'couplings whose reference nodes turn or carry moments, or spread forces from '// &
         'beside the middle of their surface: directions 4 to 6 must be held at 0 in all steps'

@@ -6,8 +6,17 @@ module state_mod
   implicit none
   private
 
-  public :: state_t, initial_state, archive_state, most_numbers, bytes_to_continue, &
+  public :: state_t, modes_t, initial_state, archive_state, most_numbers, bytes_to_continue, &
     largest_slip
+
+  !> Incompatible modes (C3D8I) at finite strain, a function of the displacement: where they were
+  !> last found, from where those of another displacement take one or two steps. Not allocated:
+  !> not found yet, or there are none.
+  type :: modes_t
+    real(wp), allocatable :: amplitude(:, :, :) !! (3, 3, n_elements) component, mode [length]
+    real(wp), allocatable :: inverse(:, :, :)
+    !! (9, 9, n_elements) of the modes' stiffness, somewhere near; 0: none [length/force]
+  end type modes_t
 
   !> All zero at the start of the run. `advance` reads an old state and writes a new one.
   type :: state_t
@@ -18,6 +27,7 @@ module state_mod
     !! its end within the step, in parts of the deck's increments (increments_mod)
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
+    type(modes_t) :: modes                        !! of this displacement
     real(wp), allocatable :: rotation(:, :)
     !! (3, n_obstacles) rotation vectors about their reference nodes [rad]
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
@@ -61,7 +71,8 @@ contains
       source=0.0_wp)
   end function initial_state
 
-  !> Put the state into the list, or take it out: every component, a line each.
+  !> Put the state into the list, or take it out: every component, a line each, but what follows
+  !> from the displacement.
   subroutine archive_state(list, state)
     type(number_list_t), intent(inout) :: list
     type(state_t), intent(inout) :: state

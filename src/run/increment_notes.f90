@@ -14,14 +14,16 @@ module increment_notes_mod
   use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
   use follow_points_mod, only: rounding_of_places
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
+  use stability_mod, only: stability_t
   use law_limits_mod, only: stretched_t
-  use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words
+  use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words, &
+    unstable_in_words
   implicit none
   private
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual
+    note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable
 
   !> A line for the console.
   type :: note_t
@@ -181,6 +183,18 @@ contains
       '), for constraints can carry the same forces: the least reactions are given, and left '// &
       'out of pressures')
   end subroutine note_redundant
+
+  !> An equilibrium that may be unstable: where points slide, friction may hold it, and so may
+  !> pressures that follow the body.
+  pure subroutine note_unstable(increment, stability, notes)
+    type(increment_t), intent(in) :: increment
+    type(stability_t), intent(in) :: stability !! with unstable motions
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
+      unstable_in_words(stability)//'. '//trim(merge('Points that slide with friction', &
+      'Pressures that follow the body ', stability%slides))//' may yet hold it')
+  end subroutine note_unstable
 
   !> Where contact forces are many times what drives them at the end of a *STEP.
   subroutine note_opposed_reactions(scene, points, first_gap, increment, state, report, notes)

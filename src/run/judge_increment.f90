@@ -8,8 +8,9 @@ module judge_increment_mod
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, is_extra
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t
+  use increment_report_mod, only: increment_report_t, ended_out_of_balance
   use step_solver_mod, only: step_solver_t
+  use stability_mod, only: stability_t, find_stability
   use kinks_mod, only: count_between
   use contact_points_mod, only: master_nodes
   use load_events_mod, only: first_touch, no_event
@@ -30,10 +31,10 @@ module judge_increment_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
-    refuse_lost_law
+    refuse_lost_law, refuse_unstable, unstable_in_words
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual
+    note_unusual, note_unstable
   implicit none
   private
 
@@ -94,6 +95,8 @@ contains
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, solver%choices, increment, report, &
         solver%body%inverse%condition, solved%met_tolerance, error)
+      if (allocated(error)) call explain_by_instability(scene, plan, solver, progress, solved, &
+        error)
       if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
@@ -113,6 +116,8 @@ contains
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
       call refuse_lost_energy(increment, report, error)
+      if (allocated(error)) return
+      call judge_stability(scene, plan, solver, progress, solved, notes, error)
       if (allocated(error)) return
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
@@ -269,6 +274,55 @@ contains
     end function is_pressed_elsewhere
 
   end subroutine judge_leaning
+
+  !> What was not solved may have had no stable equilibrium to begin with.
+  subroutine explain_by_instability(scene, plan, solver, progress, solved, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(in) :: solver
+    type(progress_t), intent(in) :: progress !! before the increment
+    type(solved_t), intent(in) :: solved
+    type(error_t), allocatable, intent(inout) :: error
+    type(stability_t) :: stability
+
+    if (.not. scene%finite_strain) return
+    call find_stability(scene, plan%points, solver, progress%state, stability)
+    if (stability%n_unstable > 0) then
+      error%message = error%message//new_line('a')// &
+        '  The equilibrium where this increment begins '//trim(merge('may be', 'is    ', &
+        stability%slides .or. stability%follows))//' unstable'//unstable_in_words(stability)
+    else if (stability%slides .and. solved%report%ending == ended_out_of_balance .and. &
+      is_extra(solved%increment%position)) then
+      error%message = error%message//new_line('a')// &
+        '  Points slide: where smaller increments do not help, friction leaves no equilibrium '// &
+        'nearby, and the body would jump to another one'
+    end if
+  end subroutine explain_by_instability
+
+  !> At finite strain an equilibrium that is unstable at the end of a *STEP ends the run. Where
+  !> points slide with friction that is a note.
+  subroutine judge_stability(scene, plan, solver, progress, solved, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(in) :: solver
+    type(progress_t), intent(inout) :: progress !! its tally
+    type(solved_t), intent(in) :: solved
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(stability_t) :: stability
+    real(wp) :: clock
+
+    if (.not. (scene%finite_strain .and. solved%increment%last_of_step)) return
+    clock = wall_seconds()
+    call find_stability(scene, plan%points, solver, solved%state, stability)
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+    if (stability%n_unstable == 0) return
+    if (stability%slides .or. stability%follows) then
+      call note_unstable(solved%increment, stability, notes)
+    else
+      call refuse_unstable(solved%increment, stability, error)
+    end if
+  end subroutine judge_stability
 
   !> Count the events of the load path that the increment ends at or goes across; note what a *STEP
   !> goes across, the first time.

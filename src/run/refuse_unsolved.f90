@@ -18,6 +18,7 @@ module refuse_unsolved_mod
   use amounts_mod, only: bytes_in_words
   use connectivity_mod, only: corners_in
   use placement_mod, only: no_gap
+  use stability_mod, only: stability_t
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
     entered_and_left
   use elasticity_mod, only: elasticity_t, bulk_modulus
@@ -28,8 +29,8 @@ module refuse_unsolved_mod
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
-    nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
-    next_tolerance
+    refuse_unstable, unstable_in_words, nodes_in_words, stretches_in_words, neo_hooke_in_words, &
+    is_solved, tolerance_in_reach, next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -444,6 +445,31 @@ contains
         'or another mesh')
     end associate
   end subroutine refuse_lost_energy
+
+  !> An equilibrium that the least disturbance leaves is not what a body does.
+  subroutine refuse_unstable(increment, stability, error)
+    type(increment_t), intent(in) :: increment
+    type(stability_t), intent(in) :: stability !! with unstable motions
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': the equilibrium is unstable'//unstable_in_words(stability))
+  end subroutine refuse_unstable
+
+  !> In how many ways an equilibrium is unstable, and what may be done.
+  pure function unstable_in_words(stability) result(words)
+    type(stability_t), intent(in) :: stability
+    character(:), allocatable :: words
+
+    words = ' ('//to_text(stability%n_unstable)//trim(merge(' motion ', ' motions', &
+      stability%n_unstable == 1))//' of the body would release energy): it buckles'
+    if (stability%by_element) then
+      words = words//', or the elements do: C3D8I instead of C3D8B, or smaller strains, tell'
+    else
+      words = words//'; a small imperfection of its shape or a small force across it leads to '// &
+        'the stable equilibrium'
+    end if
+  end function unstable_in_words
 
   !> "body 2 (of node 132)".
   pure function body_name(scene, body) result(words)

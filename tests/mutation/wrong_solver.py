@@ -80,15 +80,15 @@ MISTAKES = [
     Mistake(
         "internal forces at finite strain 1e-6 too large",
         "elements/finite_strain.f90",
-        "p = weight(g)*stress(:, :, g)",
-        "p = 1.000001_wp*weight(g)*stress(:, :, g)",
+        "p = element%weight(g)*stress(:, :, g)",
+        "p = 1.000001_wp*element%weight(g)*stress(:, :, g)",
         "rubber.inp",
     ),
     Mistake(
         "the first Piola-Kirchhoff stress transposed",
         "elements/finite_strain.f90",
-        "p = weight(g)*stress(:, :, g)",
-        "p = weight(g)*transpose(stress(:, :, g))",
+        "p = element%weight(g)*stress(:, :, g)",
+        "p = element%weight(g)*transpose(stress(:, :, g))",
         "rubber.inp",
     ),
     Mistake(

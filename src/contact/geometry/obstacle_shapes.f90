@@ -15,7 +15,8 @@ module obstacle_shapes_mod
   implicit none
   private
 
-  public :: known_kinds, check_shapes, shift_of, turned, locate_point, least_gap, is_flat, &
+  public :: known_kinds, check_shapes, shift_of, turned, locate_point, bend_of_gap, &
+    least_gap, is_flat, &
     is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
     turns_in_place, normal_along, enters_faces, get_core, extent_of, holds_turned_away, &
     how_to_turn_round, shape_code, shape_codes, is_same_along
@@ -128,6 +129,32 @@ contains
     gap = -gap
     normal = -normal
   end subroutine locate_point
+
+  !> The second derivative of the gap by the place of the point, (I - n n^T - a a^T)/distance from
+  !> centre or axis (a, of a cylinder alone), negative inside; 0 before what is flat.
+  pure function bend_of_gap(obstacle, shift, x) result(bend)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: shift(3), x(3) !! as of locate_point [length]
+    real(wp) :: bend(3, 3)                 !! [1/length]
+    real(wp) :: arm(3), distance, normal(3), gap
+    integer :: i
+
+    bend = 0.0_wp
+    if (all(obstacle%kind /= [obstacle_sphere, obstacle_cylinder])) return
+    arm = x - obstacle%point - shift
+    do i = 1, 3
+      bend(i, i) = 1.0_wp
+    end do
+    if (obstacle%kind == obstacle_cylinder) then
+      arm = arm - dot_product(arm, obstacle%normal)*obstacle%normal
+      bend = bend - spread(obstacle%normal, 2, 3)*spread(obstacle%normal, 1, 3)
+    end if
+    call locate_point(obstacle, shift, x, gap, normal)
+    bend = bend - spread(normal, 2, 3)*spread(normal, 1, 3)
+    distance = norm2(arm)
+    bend = bend/max(distance, tiny(1.0_wp)**0.25_wp)
+    if (obstacle%inner) bend = -bend
+  end function bend_of_gap
 
   !> Whether a face lies inside an obstacle at rest, and is turned away from its surface: its body
   !> is on the wrong side. (One that only overlaps has its faces turned towards the obstacle.)

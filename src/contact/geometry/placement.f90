@@ -13,7 +13,7 @@ module placement_mod
   implicit none
   private
 
-  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, &
+  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, as_turned, &
     find_partly_covered
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]

@@ -1,0 +1,286 @@
+!> Whether an equilibrium at finite strain is stable: no motion that contact allows lowers the
+!> energy. docs/theory.md (8.43), (8.44).
+!>
+!> With B the rows of the points that press (the normal, and all three of one that sticks), and the
+!> curvature of contact in K, motions that B lets through lower it as often as
+!>
+!>     negative eigenvalues of [K B^T; B 0], less the rows of B
+!>
+!> Where points slide with friction K is not symmetric, and this is a hint. Loads that follow the
+!> body are not in K, nor is the curvature of masters that are surfaces.
+module stability_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use linked_nodes_mod, only: coupled_nodes
+  use scene_mod, only: scene_t
+  use obstacles_mod, only: obstacle_t
+  use mesh_mod, only: kind_c3d8b
+  use contact_points_mod, only: contact_points_t, weights_t
+  use state_mod, only: state_t
+  use dof_map_mod, only: dof_map_t, equations_of, interface_terms_of
+  use finite_forces_mod, only: tangent_t, negative_modes
+  use expansion_mod, only: find_free_strain
+  use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
+  use ordering_mod, only: order_equations
+  use sparse_factor_mod, only: count_negative
+  use obstacle_shapes_mod, only: bend_of_gap, shift_of, has_fixed_normals
+  use placement_mod, only: placement_t, place_curved, as_turned
+  use step_solver_mod, only: step_solver_t
+  implicit none
+  private
+
+  public :: stability_t, find_stability
+
+  real(wp), parameter :: neutral = 1.0e-9_wp !! of the diagonal of K: rounding, no instability [-]
+  real(wp), parameter :: cone = 1.0e-6_wp    !! of friction's limit: what is so near it slides [-]
+  real(wp), parameter :: independent = 1.0e-6_wp !! of a row beside those of the same node [-]
+
+  type :: stability_t
+    logical :: is_known = .false.  !! the matrix could be factorised
+    integer :: n_unstable = 0      !! independent motions that lower the energy
+    ! No more than a hint:
+    logical :: slides = .false.    !! points do, with friction
+    logical :: follows = .false.   !! pressures do: their stiffness is left out
+    logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
+  end type stability_t
+
+  !> The contact points where they are.
+  type :: pressed_t
+    type(placement_t) :: placement
+    real(wp), allocatable :: normal_force(:) !! (n_points) [force]
+    logical, allocatable :: presses(:), sticks(:) !! (n_points)
+  end type pressed_t
+
+  !> The rows of B in the unknowns.
+  type :: rows_t
+    integer :: n = 0
+    integer,  allocatable :: node(:)        !! (n) of the only node; 0: several
+    real(wp), allocatable :: direction(:, :) !! (3,n) of that node [-]
+    type(triplets_t) :: entries             !! row, equation, coefficient
+  end type rows_t
+
+contains
+
+  !> Stability at the end of an increment, or where the next one begins.
+  subroutine find_stability(scene, points, solver, state, stability)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver      !! its unknowns and constraints
+    type(state_t), intent(in) :: state
+    type(stability_t), intent(out) :: stability
+    type(tangent_t) :: tangent
+    type(triplets_t) :: k
+    type(rows_t) :: rows
+    type(pressed_t) :: contact
+    type(error_t), allocatable :: error
+    integer, allocatable :: start(:), neighbours(:), position(:)
+    real(wp), allocatable :: d(:)
+    integer :: n_negative, of_modes, i
+
+    contact = pressed_points(scene, points, solver, state)
+    tangent%at = state%displacement
+    allocate (tangent%free(scene%mesh%n_elements))
+    call find_free_strain(scene, max(1, state%step), state%position, tangent%free)
+    tangent%is_projected = .false.
+    associate (map => solver%body%inverse%map)
+      call coupled_nodes(scene%mesh, solver%body%constraints, start, neighbours)
+      call order_equations(map, start, neighbours, position, error, 0)
+      if (allocated(error)) return
+      call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
+        tangent=tangent)
+      of_modes = negative_modes(scene%mesh, scene%materials, tangent)
+      call find_rows(map, points, contact, rows)
+      d = scales_of(k)
+      call add_curvature(scene, points, map, state, contact, k)
+      k%value = d(k%row)*k%value*d(k%column)
+      ! What is negative by less is rounding.
+      k%row = [k%row, (i, i=1, k%n)]
+      k%column = [k%column, (i, i=1, k%n)]
+      k%value = [k%value, (neutral, i=1, k%n)]
+      call border(rows, d, k, position)
+    end associate
+    call count_negative(k, position, n_negative, error)
+    if (allocated(error)) return
+    stability%is_known = .true.
+    stability%n_unstable = n_negative - rows%n + of_modes
+    stability%slides = any(contact%presses .and. .not. contact%sticks .and. points%mu > 0.0_wp)
+    associate (step => scene%steps(max(1, state%step)))
+      stability%follows = size(step%pressures) > 0 .or. size(step%face_pressures) > 0
+    end associate
+    stability%by_element = of_modes > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
+  end subroutine find_stability
+
+  !> The points that press, by their reactions.
+  pure type(pressed_t) function pressed_points(scene, points, solver, state) result(contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state
+    real(wp) :: r(3)
+    integer :: i
+
+    contact%placement = solver%undeformed
+    call place_curved(scene, points, state%displacement, contact%placement, state%rotation)
+    allocate (contact%normal_force(points%n), source=0.0_wp)
+    allocate (contact%presses(points%n), contact%sticks(points%n), source=.false.)
+    do i = 1, points%n
+      r = matmul(state%reaction(:, i), contact%placement%frame(:, :, i))
+      contact%presses(i) = r(1) > 0.0_wp
+      contact%normal_force(i) = max(0.0_wp, r(1))
+      contact%sticks(i) = contact%presses(i) .and. norm2(r(2:)) < (1.0_wp - cone)*points%mu(i)*r(1)
+    end do
+  end function pressed_points
+
+  !> The rows of the points that press, those of a node made independent of each other.
+  pure subroutine find_rows(map, points, contact, rows)
+    type(dof_map_t), intent(in) :: map
+    type(contact_points_t), intent(in) :: points
+    type(pressed_t), intent(in) :: contact
+    type(rows_t), intent(out) :: rows
+    real(wp) :: direction(3)
+    integer :: i, axis, n_axes
+    logical :: is_alone
+
+    allocate (rows%node(0), rows%direction(3, 0))
+    allocate (rows%entries%row(0), rows%entries%column(0), rows%entries%value(0))
+    do i = 1, points%n
+      if (.not. contact%presses(i)) cycle
+      n_axes = merge(3, 1, contact%sticks(i))
+      associate (weights => contact%placement%weights)
+        is_alone = .not. can_any_move(map, weights%node(weights%first(i):weights%first(i + 1) - 1))
+      end associate
+      do axis = 1, n_axes
+        direction = contact%placement%frame(:, axis, i)
+        if (is_alone) then
+          where (equations_of(map, points%node(i)) == 0) direction = 0.0_wp
+          call take_others_out(rows, points%node(i), direction)
+          if (norm2(direction) <= independent) cycle
+          direction = direction/norm2(direction)
+        end if
+        rows%n = rows%n + 1
+        rows%node = [rows%node, merge(points%node(i), 0, is_alone)]
+        rows%direction = reshape([rows%direction, direction], [3, rows%n])
+        call add_entries(map, points%node(i), direction, rows)
+        call add_masters(map, contact%placement%weights, i, direction, rows)
+      end do
+    end do
+  end subroutine find_rows
+
+  pure logical function can_any_move(map, nodes) result(can)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: nodes(:)
+    integer :: k
+
+    can = .false.
+    do k = 1, size(nodes)
+      can = can .or. any(equations_of(map, nodes(k)) > 0)
+    end do
+  end function can_any_move
+
+  !> Take out of a direction what earlier rows of the same node have.
+  pure subroutine take_others_out(rows, node, direction)
+    type(rows_t), intent(in) :: rows
+    integer, intent(in) :: node
+    real(wp), intent(inout) :: direction(3)
+    integer :: i
+
+    do i = 1, rows%n
+      if (rows%node(i) == node) direction = direction - dot_product(rows%direction(:, i), &
+        direction)*rows%direction(:, i)
+    end do
+  end subroutine take_others_out
+
+  !> Add the masters of a point to its last row.
+  pure subroutine add_masters(map, weights, i, direction, rows)
+    type(dof_map_t), intent(in) :: map
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    real(wp), intent(in) :: direction(3)
+    type(rows_t), intent(inout) :: rows
+    integer :: k
+
+    do k = weights%first(i), weights%first(i + 1) - 1
+      call add_entries(map, weights%node(k), -weights%weight(k)*direction, rows)
+    end do
+  end subroutine add_masters
+
+  !> Add the unknowns of a node to the last row, those of its masters where it depends on others.
+  pure subroutine add_entries(map, node, coefficient, rows)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: node
+    real(wp), intent(in) :: coefficient(3)
+    type(rows_t), intent(inout) :: rows
+    integer, allocatable :: equations(:)
+    real(wp), allocatable :: weights(:)
+    integer :: i
+
+    associate (all => rows%entries)
+      do i = 1, 3
+        call interface_terms_of(map, node, i, equations, weights)
+        all%row = [all%row, spread(rows%n, 1, size(equations))]
+        all%column = [all%column, map%n_free - map%n_interface + equations]
+        all%value = [all%value, coefficient(i)*weights]
+      end do
+    end associate
+  end subroutine add_entries
+
+  !> Take r_n times the second derivative of the gap out of K at the points that press.
+  pure subroutine add_curvature(scene, points, map, state, contact, k)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(dof_map_t), intent(in) :: map
+    type(state_t), intent(in) :: state
+    type(pressed_t), intent(in) :: contact
+    type(triplets_t), intent(inout) :: k
+    type(obstacle_t) :: obstacle
+    type(triplets_t) :: bends
+    real(wp) :: bend(3, 3)
+    integer :: pair, i, j, l, equations(3)
+
+    allocate (bends%row(0), bends%column(0), bends%value(0))
+    do pair = 1, size(scene%pairs)
+      if (scene%pairs(pair)%master == 0 .or. has_fixed_normals(scene, pair)) cycle
+      obstacle = as_turned(scene, scene%pairs(pair)%master, state%rotation)
+      do i = points%first(pair), points%first(pair + 1) - 1
+        if (.not. contact%presses(i)) cycle
+        equations = equations_of(map, points%node(i))
+        bend = -contact%normal_force(i)*bend_of_gap(obstacle, shift_of(obstacle, &
+          state%displacement), scene%mesh%coordinates(:, points%node(i)) + &
+          state%displacement(:, points%node(i)))
+        do j = 1, 3
+          do l = 1, j
+            if (equations(j) == 0 .or. equations(l) == 0) cycle
+            bends%row = [bends%row, max(equations(j), equations(l))]
+            bends%column = [bends%column, min(equations(j), equations(l))]
+            bends%value = [bends%value, bend(j, l)]
+          end do
+        end do
+      end do
+    end do
+    k%row = [k%row, bends%row]
+    k%column = [k%column, bends%column]
+    k%value = [k%value, bends%value]
+  end subroutine add_curvature
+
+  !> Put the rows, each near 1 in size, below the matrix, to be eliminated last.
+  pure subroutine border(rows, d, k, position)
+    type(rows_t), intent(in) :: rows
+    real(wp), intent(in) :: d(:)           !! (n) scales of the unknowns, as of scales_of
+    type(triplets_t), intent(inout) :: k   !! scaled
+    integer, allocatable, intent(inout) :: position(:)
+    real(wp) :: largest(rows%n), value(size(rows%entries%value))
+    integer :: i
+
+    value = rows%entries%value*d(rows%entries%column)
+    largest = 0.0_wp
+    do i = 1, size(value)
+      largest(rows%entries%row(i)) = max(largest(rows%entries%row(i)), abs(value(i)))
+    end do
+    k%row = [k%row, k%n + rows%entries%row]
+    k%column = [k%column, rows%entries%column]
+    k%value = [k%value, value/largest(rows%entries%row)]
+    position = [position, (k%n + i, i=1, rows%n)]
+    k%n = k%n + rows%n
+  end subroutine border
+
+end module stability_mod

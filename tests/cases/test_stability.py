@@ -1,0 +1,173 @@
+"""Equilibria at finite strain that are not stable are refused, or noted where points slide."""
+
+import subprocess
+import tempfile
+import unittest
+from math import pi
+from pathlib import Path
+
+import numpy as np
+from meshes import grid
+from program import PROGRAM, Result, Run
+
+YOUNG, LENGTH = 1000.0, 20.0
+
+
+def column(part, law=f"*ELASTIC\n{YOUNG}, 0."):
+    """Deck of a column held at both ends, shortened by a part of what Euler's load does."""
+    load = 4 * pi**2 * YOUNG / 12 / LENGTH**2
+    return f"""\
+*PARAMETER
+element = C3D8I
+*BLOCK, NAME=B, ELSET=B, TYPE=<element>, NX=1, NY=1, NZ=20
+0., 0., 0., 1., 1., {LENGTH}
+*MATERIAL, NAME=M
+{law}
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+B-ZMIN, 1, 3
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, {-part * load / YOUNG * LENGTH!r}
+*END STEP
+"""
+
+
+def post(obstacle, press, radius=2.0, friction=0.0):
+    """Deck of a post 1 x 1 x 4 held above, its foot shaped as what it stands on."""
+    side = {"bowl": 1, "dome": -1, "flat": 0}[obstacle]
+
+    def shape(at):
+        x, y, z = at[0] - 0.5, at[1] - 0.5, at[2]
+        low = side * (radius - (radius**2 - x * x - y * y) ** 0.5)
+        return x, y, low + (4 - low) * z
+
+    mesh, index, _ = grid("ALL", (2, 2, 4), shape)
+    kind = {
+        "bowl": f"TYPE=SPHERE, INNER\n0., 0., {radius}, {radius}",
+        "dome": f"TYPE=SPHERE\n0., 0., {-radius}, {radius}",
+        "flat": "TYPE=PLANE\n0., 0., 0., 0., 0., 1.",
+    }[obstacle]
+    top = "\n".join(map(str, index[:, :, -1].ravel()))
+    faces = "\n".join(f"{e}, S1" for e in range(1, 17, 4))
+    return f"""\
+*PARAMETER
+element = C3D8
+{mesh}*NSET, NSET=TOP
+{top}
+*SURFACE, NAME=LOW
+{faces}
+*MATERIAL, NAME=M
+*HYPERELASTIC, NEO HOOKE
+<1/(4*1.3)>, <6*0.4>
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, {kind}
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+{friction}
+*CONTACT PAIR, INTERACTION=I
+LOW, O
+*STEP, NLGEOM
+*STATIC
+0.25, 1.
+*BOUNDARY
+TOP, 1, 2
+TOP, 3, 3, {-4 * press!r}
+*END STEP
+"""
+
+
+class Columns(unittest.TestCase):
+    """Euler's column, held at both ends: 4 pi^2 EI/L^2, and 2.05 times that along each axis."""
+
+    def test_loads_about_eulers(self):
+        for part, motions in ((0.9, 0), (1.1, 2), (2.4, 4)):
+            run = Run(column(part), name="column")
+            if motions == 0:
+                self.assertEqual(run.status, 0, run.errors)
+                continue
+            self.assertEqual(run.status, 2, part)
+            self.assertIn(f"the equilibrium is unstable ({motions} motions", run.errors)
+            self.assertIn("buckles", run.errors)
+
+    def test_mean_dilatation_may_be_the_reason(self):
+        run = Run(column(1.5), name="column", element="C3D8B")
+        self.assertEqual(run.status, 2)
+        self.assertIn("C3D8I instead of C3D8B", run.errors)
+        self.assertIn("note: C3D8B at finite strain", run.errors + run.output)
+
+
+class Posts(unittest.TestCase):
+    """Frictionless posts, as the Hessian of the Lagrangian of another program says.
+
+    Without the curvature of contact the bowl has two unstable motions everywhere, the dome none.
+    """
+
+    def test_bowl_and_dome(self):
+        for obstacle, press, is_stable in (
+            ("flat", 0.06, True), ("flat", 0.08, False), ("bowl", 0.04, True), ("bowl", 0.14, True),
+            ("dome", 0.08, True), ("dome", 0.1, False),
+        ):
+            run = Run(post(obstacle, press), name="post")
+            self.assertEqual(run.status, 0 if is_stable else 2, (obstacle, press, run.errors))
+            if not is_stable:
+                self.assertIn("unstable (2 motions", run.errors)
+        self.assertEqual(Run(post("bowl", 0.14, radius=5.0), name="post").status, 2)
+
+    def test_friction_holds(self):
+        """What sticks does not slip away; where points slide it is a note."""
+        run = Run(post("flat", 0.08, friction=0.3), name="post")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertNotIn("unstable", run.output)
+        run = Run(post("flat", 0.12, friction=0.3), name="post", element="C3D8I")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("may be unstable", run.output)
+
+
+class Continued(unittest.TestCase):
+    """A run that is continued finds the modes of C3D8I anew."""
+
+    def test_a_run_cut_in_two_is_the_same(self):
+        """A cantilever bent by half of its length: to 1e-7 of that, where 1e-8 is balanced."""
+        deck = """\
+*BLOCK, NAME=B, ELSET=B, TYPE=C3D8I, NX=8, NY=1, NZ=1
+0., 0., 0., 8., 1., 1.
+*MATERIAL, NAME=M
+*HYPERELASTIC, NEO HOOKE
+200., 1e-4
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*STEP, NLGEOM
+*STATIC
+0.05, 1.
+*BOUNDARY
+B-XMIN, 1, 3
+B-XMAX, 3, 3, 4.
+*END STEP
+"""
+        whole = Run(deck, name="deck")
+        self.assertEqual(whole.status, 0, whole.errors)
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "deck.inp").write_text(deck)
+            with subprocess.Popen(
+                [PROGRAM, "deck.inp"], cwd=folder, stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL, text=True,
+            ) as running:
+                for line in running.stdout:
+                    if line.split()[:2] == ["1", "8"]:
+                        running.terminate()
+                running.wait()
+            done = subprocess.run(
+                [PROGRAM, "deck.inp", "--continue"], cwd=folder, capture_output=True, text=True,
+                check=False,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with Result(Path(folder) / "deck.vtkhdf") as one, whole.result() as other:
+                np.testing.assert_allclose(
+                    one.field("displacement", -1), other.field("displacement", -1), atol=4e-7
+                )
+
+
+if __name__ == "__main__":
+    unittest.main()
