@@ -14,13 +14,15 @@ module finite_forces_mod
   implicit none
   private
 
+  public :: tangent_t, element_tangent, add_tangent_force
   public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
-    projected_tangent, work_of_heat, tangent_t
+    work_of_heat
 
   !> Where a tangent is taken.
   type :: tangent_t
     real(wp), allocatable :: at(:, :) !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp), allocatable :: free(:)  !! (n_elements) strain by free expansion there [-]
+    logical :: is_projected = .true.  !! of each element, without what is negative in it
   end type tangent_t
 
 contains
@@ -121,10 +123,12 @@ contains
     end do
   end function work_of_heat
 
-  !> Tangent of an element, K_ab = int A : g_a (x) g_b, A = dP/dF, without what is negative in it:
-  !> the next positive semi-definite matrix. A soft body that is pressed has a tangent that is none,
-  !> and a compliance of which contact problems have several solutions. docs/theory.md (8.23).
-  subroutine projected_tangent(mesh, materials, tangent, e, k)
+  !> Tangent of an element, K_ab = int A : g_a (x) g_b, A = dP/dF. docs/theory.md (8.23).
+  !>
+  !> Projected: without what is negative in it, the next positive semi-definite matrix. A soft body
+  !> that is pressed has a tangent that is none, and a compliance of which contact problems have
+  !> several solutions.
+  subroutine element_tangent(mesh, materials, tangent, e, k)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(tangent_t), intent(in) :: tangent
@@ -158,6 +162,7 @@ contains
         end do
       end do
     end do
+    if (.not. tangent%is_projected) return
     vectors = 0.5_wp*(k + transpose(k))
     call symmetric_eigenvectors(vectors, values, ok)
     if (.not. ok .or. values(1) >= 0.0_wp) return
@@ -165,7 +170,25 @@ contains
       if (values(i) >= 0.0_wp) exit
       k = k - values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
     end do
-  end subroutine projected_tangent
+  end subroutine element_tangent
+
+  !> Add K v of the tangent to nodal forces.
+  subroutine add_tangent_force(mesh, materials, tangent, v, f)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(tangent_t), intent(in) :: tangent
+    real(wp), intent(in) :: v(:, :)    !! (3,n_nodes) displacement [length]
+    real(wp), intent(inout) :: f(:, :) !! (3,n_nodes) [force]
+    real(wp) :: k(24, 24)
+    integer :: e, nodes(8)
+
+    do e = 1, mesh%n_elements
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      if (.not. any(abs(v(:, nodes)) > 0.0_wp)) cycle
+      call element_tangent(mesh, materials, tangent, e, k)
+      f(:, nodes) = f(:, nodes) + reshape(matmul(k, reshape(v(:, nodes), [24])), [3, 8])
+    end do
+  end subroutine add_tangent_force
 
   !> Logarithmic strain, that by expansion included, and Cauchy stress of an element at its Gauss
   !> points: sigma = P F^T/J.

@@ -8,7 +8,7 @@ module assembly_mod
   use linked_nodes_mod, only: nodes_with_constraints
   use scene_mod, only: material_t
   use elements_mod, only: stiffness
-  use finite_forces_mod, only: tangent_t, projected_tangent
+  use finite_forces_mod, only: tangent_t, element_tangent
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
@@ -76,7 +76,7 @@ contains
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       if (present(tangent)) then
-        call projected_tangent(mesh, materials, tangent, e, ke)
+        call element_tangent(mesh, materials, tangent, e, ke)
         known%n_computed = known%n_computed + 1
       else
         call find_stiffness(mesh, materials, e, known, ke)

@@ -22,7 +22,8 @@ module advance_mod
   use interference_mod, only: has_interference
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance
+    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance, &
+    ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
   use finite_forces_mod, only: finite_strain_energy, work_of_heat
@@ -33,8 +34,10 @@ module advance_mod
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
+  use body_solver_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
+  use renew_tangent_mod, only: begin_with_tangent
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
@@ -99,10 +102,11 @@ contains
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
     type(trial_t) :: trial
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
-    real(wp) :: clock
+    real(wp) :: clock, on_tangents
     integer :: i
 
     clock = wall_seconds()
+    on_tangents = seconds_of(solver%on_tangents)
     call begin_trial(scene, points, solver, old, increment, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
@@ -116,7 +120,7 @@ contains
     new%trend = trend_of(increment, old%reaction, new%reaction)
     if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
       new%displacement - trial%u_free)
-    report%wall_time = wall_seconds() - clock
+    report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
   end subroutine advance_with
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
@@ -171,7 +175,11 @@ contains
 
     attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
-      call equilibrate(scene, points, solver, old, trial, new, report, error)
+      if (i == 1 .and. solver%choices%precision%renews_tangent) call begin_with_tangent(scene, &
+        points, solver, old, trial, report, error)
+      if (allocated(error)) return
+      if (.not. has_no_result(report)) call equilibrate(scene, points, solver, old, trial, new, &
+        report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
         ! No result, but others may want to try the contact problem: with these frames.
@@ -230,7 +238,7 @@ contains
     type(increment_report_t), intent(in) :: report
 
     has_no_result = any(report%ending == [ended_unbalanced, ended_passed, ended_inverted, &
-      ended_out_of_balance])
+      ended_out_of_balance, ended_indefinite])
   end function has_no_result
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
