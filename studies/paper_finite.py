@@ -1,9 +1,10 @@
-"""The paper's example at finite strain, for the page of studies/paper.py: both tangents, all solvers.
+"""The paper's example at finite strain, for studies/paper.py: both tangents, all solvers.
 
 With TANGENT=NEWTON its equation [1] is solved as it stands: tangent, factor, compliance and contact
 problem anew in every iteration. With KEPT, the default, one factor serves many.
 """
 
+import re
 from functools import partial
 
 import numpy as np
@@ -92,7 +93,7 @@ class Counts:
 
 def where(message):
     """Return step and increment of the message that ends a run."""
-    return message.split(":", 1)[0].replace("increment ", "").replace(", ", "/").replace("step ", "")
+    return "/".join(re.findall(r"\d+", message.split(":", 1)[0]))
 
 
 def solver_tables(runs):
@@ -137,8 +138,8 @@ def solver_tables(runs):
         table(("scene", "increments", "KEPT", "NEWTON", "apart"), rows), "",
         claim(
             kept_all and largest < SAME,
-            f"With the kept factor all solvers solve all of these, and the forces are the same to"
-            f" {SAME:.0e} wherever a run comes to its end, with the tangent of every iteration too.",
+            "With the kept factor all solvers solve all of these, and all forces are the same to"
+            f" {SAME:.0e}, with the tangent of every iteration as far as that goes.",
         ),
         claim(
             len(ends) > 0 and all("15 %" in scene for (scene, *_), c in found.items() if c.end),
@@ -217,11 +218,12 @@ def finite_strain(runs, draw, n, folder):
     """Return the page's part of finite strain; `draw` makes the paper's figures 2 and 3."""
     text = [
         "## At finite strain", "",
-        "`input/block.inp` with `*STEP, NLGEOM`, and for neo-Hooke `*HYPERELASTIC, NEO HOOKE` of the"
-        " same constants in the place of `*ELASTIC`. `TANGENT=NEWTON` of `*BODY SOLVER` is the"
-        " paper's equation [1] as it stands: tangent, factor, compliance and contact problem anew in"
-        " every iteration; `TANGENT=KEPT` the default"
-        " ([theory](../theory.md#8-the-elements)). The figures are with `NEWTON`.", "",
+        "`input/block.inp` with `*STEP, NLGEOM`, and for neo-Hooke `*HYPERELASTIC, NEO HOOKE` of"
+        " the same constants in the place of `*ELASTIC`. `*BODY SOLVER, TANGENT=NEWTON` is the"
+        " paper's equation [1] as it stands: tangent, factor, compliance and contact problem anew"
+        " in every iteration; `TANGENT=KEPT` is the default, of whose factors each serves many"
+        " iterations and increments ([theory](../theory.md#8-the-elements)). The figures are with"
+        " `NEWTON`.", "",
     ]
     for number, figure in draw.items():
         for law in LAWS:
