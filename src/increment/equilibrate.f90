@@ -16,7 +16,7 @@ module equilibrate_mod
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
     ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
   use mesh_forces_mod, only: internal_force, force_rounding
-  use finite_forces_mod, only: finite_internal_force
+  use finite_forces_mod, only: tangent_t, finite_internal_force
   use anderson_mod, only: new_anderson, accelerate, forget
   use rigid_modes_mod, only: add_motions
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
@@ -117,7 +117,8 @@ contains
       call lead(scene, points, solver, trial, new, loop)
       if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
         trial%controls%tolerance) then
-        call renew_tangent(scene, points, solver, new%displacement, trial, report, error)
+        call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
+          is_projected=.false.), trial, report, error)
         if (allocated(error) .or. report%ending == ended_indefinite) return
       end if
       call correct(solver, residual, trial, loop, error)

@@ -9,6 +9,7 @@ module renew_tangent_mod
   use increment_report_mod, only: increment_report_t, ended_indefinite
   use constraints_mod, only: follow_masters
   use finite_forces_mod, only: tangent_t, finite_internal_force, add_tangent_force
+  use expansion_mod, only: find_free_strain
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: apply_inverse, answer_of_interface, at_interface
   use step_solver_mod, only: step_solver_t, linearise_at
@@ -32,10 +33,13 @@ contains
     type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
     real(wp), dimension(3, scene%mesh%n_nodes) :: moved, held
     real(wp), allocatable :: correction(:, :, :)
+    real(wp) :: free(scene%mesh%n_elements) !! strain by free expansion there [-]
     integer :: inverted
 
     call apply_reactions(scene, points, solver, old, trial)
-    call renew_tangent(scene, points, solver, old%displacement, trial, report, error)
+    call find_free_strain(scene, max(1, old%step), old%position, free)
+    call renew_tangent(scene, points, solver, tangent_t(old%displacement, free, &
+      is_projected=.false.), trial, report, error)
     if (allocated(error) .or. report%ending == ended_indefinite) return
     moved = 0.0_wp
     where (trial%forces%prescribed) moved = trial%forces%displacement - old%displacement
@@ -49,20 +53,19 @@ contains
     trial%u_free = trial%u_free + moved + correction(:, :, 1)
   end subroutine begin_with_tangent
 
-  !> Factor, compliance and contact problem of the tangent at a displacement, from which the
-  !> iteration goes on. One that is not positive definite ends the increment, as the report says:
+  !> Factor, compliance and contact problem of a tangent, from whose displacement the iteration
+  !> goes on. One that is not positive definite ends the increment, as the report says:
   !> no compliance of contact follows from it.
-  subroutine renew_tangent(scene, points, solver, displacement, trial, report, error)
+  subroutine renew_tangent(scene, points, solver, tangent, trial, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
-    real(wp), intent(in) :: displacement(:, :)         !! (3,n_nodes) [length]
+    type(tangent_t), intent(in) :: tangent             !! not projected
     type(trial_t), intent(inout) :: trial              !! its displacements
     type(increment_report_t), intent(inout) :: report  !! how it ends, where it does
     type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
 
-    call linearise_at(scene, points, tangent_t(displacement, trial%free, is_projected=.false.), &
-      solver, error)
+    call linearise_at(scene, points, tangent, solver, error)
     if (allocated(error)) then
       if (error%exit_status /= exit_not_solved) return
       report%ending = ended_indefinite
@@ -74,7 +77,7 @@ contains
       ! On the interface u_free must be what the contact problem adds W r to.
       trial%u_contact = at_interface(inverse, answer_of_interface(inverse, trial%applied_force), n)
     end associate
-    trial%u_free = displacement - trial%u_contact
+    trial%u_free = tangent%at - trial%u_contact
     call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
   end subroutine renew_tangent
 
