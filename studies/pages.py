@@ -91,17 +91,35 @@ class Runs:
         print(self.commands[-1], flush=True)
         return self._run(parameters, deck)
 
-    def of_text(self, name, text):
+    def of_text(self, name, text, **parameters):
         """Run a deck that is given as text and return its result, open for reading."""
+        return self._run(parameters, self._write(name, text, parameters))
+
+    def attempt(self, name, text, **parameters):
+        """Run one that need not be solved; return its result too, and what ended it, or ''."""
+        deck = self._write(name, text, parameters)
+        path = self._path()
+        done = run_block(self.program, path, parameters, deck, capture_output=True, text=True)
+        if done.returncode not in (0, 2):
+            raise RunError(f"{self.commands[-1]}\n{done.stderr}")
+        return Result(path), done.stderr.split("\n", 1)[0] if done.returncode else ""
+
+    def _write(self, name, text, parameters):
+        """Write a deck, and the command that runs it; return its path."""
         deck = self.folder / f"{name}.inp"
         deck.write_text(text, encoding="utf-8")
-        self.commands.append(f"{name}.inp, written by the study")
+        words = " ".join(f"{key}={value}" for key, value in parameters.items())
+        self.commands.append(f"{name}.inp, written by the study{' with ' * bool(words)}{words}")
         print(self.commands[-1], flush=True)
-        return self._run({}, deck)
+        return deck
+
+    def _path(self):
+        """Return where the result of the last of the commands goes."""
+        return self.folder / f"run-{len(self.commands)}.vtkhdf"
 
     def _run(self, parameters, deck):
         """Run the last of the commands."""
-        path = self.folder / f"run-{len(self.commands)}.vtkhdf"
+        path = self._path()
         done = run_block(self.program, path, parameters, deck)
         if done.returncode != 0:
             raise RunError(f"{self.commands[-1]}\nended with status {done.returncode}")

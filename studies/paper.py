@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from matplotlib.ticker import MaxNLocator
 from bipot.figures import BLUE, GREEN, GRID, INK, ORANGE, new_axes, save
 from bipot.program import ROOT, RunError, script_options
 from bipot.result import ResultError
-from studies.pages import PAGES, fresh_runs
+from studies.pages import PAGES, StudyError, fresh_runs
+from studies.paper_finite import finite_strain
 
 # The two corners of the lower face whose forces the paper follows.
 CORNERS = {"F": (1.0, 0.0, 0.0), "H": (0.0, 1.0, 0.0)}
@@ -30,13 +32,13 @@ METHODS = (
 )
 
 
-def figure_2(runs, n, path):
-    """Draw the normal forces of F and H over the load steps; return the caption."""
+def figure_2(run, n, path):
+    """Draw the normal forces of F and H over the load steps of `run`; return the caption."""
     figure, axes = new_axes()
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     values = {}
     for local, line, mark in (("NEWTON", "-", ""), ("UZAWA", "none", "o")):
-        with runs("block", n=n, local=local) as result:
+        with run(n=n, local=local) as result:
             increments = np.arange(result.finished + 1)
             turn = result.step_ends[0] + 1
             pair = result.pairs[0]
@@ -76,13 +78,13 @@ def figure_2(runs, n, path):
     )
 
 
-def figure_3(runs, n, path):
+def figure_3(run, n, path):
     """Draw contact iterations over cumulative Newton-Raphson iterations; return the caption."""
     figure, axes = new_axes()
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     totals = []
     for name, parameters, colour, line in METHODS:
-        with runs("block", n=n, **COUNTED, **parameters) as result:
+        with run(n=n, **COUNTED, **parameters) as result:
             sweeps = result.history("contact_iterations")
             local = result.history("local_iterations")
             newton_raphson = np.cumsum(result.history("newton_raphson_iterations"))
@@ -140,16 +142,18 @@ def main():
         with fresh_runs(options.bipot) as runs:
             figures = options.folder / "figures"
             figures.mkdir(parents=True, exist_ok=True)
-            for number, draw in ((2, figure_2), (3, figure_3)):
+            draws = {2: figure_2, 3: figure_3}
+            for number, draw in draws.items():
                 path = figures / f"figure-{number}.png"
-                caption = draw(runs, options.n, path)
+                caption = draw(partial(runs, "block"), options.n, path)
                 text += [f"![Figure {number}](figures/{path.name})", ""]
                 text += [f"Figure {number}. {caption}", ""]
             text += show_block(runs, figures)
-    except (ResultError, RunError) as error:
+            text += ["The runs:", "", *(f"    {command}" for command in runs.commands), ""]
+            text += finite_strain(runs, draws, options.n, figures)
+    except (ResultError, RunError, StudyError) as error:
         sys.exit(f"paper: {error}")
-    text += ["The runs:", "", *(f"    {command}" for command in runs.commands)]
-    (options.folder / "paper.md").write_text("\n".join(text) + "\n", encoding="utf-8")
+    (options.folder / "paper.md").write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -270,7 +270,12 @@ contains
     call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
     call refuse_loose(reader, equations, scene%mesh)
     call check_turns(reader, scene)
-    if (scene%finite_strain) call prepare_finite_strain(reader, scene)
+    if (scene%finite_strain) then
+      call prepare_finite_strain(reader, scene)
+    else if (scene%precision%renews_tangent) then
+      call note(reader, 'TANGENT of *BODY SOLVER is ignored: it applies to NLGEOM only')
+      scene%precision%renews_tangent = .false.
+    end if
   end subroutine read_cards
 
   !> The blocks of a deck that would say the same of blocks of more or fewer elements: all elements

@@ -17,9 +17,9 @@ module finite_forces_mod
   implicit none
   private
 
-  public :: tangent_t, element_tangent, negative_modes
+  public :: tangent_t, element_tangent, tangent_force, negative_modes
   public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
-    tangent_force, work_of_heat
+    work_of_heat
 
   !> Where a tangent is taken.
   type :: tangent_t

@@ -33,7 +33,7 @@ module body_solver_mod
   private
 
   public :: body_solver_t, solver_work_t, begin_body_solver, make_body_solver, &
-    change_obstacle_supports, invert_schur, point_stiffness, lap
+    change_obstacle_supports, invert_schur, point_stiffness, lap, sum_of, seconds_of
 
   real(wp), parameter :: left_alone = 0.5_wp
   !! of the diagonal of the stiffness, in that of the condensed one: about, where none is found [-]
@@ -416,6 +416,23 @@ contains
     end do
     call find_near(index, s, near)
   end function point_stiffness
+
+  !> The work of two.
+  pure function sum_of(one, other) result(both)
+    type(solver_work_t), intent(in) :: one, other
+    type(solver_work_t) :: both
+
+    both = solver_work_t(one%assemble + other%assemble, one%order + other%order, &
+      one%factorise + other%factorise, one%condense + other%condense, one%loads + other%loads, &
+      one%n_factorisations + other%n_factorisations, one%n_stiffnesses + other%n_stiffnesses)
+  end function sum_of
+
+  !> Wall time of all of it [s].
+  pure real(wp) function seconds_of(work)
+    type(solver_work_t), intent(in) :: work
+
+    seconds_of = work%assemble + work%order + work%factorise + work%condense + work%loads
+  end function seconds_of
 
   !> Add the time since `clock` to `total` and start the clock again.
   subroutine lap(clock, total)

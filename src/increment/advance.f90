@@ -22,7 +22,8 @@ module advance_mod
   use interference_mod, only: has_interference
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance
+    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance, &
+    ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
   use finite_forces_mod, only: finite_strain_energy, work_of_heat
@@ -36,9 +37,10 @@ module advance_mod
   use describe_contact_mod, only: describe_contact, find_redundant
   use mesh_mod, only: moved_mesh
   use rigid_modes_mod, only: follow_turns
-  use body_solver_mod, only: body_solver_t
+  use body_solver_mod, only: body_solver_t, seconds_of
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
+  use renew_tangent_mod, only: begin_with_tangent
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
@@ -103,10 +105,11 @@ contains
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
     type(trial_t) :: trial
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
-    real(wp) :: clock
+    real(wp) :: clock, on_tangents
     integer :: i
 
     clock = wall_seconds()
+    on_tangents = seconds_of(solver%on_tangents)
     if (scene%finite_strain) call stand_at(scene, old, solver%body)
     call begin_trial(scene, points, solver, old, increment, trial)
     associate (motions => solver%body%motions)
@@ -121,7 +124,7 @@ contains
     new%trend = trend_of(increment, old%reaction, new%reaction)
     if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
       new%displacement - trial%u_free)
-    report%wall_time = wall_seconds() - clock
+    report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
   end subroutine advance_with
 
   !> Take the rigid motions of free bodies about where an increment begins. Where the pins do not
@@ -188,7 +191,11 @@ contains
 
     attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
-      call equilibrate(scene, points, solver, old, trial, new, report, error)
+      if (i == 1 .and. solver%choices%precision%renews_tangent) call begin_with_tangent(scene, &
+        points, solver, old, trial, report, error)
+      if (allocated(error)) return
+      if (.not. has_no_result(report)) call equilibrate(scene, points, solver, old, trial, new, &
+        report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
         if (i > 1) then
@@ -255,7 +262,7 @@ contains
     type(increment_report_t), intent(in) :: report
 
     has_no_result = any(report%ending == [ended_unbalanced, ended_passed, ended_inverted, &
-      ended_out_of_balance])
+      ended_out_of_balance, ended_indefinite])
   end function has_no_result
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.

@@ -14,9 +14,9 @@ module equilibrate_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
-    ended_passed, ended_inverted, ended_out_of_balance
+    ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
   use mesh_forces_mod, only: internal_force, force_rounding
-  use finite_forces_mod, only: finite_internal_force
+  use finite_forces_mod, only: tangent_t, finite_internal_force
   use anderson_mod, only: new_anderson, accelerate, forget
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
@@ -35,6 +35,7 @@ module equilibrate_mod
   use load_response_mod, only: follow_surfaces
   use neutral_motions_mod, only: neutral_step, way_to_rest
   use trial_mod, only: trial_t, displacement_of
+  use renew_tangent_mod, only: renew_tangent
   use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, follow_free_bodies, &
     place_points, find_reactions, check_covered
   implicit none
@@ -43,7 +44,6 @@ module equilibrate_mod
   public :: equilibrate
 
   integer, parameter :: max_newton_raphson = 40
-  integer, parameter :: depth = 5 !! displacements that acceleration keeps at finite strain
   real(wp), parameter :: nearby = 1.0e-2_wp
   !! of the way of an increment: so near the modes of the last iteration lead to the next [-]
   real(wp), parameter :: roughly = 1.0e-4_wp
@@ -124,6 +124,12 @@ contains
       if (is_settled(scene%finite_strain, loop, trial, new%reaction) .and. .not. is_missed) exit &
         newton_raphson
       call lead(scene, points, solver, trial, new, loop)
+      if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
+        trial%controls%tolerance) then
+        call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
+          is_projected=.false.), trial, report, error)
+        if (allocated(error) .or. report%ending == ended_indefinite) return
+      end if
       call correct(solver, residual, trial, loop, error)
       if (allocated(error)) return
     end do newton_raphson
@@ -169,7 +175,8 @@ contains
       loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
       trial%controls%tolerance))
     is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
-    if (is_finite) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
+    ! Contact was solved for what acceleration has mixed, not for the mixture.
+    if (loop%depth > 0) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
   end function is_settled
 
   !> The internal forces of the displacement, which at finite strain is accelerated first, and
@@ -201,7 +208,8 @@ contains
 
   !> At finite strain: the displacement at which forces are asked for next. With a factor of another
   !> place an iteration is a map from displacements to displacements, whose fixed point Anderson's
-  !> acceleration finds. docs/theory.md (8.22).
+  !> acceleration finds; with the tangent of each iteration it keeps nothing, and changes nothing.
+  !> docs/theory.md (8.22).
   subroutine extrapolate(mesh, map, motions, old, trial, new, loop)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
@@ -216,7 +224,7 @@ contains
 
     image = [unknowns_of(map, new%displacement), trial%motion]
     if (.not. allocated(loop%at)) then
-      loop%memory = new_anderson(size(image), depth)
+      loop%memory = new_anderson(size(image), loop%depth)
       loop%apart = huge(1.0_wp)
     else
       way = max(maxval(abs(new%displacement - old%displacement)), largest_deformation(mesh, &

@@ -29,6 +29,7 @@ module place_and_solve_mod
     find_reactions, check_covered
 
   integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
+  integer, parameter :: depth = 5 !! displacements that acceleration keeps at finite strain
   real(wp), parameter :: nearly = 1.0e-2_wp !! of what has moved: a gap about to close [-]
   real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
@@ -44,7 +45,8 @@ module place_and_solve_mod
     real(wp) :: left = 0.0_wp, last_left = huge(1.0_wp) !! of that node, now and before [force]
     real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
     !! how far points are from where they were placed, now and before [-]
-    type(anderson_t) :: memory            !! of displacements at finite strain
+    integer :: depth = 0                  !! displacements that acceleration keeps; 0: there is none
+    type(anderson_t) :: memory            !! of these
     real(wp), allocatable :: at(:)
     !! (n_free+n_motions) where forces were asked for, there [length]
     real(wp) :: apart = 0.0_wp, last_apart = huge(1.0_wp)
@@ -66,6 +68,7 @@ contains
     type(newton_raphson_t) :: loop
 
     loop%near = points%in_reach
+    if (scene%finite_strain .and. .not. solver%choices%precision%renews_tangent) loop%depth = depth
     if (scene%finite_strain) then
       loop%undeformed = trial%began
     else

@@ -10,7 +10,7 @@
 !> So a trial that is discarded leaves nothing behind that another reads.
 module step_solver_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
   use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
@@ -22,7 +22,6 @@ module step_solver_mod
   use body_solver_mod, only: body_solver_t, solver_work_t, make_body_solver, &
     change_obstacle_supports, lap
   use finite_forces_mod, only: tangent_t
-  use expansion_mod, only: find_free_strain
   use contact_interface_mod, only: interface_dofs
   use placement_mod, only: placement_t, place_undeformed
   use condensed_contact_mod, only: condensed_contact_t, find_groups, condense_contact
@@ -44,6 +43,7 @@ module step_solver_mod
     type(load_response_t) :: response
     type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
     integer :: tangent_of = 0              !! at finite strain: of its factor, as of state_t
+    type(solver_work_t) :: on_tangents     !! work of the run on these factors
   end type step_solver_t
 
 contains
@@ -82,25 +82,30 @@ contains
     call abandon_inverse(solver%body%inverse)
   end subroutine forget_supports
 
-  !> At finite strain: the factor of the tangent that a state says, for the increments that follow.
-  subroutine linearise_at(scene, points, state, solver, work, error)
+  !> At finite strain: the factor of a tangent, and contact with it.
+  subroutine linearise_at(scene, points, tangent, solver, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(state_t), intent(in) :: state
+    type(tangent_t), intent(in) :: tangent
     type(step_solver_t), intent(inout) :: solver
-    type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error !! as of set_supports
+    type(solver_work_t) :: work
+    type(placement_t) :: first
+    real(wp) :: clock
     logical :: prescribed(3, scene%mesh%n_nodes)
-    real(wp) :: free(scene%mesh%n_elements) !! [-]
 
     prescribed = solver%body%prescribed
-    call find_free_strain(scene, max(1, state%tangent_step), state%tangent_position, free)
-    call make_all(scene, points, prescribed, solver, work, error, tangent_t(state%tangent_at, free))
-    if (allocated(error)) return
-    solver%tangent_of = state%tangent_of
-    ! A body that has turned answers to its loads as it stands.
-    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, work, &
-      error)
+    work = solver%on_tangents
+    call make_body(scene, points, prescribed, solver, work, error, tangent)
+    if (.not. allocated(error)) then
+      clock = wall_seconds()
+      first = solver%undeformed
+      first%gap = solver%first_gap
+      call condense_contact(scene, solver%choices, points, solver%body, first, first, &
+        solver%contact)
+      call lap(clock, work%condense)
+    end if
+    solver%on_tangents = work
   end subroutine linearise_at
 
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
@@ -134,7 +139,20 @@ contains
       error)
   end subroutine prepare_step
 
-  subroutine make_all(scene, points, prescribed, solver, work, error, tangent)
+  subroutine make_all(scene, points, prescribed, solver, work, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical, intent(in) :: prescribed(:, :)
+    type(step_solver_t), intent(inout) :: solver
+    type(solver_work_t), intent(inout) :: work
+    type(error_t), allocatable, intent(out) :: error
+
+    call make_body(scene, points, prescribed, solver, work, error)
+    if (.not. allocated(error)) call make_contact(scene, points, solver, work)
+  end subroutine make_all
+
+  !> The factor, of small strain unless there is a tangent.
+  subroutine make_body(scene, points, prescribed, solver, work, error, tangent)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)
@@ -151,8 +169,10 @@ contains
       points), solver%body, work, error)
     if (solver%choices%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
-    call make_contact(scene, points, solver, work)
-  end subroutine make_all
+    if (solver%choices%precision%renews_tangent .and. solver%body%motions%n > 0) call raise(error, &
+      exit_not_solved, 'TANGENT=NEWTON does not cover bodies or obstacles that supports do not '// &
+      'hold; TANGENT=KEPT does')
+  end subroutine make_body
 
   !> The contact problem of the undeformed mesh.
   subroutine make_contact(scene, points, solver, work)

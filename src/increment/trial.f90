@@ -21,7 +21,8 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, set_gaps, begin_trial, displacement_of, expected_reactions, trend_of
+  public :: trial_t, set_gaps, begin_trial, apply_reactions, displacement_of, expected_reactions, &
+    trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
@@ -130,7 +131,6 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
-    type(placement_t) :: began
     type(imposed_t) :: began_with
     real(wp), allocatable :: loaded(:, :), external(:, :)
 
@@ -154,6 +154,22 @@ contains
         merge(old%displacement, 0.0_wp, prescribed))) return
     end associate
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
+    call apply_reactions(scene, points, solver, old, trial)
+    ! On the interface u_free must be what the contact problem adds W r to.
+    trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
+      trial%applied_force), scene%mesh%n_nodes)
+    trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
+  end subroutine carry_over
+
+  !> Apply the reactions of the increment before.
+  subroutine apply_reactions(scene, points, solver, old, trial)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial
+    type(placement_t) :: began
+
     if (scene%finite_strain) then
       began = trial%began
     else
@@ -162,11 +178,7 @@ contains
     end if
     trial%applied_reaction = old%reaction
     trial%applied_force = nodal_forces(points, began%weights, old%reaction, scene%mesh%n_nodes)
-    ! On the interface u_free must be what the contact problem adds W r to.
-    trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
-      trial%applied_force), scene%mesh%n_nodes)
-    trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
-  end subroutine carry_over
+  end subroutine apply_reactions
 
   !> The same where solutions are by iteration, for displacements to start from: what contact did,
   !> carried on as it went. Bodies that move freely start from where they are.

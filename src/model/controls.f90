@@ -73,6 +73,8 @@ module controls_mod
   !> *PRECISION and *BODY SOLVER: residuals, forces and displacements are double whatever is chosen.
   type :: precision_controls_t
     logical  :: iterative = .false.         !! no factor: solutions for the bodies by iteration
+    logical  :: renews_tangent = .false.
+    !! at finite strain: the factor is that of the tangent of each iteration; else it is kept
     logical  :: single_factor = .false.     !! of the stiffness
     logical  :: single_compliance = .false. !! of the contact rows
     real(wp) :: block_low_rank = 0.0_wp

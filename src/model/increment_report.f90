@@ -10,7 +10,8 @@ module increment_report_mod
     contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
-    ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance
+    ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance, &
+    ended_indefinite
   public :: worst_entry, force_sums, largest_pressure, is_redundant_at, count_redundant
 
   ! How a contact solver that has not converged ended.
@@ -24,6 +25,7 @@ module increment_report_mod
   integer, parameter :: ended_passed = 7     !! an obstacle would press a point from behind
   integer, parameter :: ended_inverted = 8   !! an element would turn inside out
   integer, parameter :: ended_out_of_balance = 9 !! forces at finite strain do not come to balance
+  integer, parameter :: ended_indefinite = 10 !! a tangent at finite strain is not positive definite
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
 
@@ -104,6 +106,7 @@ module increment_report_mod
     integer  :: solver_stages = 0       !! solvers tried one after the other
     integer  :: ending = ended_well     !! how the last contact solver ended
     integer  :: force_evaluations = 0   !! of internal forces, at finite strain
+    integer  :: tangents = 0            !! that were factorised, at finite strain
     integer  :: worst_element = 0       !! that would turn inside out; 0: none
     integer  :: local_iterations = 0    !! summed over points and sweeps
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]

@@ -37,6 +37,7 @@ module plan_mod
     integer, allocatable :: blocks(:)
     !! orders of the blocks of the compliance, one a body, of the step where they have most entries
     integer :: n_factorisations = 0 !! one, and one more whenever other dofs are prescribed
+    integer :: n_tangents = 0       !! beside them, where each iteration has its own
     logical :: is_constant = .true. !! every step has the same degrees of freedom
     logical :: is_analysed = .false.     !! its costs are known, not only the least they can be
     real(wp) :: more_memory = 0.0_wp     !! beside what the process has already [bytes]

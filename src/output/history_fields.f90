@@ -61,12 +61,15 @@ contains
       'constraints can carry them', count_redundant(report%contact))
     call whole('newton_raphson_iterations', 'equilibrium iterations', &
       report%newton_raphson_iterations)
+    call whole('tangents', 'tangents at finite strain that were factorised for the increment, '// &
+      'attempts that failed included', report%tangents)
     call code('solver', '0: none was needed, 1: sweeps, 2: global Newton', report%solver)
     call real_number('residual', 'scaled natural map at the end of the contact solver', 'ratio', &
       report%residual)
     call whole('worst_node', 'index into Points, from 0, of the point with the largest '// &
       'residual; -1: none', worst_node - 1)
-    call real_number('wall_time', 'time the increment took', 'seconds', report%wall_time)
+    call real_number('wall_time', 'time the increment took, but for factorisations', 'seconds', &
+      report%wall_time)
     call real_number('contact_time', 'of it, in the contact solver', 'seconds', &
       report%contact_time)
     call real_number('face_penetration', 'deepest penetration of a master into a slave face '// &

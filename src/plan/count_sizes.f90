@@ -94,7 +94,7 @@ contains
     end do
     sizes%has_friction = any(scene%pairs%mu > 0.0_wp)
     sizes%by_sweeps = scene%contact%solver == solver_sweeps
-    sizes%factorisations = plan%n_factorisations
+    sizes%factorisations = plan%n_factorisations + plan%n_tangents
     sizes%motions = 0.0_wp
     sizes%tolerance = plan%choices%tolerance
   end subroutine count_sizes

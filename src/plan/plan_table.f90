@@ -323,6 +323,8 @@ contains
       ' (steps prescribe different degrees of freedom)'
     if (is_finite) words = to_text(plan%n_factorisations)// &
       ', and of tangents as iterations take longer (finite strain)'
+    if (plan%n_tangents > 0) words = to_text(plan%n_factorisations + plan%n_tangents)// &
+      ', of the tangent in every iteration (finite strain, TANGENT=NEWTON)'
     words = words//'; LDL^T, '//where_in_words(plan%choices%precision)
     if (.not. is_exact(plan%choices%precision)) words = words//', refined in double precision'
   end function factorisations_in_words

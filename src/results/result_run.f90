@@ -71,6 +71,7 @@ contains
     call write_attribute(hdf5, '/run', 'started', text_of(provenance%started), error)
     call write_arithmetic(hdf5, plan%choices%precision, plan%choices%compliance, error)
     call write_mesh_size(hdf5, plan%choices%mesh_size, plan%choices%divisions, error)
+    call write_attribute(hdf5, '/run', 'tangent', tangent_of(scene, plan), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
     if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, error)
@@ -85,6 +86,17 @@ contains
                     'what the run was to do, decided before it began', error)
     if (allocated(plan%figures)) call write_estimates(hdf5, plan, error)
   end subroutine write_run
+
+  !> Which stiffness the iterations solve with.
+  pure function tangent_of(scene, plan) result(name)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: name
+
+    name = 'small strain'
+    if (scene%finite_strain) name = 'kept'
+    if (scene%finite_strain .and. plan%choices%precision%renews_tangent) name = 'newton'
+  end function tangent_of
 
   !> Keep what was chosen by what the machine had left, so that a continued run, perhaps on another
   !> or at another time, computes in the same arithmetic.

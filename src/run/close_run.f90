@@ -6,6 +6,7 @@ module close_run_mod
   use parallel_mod, only: usage_t, usage_of_others
   use scene_mod, only: scene_t
   use controls_mod, only: precision_in_words
+  use body_solver_mod, only: sum_of
   use tally_mod, only: tally_t
   use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words, &
     theory_in_words, theory_worth_naming
@@ -48,7 +49,7 @@ contains
     type(string_t) :: lines(4)
 
     others = usage_of_others()
-    associate (s => tally%work)
+    associate (s => sum_of(tally%work, tally%on_tangents))
       lines(1)%text = 'time            read '//seconds(tally%read_time)//', assemble '// &
         seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
         seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &

@@ -13,7 +13,7 @@ module refuse_unsolved_mod
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
     ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed, &
-    ended_inverted, ended_out_of_balance
+    ended_inverted, ended_out_of_balance, ended_indefinite
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
   use connectivity_mod, only: corners_in
@@ -55,7 +55,7 @@ contains
 
     next = 0.0_wp
     if (any(report%ending == [ended_unbalanced, ended_moving, ended_inverted, &
-      ended_out_of_balance])) return
+      ended_out_of_balance, ended_indefinite])) return
     needed = 0.1_wp*worst_entry(report%certificate)
     if (.not. report%converged) needed = max(needed, report%residual)
     next = rounded_up(needed, tolerance)
@@ -112,6 +112,10 @@ contains
         '(what is left is '//to_text(report%residual, 3)// &
         ' of the largest); smaller increments '// &
         'may help'
+    else if (report%ending == ended_indefinite) then
+      where_and_what = where_and_what//': the tangent stiffness of iteration '// &
+        to_text(report%newton_raphson_iterations + 1)//' is not positive definite, and contact '// &
+        'is not determined with it; TANGENT=KEPT of *BODY SOLVER leaves out what is negative in it'
     else if (report%ending == ended_moving) then
       where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
         plan%points, report%moved_point)//' do not settle ('

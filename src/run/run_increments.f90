@@ -43,6 +43,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(watch_t) :: watch
     type(solved_t) :: solved
+    integer :: n_tangents
     type(note_t), allocatable :: notes(:)
     character(:), allocatable :: missed !! accuracy, and by what
 
@@ -53,7 +54,9 @@ contains
     increments: do
       solver%choices%tolerance = progress%tolerance
       allocate (notes(0))
+      n_tangents = solver%on_tangents%n_factorisations
       call solve_next(scene, plan, solver, progress, watch, solved, notes, error)
+      solved%report%tangents = solver%on_tangents%n_factorisations - n_tangents
       call print_notes(console, notes)
       if (allocated(error) .or. .not. solved%found) exit increments
       ! Also where the increment is not solved: others may want to try.

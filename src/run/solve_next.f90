@@ -10,10 +10,13 @@ module solve_next_mod
   use increments_mod, only: increment_t, next_increment
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
-    ended_unbalanced
+    ended_unbalanced, ended_indefinite
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
+  use finite_forces_mod, only: tangent_t
+  use expansion_mod, only: find_free_strain
+  use load_response_mod, only: respond_to_loads
   use step_solver_mod, only: step_solver_t, forget_supports, widen_interface, linearise_at
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
@@ -69,8 +72,8 @@ contains
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
-      if (scene%finite_strain .and. solver%tangent_of /= progress%state%tangent_of) call &
-        linearise_at(scene, plan%points, progress%state, solver, progress%tally%work, error)
+      if (solver%tangent_of /= progress%state%tangent_of) call take_tangent(scene, plan%points, &
+        progress%state, solver, error)
       if (allocated(error)) return
       sizes: do
         call stop_if_signalled(error)
@@ -85,10 +88,9 @@ contains
           cycle sizes
         end if
         if (allocated(error)) return
-        if (scene%finite_strain) then
+        if (scene%finite_strain .and. .not. solver%choices%precision%renews_tangent) then
           call follow_tangent(scene, progress%state, solved, is_to_repeat)
-          if (is_to_repeat) call linearise_at(scene, plan%points, progress%state, solver, &
-            progress%tally%work, error)
+          if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, error)
           if (allocated(error)) return
           if (is_to_repeat) cycle sizes
         end if
@@ -128,6 +130,24 @@ contains
     end associate
   end subroutine solve_next
 
+  !> The factor of the tangent that a state says.
+  subroutine take_tangent(scene, points, state, solver, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(step_solver_t), intent(inout) :: solver
+    type(error_t), allocatable, intent(out) :: error !! as of set_supports
+    real(wp) :: free(scene%mesh%n_elements) !! [-]
+
+    call find_free_strain(scene, max(1, state%tangent_step), state%tangent_position, free)
+    call linearise_at(scene, points, tangent_t(state%tangent_at, free), solver, error)
+    if (allocated(error)) return
+    solver%tangent_of = state%tangent_of
+    ! A body that has turned answers to its loads as it stands.
+    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
+      solver%on_tangents, error)
+  end subroutine take_tangent
+
   !> At finite strain: which tangent's factor serves. Where an increment is not solved with one of
   !> elsewhere, that of its beginning, with which it is to be solved again. Where it is, but took
   !> notably longer than the first one with the same factor, that of its end, for those that follow.
@@ -141,17 +161,17 @@ contains
     associate (report => solved%report, new => solved%state)
       if (.not. is_solved(scene, report)) then
         is_to_repeat = old%tangent_of /= old%increments_done .and. report%ending /= ended_passed
-        if (is_to_repeat) call take_tangent(old)
+        if (is_to_repeat) call keep_tangent(old)
       else if (new%first_forces == 0) then
         new%first_forces = report%force_evaluations
       else if (report%force_evaluations > max(few, new%first_forces + longer)) then
-        call take_tangent(new)
+        call keep_tangent(new)
       end if
     end associate
 
   contains
 
-    pure subroutine take_tangent(state)
+    pure subroutine keep_tangent(state)
       type(state_t), intent(inout) :: state
 
       state%tangent_of = state%increments_done
@@ -159,7 +179,7 @@ contains
       state%tangent_step = state%step
       state%tangent_position = state%position
       state%first_forces = 0
-    end subroutine take_tangent
+    end subroutine keep_tangent
 
   end subroutine follow_tangent
 
@@ -200,7 +220,9 @@ contains
     real(wp), allocatable, dimension(:, :) :: u, of_half, force, force_of_half
     real(wp) :: middle
 
-    fails = .false.
+    ! Or a tangent that is not positive definite where the increment begins.
+    fails = solved%report%ending == ended_indefinite .and. &
+      solved%report%newton_raphson_iterations == 0
     if (solved%report%ending == ended_passed) fails = solved%report%part_to_try >= 1.0_wp
     if (solved%report%ending /= ended_unbalanced .or. any(points%is_curved)) return
     if (maxval(abs(old%displacement)) > 0.0_wp) return

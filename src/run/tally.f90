@@ -9,7 +9,7 @@ module tally_mod
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, worst_entry
   use block_diagonal_mod, only: count_entries
-  use body_solver_mod, only: solver_work_t
+  use body_solver_mod, only: solver_work_t, sum_of
   use condensed_contact_mod, only: count_points, count_rows, count_matrix_entries
   use step_solver_mod, only: step_solver_t
   implicit none
@@ -44,6 +44,7 @@ module tally_mod
     integer(i8) :: solutions = 0        !! for the bodies, of this session
     integer(i8) :: body_iterations = 0  !! on all their unknowns, of this session
     type(solver_work_t) :: work         !! of this session
+    type(solver_work_t) :: on_tangents  !! likewise, of tangents at finite strain
     type(precision_controls_t) :: precision !! of its last increment
     real(wp) :: file_bytes = 0.0_wp     !! of the result, when it is complete but for the counters
     real(wp) :: allowed = 0.0_wp        !! the most that a certificate entry was allowed [-]
@@ -111,6 +112,7 @@ contains
       tally%interface_equations = max(tally%interface_equations, inverse%map%n_interface)
       tally%factor_entries = max(tally%factor_entries, real(inverse%factor%entries, wp))
       tally%solutions = inverse%factor%solutions
+      tally%on_tangents = solver%on_tangents
       tally%compliance_bytes = max(tally%compliance_bytes, &
         8.0_wp*count_entries(inverse%compliance))
       if (allocated(inverse%iterative)) then
@@ -155,6 +157,7 @@ contains
     type(number_list_t), intent(inout), optional :: list     !! to archive it
     type(counters_t), intent(inout), optional :: counters    !! to list it
     type(usage_t) :: others
+    type(solver_work_t) :: work
     logical :: lists
 
     lists = present(counters)
@@ -165,7 +168,8 @@ contains
     call whole('interface_equations', tally%interface_equations)
     call whole('contact_points', tally%contact_points)
     call whole('contact_rows', tally%contact_rows)
-    if (lists) call add('factorisations', real(tally%work%n_factorisations, wp))
+    work = sum_of(tally%work, tally%on_tangents)
+    if (lists) call add('factorisations', real(work%n_factorisations, wp))
     call amount('factor_entries', tally%factor_entries)
     if (lists) call add('solutions', real(tally%solutions, wp))
     if (lists) call add('body_iterations', real(tally%body_iterations, wp))
@@ -177,7 +181,7 @@ contains
     call whole('kinks_inside_increments', tally%kinks_inside)
     call whole('first_touches_inside_increments', tally%touches_inside)
     call whole('plan_revisions', tally%plan_revisions)
-    if (lists) call add('element_stiffnesses', real(tally%work%n_stiffnesses, wp))
+    if (lists) call add('element_stiffnesses', real(work%n_stiffnesses, wp))
     call whole('solver_fallbacks', tally%fallbacks)
     call whole('local_iterations', tally%local_iterations)
     call amount('unrefined_imbalance', tally%unrefined)
@@ -195,13 +199,11 @@ contains
     end if
     call amount('seconds_read', tally%read_time)
     if (lists) then
-      associate (s => tally%work)
-        call add('seconds_assemble', s%assemble)
-        call add('seconds_order', s%order)
-        call add('seconds_factorise', s%factorise)
-        call add('seconds_condense', s%condense)
-        call add('seconds_loads', s%loads)
-      end associate
+      call add('seconds_assemble', work%assemble)
+      call add('seconds_order', work%order)
+      call add('seconds_factorise', work%factorise)
+      call add('seconds_condense', work%condense)
+      call add('seconds_loads', work%loads)
     end if
     call amount('seconds_contact', tally%contact_time)
     if (lists) call add('seconds_recover', tally%step_time - tally%contact_time)

@@ -9,7 +9,7 @@ module anderson_mod
 
   !> The last few differences of r's images and of their distances G(r) - r.
   type :: anderson_t
-    integer :: depth = 0     !! differences kept at most
+    integer :: depth = 0     !! differences kept at most; 0: images are taken as they come
     integer :: held = 0      !! differences held
     logical :: started = .false.
     real(wp), allocatable :: image(:), distance(:)          !! (n) of the last iteration
@@ -47,7 +47,7 @@ contains
     real(wp), allocatable :: coefficient(:)
 
     distance = image - r
-    if (memory%started) then
+    if (memory%started .and. memory%depth > 0) then
       memory%held = min(memory%held + 1, memory%depth)
       memory%images = eoshift(memory%images, -1, dim=2)
       memory%distances = eoshift(memory%distances, -1, dim=2)

@@ -1,6 +1,7 @@
-!> How solutions for the bodies are found: with a factor of their stiffness, or by iteration.
+!> How solutions for the bodies are found: with a factor of their stiffness, or by iteration; at
+!> finite strain, of which tangent.
 !>
-!>     *BODY SOLVER, TYPE=ITERATIVE
+!>     *BODY SOLVER, TYPE=FACTOR, TANGENT=NEWTON
 module read_body_solver_mod
   use cards_mod, only: reader_t
   use controls_mod, only: precision_controls_t
@@ -17,17 +18,20 @@ contains
     type(reader_t), intent(inout) :: reader
     type(precision_controls_t), intent(inout) :: precision
     character(9), parameter :: kinds(3) = ['FACTOR   ', 'ITERATIVE', 'AUTO     ']
+    character(6), parameter :: tangents(2) = ['KEPT  ', 'NEWTON']
     type(card_t) :: card
     integer :: choice
     logical :: found, ok
 
     call open_only_card(reader, 'BODY SOLVER', card, found)
     if (.not. found) return
-    call allow_options(reader, card, ['TYPE'])
+    call allow_options(reader, card, ['TYPE   ', 'TANGENT'])
     call allow_no_data(reader, card)
     call choice_option(reader, card, 'TYPE', kinds, choice, ok)
     if (ok) precision%iterative = choice == 2
     if (ok) precision%body_is_given = choice < 3
+    call choice_option(reader, card, 'TANGENT', tangents, choice, ok)
+    if (ok) precision%renews_tangent = choice == 2
   end subroutine read_body_solver
 
 end module read_body_solver_mod

@@ -1,0 +1,89 @@
+!> Newton-Raphson with the tangent of every iteration: equation [1] of [JFT07] as it stands.
+!> docs/theory.md (8.28).
+module renew_tangent_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, exit_not_solved
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t, modes_t
+  use increment_report_mod, only: increment_report_t, ended_indefinite
+  use constraints_mod, only: follow_masters
+  use finite_forces_mod, only: tangent_t, finite_internal_force, tangent_force
+  use expansion_mod, only: find_free_strain
+  use rigid_modes_mod, only: add_motions
+  use stiffness_inverse_mod, only: apply_inverse, answer_of_interface, at_interface
+  use step_solver_mod, only: step_solver_t, linearise_at
+  use trial_mod, only: trial_t, apply_reactions
+  implicit none
+  private
+
+  public :: begin_with_tangent, renew_tangent
+
+contains
+
+  !> The displacement without contact that an increment starts from: that of its beginning, and what
+  !> its loads and supports add to it by the tangent there.
+  subroutine begin_with_tangent(scene, points, solver, old, trial, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial              !! its displacements and applied reactions
+    type(increment_report_t), intent(inout) :: report  !! as of renew_tangent
+    type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
+    real(wp), dimension(3, scene%mesh%n_nodes) :: moved, held
+    real(wp), allocatable :: correction(:, :, :)
+    real(wp) :: free(scene%mesh%n_elements) !! strain by free expansion there [-]
+    real(wp) :: added(3, scene%mesh%n_nodes, 1)
+    type(modes_t) :: modes
+    integer :: inverted
+
+    call apply_reactions(scene, points, solver, old, trial)
+    call find_free_strain(scene, max(1, old%step), old%position, free)
+    call renew_tangent(scene, points, solver, tangent_t(old%displacement, free, &
+      is_projected=.false.), trial, report, error)
+    if (allocated(error) .or. report%ending == ended_indefinite) return
+    moved = 0.0_wp
+    where (trial%forces%prescribed) moved = trial%forces%displacement - old%displacement
+    call follow_masters(solver%body%constraints, moved)
+    modes = old%modes
+    call finite_internal_force(scene%mesh, scene%materials, trial%free, old%displacement, modes, &
+      held, inverted)
+    call tangent_force(scene%mesh, scene%materials, solver%body%tangent, reshape(moved, &
+      [shape(moved), 1]), added)
+    held = held + added(:, :, 1)
+    call apply_inverse(solver%body%inverse, reshape(trial%forces%external + trial%applied_force - &
+      held, [shape(held), 1]), correction, error)
+    if (allocated(error)) return
+    trial%u_free = trial%u_free + moved + correction(:, :, 1)
+  end subroutine begin_with_tangent
+
+  !> Factor, compliance and contact problem of a tangent, from whose displacement the iteration
+  !> goes on. One that is not positive definite ends the increment, as the report says:
+  !> no compliance of contact follows from it.
+  subroutine renew_tangent(scene, points, solver, tangent, trial, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(tangent_t), intent(in) :: tangent             !! not projected
+    type(trial_t), intent(inout) :: trial              !! its displacements
+    type(increment_report_t), intent(inout) :: report  !! how it ends, where it does
+    type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
+
+    call linearise_at(scene, points, tangent, solver, error)
+    if (allocated(error)) then
+      if (error%exit_status /= exit_not_solved) return
+      report%ending = ended_indefinite
+      report%converged = .false.
+      deallocate (error)
+      return
+    end if
+    associate (inverse => solver%body%inverse, n => scene%mesh%n_nodes)
+      ! On the interface u_free must be what the contact problem adds W r to.
+      trial%u_contact = at_interface(inverse, answer_of_interface(inverse, trial%applied_force), n)
+    end associate
+    trial%u_free = tangent%at - trial%u_contact
+    call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
+  end subroutine renew_tangent
+
+end module renew_tangent_mod
