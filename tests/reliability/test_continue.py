@@ -244,7 +244,7 @@ class EveryDeck(Folder):
             self.check(Case(INPUT / f"{name}.inp", **overrides), kills=kills)
 
     def test_the_tangent_of_every_iteration(self):
-        self.check(Case(INPUT / "rubber.inp", n=2, steps=4, tangent="NEWTON"))
+        self.check(Case(INPUT / "rubber.inp", n=2, steps=4, press=1, tangent="NEWTON"))
 
     def test_supports_obstacles_and_outputs_that_change(self):
         self.check(Case(HERE / "changes.inp"), kills=(0.2, 0.35, 0.5, 0.65, 0.75, 0.95))
