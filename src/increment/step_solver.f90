@@ -60,7 +60,9 @@ contains
     !! a singular matrix; no memory
     logical :: changed(3, size(prescribed, 2))
 
-    if (allocated(solver%body%prescribed)) then
+    ! Responses to loads are those of small strain, whatever tangent there was: a run that is
+    ! continued has none.
+    if (allocated(solver%body%prescribed) .and. .not. allocated(solver%body%tangent)) then
       changed = prescribed .neqv. solver%body%prescribed
       if (.not. any(changed)) return
       if (.not. any(changed .and. spread(scene%mesh%body > 0, 1, 3))) then
