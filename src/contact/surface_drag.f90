@@ -42,8 +42,8 @@ contains
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at its end [length]
     type(placement_t), intent(inout) :: placement !! at `u`: P; gets `drag`
     real(wp), intent(in), optional :: reaction(:, :)
-    !! (3,n_points) at the end: points without one slip by the weights of the end, too, for what they
-    !! face from afar goes far [force]
+    !! (3,n_points) at the end: points without one slip by the weights of the end, too, for what
+    !! they face from afar goes far [force]
     integer :: pair, i
 
     if (.not. scene%finite_strain) return

@@ -18,8 +18,8 @@ module finite_forces_mod
   private
 
   public :: tangent_t, element_tangent, tangent_force, negative_modes
-  public :: finite_internal_force, finite_strain_energy, finite_tensors, undeformed_tensors, &
-    work_of_heat
+  public :: finite_internal_force, finite_strain_energy, elastic_gradients, finite_tensors, &
+    undeformed_tensors, work_of_heat
 
   !> Where a tangent is taken.
   type :: tangent_t
@@ -274,6 +274,22 @@ contains
 
   !> At the Gauss points of an element: the gradients that the law is asked at, those that its first
   !> Piola-Kirchhoff stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
+  !> The displacement gradients at the Gauss points that the law is asked at: without free
+  !> expansion.
+  pure function elastic_gradients(mesh, materials, free, u, e) result(h)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free       !! strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
+    integer, intent(in) :: e           !! element
+    real(wp) :: h(3, 3, 8)             !! [-]
+    type(finite_element_t) :: element
+    real(wp) :: modes(3, 3)
+
+    call find_element(mesh, materials, free, u, e, element, modes)
+    h = gradients_of_law(element, modes)
+  end function elastic_gradients
+
   pure subroutine find_stresses(mesh, materials, free, u, e, of_law, h, p)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

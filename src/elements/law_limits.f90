@@ -2,10 +2,10 @@
 module law_limits_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: nodes_of_hexahedron
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, kind_c3d8
   use scene_mod, only: material_t
   use ellipticity_mod, only: principal_stretches, is_elliptic, elliptic_reach
-  use hexahedron8_mod, only: shape_gradients, displacement_gradients
+  use finite_forces_mod, only: elastic_gradients
   use inverted_elements_mod, only: gradient_bound
   implicit none
   private
@@ -39,18 +39,19 @@ contains
     real(wp), intent(in) :: free(:)     !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement, det F > 0 [length]
     type(stretched_t), intent(out) :: lost, unusual
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), h(3, 3, 8), stretch(3)
+    real(wp) :: h(3, 3, 8), stretch(3)
     integer :: e, g, nodes(8)
 
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)), &
         bound => gradient_bound(reach(:, e), u(:, nodes)))
-        if (bound + abs(free(e)) < within*(1.0_wp + free(e))) cycle
-        call shape_gradients(mesh%coordinates(:, nodes), gradient, weight, inverse_jacobian)
-        h = displacement_gradients(inverse_jacobian, u(:, nodes))
+        ! Edges say nothing of modes and of mean dilatations.
+        if (mesh%element_kind(e) == kind_c3d8 .and. bound + abs(free(e)) < within*(1.0_wp + &
+          free(e))) cycle
+        h = elastic_gradients(mesh, materials, free(e), u, e)
         do g = 1, 8
-          stretch = principal_stretches(h(:, :, g))/(1.0_wp + free(e))
+          stretch = principal_stretches(h(:, :, g))
           if (maxval(abs(stretch - 1.0_wp)) < within) cycle
           if (stretch(1) > law%usual_to .or. stretch(3) < law%usual_from) call take(unusual)
           if (.not. is_elliptic(law, stretch)) call take(lost)

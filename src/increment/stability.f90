@@ -29,7 +29,7 @@ module stability_mod
   implicit none
   private
 
-  public :: stability_t, find_stability
+  public :: stability_t, find_stability, is_hint
 
   real(wp), parameter :: neutral = 1.0e-9_wp !! of the diagonal of K: rounding, no instability [-]
   real(wp), parameter :: cone = 1.0e-6_wp    !! of friction's limit: what is so near it slides [-]
@@ -41,6 +41,7 @@ module stability_mod
     ! No more than a hint:
     logical :: slides = .false.    !! points do, with friction
     logical :: follows = .false.   !! pressures do: their stiffness is left out
+    logical :: bends = .false.     !! surfaces of bodies touch: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
   end type stability_t
 
@@ -60,6 +61,13 @@ module stability_mod
   end type rows_t
 
 contains
+
+  !> Whether what is left out may hold motions that seem unstable.
+  pure logical function is_hint(stability)
+    type(stability_t), intent(in) :: stability
+
+    is_hint = stability%slides .or. stability%follows .or. stability%bends
+  end function is_hint
 
   !> Stability at the end of an increment, or where the next one begins.
   subroutine find_stability(scene, points, solver, state, stability)
@@ -107,6 +115,7 @@ contains
     associate (step => scene%steps(max(1, state%step)))
       stability%follows = size(step%pressures) > 0 .or. size(step%face_pressures) > 0
     end associate
+    stability%bends = any(contact%presses .and. points%on_surface)
     stability%by_element = of_modes > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
   end subroutine find_stability
 

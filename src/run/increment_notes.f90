@@ -185,15 +185,19 @@ contains
   end subroutine note_redundant
 
   !> An equilibrium that may be unstable: where points slide, friction may hold it, and so may
-  !> pressures that follow the body.
+  !> pressures that follow the body and the curvature of surfaces that touch.
   pure subroutine note_unstable(increment, stability, notes)
     type(increment_t), intent(in) :: increment
     type(stability_t), intent(in) :: stability !! with unstable motions
     type(note_t), allocatable, intent(inout) :: notes(:)
 
+    character(:), allocatable :: what
+
+    what = 'Surfaces of bodies that touch'
+    if (stability%follows) what = 'Pressures that follow the body'
+    if (stability%slides) what = 'Points that slide with friction'
     call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
-      unstable_in_words(stability)//'. '//trim(merge('Points that slide with friction', &
-      'Pressures that follow the body ', stability%slides))//' may yet hold it')
+      unstable_in_words(stability)//'. '//what//' may yet hold it')
   end subroutine note_unstable
 
   !> Where contact forces are many times what drives them at the end of a *STEP.

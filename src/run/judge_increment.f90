@@ -10,7 +10,7 @@ module judge_increment_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_balance
   use step_solver_mod, only: step_solver_t
-  use stability_mod, only: stability_t, find_stability
+  use stability_mod, only: stability_t, find_stability, is_hint
   use kinks_mod, only: count_between
   use contact_points_mod, only: master_nodes
   use load_events_mod, only: first_touch, no_event
@@ -290,7 +290,7 @@ contains
     if (stability%n_unstable > 0) then
       error%message = error%message//new_line('a')// &
         '  The equilibrium where this increment begins '//trim(merge('may be', 'is    ', &
-        stability%slides .or. stability%follows))//' unstable'//unstable_in_words(stability)
+        is_hint(stability)))//' unstable'//unstable_in_words(stability)
     else if (stability%slides .and. solved%report%ending == ended_out_of_balance .and. &
       is_extra(solved%increment%position)) then
       error%message = error%message//new_line('a')// &
@@ -317,7 +317,7 @@ contains
     call find_stability(scene, plan%points, solver, solved%state, stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     if (stability%n_unstable == 0) return
-    if (stability%slides .or. stability%follows) then
+    if (is_hint(stability)) then
       call note_unstable(solved%increment, stability, notes)
     else
       call refuse_unstable(solved%increment, stability, error)
