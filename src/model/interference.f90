@@ -19,6 +19,7 @@ contains
     integer :: step
 
     has_interference = .false.
+    if (.not. allocated(scene%steps)) return
     do step = 1, size(scene%steps)
       if (allocated(scene%steps(step)%interferences)) has_interference = has_interference .or. &
         size(scene%steps(step)%interferences) > 0

@@ -423,7 +423,8 @@ class BeforeFaces(unittest.TestCase):
                         quarter_ring("I", 1, (0.5, 1.0 + overlap), (3, divisions[0])),
                         quarter_ring("O", 1001, (1.0, 1.5), (3, divisions[1])),
                         "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
-                        "*SOLID SECTION, ELSET=I, MATERIAL=M\n*SOLID SECTION, ELSET=O, MATERIAL=M\n",
+                        "*SOLID SECTION, ELSET=I, MATERIAL=M\n"
+                        "*SOLID SECTION, ELSET=O, MATERIAL=M\n",
                         pair("I-OUT, O-IN", options=small),
                         "*STEP\n*STATIC\n1., 1.\n*END STEP",
                         held="I-X, 1\nI-Y, 2\nO-X, 1\nO-Y, 2\nI-ALL, 3\nO-ALL, 3",
