@@ -198,9 +198,11 @@ def failures(runs):
     rows = []
     for name, text, parameters in tries:
         kept, newton = (Counts(runs, text, {**parameters, "tangent": one}) for one in TANGENTS)
-        claim(not kept.end, f"{name} is solved with the kept factor")
+        claim(not kept.end or "ellipticity" in kept.end and text == stiff,
+              f"{name} is solved with the kept factor as far as its law holds")
+        lost = kept.end.split(" the law")[0] + " the law loses its ellipticity"
         rows.append((
-            name, f"{kept.iterations}, {kept.tangents}",
+            name, lost if kept.end else f"{kept.iterations}, {kept.tangents}",
             newton.end.split(", and contact")[0] or f"{newton.iterations}, {newton.tangents}",
         ))
     return [
@@ -210,7 +212,8 @@ def failures(runs):
         "A tangent with a negative direction has a compliance of which contact problems have"
         " several solutions, so the run ends and says so. Projected element by element, as the kept"
         " one is, it is positive. With St Venant-Kirchhoff's law the block has no limit in the"
-        " mesh: its leading lower edge collapses on finer ones.", "",
+        " mesh: its leading lower edge collapses on finer ones, where the law loses its"
+        " ellipticity.", "",
     ]
 
 

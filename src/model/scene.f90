@@ -4,7 +4,7 @@ module scene_mod
   use text_mod, only: string_t
   use material_law_mod, only: law_t
   use constraints_mod, only: constraints_t
-  use mesh_mod, only: mesh_t, shown_nodes, joined_nodes
+  use mesh_mod, only: mesh_t, kind_c3d8i, shown_nodes, joined_nodes
   use mesh_size_mod, only: blocks_t
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t, ref_nodes
@@ -15,7 +15,7 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    local_axes_t, named_set_t, master_name, pair_turns, reference_nodes, has_rotations, turn_local
+    local_axes_t, named_set_t, elements_with_modes, master_name, pair_turns, reference_nodes, has_rotations, turn_local
 
   !> A law, and what warmth and gravity need beside it.
   type :: material_t
@@ -116,6 +116,14 @@ module scene_mod
   end type scene_t
 
 contains
+
+  !> How many elements have modes that are part of a state: those of C3D8I at finite strain.
+  pure integer function elements_with_modes(scene) result(n)
+    type(scene_t), intent(in) :: scene
+
+    n = 0
+    if (scene%finite_strain) n = count(scene%mesh%element_kind == kind_c3d8i)
+  end function elements_with_modes
 
   !> The name of a pair's master.
   pure function master_name(scene, pair) result(name)

@@ -71,8 +71,7 @@ contains
       source=0.0_wp)
   end function initial_state
 
-  !> Put the state into the list, or take it out: every component, a line each, but what follows
-  !> from the displacement.
+  !> Put the state into the list, or take it out: every component, a line each.
   subroutine archive_state(list, state)
     type(number_list_t), intent(inout) :: list
     type(state_t), intent(inout) :: state
@@ -83,6 +82,8 @@ contains
     call archive(list, state%position)
     call archive(list, state%time)
     call archive(list, state%displacement)
+    call archive_blocks(list, state%modes%amplitude, 3)
+    call archive_blocks(list, state%modes%inverse, 9)
     call archive(list, state%rotation)
     call archive(list, state%reaction)
     call archive(list, state%trend)
@@ -99,19 +100,32 @@ contains
     call archive(list, state%dissipation)
   end subroutine archive_state
 
-  !> How many numbers of nodes and points a state puts into the list at most.
-  pure integer(i8) function most_numbers(n_nodes, n_points)
-    integer, intent(in) :: n_nodes, n_points
+  !> The same of square blocks, not allocated where there are none.
+  subroutine archive_blocks(list, blocks, n)
+    type(number_list_t), intent(inout) :: list
+    real(wp), allocatable, intent(inout) :: blocks(:, :, :) !! (n, n, n_elements)
+    integer, intent(in) :: n
+    real(wp), allocatable :: columns(:, :)
 
-    most_numbers = 15_i8*n_nodes + 8_i8*n_points
+    if (allocated(blocks)) columns = reshape(blocks, [n*n, size(blocks, 3)])
+    call archive(list, columns)
+    if (allocated(columns)) blocks = reshape(columns, [n, n, size(columns, 2)])
+  end subroutine archive_blocks
+
+  !> How many numbers of nodes, points and elements with modes at finite strain a state puts into
+  !> the list at most.
+  pure integer(i8) function most_numbers(n_nodes, n_points, n_modes)
+    integer, intent(in) :: n_nodes, n_points, n_modes
+
+    most_numbers = 15_i8*n_nodes + 8_i8*n_points + 90_i8*n_modes
   end function most_numbers
 
   !> What it takes to go on from an increment: its state, that in coarser increments, prescribed
   !> displacements and which nodes were touched [bytes].
-  pure integer(i8) function bytes_to_continue(n_nodes, n_points)
-    integer, intent(in) :: n_nodes, n_points
+  pure integer(i8) function bytes_to_continue(n_nodes, n_points, n_modes)
+    integer, intent(in) :: n_nodes, n_points, n_modes
 
-    bytes_to_continue = 8*(2*most_numbers(n_nodes, n_points) + 4_i8*n_nodes)
+    bytes_to_continue = 8*(2*most_numbers(n_nodes, n_points, n_modes) + 4_i8*n_nodes)
   end function bytes_to_continue
 
   !> The longest of the summed slips of some points.

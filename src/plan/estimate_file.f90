@@ -2,7 +2,7 @@
 module estimate_file_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_byte
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, elements_with_modes
   use state_mod, only: bytes_to_continue
   use plan_mod, only: plan_t
   use output_field_mod, only: field_t, block_bytes, every_time, at_start, at_supports, at_contact
@@ -82,7 +82,8 @@ contains
       file%zeros/200.0_wp + 100.0_wp*sizes%nodes
     ! Nothing squeezed, and room to spare in the tables.
     file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%dense + file%varying + &
-      file%zeros + 2.0_wp*bytes_to_continue(scene%mesh%n_nodes, plan%points%n)
+      file%zeros + 2.0_wp*bytes_to_continue(scene%mesh%n_nodes, plan%points%n, &
+      elements_with_modes(scene))
   end function size_of_file
 
   !> The named sets, each a dataset of rows [bytes]; long ones are squeezed, mostly to less.

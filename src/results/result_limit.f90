@@ -4,7 +4,7 @@ module result_limit_mod
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
   use resource_limits_mod, only: file_limit, no_limit
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, elements_with_modes
   use state_mod, only: bytes_to_continue
   use plan_mod, only: plan_t
   use output_field_mod, only: field_t, block_bytes, at_start
@@ -53,7 +53,8 @@ contains
     integer :: i
 
     call list_view_fields(scene, plan%points%n > 0, fields)
-    bytes = tables + bytes_to_continue(scene%mesh%n_nodes, plan%points%n) + growing_bytes(fields)
+    bytes = tables + bytes_to_continue(scene%mesh%n_nodes, plan%points%n, &
+      elements_with_modes(scene)) + growing_bytes(fields)
     call list_reference_fields(scene, fields)
     bytes = bytes + growing_bytes(fields)
     if (allocated(scene%output%prints)) then
