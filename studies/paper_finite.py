@@ -198,7 +198,7 @@ def failures(runs):
     rows = []
     for name, text, parameters in tries:
         kept, newton = (Counts(runs, text, {**parameters, "tangent": one}) for one in TANGENTS)
-        claim(not kept.end or "ellipticity" in kept.end and text == stiff,
+        claim(not kept.end or ("ellipticity" in kept.end and text == stiff),
               f"{name} is solved with the kept factor as far as its law holds")
         lost = kept.end.split(" the law")[0] + " the law loses its ellipticity"
         rows.append((

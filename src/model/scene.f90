@@ -15,7 +15,8 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    local_axes_t, named_set_t, elements_with_modes, master_name, pair_turns, reference_nodes, has_rotations, turn_local
+    local_axes_t, named_set_t, elements_with_modes, master_name, pair_turns, reference_nodes, &
+    has_rotations, turn_local
 
   !> A law, and what warmth and gravity need beside it.
   type :: material_t
