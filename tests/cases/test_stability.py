@@ -171,12 +171,27 @@ class Free(unittest.TestCase):
                     self.assertIn("the equilibrium is unstable (2 motions", run.errors)
 
     def test_a_column_of_two_blocks(self):
-        """The upper half stands on the lower one: a note, for surfaces of bodies touch. pi^2 EI/4L^2."""
+        """The upper half stands on the lower one: a note, for surfaces touch. pi^2 EI/4L^2."""
         for part in (0.9, 1.1):
             euler = pi**2 * 200 / 12 / 400
             run = Run(STACK.format(load=-part * euler / 4), name="stack")
             self.assertEqual(run.status, 0, run.errors)
             self.assertEqual("may be unstable (2 motions" in run.output, part > 1, run.output)
+
+
+class Pressed(unittest.TestCase):
+    def test_pressures_of_earlier_steps(self):
+        """Pressure on all sides of a column is a note as long as it acts, and holds the column."""
+        text = column(0.0).replace("B-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.0\n*END STEP\n", "*DSLOAD\n")
+        sides = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMAX")
+        text += "".join(f"B-{side}, P, 3.\n" for side in sides) + "*END STEP\n"
+        text += "*STEP\n*STATIC\n1., 1.\n*CLOAD\nB-ZMAX, 1, 1e-5\n*END STEP\n"
+        text += "*STEP\n*STATIC\n1., 1.\n*DSLOAD, OP=NEW\n*END STEP\n"
+        run = Run(text, name="pressed")
+        self.assertEqual(run.status, 0, run.errors)
+        for step, note in ((1, True), (2, True), (3, False)):
+            lines = [line for line in run.output.splitlines() if f"note: step {step}," in line]
+            self.assertEqual("may be unstable" in " ".join(lines), note, run.output)
 
 
 class Posts(unittest.TestCase):
