@@ -67,7 +67,7 @@ contains
     type(trial_t), intent(in) :: trial
     type(newton_raphson_t) :: loop
 
-    loop%near = points%in_reach
+    allocate (loop%near, source=points%in_reach)
     if (scene%finite_strain) then
       ! The tangent of an iteration leaves out what pressures change by as they follow.
       if (.not. solver%choices%precision%renews_tangent .or. any(abs( &
