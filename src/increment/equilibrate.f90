@@ -208,7 +208,8 @@ contains
 
   !> At finite strain: the displacement at which forces are asked for next. With a factor of another
   !> place an iteration is a map from displacements to displacements, whose fixed point Anderson's
-  !> acceleration finds; with the tangent of each iteration it keeps nothing, and changes nothing.
+  !> acceleration finds; with the tangent of each iteration, where no pressures follow, it keeps
+  !> nothing, and changes nothing.
   !> docs/theory.md (8.22).
   subroutine extrapolate(mesh, map, motions, old, trial, new, loop)
     type(mesh_t), intent(in) :: mesh

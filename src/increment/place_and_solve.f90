@@ -67,9 +67,11 @@ contains
     type(trial_t), intent(in) :: trial
     type(newton_raphson_t) :: loop
 
-    loop%near = points%in_reach
-    if (scene%finite_strain .and. .not. solver%choices%precision%renews_tangent) loop%depth = depth
+    allocate (loop%near, source=points%in_reach)
     if (scene%finite_strain) then
+      ! The tangent of an iteration leaves out what pressures change by as they follow.
+      if (.not. solver%choices%precision%renews_tangent .or. any(abs( &
+        solver%response%loads%pressure) > 0.0_wp)) loop%depth = depth
       loop%undeformed = trial%began
     else
       loop%undeformed = turned_undeformed(scene, points, solver, trial)

@@ -6,6 +6,9 @@
 !>
 !>     negative eigenvalues of [K B^T; B 0], less the rows of B
 !>
+!> Bodies and obstacles that supports do not hold are free in K: what the solver pins is not. Free
+!> obstacles have unknowns of their own behind those of the mesh, without stiffness.
+!>
 !> Where points slide with friction K is not symmetric, and this is a hint. Loads that follow the
 !> body are not in K, nor is the curvature of masters that are surfaces.
 module stability_mod
@@ -15,9 +18,10 @@ module stability_mod
   use scene_mod, only: scene_t
   use obstacles_mod, only: obstacle_t
   use mesh_mod, only: kind_c3d8b
-  use contact_points_mod, only: contact_points_t, weights_t
+  use contact_points_mod, only: contact_points_t, weights_t, contact_nodes
   use state_mod, only: state_t
-  use dof_map_mod, only: dof_map_t, equations_of, interface_terms_of
+  use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
+  use rigid_modes_mod, only: free_motions_t
   use finite_forces_mod, only: tangent_t, negative_modes
   use expansion_mod, only: find_free_strain
   use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
@@ -78,6 +82,7 @@ contains
     type(stability_t), intent(out) :: stability
     type(tangent_t) :: tangent
     type(triplets_t) :: k
+    type(dof_map_t) :: map
     type(rows_t) :: rows
     type(pressed_t) :: contact
     type(error_t), allocatable :: error
@@ -90,16 +95,21 @@ contains
     allocate (tangent%free(scene%mesh%n_elements))
     call find_free_strain(scene, max(1, state%step), state%position, tangent%free)
     tangent%is_projected = .false.
-    associate (map => solver%body%inverse%map)
+    associate (motions => solver%body%motions)
+      map = make_dof_map(scene%mesh%body, solver%body%prescribed, contact_nodes(points), &
+        solver%body%constraints)
       call coupled_nodes(scene%mesh, solver%body%constraints, start, neighbours)
       call order_equations(map, start, neighbours, position, error, 0)
       if (allocated(error)) return
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
         tangent=tangent)
       of_modes = negative_modes(scene%mesh, scene%materials, tangent)
-      call find_rows(map, points, contact, rows)
+      call find_rows(scene, points, map, motions, contact, rows)
       d = scales_of(k)
-      call add_curvature(scene, points, map, state, contact, k)
+      k%n = map%n_free + motions%n
+      d = [d, spread(minval(d), 1, motions%n)]
+      position = [position, (i, i=map%n_free + 1, k%n)]
+      call add_curvature(scene, points, map, motions, state, contact, k)
       k%value = d(k%row)*k%value*d(k%column)
       ! What is negative by less is rounding.
       k%row = [k%row, (i, i=1, k%n)]
@@ -112,9 +122,8 @@ contains
     stability%is_known = .true.
     stability%n_unstable = n_negative - rows%n + of_modes
     stability%slides = any(contact%presses .and. .not. contact%sticks .and. points%mu > 0.0_wp)
-    associate (step => scene%steps(max(1, state%step)))
-      stability%follows = size(step%pressures) > 0 .or. size(step%face_pressures) > 0
-    end associate
+    ! Those of earlier steps, too; what the step takes away sums up to nothing.
+    stability%follows = any(abs(sum(solver%response%loads%pressure, dim=2)) > 0.0_wp)
     stability%bends = any(contact%presses .and. points%on_surface)
     stability%by_element = of_modes > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
   end subroutine find_stability
@@ -141,13 +150,16 @@ contains
   end function pressed_points
 
   !> The rows of the points that press, those of a node made independent of each other.
-  pure subroutine find_rows(map, points, contact, rows)
-    type(dof_map_t), intent(in) :: map
+  pure subroutine find_rows(scene, points, map, motions, contact, rows)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(dof_map_t), intent(in) :: map
+    type(free_motions_t), intent(in) :: motions
     type(pressed_t), intent(in) :: contact
     type(rows_t), intent(out) :: rows
+    integer, allocatable :: free(:)
     real(wp) :: direction(3)
-    integer :: i, axis, n_axes
+    integer :: i, j, axis, n_axes
     logical :: is_alone
 
     allocate (rows%node(0), rows%direction(3, 0))
@@ -156,7 +168,9 @@ contains
       if (.not. contact%presses(i)) cycle
       n_axes = merge(3, 1, contact%sticks(i))
       associate (weights => contact%placement%weights)
-        is_alone = .not. can_any_move(map, weights%node(weights%first(i):weights%first(i + 1) - 1))
+        free = free_obstacle(scene, motions, points%pair(i))
+        is_alone = size(free) == 0 .and. .not. can_any_move(map, &
+          weights%node(weights%first(i):weights%first(i + 1) - 1))
       end associate
       do axis = 1, n_axes
         direction = contact%placement%frame(:, axis, i)
@@ -171,9 +185,30 @@ contains
         rows%direction = reshape([rows%direction, direction], [3, rows%n])
         call add_entries(map, points%node(i), direction, rows)
         call add_masters(map, contact%placement%weights, i, direction, rows)
+        associate (all => rows%entries)
+          all%row = [all%row, spread(rows%n, 1, size(free))]
+          all%column = [all%column, map%n_free + free]
+          all%value = [all%value, (-dot_product(motions%translation(:, free(j)), direction), &
+            j=1, size(free))]
+        end associate
       end do
     end do
   end subroutine find_rows
+
+  !> The motions of the obstacle of a pair; none where it is held, or where the master is a body.
+  pure function free_obstacle(scene, motions, pair) result(free)
+    type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: pair
+    integer, allocatable :: free(:)
+    integer :: j
+
+    allocate (free(0))
+    if (motions%n == 0 .or. scene%pairs(pair)%master == 0) return
+    associate (ref_node => scene%obstacles(scene%pairs(pair)%master)%ref_node)
+      free = pack([(j, j=1, motions%n)], motions%body == 0 .and. motions%node == ref_node)
+    end associate
+  end function free_obstacle
 
   pure logical function can_any_move(map, nodes) result(can)
     type(dof_map_t), intent(in) :: map
@@ -234,34 +269,40 @@ contains
   end subroutine add_entries
 
   !> Take r_n times the second derivative of the gap out of K at the points that press.
-  pure subroutine add_curvature(scene, points, map, state, contact, k)
+  pure subroutine add_curvature(scene, points, map, motions, state, contact, k)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(dof_map_t), intent(in) :: map
+    type(free_motions_t), intent(in) :: motions
     type(state_t), intent(in) :: state
     type(pressed_t), intent(in) :: contact
     type(triplets_t), intent(inout) :: k
     type(obstacle_t) :: obstacle
     type(triplets_t) :: bends
+    integer, allocatable :: free(:), equations(:)
+    real(wp), allocatable :: way(:, :) !! (3,size(equations)) of the point before the obstacle [-]
     real(wp) :: bend(3, 3)
-    integer :: pair, i, j, l, equations(3)
+    integer :: pair, i, j, l
 
     allocate (bends%row(0), bends%column(0), bends%value(0))
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master == 0 .or. has_fixed_normals(scene, pair)) cycle
       obstacle = as_turned(scene, scene%pairs(pair)%master, state%rotation)
+      free = free_obstacle(scene, motions, pair)
+      way = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
+        -motions%translation(:, free)], [3, 3 + size(free)])
       do i = points%first(pair), points%first(pair + 1) - 1
         if (.not. contact%presses(i)) cycle
-        equations = equations_of(map, points%node(i))
+        equations = [equations_of(map, points%node(i)), map%n_free + free]
         bend = -contact%normal_force(i)*bend_of_gap(obstacle, shift_of(obstacle, &
           state%displacement), scene%mesh%coordinates(:, points%node(i)) + &
           state%displacement(:, points%node(i)))
-        do j = 1, 3
+        do j = 1, size(equations)
           do l = 1, j
             if (equations(j) == 0 .or. equations(l) == 0) cycle
             bends%row = [bends%row, max(equations(j), equations(l))]
             bends%column = [bends%column, min(equations(j), equations(l))]
-            bends%value = [bends%value, bend(j, l)]
+            bends%value = [bends%value, dot_product(way(:, j), matmul(bend, way(:, l)))]
           end do
         end do
       end do

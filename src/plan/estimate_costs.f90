@@ -47,6 +47,7 @@ contains
     type(usage_t) :: others
     real(wp) :: base, memory
     character(:), allocatable :: reasons
+    integer :: bound
 
     others = usage_of_others()
     base = taken_already(plan%choices%runs_before)
@@ -88,8 +89,10 @@ contains
       plan%seconds = total_seconds(seconds)
       plan%start_seconds = seconds%prepare + seconds%factorise + seconds%condense
       if (.not. sizes%by_iteration) then
-        call add_figure(plan, 'factor_entries', sizes%factor, merge(bound_fixed, bound_at_most, &
-          plan%n_factorisations == 1 .and. plan%choices%precision%block_low_rank <= 0.0_wp))
+        bound = merge(bound_fixed, bound_at_most, plan%n_factorisations == 1 .and. &
+          plan%choices%precision%block_low_rank <= 0.0_wp)
+        if (are_pins_moved(scene, sizes)) bound = bound_about
+        call add_figure(plan, 'factor_entries', sizes%factor, bound)
         call add_figure(plan, 'solutions', solutions(sizes), bound_about)
         call add_figure(plan, 'compliance_products', sizes%increments* &
           products_of_increment(sizes), bound_about)
@@ -97,12 +100,22 @@ contains
       end if
       call add_figure(plan, 'cpu_seconds', cpu_seconds() + plan%seconds, bound_about)
     end if
-    call describe_costs(plan, sizes, file, memory, seconds)
+    call describe_costs(scene, plan, sizes, file, memory, seconds)
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
 
+  !> Whether the factor may be another than that of the plan, and larger: where a free body is pinned
+  !> depends on how it has turned.
+  pure logical function are_pins_moved(scene, sizes)
+    type(scene_t), intent(in) :: scene
+    type(sizes_t), intent(in) :: sizes
+
+    are_pins_moved = scene%finite_strain .and. sizes%motions > 0.0_wp
+  end function are_pins_moved
+
   !> The costs in the table.
-  subroutine describe_costs(plan, sizes, file, memory, seconds)
+  subroutine describe_costs(scene, plan, sizes, file, memory, seconds)
+    type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
@@ -113,7 +126,7 @@ contains
     least = 'more than '
     if (plan%is_analysed) least = ''
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
-      bound_at_most, to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
+      merge(bound_about, bound_at_most, are_pins_moved(scene, sizes)), to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
       to_text(sizes%flops/1.0e9_wp, 3)//' Gflop per factorisation')
     if (sizes%ranks > 1.0_wp .or. sizes%fraction_here < 1.0_wp) call add_line(plan, 'ranks', &
       bound_fixed, to_text(nint(sizes%ranks/sizes%fraction_here))//', '// &

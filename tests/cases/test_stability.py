@@ -99,6 +99,101 @@ class Columns(unittest.TestCase):
         self.assertIn("note: C3D8B at finite strain", run.errors + run.output)
 
 
+def between_plates(load, sides):
+    """Deck of a column that friction alone holds between two plates, the upper one pushed."""
+    return f"""\
+*BLOCK, NAME=B, ELSET=B, TYPE=C3D8I, NX=1, NY=1, NZ=20
+0., 0., 0., 1., 1., {LENGTH}
+*NODE
+9000, 0.5, 0.5, {LENGTH}
+*MATERIAL, NAME=M
+*ELASTIC
+{YOUNG}, 0.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=UP, TYPE=PLANE, REF NODE=9000
+0., 0., {LENGTH}, 0., 0., -1.
+*OBSTACLE, NAME=LOW, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.5
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, UP
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, LOW
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+{sides}
+*CLOAD
+9000, 3, {-load!r}
+*END STEP
+"""
+
+
+STACK = """\
+*BLOCK, NAME=L, ELSET=B, TYPE=C3D8I, NX=1, NY=1, NZ=6
+0., 0., 0., 1., 1., 5.
+*BLOCK, NAME=A, ELSET=B, TYPE=C3D8I, NX=1, NY=1, NZ=6
+0., 0., 5., 1., 1., 5.
+*MATERIAL, NAME=M
+*ELASTIC
+200., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.9
+*CONTACT PAIR, INTERACTION=I
+A-ZMIN, L-ZMAX
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+L-ZMIN, 1, 3
+*CLOAD
+A-ZMAX, 3, {load!r}
+*END STEP
+"""
+
+
+class Free(unittest.TestCase):
+    """Bodies and plates that supports do not hold: contact may hold them, nothing else does."""
+
+    def test_a_column_between_plates(self):
+        """Friction clamps both ends: 4 pi^2 EI/L^2; pi^2 EI/L^2 where a plate may go sideways."""
+        euler = pi**2 * YOUNG / 12 / LENGTH**2
+        for sides, times in (("9000, 1, 2", 4), ("9000, 4, 6", 1)):
+            for part in (0.9, 1.1):
+                run = Run(between_plates(part * times * euler, sides), name="plates")
+                self.assertEqual(run.status, 0 if part < 1 else 2, (sides, part, run.errors))
+                if part > 1:
+                    self.assertIn("the equilibrium is unstable (2 motions", run.errors)
+
+    def test_a_column_of_two_blocks(self):
+        """The upper half stands on the lower one: a note, for surfaces touch. pi^2 EI/4L^2."""
+        for part in (0.9, 1.1):
+            euler = pi**2 * 200 / 12 / 400
+            run = Run(STACK.format(load=-part * euler / 4), name="stack")
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertEqual("may be unstable (2 motions" in run.output, part > 1, run.output)
+
+
+class Pressed(unittest.TestCase):
+    def test_pressures_of_earlier_steps(self):
+        """Pressure on all sides of a column is a note as long as it acts, and holds the column."""
+        text = column(0.0).replace("B-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.0\n*END STEP\n", "*DSLOAD\n")
+        sides = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMAX")
+        text += "".join(f"B-{side}, P, 3.\n" for side in sides) + "*END STEP\n"
+        text += "*STEP\n*STATIC\n1., 1.\n*CLOAD\nB-ZMAX, 1, 1e-5\n*END STEP\n"
+        text += "*STEP\n*STATIC\n1., 1.\n*DSLOAD, OP=NEW\n*END STEP\n"
+        run = Run(text, name="pressed")
+        self.assertEqual(run.status, 0, run.errors)
+        for step, note in ((1, True), (2, True), (3, False)):
+            lines = [line for line in run.output.splitlines() if f"note: step {step}," in line]
+            self.assertEqual("may be unstable" in " ".join(lines), note, run.output)
+
+
 class Posts(unittest.TestCase):
     """Frictionless posts, as the Hessian of the Lagrangian of another program says.
 

@@ -182,6 +182,36 @@ class Convergence(unittest.TestCase):
             self.assertLess(second, first**2)
             self.assertLess(third, second**2)
 
+    def test_pressures_that_follow(self):
+        """A cantilever bent far by pressures, which no tangent has: 27 iterations as they come."""
+        deck = """\
+*BLOCK, NAME=B, ELSET=B, TYPE=C3D8I, NX=1, NY=1, NZ=6
+0., 0., 0., 1., 1., 4.
+*MATERIAL, NAME=M
+*ELASTIC
+200., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*BODY SOLVER, TANGENT={tangent}
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+B-ZMIN, 1, 3
+*DSLOAD
+B-XMAX, P, 0.25
+B-ZMAX, P, 0.75
+*END STEP
+"""
+        found = {}
+        for tangent in ("KEPT", "NEWTON"):
+            run = Run(deck.format(tangent=tangent), name="bent")
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found[tangent] = result.field("displacement", -1)
+                iterations = result.history("newton_raphson_iterations").sum()
+        np.testing.assert_allclose(found["NEWTON"], found["KEPT"], atol=1e-6)
+        self.assertLess(iterations, 14)
+
     def test_each_iteration_has_its_tangent(self):
         counts = {}
         for tangent in ("KEPT", "NEWTON"):
