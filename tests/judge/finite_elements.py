@@ -1,9 +1,9 @@
 """Elements of eight nodes at finite strain: forces are derivatives of the energy, by complex steps.
 
 No stress is computed: the energy of an element is written in the principal invariants of
-`C - I = F^T F - I`, and its derivative along a displacement is the imaginary part of the energy at a place
-that is moved by `i h`, over `h`; nothing is subtracted, so `h` may be so small that no digit is
-lost.
+`C - I = F^T F - I`, and its derivative along a displacement is the imaginary part of the energy at
+a place that is moved by `i h`, over `h`; nothing is subtracted, so `h` may be so small that no
+digit is lost.
 """
 
 import math
@@ -15,6 +15,8 @@ ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO = (
     "ST VENANT", "NEO HOOKE", "MOONEY-RIVLIN", "BLATZ-KO",
 )  # fmt: skip
 LITTLE = REAL(1e-40)
+BANDS = 400  # directions on a sphere: 0.1 apart
+DIFFERENCE = REAL(1e-6)  # of an element: exact to 1e-12, as its square is
 
 
 def determinant_of(f):
@@ -141,3 +143,48 @@ class FiniteElements(Elements):
             return np.full(out.shape, np.nan)
         np.add.at(out, self.nodes, self.forces_of_elements(h))
         return out.astype(float)
+
+    def tangent(self, u):
+        """The dense matrix (3N, 3N) of derivatives of the forces, by differences; symmetric."""
+        h = self.displacement_gradients(u)
+        n = 3 * len(self.points)
+        out = np.zeros((n, n))
+        dofs = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), 24)
+        lengths = 1 / np.abs(self.gradients).max(axis=(1, 2, 3))
+        for a in range(8):
+            for i in range(3):
+                step = np.zeros_like(h)
+                step[:, :, i] = DIFFERENCE * lengths[:, None, None] * self.gradients[:, :, a]
+                ends = [self.forces_of_elements(h + step), self.forces_of_elements(h - step)]
+                column = (ends[0] - ends[1]).reshape(-1, 24) / (2 * DIFFERENCE * lengths[:, None])
+                column = column.astype(float)
+                for at, values in zip(dofs, column, strict=True):
+                    out[at, at[3 * a + i]] += values
+        return (out + out.T) / 2
+
+    def least_acoustic(self, u):
+        """The least eigenvalue of an acoustic tensor at a Gauss point, over `lambda + 2 G`.
+
+        Of all directions of bands on a sphere of points; below 0 the law has lost its ellipticity.
+        """
+        h = self.displacement_gradients(u)
+        units = np.eye(9).reshape(9, 3, 3)
+
+        def stress(at):
+            energy = self.densities(at[:, :, None] + 1j * LITTLE * units)
+            return energy.imag / LITTLE
+
+        moduli = np.stack(
+            [(stress(h + DIFFERENCE * e) - stress(h - DIFFERENCE * e)) / (2 * DIFFERENCE)
+             for e in units], axis=-1,
+        ).astype(float)  # fmt: skip
+        moduli = moduli.reshape(*h.shape[:2], 3, 3, 3, 3)
+        moduli /= (self.lame + 2 * self.shear).astype(float)[:, None, None, None, None, None]
+        height = np.linspace(-1, 1, BANDS)
+        angle = np.pi * (3 - np.sqrt(5)) * np.arange(BANDS)
+        radius = np.sqrt(1 - height**2)
+        least = np.inf
+        for n in np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1):
+            acoustic = np.einsum("egijkl,j,l->egik", moduli, n, n)
+            least = min(least, np.linalg.eigvalsh(acoustic).min())
+        return float(least)

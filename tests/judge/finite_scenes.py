@@ -49,6 +49,7 @@ def hold_reference(b, step, obstacle, way=None):
 
 
 def drawn_depth(b):
+    """A part of the height."""
     return b.between(0.05, 0.4)
 
 
@@ -73,7 +74,7 @@ def pressed(b):
 def indented(b):
     """A sphere or a cylinder pressed into a body, and drawn over it."""
     depth = b.between(0.05, 0.25)
-    cells = tuple(int(c) for c in (b.rng.integers(3, 5), b.rng.integers(2, 5), b.rng.integers(2, 4)))
+    cells = tuple(int(b.rng.integers(*ends)) for ends in ((3, 5), (2, 5), (2, 4)))
     part, _, size, depth = box(b, depth, cells=cells)
     kind = b.pick(SPHERE, CYLINDER)
     radius = size[0] * b.between(0.8, 2.0)
