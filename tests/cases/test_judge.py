@@ -1108,8 +1108,8 @@ class Decks(unittest.TestCase):
         self.assertEqual({s.materials[m].law for s in scenes for m in s.material},
                          {ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO})  # fmt: skip
         self.assertEqual({o.kind for s in scenes for o in s.obstacles},
-                         {"PLANE", "SPHERE", "CYLINDER"})  # fmt: skip
-        self.assertEqual(len({s.kind for s in scenes}), 7)
+                         {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
+        self.assertEqual(len({s.kind for s in scenes}), 8)
 
     def test_seeds_of_bodies_are_reproducible_and_varied(self):
         self.assertEqual(deck_of(random_bodies(11)), deck_of(random_bodies(11)))

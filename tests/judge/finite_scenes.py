@@ -1,11 +1,11 @@
 """Random scenes at finite strain: soft bodies that are pressed, sheared, turned and loaded."""
 
 import numpy as np
-from body_scenes import Stack
+from body_scenes import Stack, rough, sheet
 from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, ST_VENANT
 from obstacles import rotation
 from random_scenes import Builder
-from scenes import CYLINDER, PLANE, SPHERE, Boundary, Force, Pressure
+from scenes import CYLINDER, FACETS, PLANE, SPHERE, STL, Boundary, Force, Pressure
 
 
 def material_of(b, young, depth):
@@ -36,7 +36,7 @@ def box(b, depth, **options):
 def steps_of(b, depth):
     """A step with increments for a depth."""
     step = b.step()
-    step.increments = max(2, int(np.ceil(depth / b.between(0.03, 0.08))))
+    step.increments = max(1, int(np.ceil(depth / b.pick(0.2, b.between(0.03, 0.08)))))
     return step
 
 
@@ -166,6 +166,7 @@ def stacked(b):
     for shape, start in ((wide, np.zeros(2)), (above, (wide - above) * b.between(0.2, 0.8))):
         part = stack.add(1.0, 0.0, shape, start, tuple(int(c) for c in b.rng.integers(2, 4, 3)),
                          element="C3D8", poisson=0.3)  # fmt: skip
+        b.scene.materials.pop()
         young = stack.young * (1.0 if part == 0 else b.power(-0.7, 0.7))
         index, depth = material_of(b, young, depth)
         b.scene.parts[part].material = [index] * len(b.scene.parts[part].elements)
@@ -186,13 +187,42 @@ def stacked(b):
     return "finite: two bodies"
 
 
+def plated(b):
+    """A tool of facets pressed onto a body by motion or force, drawn over it or turned on it."""
+    depth = b.between(0.05, 0.2)
+    part, young, size, depth = box(b, depth)
+    reach = b.pick(1.6, 1.6, 0.6)
+    low = size[:2] * ((1 - reach) / 2 + b.rng.uniform(-0.05, 0.05, 2))
+    kind = b.pick(FACETS, FACETS, STL)
+    wave = b.pick(0.0, 0.3 * depth * size[2])
+    corners, facets = sheet(b, low, low + reach * size[:2], size[2], wave,
+                            split=True if kind == STL else None)  # fmt: skip
+    hub = np.array([*(size[:2] / 2), 1.5 * size[2]])
+    tool = b.facets(kind, corners, [f[::-1] for f in facets], hub, back=b.chance(0.4), text=True)
+    b.pair(part, "ZMAX", tool, rough(b))
+    at = b.scene.obstacles[tool].reference
+    step = steps_of(b, depth)
+    b.hold(step, part, "ZMIN", (0, 1, 2))
+    step.boundaries += [Boundary([at], i, 0.0) for i in range(2)]
+    if b.chance(0.25):
+        step.forces.append(Force([at], 2, -young * depth / 2 * size[0] * size[1]))
+    else:
+        step.boundaries.append(Boundary([at], 2, -depth * size[2]))
+    later = steps_of(b, 0.2)
+    if b.chance(0.5):
+        later.boundaries.append(Boundary([at], 5, b.between(-0.5, 0.5)))
+    else:
+        later.boundaries.append(Boundary([at], b.pick(0, 1), b.between(-0.2, 0.2) * size[0]))
+    return "finite: tool of facets"
+
+
 def random_finite(seed):
     """The scene of a seed."""
     rng = np.random.default_rng([5, seed])
     b = Builder(seed, rng)
     b.scene.finite = True
-    kinds = (pressed, indented, turned, loaded, stacked)
-    kind = kinds[rng.choice(len(kinds), p=[0.25, 0.2, 0.2, 0.15, 0.2])](b)
+    kinds = (pressed, indented, turned, loaded, stacked, plated)
+    kind = kinds[rng.choice(len(kinds), p=[0.2, 0.15, 0.15, 0.15, 0.2, 0.15])](b)
     if b.chance(0.2):
         b.scene.controls["TOLERANCE"] = b.pick(1e-6, 1e-10)
     return b.finish(kind)
