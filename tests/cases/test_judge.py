@@ -20,6 +20,15 @@ sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
 from body_scenes import random_bodies
 from elements import Elements
+from finite_elements import (
+    BLATZ_KO,
+    MOONEY_RIVLIN,
+    NEO_HOOKE,
+    ST_VENANT,
+    FiniteElements,
+)
+from finite_refusals import confirm_finite
+from finite_scenes import random_finite, turn_side
 from laws import Judge, Stored
 from load_path import LoadPath, kinks_of
 from mortar import place_surface
@@ -107,6 +116,81 @@ class InternalForces(unittest.TestCase):
         top = elements.pressure_force([(0, 1)])
         np.testing.assert_allclose(top[4:], np.tile((0, 0, -0.5), (4, 1)), atol=1e-14)
         np.testing.assert_allclose(top[:4], 0)
+
+
+class FiniteForces(unittest.TestCase):
+    """The judge's elements at finite strain."""
+
+    LAWS = ((ST_VENANT, 0.0), (NEO_HOOKE, 0.0), (MOONEY_RIVLIN, 0.4), (BLATZ_KO, 0.0))
+
+    def elements(self, law, x=None):
+        """One element; of all laws lambda = G = 400."""
+        return FiniteElements(
+            distorted_cube() if x is None else x, [range(8)], ["C3D8"], [1000.0], [0.25], [law]
+        )
+
+    def test_closed_forms_of_uniaxial_strain(self):
+        # The force on the undeformed area 1 at a stretch, by each law's page in the theory.
+        lame = shear = 400.0
+        bulk = lame + 2 * shear / 3
+        for stretch in (0.6, 1.0 + 1e-9, 1.8):
+            k = stretch**2 - 1
+            first = stretch ** (-5 / 3) * 2 * k / 3
+            second = stretch ** (-7 / 3) * 2 * k / 3
+            expected = {
+                ST_VENANT: (lame + 2 * shear) / 2 * k * stretch,
+                NEO_HOOKE: shear * first + bulk * (stretch - 1),
+                MOONEY_RIVLIN: shear * (0.6 * first + 0.4 * second) + bulk * (stretch - 1),
+                BLATZ_KO: shear * (1 - stretch**-3),
+            }
+            for law in self.LAWS:
+                u = np.zeros((8, 3))
+                u[:, 2] = (stretch - 1) * CUBE[:, 2]
+                force = self.elements(law, CUBE).internal_force(u)[4:, 2].sum()
+                with self.subTest(law=law, stretch=stretch):
+                    self.assertAlmostEqual(force / expected[law[0]], 1.0, delta=2e-7)
+
+    def test_forces_turn_with_the_element_and_small_ones_are_linear(self):
+        rng = np.random.default_rng(5)
+        x, v = distorted_cube(), rng.uniform(-0.2, 0.2, (8, 3))
+        turn = rotation((0.4, -1.3, 2.0)).astype(float)
+        linear = Elements(x, [range(8)], ["C3D8"], [1000.0], [0.25])
+        for law in self.LAWS:
+            elements = self.elements(law)
+            force = elements.internal_force(v)
+            turned = elements.internal_force((x + v) @ turn.T - x)
+            largest = np.abs(force).max()
+            little = elements.internal_force(1e-9 * v) / 1e-9
+            with self.subTest(law=law):
+                np.testing.assert_allclose(turned, force @ turn.T, atol=1e-12 * largest)
+                moment = np.cross(x + v, force).sum(axis=0)
+                np.testing.assert_allclose(moment, 0, atol=1e-12 * largest)
+                np.testing.assert_allclose(little, linear.internal_force(v), atol=1e-6 * largest)
+                self.assertAlmostEqual(
+                    (elements.energy(v * (1 + 1e-5)) - elements.energy(v * (1 - 1e-5))) / 2e-5,
+                    np.sum(force * v), delta=1e-7 * largest,
+                )  # fmt: skip
+
+    def test_tangent_and_bands(self):
+        v = np.random.default_rng(5).uniform(-0.2, 0.2, (8, 3))
+        for law in self.LAWS:
+            elements = self.elements(law)
+            ends = [elements.internal_force(v * (1 + s)) for s in (1e-6, -1e-6)]
+            change = (ends[0] - ends[1]).ravel() / 2e-6
+            with self.subTest(law=law):
+                np.testing.assert_allclose(elements.tangent(v) @ v.ravel(), change,
+                                           atol=1e-6 * np.abs(change).max())  # fmt: skip
+        # Knowles and Sternberg: Blatz and Ko's law is elliptic to a ratio of 2 + sqrt(3).
+        for ratio, elliptic in ((3.6, True), (3.85, False)):
+            u = CUBE * (np.array([ratio**0.5, ratio**-0.5, 1.0]) - 1)
+            least = self.elements((BLATZ_KO, 0.0), CUBE).least_acoustic(u)
+            self.assertEqual(least > 0, elliptic)
+
+    def test_pressure_follows(self):
+        turn = rotation((0.0, 0.7, 0.0)).astype(float)
+        elements = self.elements(self.LAWS[0], CUBE)
+        force = elements.pressure_force([(0, 1)], 2 * CUBE @ turn.T - CUBE).sum(axis=0)
+        np.testing.assert_allclose(force, turn @ (0, 0, -4), atol=1e-14)
 
 
 def cube_scene(**options):
@@ -904,7 +988,129 @@ class TamperedBodies(unittest.TestCase):
         self.assertIn("moment of a support wrong by", found)
 
 
+class TamperedFinite(unittest.TestCase):
+    """Right results at finite strain are right; of another theory, or with a fault, wrong."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp(prefix="judge-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.scenes = {"blocks": cls.blocks(), "loaded": cls.loaded()}
+        cls.results = {name: cls.run_scene(scene, name) for name, scene in cls.scenes.items()}
+
+    @classmethod
+    def run_scene(cls, scene, name, *options):
+        """The result of a scene that the program certifies."""
+        deck = cls.folder / f"{name}.inp"
+        write_deck(scene, deck)
+        done = subprocess.run([PROGRAM, *options, deck.name], cwd=cls.folder, capture_output=True,
+                              text=True, check=False)  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return deck.with_suffix(".vtkhdf")
+
+    @staticmethod
+    def blocks():
+        """Two blocks, pressed by a fifth of the upper one, and turned together."""
+        b, lower = cube_scene(explicit=True)
+        b.scene.finite = True
+        b.scene.materials[0].law = NEO_HOOKE
+        soft = b.material(500.0, 0.25)
+        b.scene.materials[soft].law = BLATZ_KO
+        upper = b.part((0.2, 0.1, 1), (0.6, 0.7, 1), (2, 2, 2), soft, "C3D8", True, False)
+        b.touch((upper, "ZMIN"), (lower, "ZMAX"), 0.5)
+        first, second = add_step(b, increments=3), add_step(b, increments=3)
+        down = np.array([0.0, 0.0, -0.2])
+        turn_side(b, first, lower, "ZMIN", np.zeros(3), np.zeros(3))
+        turn_side(b, first, upper, "ZMAX", np.zeros(3), down)
+        turn_side(b, second, lower, "ZMIN", np.array([0, 0, 0.5]), np.zeros(3))
+        turn_side(b, second, upper, "ZMAX", np.array([0, 0, 0.2]), down)
+        return b.finish("blocks")
+
+    @staticmethod
+    def loaded(law=MOONEY_RIVLIN):
+        """A block under a pressure that follows, before a plane."""
+        b, part = cube_scene(explicit=True)
+        b.scene.finite = True
+        b.scene.materials[0].law = law
+        b.scene.materials[0].share = 0.3 if law == MOONEY_RIVLIN else 0.0
+        b.pair(part, "XMAX", b.obstacle("PLANE", (1.05, 0, 0), (-1, 0, 0)), 0.2)
+        step = add_step(b, increments=3)
+        b.hold(step, part, "ZMIN", (0, 1, 2))
+        step.pressures.append(Pressure(part, "XMIN", 120.0))
+        return b.finish("loaded")
+
+    def findings(self, name, change=None):
+        """Kinds of findings after `change(file)`."""
+        return findings(self.scenes[name], self.results[name], change)
+
+    def test_the_results_are_right(self):
+        for name in self.scenes:
+            with self.subTest(name=name):
+                self.assertEqual(self.findings(name), set())
+
+    def test_small_strain_is_not_finite_strain(self):
+        scene = self.loaded()
+        small = self.run_scene(scene, "small", "--nlgeom", "no")
+        self.assertIn("out of balance", findings(scene, small))
+
+    def test_another_law_or_a_constant_changed_by_a_hundred_thousandth(self):
+        for law, young in ((NEO_HOOKE, 1000.0), (MOONEY_RIVLIN, 1000.01)):
+            scene = self.loaded(law)
+            scene.materials[0].young = young
+            with self.subTest(law=law):
+                self.assertIn("out of balance", findings(scene, self.results["loaded"]))
+
+    def test_a_pressure_on_the_undeformed_body(self):
+        scene = self.loaded()
+        elements = scene.elements()
+        elements.pressure_force = lambda faces, u=0.0: Elements.pressure_force(elements, faces)
+        kinds = findings(scene, self.results["loaded"])
+        self.assertLessEqual({"out of balance", "body out of balance by"}, kinds)
+
+    def test_moments_about_undeformed_places(self):
+        scene = self.loaded()
+        stored = Stored(scene, self.results["loaded"])
+
+        class OldArms(Judge):
+            def check_bodies(self, row, far, forces, before_it, shift):
+                super().check_bodies(row, far, forces, before_it, 0 * shift)
+
+        kinds = {f.kind for f in OldArms(scene, stored).judge()}
+        self.assertEqual(kinds, {"body out of balance by"})
+
+    def test_slips_that_do_not_turn_with_the_master(self):
+        scene = self.scenes["blocks"]
+        stored = Stored(scene, self.results["blocks"])
+
+        class OldSlips(Judge):
+            def way_over(self, surface, placed, ends, moved, *told):
+                return moved
+
+        kinds = {f.kind for f in OldSlips(scene, stored).judge()}
+        self.assertEqual(kinds, {"slip wrong by"})
+
+    def test_an_energy_changed_by_a_hundred_thousandth(self):
+        def change(file):
+            file["history/energy/strain"][1] *= 1 + 1e-5
+
+        self.assertEqual(self.findings("loaded", change), {"strain energy wrong by"})
+
+    def test_a_refusal_without_a_reason_is_not_confirmed(self):
+        scene = self.scenes["loaded"]
+        stored = Stored(scene, self.results["loaded"])
+        self.assertEqual(confirm_finite(scene, stored, "no balance")[0], "unconfirmed")
+
+
 class Decks(unittest.TestCase):
+    def test_seeds_at_finite_strain_are_reproducible_and_varied(self):
+        self.assertEqual(deck_of(random_finite(11)), deck_of(random_finite(11)))
+        scenes = [random_finite(seed) for seed in range(100)]
+        self.assertEqual({s.materials[m].law for s in scenes for m in s.material},
+                         {ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO})  # fmt: skip
+        self.assertEqual({o.kind for s in scenes for o in s.obstacles},
+                         {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
+        self.assertEqual(len({s.kind for s in scenes}), 8)
+
     def test_seeds_of_bodies_are_reproducible_and_varied(self):
         self.assertEqual(deck_of(random_bodies(11)), deck_of(random_bodies(11)))
         scenes = [random_bodies(seed) for seed in range(200)]
@@ -969,6 +1175,10 @@ class Decks(unittest.TestCase):
     def test_random_decks_of_bodies(self):
         decks, seed = ("16", "1") if RELEASE else ("6", "1001")
         self.judge("bodies", "--decks", decks, "--seed", seed)
+
+    def test_random_decks_at_finite_strain(self):
+        decks, seed = ("8", "1") if RELEASE else ("3", "1001")
+        self.judge("finite", "--decks", decks, "--seed", seed)
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ class Elements:
         elements = len(self.nodes)
         self.b = np.zeros((elements, 8, 6, 24), dtype=REAL)
         self.weight = np.zeros((elements, 8), dtype=REAL)
-        gradients = np.zeros((elements, 8, 8, 3), dtype=REAL)
+        self.gradients = gradients = np.zeros((elements, 8, 8, 3), dtype=REAL)
         for g, xi in enumerate(GAUSS):
             dn = parent_gradients(xi)
             jacobian = np.einsum("eai,aj->eij", x, dn)  # dx_i/dxi_j
@@ -206,22 +206,26 @@ class Elements:
         np.add.at(out, self.nodes[which], masses)
         return out.astype(float)
 
-    def pressure_force(self, faces):
-        """Forces (N, 3) of a unit pressure into the body on `faces` [(element, 0..5)]."""
-        return self.pushed(faces)[0].astype(float)
+    def pressure_force(self, faces, u=0.0):
+        """Forces (N, 3) of a unit pressure into the body on `faces` [(element, 0..5)].
+
+        Displacements `u` (N, 3) take the faces with them.
+        """
+        return self.pushed(faces, u)[0].astype(float)
 
     def node_areas(self, faces):
         """The part (N,) of the area of `faces` that belongs to each node: int N dA."""
         return self.pushed(faces)[1].astype(float)
 
-    def pushed(self, faces):
+    def pushed(self, faces, u=0.0):
         """Forces of a unit pressure and areas of nodes, by 2 x 2 Gauss points of each face."""
         out = np.zeros(self.points.shape, dtype=REAL)
         area = np.zeros(len(self.points), dtype=REAL)
         root = 1 / np.sqrt(REAL(3))
+        places = self.points + np.asarray(u, dtype=REAL)
         for element, face in faces:
             corners = self.nodes[element][list(FACES[face])]
-            x = self.points[corners]
+            x = places[corners]
             for s in (-root, root):
                 for t in (-root, root):
                     n = np.array([(1 - s) * (1 - t), (1 + s) * (1 - t),

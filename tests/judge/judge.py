@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """Run the program on random decks and judge its results by an independent finite-element program.
 
-    tests/judge/judge.py --decks 2000 --seed 1 [--family one|bodies|joined|rims] [--jobs 2]
+    tests/judge/judge.py --decks 2000 --seed 1 [--jobs 2]
+                         [--family one|bodies|joined|rims|finite]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
 `bodies` has bodies that touch each other or are tied, obstacles of facets and obstacles that turn.
 `joined` has decks of these two with equations, couplings, local directions, supports that stay as
 they are, and temperatures. `rims` has contact beside what is clamped, tied, joined or cracked, in
-corners of one master, and before tools smaller than an element. Of `all` the second and the third
-have a quarter as many decks as the first, and `rims` none; of `both` the third has none, either.
+corners of one master, and before tools smaller than an element. `finite` has bodies at finite
+strain, pressed by 5 to 40 % of their height, before obstacles and each other. Of `all` the second
+and the third have a quarter as many decks as the first, `rims` and `finite` none; of `both` the
+third has none, either.
 
 A deck is one of
 
@@ -43,6 +46,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 
 from body_scenes import random_bodies
+from finite_refusals import confirm_finite
+from finite_scenes import random_finite
 from joined_scenes import random_joined
 from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
@@ -120,12 +125,13 @@ def judge_run(scene, deck, status, message, options):
         return WRONG, f"{findings[0]}{more}; worst: {worst}"
     if status == 0:
         return RIGHT, ""
-    outcome, words = confirm(scene, stored, message)
+    outcome, words = (confirm_finite if scene.finite else confirm)(scene, stored, message)
     return outcome, f"{message.strip()[:300]} -- {words}"
 
 
 FAMILIES = {
     "one": random_scene, "bodies": random_bodies, "joined": random_joined, "rims": random_rims,
+    "finite": random_finite,
 }  # fmt: skip
 
 

@@ -64,6 +64,7 @@ class Stored:
             self.step = history["step"][rows]
             self.time = history["time"][rows]
             self.certified = history["certified"][rows]
+            self.energy = history["energy/strain"][rows]
             self.status = file["run"].attrs["status"]
             if isinstance(self.status, bytes):
                 self.status = self.status.decode()
@@ -256,7 +257,7 @@ class Judge:
             self.note("numbers that are none", row, np.inf, 0)
             return
         self.note("inside out", row, -scene.elements().least_volume(u), 0)
-        supports, loads = self.path.supports(time), self.path.loads(time)
+        supports, loads = self.path.supports(time), self.path.loads(time, u)
         held = np.zeros(u.shape, dtype=bool)
         for node, dof in supports:
             if dof < 3:
@@ -315,13 +316,17 @@ class Judge:
         ]
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
-        self.check_bodies(row, far, loads, pressed, -joined, before_it)
+        shift = u if scene.finite else np.zeros_like(u)
+        self.check_bodies(row, far, (loads, pressed, -joined), before_it, shift)
         scale = self.contact_scale(far, points, acting, force)
         self.check_surfaces(row, points, length)
         self.check_sums_of_walls(row, points)
         self.check_tools(row, u, points, length)
         self.check_self_stress(row, points, scale)
-        self.check_work(row, u, (internal, loads, thermal, pressed), force)
+        if scene.finite:
+            self.check_energy(row, u)
+        else:
+            self.check_work(row, u, (internal, loads, thermal, pressed), force)
         self.check_moments(row, points, u)
         self.check_contact(row, points, scale, length)
 
@@ -423,6 +428,9 @@ class Judge:
             master = placed.weights
             fixed = still
             moved = (u - before)[rows] - master @ (u - before)
+            if scene.finite:
+                told = (slip, frame[:, 0])
+                moved = self.way_over(surface, placed, (u, before), moved, told, gap)
             reference = None
         else:
             master, reference = np.zeros((len(rows), len(u))), obstacle.reference
@@ -455,6 +463,24 @@ class Judge:
             "covered": read("covered_area"), "least": read("least_gap"),
             "added": self.added[rows], "far": size, "moved": np.abs(moved).max(initial=0.0),
         }  # fmt: skip
+
+    def way_over(self, surface, placed, ends, moved, told, gap):
+        """How far (P, 3) what points face went over the master, (11.18), at the places of the end.
+
+        `moved`: how far the two sides parted, which is the way of a point that the master did not
+        cover when the increment began, and of one that is open. Where it did so by little, or by
+        the gap the point may be either, the one that is nearer to what the file has told counts.
+        """
+        u, before = ends
+        slip, normal = told
+        nowhere = np.zeros_like(u)
+        first = surface.place(before, nowhere)
+        over = (placed.weights - first.weights) @ (self.scene.points + u)
+        off = [np.abs(slip - across(way, normal)).max(axis=1) for way in (over, moved)]
+        size = np.sqrt(placed.area.max())
+        begun = (first.share > 2e-3) & (gap < 1e-9 * size)
+        nearer = off[0] <= off[1]
+        return np.where((begun | nearer)[:, None], over, moved)
 
     def without_row(self, row, surface, u, rotation, has_row):
         """(still (P, 3), none (P,), Seen): where the two sides of points cannot move apart.
@@ -737,19 +763,22 @@ class Judge:
             off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
             self.note("contact force of a node wrong by", row, off, slack)
 
-    def check_bodies(self, row, far, loads, pressed, joined, before_it):
+    def check_bodies(self, row, far, forces, before_it, shift):
         """Balance of every body in each of its rigid motions, without internal forces.
 
-        `joined`: forces of equations, couplings and supports along local directions on nodes.
+        `forces`: loads, contact, and what equations, couplings and supports along local directions
+        put on nodes. Moments are about the places that `shift` (N, 3) takes the nodes to.
         """
+        loads, pressed, joined = forces
+        places = self.scene.points + shift
         supports = self.stored.supports[row]
         rounding = self.joints.spread(self.scene.elements().rounding(far))
         groups = [(rows, 6) for rows in self.body_rows]
         # Where forces of a tie act is known as well as its weights are.
         groups += [(np.array([r]), 3) for r in self.scene.references()]
         for number, (rows, motions) in enumerate(groups):
-            centre = self.scene.points[rows].mean(axis=0)
-            arm = self.scene.points[rows] - centre
+            centre = places[rows].mean(axis=0)
+            arm = places[rows] - centre
             reach = np.linalg.norm(arm, axis=1).max() or 1.0
             for m in range(motions):
                 motion = np.zeros((len(rows), 3))
@@ -924,6 +953,14 @@ class Judge:
         lost = np.sum(self.scene.elements().rounding(u)) + self.allowed * force + self.tie_doubt
         self.note("work of nodal forces wrong by", row, abs(work[0] - sum(work[1:])),
                   self.allowed * size + lost * np.abs(u).max() + TINY)  # fmt: skip
+
+    def check_energy(self, row, u):
+        """The strain energy of the file is that of its displacements, at finite strain."""
+        elements = self.scene.elements()
+        energy = elements.energy(u)
+        lost = np.sum(elements.rounding(u)) * np.abs(u).max()
+        self.note("strain energy wrong by", row, abs(self.stored.energy[row] - energy),
+                  1e-10 * abs(energy) + lost + TINY)  # fmt: skip
 
     def turns(self, p):
         """Whether the obstacle before points turns."""

@@ -120,15 +120,22 @@ class LoadPath:
             levels[key] = total
         return levels, doubt
 
-    def loads(self, time):
-        """Nodal forces (N, 3) at `time` of the step, reference nodes included."""
+    def loads(self, time, u=None):
+        """Nodal forces (N, 3) at `time` of the step, reference nodes included.
+
+        At finite strain pressures follow the displacements `u` (N, 3).
+        """
         out = np.zeros_like(self.scene.points)
         for key, value in self.levels_at(time)[0].items():
             _, kind, place, which = key
             if kind == "force":
                 self.scene.add_force(out, place, which, value)
             elif kind == "pressure":
-                out += value * self.pressure_forces[place, which]
+                force = self.pressure_forces[place, which]
+                if self.scene.finite and u is not None:
+                    faces = self.scene.parts[place].sides[which]
+                    force = self.scene.elements().pressure_force(faces, u)
+                out += value * force
             else:
                 out[:, which] += value * self.weights[place]
         return out

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from elements import FACES, Elements
+from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, ST_VENANT, FiniteElements
 
 PLANE, SPHERE, CYLINDER = "PLANE", "SPHERE", "CYLINDER"
 FACETS, STL = "FACETS", "STL"
@@ -13,12 +14,32 @@ EPS = np.finfo(float).eps
 
 @dataclass
 class Material:
-    """A material; `density` None where nothing has weight."""
+    """A material; `density` None where nothing has weight.
+
+    At finite strain `young` and `poisson` are those of small strain, and `share` is the part of
+    `C01` in `C10 + C01`.
+    """
 
     young: float
     poisson: float
     density: float | None = None
     expansion: float | None = None
+    law: str = ST_VENANT
+    share: float = 0.0
+
+    def cards(self):
+        """The lines of the law."""
+        shear = self.young / (2 * (1 + self.poisson))
+        compliance = 6 * (1 - 2 * self.poisson) / self.young
+        if self.law == NEO_HOOKE:
+            values = [shear / 2, compliance]
+        elif self.law == MOONEY_RIVLIN:
+            values = [(1 - self.share) * shear / 2, self.share * shear / 2, compliance]
+        elif self.law == BLATZ_KO:
+            return ["*HYPERFOAM, N=1", f"{number(shear)}, -2., 0.25"]
+        else:
+            return ["*ELASTIC", f"{number(self.young)}, {number(self.poisson)}"]
+        return [f"*HYPERELASTIC, {self.law}", ", ".join(number(v) for v in values)]
 
 
 @dataclass
@@ -241,6 +262,7 @@ class Scene:
     transforms: list = field(default_factory=list)
     first_temperatures: list = field(default_factory=list)  # of Temperature
     loose: list = field(default_factory=list)  # rows of nodes that couplings or equations name
+    finite: bool = False  # *STEP, NLGEOM
 
     @property
     def tolerance(self):
@@ -253,6 +275,11 @@ class Scene:
             young = [self.materials[m].young for m in self.material]
             poisson = [self.materials[m].poisson for m in self.material]
             self._elements = Elements(self.points, self.nodes, self.types, young, poisson)
+            if self.finite:
+                laws = [(self.materials[m].law, self.materials[m].share) for m in self.material]
+                self._elements = FiniteElements(
+                    self.points, self.nodes, self.types, young, poisson, laws
+                )
         return self._elements
 
     def side_rows(self, part, side):
@@ -430,8 +457,7 @@ class DeckWriter:
     def write_materials(self):
         scene = self.scene
         for index, one in enumerate(scene.materials):
-            self.add(f"*MATERIAL, NAME=M{index}", "*ELASTIC")
-            self.add(f"{number(one.young)}, {number(one.poisson)}")
+            self.add(f"*MATERIAL, NAME=M{index}", *one.cards())
             if one.density is not None:
                 self.add("*DENSITY", number(one.density))
             if one.expansion is not None:
@@ -552,7 +578,8 @@ class DeckWriter:
         return self.sets.setdefault(tuple(rows), f"SET{len(self.sets)}")
 
     def write_step(self, step):
-        self.add("*STEP", "*STATIC, DIRECT" if step.direct else "*STATIC")
+        self.add("*STEP, NLGEOM" if self.scene.finite else "*STEP")
+        self.add("*STATIC, DIRECT" if step.direct else "*STATIC")
         self.add(f"{number(step.period / step.increments)}, {number(step.period)}")
         written = set()
 
