@@ -104,8 +104,8 @@ contains
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
 
-  !> Whether the factor may be another than that of the plan, and larger: where a free body is pinned
-  !> depends on how it has turned.
+  !> Whether the factor may be another than that of the plan, and larger: where free bodies are
+  !> pinned depends on how they have turned.
   pure logical function are_pins_moved(scene, sizes)
     type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
@@ -126,7 +126,8 @@ contains
     least = 'more than '
     if (plan%is_analysed) least = ''
     if (plan%is_analysed .and. sizes%factor > 0.0_wp) call add_line(plan, 'factor', &
-      merge(bound_about, bound_at_most, are_pins_moved(scene, sizes)), to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
+      merge(bound_about, bound_at_most, are_pins_moved(scene, sizes)), &
+      to_text(sizes%factor/1.0e6_wp, 3)//' million entries, '// &
       to_text(sizes%flops/1.0e9_wp, 3)//' Gflop per factorisation')
     if (sizes%ranks > 1.0_wp .or. sizes%fraction_here < 1.0_wp) call add_line(plan, 'ranks', &
       bound_fixed, to_text(nint(sizes%ranks/sizes%fraction_here))//', '// &
