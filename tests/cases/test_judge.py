@@ -1176,8 +1176,14 @@ class Decks(unittest.TestCase):
         decks, seed = ("16", "1") if RELEASE else ("6", "1001")
         self.judge("bodies", "--decks", decks, "--seed", seed)
 
+    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
+    def test_decks_at_finite_strain_that_once_failed(self):
+        # 303: a block that buckles, seen with smaller increments. 314: a law that is pressed beyond
+        # its ellipticity. 548: an increment in which nothing presses or moves.
+        self.judge("finite", "--only", "303", "314", "548")
+
     def test_random_decks_at_finite_strain(self):
-        decks, seed = ("8", "1") if RELEASE else ("3", "1001")
+        decks, seed = ("5", "1") if RELEASE else ("2", "1001")
         self.judge("finite", "--decks", decks, "--seed", seed)
 
 

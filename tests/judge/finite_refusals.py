@@ -1,13 +1,16 @@
 """Whether a run at finite strain that was refused has no solution, by other means."""
 
+import re
+
 import numpy as np
+from elements import REAL
 from laws import Judge
 from obstacles import locate, shift_of, turned
-from refusals import CONFIRMED, OPEN, interval, path_to
+from refusals import CONFIRMED, OPEN, REFUTED, interval, path_to
 
 
 def confirm_finite(scene, stored, message):
-    """(confirmed or unconfirmed; words) for a refusal with exit status 2."""
+    """(confirmed, refuted or unconfirmed; words) for a refusal with exit status 2."""
     where = interval(scene, stored, message)
     if where is None:
         where = (len(scene.steps) - 1, scene.steps[-1].period, 0.0, stored.u[-1])
@@ -15,6 +18,15 @@ def confirm_finite(scene, stored, message):
         words = prescribed_depth(scene, stored, where)
         if words:
             return CONFIRMED, words
+    told = re.search(r"law of material M(\d+) .* stretched by (\S+), (\S+) and (\S+):", message)
+    if told:
+        stretches = [float(x) for x in told.groups()[1:]]
+        which = np.flatnonzero(scene.material == int(told[1]))[0]
+        h = np.tile(np.diag(stretches) - np.eye(3), (len(scene.nodes), 1, 1, 1))
+        least = scene.elements().least_acoustic_at(h.astype(REAL), which)
+        if least < 0:
+            return CONFIRMED, f"at these stretches an acoustic tensor has an eigenvalue {least:.2g}"
+        return REFUTED, f"at these stretches the law is elliptic: {least:.2g}"
     if stored is not None and stored.finished:
         least, sticking = least_stiffness(scene, stored)
         if least < 0:

@@ -158,7 +158,11 @@ def judge_seed(deck, options):
 
 
 def without_choices(scene, words):
-    """The scene without the solver or precision that a message blames; None if it blames none."""
+    """The scene without what a message blames: solver, precision, increments; None if nothing."""
+    if scene.finite and "smaller increments may help" in words:
+        if any(step.direct for step in scene.steps):
+            return replace(scene, steps=[replace(step, direct=False) for step in scene.steps])
+        return None
     solver = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
     if solver and ("did not reach" in words or "a tolerance of" in words):
         kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}

@@ -858,7 +858,8 @@ class Judge:
             # Friction does no work at any point: the law below is a mean over them. Slip that is
             # rounding of large displacements is none.
             work = np.einsum("pi,pi->p", friction, slip) - size * 4 * rounding
-            worst("friction does work", np.maximum(0.0, work), force * longest)
+            scale = force * longest if longest > 0 else 0.0
+            worst("friction does work", np.maximum(0.0, work), scale)
             law = np.abs(
                 mu * normal_force * np.linalg.norm(slip, axis=1)
                 + np.einsum("pi,pi->p", friction, slip)
