@@ -105,8 +105,10 @@ class SameDeck(unittest.TestCase):
     def test_small_strain_in_place_of_nlgeom(self):
         output = self.check("--nlgeom", "no", step=", NLGEOM")
         self.assertIn("NLGEOM is set aside", output)
-        run = Run(DECK.format(**{**PLAIN, "step": ", NLGEOM"}), "--check", name="deck")
-        self.assertEqual(run.status, 1)
+        pairs = "*CONTACT SOLVER, COMPLIANCE=PRODUCTS\n" + PLAIN["pairs"]
+        beyond = DECK.format(**{**PLAIN, "step": ", NLGEOM", "pairs": pairs})
+        run = Run(beyond, "--check", name="deck")
+        self.assertEqual(run.status, 1, run.output)
         self.assertIn("--nlgeom no", run.errors)
 
 
