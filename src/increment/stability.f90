@@ -162,7 +162,7 @@ contains
     integer :: i, j, axis, n_axes
     logical :: is_alone
 
-    allocate (rows%node(0), rows%direction(3, 0))
+    allocate (free(0), rows%node(0), rows%direction(3, 0))
     allocate (rows%entries%row(0), rows%entries%column(0), rows%entries%value(0))
     do i = 1, points%n
       if (.not. contact%presses(i)) cycle
@@ -284,7 +284,7 @@ contains
     real(wp) :: bend(3, 3)
     integer :: pair, i, j, l
 
-    allocate (bends%row(0), bends%column(0), bends%value(0))
+    allocate (bends%row(0), bends%column(0), bends%value(0), free(0), equations(0))
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master == 0 .or. has_fixed_normals(scene, pair)) cycle
       obstacle = as_turned(scene, scene%pairs(pair)%master, state%rotation)
