@@ -7,7 +7,7 @@
 !> F = F_u + F_0 M, M of the modes, and N_a's gradient turns in part to that of the centre. Where
 !> heat has stretched an element by 1 + c, P is that of F/(1 + c), and w are the expanded volumes.
 !> P is that of the law, which the solver asks too: what is wrong in a law is not seen.
-!> docs/theory.md (8.24), (8.26), (8.42).
+!> docs/theory.md (8.26), (8.31), (8.27).
 module deformed_forces_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse

@@ -3,7 +3,7 @@
 !>
 !>     int N_k x,xi x x,eta dxi deta = a x b + xi_k/3 a x d + eta_k/3 d x b
 !>
-!> in closed form. docs/theory.md (8.25).
+!> in closed form. docs/theory.md (8.30).
 module pressed_surfaces_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross

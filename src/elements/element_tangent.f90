@@ -1,5 +1,5 @@
 !> The tangent of an element at finite strain, of any kind: the second derivative of its energy by
-!> the displacements of its nodes. docs/theory.md (8.23), (8.40).
+!> the displacements of its nodes. docs/theory.md (8.22), (8.23).
 module element_tangent_mod
   use kinds_mod, only: wp
   use dense_mod, only: symmetric_eigenvectors
@@ -81,7 +81,7 @@ contains
   !>     K = sum of w [ b^2 A_b + (a + c) (h - d)^T b/3 + (h - d) (a + c)^T b/3
   !>         + (F_b : A_b : F_b + p) (h - d) (h - d)^T/9 - p h h^T/3 + q J d d^T + (p/3 - q J) X ]
   !>
-  !> a = A_b : F_b and c = P_b on dF, p = P_b : F_b, q of (8.16), X = tr(F^-1 dF F^-1 dF).
+  !> a = A_b : F_b and c = P_b on dF, p = P_b : F_b, q of (8.14), X = tr(F^-1 dF F^-1 dF).
   pure subroutine add_mean_dilatation(element, law, k)
     type(finite_element_t), intent(in) :: element
     type(law_t), intent(in) :: law

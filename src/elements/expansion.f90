@@ -28,7 +28,7 @@ contains
       warming_at(scene, step, position))
   end subroutine find_free_strain
 
-  !> Of each element alpha dT, dT the mean over its nodes. docs/theory.md (8.12).
+  !> Of each element alpha dT, dT the mean over its nodes. docs/theory.md (8.34).
   pure function free_strain(mesh, materials, rise) result(free)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -45,7 +45,7 @@ contains
 
   !> At finite strain: the place of an element that has expanded freely, where it has no stress, and
   !> its displacement from there. The forces, energy and tangent of F/(1 + free) in a volume that is
-  !> (1 + free)^3 are those of this element. docs/theory.md (8.26).
+  !> (1 + free)^3 are those of this element. docs/theory.md (8.31).
   pure subroutine expand_freely(free, x, u)
     real(wp), intent(in) :: free         !! [-]
     real(wp), intent(inout) :: x(3, 8)   !! nodes [length]

@@ -161,7 +161,7 @@ contains
     end do
   end function work_of_heat
 
-  !> Tangent of an element, docs/theory.md (8.23).
+  !> Tangent of an element, docs/theory.md (8.22).
   !>
   !> Projected: without what is negative in it, the next positive semi-definite matrix. A soft body
   !> that is pressed has a tangent that is not positive, and a compliance of which contact problems
@@ -272,8 +272,6 @@ contains
     end do
   end subroutine undeformed_tensors
 
-  !> At the Gauss points of an element: the gradients that the law is asked at, those that its first
-  !> Piola-Kirchhoff stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
   !> The displacement gradients at the Gauss points that the law is asked at: without free
   !> expansion.
   pure function elastic_gradients(mesh, materials, free, u, e) result(h)
@@ -290,6 +288,8 @@ contains
     h = gradients_of_law(element, modes)
   end function elastic_gradients
 
+  !> At the Gauss points of an element: the gradients that the law is asked at, those that its first
+  !> Piola-Kirchhoff stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
   pure subroutine find_stresses(mesh, materials, free, u, e, of_law, h, p)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

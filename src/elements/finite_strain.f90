@@ -2,7 +2,7 @@
 !>
 !> Displacement gradients H = du/dX are used and not F = I + H, which would lose the digits of small
 !> strains. Forces are those that a displacement of its nodes does work on, f_a = int P g_a, and are
-!> objective. At small strain they are those of elements_mod. docs/theory.md (8.14) to (8.17).
+!> objective. At small strain they are those of elements_mod. docs/theory.md (8.12) to (8.15).
 module finite_strain_mod
   use kinds_mod, only: wp
   use strain_measures_mod, only: growth_of, deformation_of
@@ -61,8 +61,8 @@ contains
   end function is_inverted
 
   !> The displacement gradients at the Gauss points that the law is asked at:
-  !> C3D8B's F_b = (theta/J)^(1/3) F, theta the mean of J over the element, (8.15); C3D8I's
-  !> F = F_u + F_0 sum m_k (x) beta_k, F_0 that of the centre, (8.17).
+  !> C3D8B's F_b = (theta/J)^(1/3) F, theta the mean of J over the element, (8.13); C3D8I's
+  !> F = F_u + F_0 sum m_k (x) beta_k, F_0 that of the centre, (8.15).
   pure function gradients_of_law(element, modes) result(h)
     type(finite_element_t), intent(in) :: element !! of C3D8B det F > 0
     real(wp), intent(in) :: modes(3, 3) !! as of finite_force
@@ -120,7 +120,7 @@ contains
   end function mean_of
 
   !> The first Piola-Kirchhoff stresses P at the Gauss points that belong to the element's energy:
-  !> what it changes by as du/dX of the nodes does there. C3D8B: (8.16).
+  !> what it changes by as du/dX of the nodes does there. C3D8B: (8.14).
   pure function stresses_of(element, modes, law) result(stress)
     type(finite_element_t), intent(in) :: element !! det F > 0
     real(wp), intent(in) :: modes(3, 3) !! as of finite_force

@@ -54,7 +54,7 @@ contains
   end function find_reach
 
   !> What |grad u| is at most at the Gauss points of an element, as a matrix: the sum of what an
-  !> edge of each direction adds. docs/theory.md (8.19).
+  !> edge of each direction adds. docs/theory.md (8.33).
   pure real(wp) function gradient_bound(reach, u) result(bound)
     real(wp), intent(in) :: reach(3)  !! as of find_reach [1/length]
     real(wp), intent(in) :: u(3, 8)   !! displacements of its nodes [length]

@@ -1,5 +1,5 @@
 !> The amplitudes of C3D8I's modes at finite strain, as a function of the displacements of the
-!> nodes: those for which the modes' forces vanish. docs/theory.md (8.17), (8.41).
+!> nodes: those for which the modes' forces vanish. docs/theory.md (8.15), (8.24).
 module relaxed_modes_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: constrained_modulus

@@ -24,7 +24,7 @@ contains
   !> over the work that u . f_linear is: of the body with the least, of those that a pair acts on
   !> (of all where none does), or W, what reactions do on what they move, where that is more; at
   !> most that of these bodies together. Bodies without strain energy are left out; 0 where none has
-  !> any. docs/theory.md (8.18).
+  !> any. docs/theory.md (8.32).
   pure subroutine estimate_theory_error(mesh, materials, u, free, is_pressed, contact_work, &
       error)
     type(mesh_t), intent(in) :: mesh

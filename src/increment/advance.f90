@@ -305,7 +305,7 @@ contains
 
   !> At small strain: by how much the energy of the total strain is more than that of the stresses
   !> where bodies have become warmer: f . u - C, f the forces of thermal expansion, C their energy
-  !> in elements that cannot expand. docs/theory.md (8.13).
+  !> in elements that cannot expand. docs/theory.md (8.35).
   pure real(wp) function energy_of_heat(scene, state) result(energy)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: state

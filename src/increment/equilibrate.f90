@@ -210,7 +210,7 @@ contains
   !> place an iteration is a map from displacements to displacements, whose fixed point Anderson's
   !> acceleration finds; with the tangent of each iteration, where no pressures follow, it keeps
   !> nothing, and changes nothing.
-  !> docs/theory.md (8.22).
+  !> docs/theory.md (8.21).
   subroutine extrapolate(mesh, map, motions, old, trial, new, loop)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map

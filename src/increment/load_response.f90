@@ -167,7 +167,7 @@ contains
   end subroutine impose_loads
 
   !> At finite strain: the loads of bodies that are displaced further; pressures go with their
-  !> surfaces. docs/theory.md (8.25).
+  !> surfaces. docs/theory.md (8.30).
   pure subroutine follow_surfaces(scene, u, imposed)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]

@@ -1,5 +1,5 @@
 !> Newton-Raphson with the tangent of every iteration: equation [1] of [JFT07] as it stands.
-!> docs/theory.md (8.28).
+!> docs/theory.md (8.25).
 module renew_tangent_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, exit_not_solved

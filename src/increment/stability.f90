@@ -1,5 +1,5 @@
 !> Whether an equilibrium at finite strain is stable: no motion that contact allows lowers the
-!> energy. docs/theory.md (8.43), (8.44).
+!> energy. docs/theory.md (8.28), (8.29).
 !>
 !> With B the rows of the points that press (the normal, and all three of one that sticks), and the
 !> curvature of contact in K, motions that B lets through lower it as often as

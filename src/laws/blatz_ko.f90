@@ -2,7 +2,7 @@
 !>
 !>     W = mu/2 (tr(C^-1) + 2 J - 5),      lambda = G = mu at small strain
 !>
-!> docs/theory.md (8.25).
+!> docs/theory.md (8.18).
 module blatz_ko_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t

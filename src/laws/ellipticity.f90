@@ -3,7 +3,7 @@
 !>     Q_ik(n) = A_ijkl n_j n_l,      A = dP/dF
 !>
 !> Where it is not, a deformation may break up into bands as thin as the elements are, and no mesh
-!> is fine enough. docs/theory.md (8.26), (8.27).
+!> is fine enough. docs/theory.md (8.19), (8.20).
 module ellipticity_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue

@@ -4,7 +4,7 @@
 !>
 !>     2 (C10 + C01) = G,   2/D1 = K
 !>
-!> docs/theory.md (8.20), (8.21).
+!> docs/theory.md (8.16), (8.17).
 module mooney_rivlin_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t

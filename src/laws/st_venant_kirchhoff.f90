@@ -3,7 +3,7 @@
 !>
 !>     H = du/dX,   F = I + H,   E = sym H + H^T H/2,   S = lambda tr(E) I + 2 G E,   P = F S
 !>
-!> docs/theory.md (8.14).
+!> docs/theory.md (8.12).
 module st_venant_kirchhoff_mod
   use kinds_mod, only: wp
   use strain_measures_mod, only: green_strain, deformation_of
