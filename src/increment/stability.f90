@@ -14,6 +14,7 @@
 module stability_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
+  use growing_lists_mod, only: enlarge
   use linked_nodes_mod, only: coupled_nodes
   use scene_mod, only: scene_t
   use obstacles_mod, only: obstacle_t
@@ -59,9 +60,11 @@ module stability_mod
   !> The rows of B in the unknowns.
   type :: rows_t
     integer :: n = 0
-    integer,  allocatable :: node(:)        !! (n) of the only node; 0: several
-    real(wp), allocatable :: direction(:, :) !! (3,n) of that node [-]
-    type(triplets_t) :: entries             !! row, equation, coefficient
+    real(wp), allocatable :: direction(:, :) !! (3,3 n_points) of a row's only node [-]
+    integer,  allocatable :: newest(:)       !! (n_nodes) last row of that node alone; 0: none
+    integer,  allocatable :: before(:)       !! (3 n_points) that node's row before it
+    integer :: n_entries = 0
+    type(triplets_t) :: entries              !! row, equation, coefficient
   end type rows_t
 
 contains
@@ -162,7 +165,8 @@ contains
     integer :: i, j, axis, n_axes
     logical :: is_alone
 
-    allocate (free(0), rows%node(0), rows%direction(3, 0))
+    allocate (free(0), rows%direction(3, 3*points%n))
+    allocate (rows%newest(scene%mesh%n_nodes), rows%before(3*points%n), source=0)
     allocate (rows%entries%row(0), rows%entries%column(0), rows%entries%value(0))
     do i = 1, points%n
       if (.not. contact%presses(i)) cycle
@@ -181,19 +185,49 @@ contains
           direction = direction/norm2(direction)
         end if
         rows%n = rows%n + 1
-        rows%node = [rows%node, merge(points%node(i), 0, is_alone)]
-        rows%direction = reshape([rows%direction, direction], [3, rows%n])
+        if (is_alone) then
+          rows%direction(:, rows%n) = direction
+          rows%before(rows%n) = rows%newest(points%node(i))
+          rows%newest(points%node(i)) = rows%n
+        end if
         call add_entries(map, points%node(i), direction, rows)
         call add_masters(map, contact%placement%weights, i, direction, rows)
-        associate (all => rows%entries)
-          all%row = [all%row, spread(rows%n, 1, size(free))]
-          all%column = [all%column, map%n_free + free]
-          all%value = [all%value, (-dot_product(motions%translation(:, free(j)), direction), &
-            j=1, size(free))]
-        end associate
+        call put(rows%entries, rows%n_entries, spread(rows%n, 1, size(free)), map%n_free + free, &
+          [(-dot_product(motions%translation(:, free(j)), direction), j=1, size(free))])
       end do
     end do
+    call trim_to(rows%entries, rows%n_entries)
   end subroutine find_rows
+
+  !> Put entries behind the first `n` of a list, which has room for more.
+  pure subroutine put(list, n, row, column, value)
+    type(triplets_t), intent(inout) :: list
+    integer, intent(inout) :: n
+    integer, intent(in) :: row(:), column(:)
+    real(wp), intent(in) :: value(:)
+    integer :: want
+
+    want = n + size(row)
+    if (want > size(list%row)) then
+      want = max(want, 2*size(list%row))
+      call enlarge(list%row, n, want)
+      call enlarge(list%column, n, want)
+      call enlarge(list%value, n, want)
+    end if
+    list%row(n + 1:n + size(row)) = row
+    list%column(n + 1:n + size(row)) = column
+    list%value(n + 1:n + size(row)) = value
+    n = n + size(row)
+  end subroutine put
+
+  pure subroutine trim_to(list, n)
+    type(triplets_t), intent(inout) :: list
+    integer, intent(in) :: n
+
+    list%row = list%row(:n)
+    list%column = list%column(:n)
+    list%value = list%value(:n)
+  end subroutine trim_to
 
   !> The motions of the obstacle of a pair; none where it is held, or where the master is a body.
   pure function free_obstacle(scene, motions, pair) result(free)
@@ -228,9 +262,10 @@ contains
     real(wp), intent(inout) :: direction(3)
     integer :: i
 
-    do i = 1, rows%n
-      if (rows%node(i) == node) direction = direction - dot_product(rows%direction(:, i), &
-        direction)*rows%direction(:, i)
+    i = rows%newest(node)
+    do while (i > 0)
+      direction = direction - dot_product(rows%direction(:, i), direction)*rows%direction(:, i)
+      i = rows%before(i)
     end do
   end subroutine take_others_out
 
@@ -258,14 +293,11 @@ contains
     real(wp), allocatable :: weights(:)
     integer :: i
 
-    associate (all => rows%entries)
-      do i = 1, 3
-        call interface_terms_of(map, node, i, equations, weights)
-        all%row = [all%row, spread(rows%n, 1, size(equations))]
-        all%column = [all%column, map%n_free - map%n_interface + equations]
-        all%value = [all%value, coefficient(i)*weights]
-      end do
-    end associate
+    do i = 1, 3
+      call interface_terms_of(map, node, i, equations, weights)
+      call put(rows%entries, rows%n_entries, spread(rows%n, 1, size(equations)), &
+        map%n_free - map%n_interface + equations, coefficient(i)*weights)
+    end do
   end subroutine add_entries
 
   !> Take r_n times the second derivative of the gap out of K at the points that press.
@@ -282,8 +314,9 @@ contains
     integer, allocatable :: free(:), equations(:)
     real(wp), allocatable :: way(:, :) !! (3,size(equations)) of the point before the obstacle [-]
     real(wp) :: bend(3, 3)
-    integer :: pair, i, j, l
+    integer :: pair, i, j, l, n
 
+    n = 0
     allocate (bends%row(0), bends%column(0), bends%value(0), free(0), equations(0))
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master == 0 .or. has_fixed_normals(scene, pair)) cycle
@@ -300,16 +333,15 @@ contains
         do j = 1, size(equations)
           do l = 1, j
             if (equations(j) == 0 .or. equations(l) == 0) cycle
-            bends%row = [bends%row, max(equations(j), equations(l))]
-            bends%column = [bends%column, min(equations(j), equations(l))]
-            bends%value = [bends%value, dot_product(way(:, j), matmul(bend, way(:, l)))]
+            call put(bends, n, [max(equations(j), equations(l))], [min(equations(j), &
+              equations(l))], [dot_product(way(:, j), matmul(bend, way(:, l)))])
           end do
         end do
       end do
     end do
-    k%row = [k%row, bends%row]
-    k%column = [k%column, bends%column]
-    k%value = [k%value, bends%value]
+    k%row = [k%row, bends%row(:n)]
+    k%column = [k%column, bends%column(:n)]
+    k%value = [k%value, bends%value(:n)]
   end subroutine add_curvature
 
   !> Put the rows, each near 1 in size, below the matrix, to be eliminated last.

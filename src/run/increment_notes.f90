@@ -23,7 +23,8 @@ module increment_notes_mod
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable
+    note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
+    note_unknown_stability
 
   !> A line for the console.
   type :: note_t
@@ -190,7 +191,6 @@ contains
     type(increment_t), intent(in) :: increment
     type(stability_t), intent(in) :: stability !! with unstable motions
     type(note_t), allocatable, intent(inout) :: notes(:)
-
     character(:), allocatable :: what
 
     what = 'Surfaces of bodies that touch'
@@ -199,6 +199,15 @@ contains
     call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
       unstable_in_words(stability)//'. '//what//' may yet hold it')
   end subroutine note_unstable
+
+  !> The matrix whose pivots tell could not be factorised.
+  pure subroutine note_unknown_stability(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ': whether the equilibrium is stable is not known: '// &
+      'the bordered tangent could not be factorised')
+  end subroutine note_unknown_stability
 
   !> Where contact forces are many times what drives them at the end of a *STEP.
   subroutine note_opposed_reactions(scene, points, first_gap, increment, state, report, notes)

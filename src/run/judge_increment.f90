@@ -34,7 +34,7 @@ module judge_increment_mod
     refuse_lost_law, refuse_unstable, unstable_in_words
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable
+    note_unusual, note_unstable, note_unknown_stability
   implicit none
   private
 
@@ -284,13 +284,16 @@ contains
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(inout) :: error
     type(stability_t) :: stability
+    character(:), allocatable :: is
 
     if (.not. scene%finite_strain) return
     call find_stability(scene, plan%points, solver, progress%state, stability)
+    is = 'is'
+    if (is_hint(stability)) is = 'may be'
     if (stability%n_unstable > 0) then
       error%message = error%message//new_line('a')// &
-        '  The equilibrium where this increment begins '//trim(merge('may be', 'is    ', &
-        is_hint(stability)))//' unstable'//unstable_in_words(stability)
+        '  The equilibrium where this increment begins '//is//' unstable'// &
+        unstable_in_words(stability)
     else if (stability%slides .and. solved%report%ending == ended_out_of_balance .and. &
       is_extra(solved%increment%position)) then
       error%message = error%message//new_line('a')// &
@@ -299,8 +302,8 @@ contains
     end if
   end subroutine explain_by_instability
 
-  !> At finite strain an equilibrium that is unstable at the end of a *STEP ends the run. Where
-  !> points slide with friction that is a note.
+  !> At finite strain an equilibrium that is unstable at the end of a *STEP ends the run; it is a
+  !> note where what is left out of the tangent may hold it.
   subroutine judge_stability(scene, plan, solver, progress, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -316,6 +319,7 @@ contains
     clock = wall_seconds()
     call find_stability(scene, plan%points, solver, solved%state, stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+    if (.not. stability%is_known) call note_unknown_stability(solved%increment, notes)
     if (stability%n_unstable == 0) return
     if (is_hint(stability)) then
       call note_unstable(solved%increment, stability, notes)

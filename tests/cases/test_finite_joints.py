@@ -3,17 +3,14 @@
 import unittest
 
 import numpy as np
+from finite_laws import LAWS, NEO, cauchy_stress
 from program import Run
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from turned_grips import check_turn
 
-E, NU = 200.0, 0.3
-SVK = f"*ELASTIC\n{E}, {NU}"
-NEO = f"*HYPERELASTIC, NEO HOOKE\n{E / (4 * (1 + NU))!r}, {6 * (1 - 2 * NU) / E!r}"
 STEP = "*STEP, NLGEOM\n*STATIC\n{increment}, 1.\n*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 
-LAWS = {"St Venant-Kirchhoff": SVK, "neo-Hooke": NEO}
 
 
 def solved(case, text):
@@ -35,19 +32,6 @@ def block(name, n, low, size):
 def section(law):
     """Return the cards of the material of all elements."""
     return f"*MATERIAL, NAME=M\n{law}\n*SOLID SECTION, ELSET=ALL, MATERIAL=M\n"
-
-
-def cauchy_stress(law, stretches):
-    """Return the principal Cauchy stresses of principal stretches."""
-    a = np.asarray(stretches, dtype=float)
-    volume = a.prod()
-    shear, bulk = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
-    if law is NEO:
-        deviator = shear * volume ** (-5 / 3) * (a**2 - (a**2).mean())
-        return deviator + bulk * (volume - 1)
-    green = (a**2 - 1) / 2
-    second = (bulk - 2 * shear / 3) * green.sum() + 2 * shear * green
-    return a**2 * second / volume
 
 
 class Patch(unittest.TestCase):

@@ -3,16 +3,12 @@
 import unittest
 
 import numpy as np
+from finite_laws import LAWS, NEO, E, cauchy_stress
 from program import INPUT, Run
 from scipy.optimize import brentq
 from turned_grips import check_turn
 
 from studies.deck_cards import quarter_ring
-
-E, NU = 200.0, 0.3
-SVK = f"*ELASTIC\n{E}, {NU}"
-NEO = f"*HYPERELASTIC, NEO HOOKE\n{E / (4 * (1 + NU))!r}, {6 * (1 - 2 * NU) / E!r}"
-LAWS = {"St Venant-Kirchhoff": SVK, "neo-Hooke": NEO}
 
 # A box [0, 3] x [0, 1] x [0, 2] on symmetry planes.
 BOX = """\
@@ -106,19 +102,6 @@ def solved(case, text, **parameters):
 def gauss(result, name, step=-1):
     """Return a tensor at the Gauss points: (E, 8, 6)."""
     return result.field(f"{name}_gauss_points", step, on="elements").reshape(-1, 8, 6)
-
-
-def cauchy_stress(law, stretches):
-    """Return the principal Cauchy stresses of principal stretches."""
-    a = np.asarray(stretches, dtype=float)
-    volume = a.prod()
-    shear, bulk = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
-    if law is NEO:
-        deviator = shear * volume ** (-5 / 3) * (a**2 - (a**2).mean())
-        return deviator + bulk * (volume - 1)
-    green = (a**2 - 1) / 2
-    second = (bulk - 2 * shear / 3) * green.sum() + 2 * shear * green
-    return a**2 * second / volume
 
 
 class Pressure(unittest.TestCase):
