@@ -69,7 +69,7 @@ contains
     type(step_solver_t) :: solver
     type(progress_t) :: progress
     type(string_t), allocatable :: more(:) ! notes, by a name: gfortran does not free a result
-    logical :: is_first, continues, is_repeated
+    logical :: is_first, continues, is_known_to_fit
 
     call make_plan(scene, choices, plan, error)
     if (allocated(error)) return
@@ -81,9 +81,11 @@ contains
       solver%body%inverse%factor, error)
     if (allocated(error)) return
     is_first = .not. continues
-    is_repeated = .false.
+    is_known_to_fit = .false.
     if (present(sequence)) then
-      is_repeated = sequence%repeated > 0.0_wp
+      ! A run that is made again for its result to be kept, and one that was begun in an earlier
+      ! session of the search: what a process holds besides is not the same twice.
+      is_known_to_fit = sequence%repeated > 0.0_wp .or. continues
       is_first = is_first .and. size(sequence%runs) == 0
       call note_costs(scene, plan, sequence)
       call judge_plan(sequence, real(plan%memory_left, wp), options%plan, choice)
@@ -108,8 +110,8 @@ contains
     more = kept_overlaps(scene, plan%points)
     plan%notes = [plan%notes, more]
     call print_lines(console, plan%notes, 'note: ')
-    ! A run that is made again, for its result to be kept, is known to fit.
-    if (.not. is_repeated) call refuse_misfit(scene, plan, is_first, options%force, console, error)
+    if (.not. is_known_to_fit) call refuse_misfit(scene, plan, is_first, options%force, console, &
+      error)
     if (allocated(error) .or. options%plan) return
     if (present(sequence)) sequence%writes = continues .or. is_to_be_written(sequence, choice, &
       plan%seconds)
