@@ -16,6 +16,7 @@ module body_solver_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
+  use bodies_mod, only: is_linear
   use finite_forces_mod, only: tangent_t
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
@@ -381,7 +382,8 @@ contains
       call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
         contact_nodes(points), body%motions, error, scene%constraints)
     end if
-    if (allocated(error) .or. .not. scene%finite_strain) return
+    if (allocated(error) .or. is_linear(scene)) return
+    body%motions%are_finite = .true.
     do j = 1, body%motions%n
       if (.not. is_joined(body%motions, body%motions%body(j))) cycle
       call raise(error, exit_not_solved, 'NLGEOM does not cover bodies that equations or '// &

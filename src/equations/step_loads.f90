@@ -14,6 +14,7 @@ module step_loads_mod
   use scene_mod, only: scene_t
   use warming_mod, only: warming_t, warms, warming_of_step
   use mesh_forces_mod, only: pressure_force, gravity_force
+  use bodies_mod, only: is_linear
   use expansion_mod, only: free_strain, thermal_force
   implicit none
   private
@@ -31,9 +32,9 @@ module step_loads_mod
     !! (3,n_nodes,n_patterns) prescribed, and of what depends on such alone or among others [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
     real(wp), allocatable :: dead_force(:, :, :)
-    !! (3,n_nodes,n_patterns) at finite strain: those that do not follow bodies [force]
+    !! (3,n_nodes,n_patterns) those that do not follow bodies; not allocated: none does [force]
     real(wp), allocatable :: pressure(:, :)
-    !! (n_surfaces,n_patterns) there: on surfaces, which they follow [force/length^2]
+    !! (n_surfaces,n_patterns) the others: on surfaces, which they follow [force/length^2]
     type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
@@ -97,7 +98,7 @@ contains
     allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
     call resolve_forces(scene, step, force, pressure)
     call turn_local_forces(scene, force)
-    if (scene%finite_strain) then
+    if (.not. is_linear(scene)) then
       allocate (loads%dead_force(3, scene%mesh%n_nodes, size(force, 3)))
       loads%dead_force = force
     end if
@@ -122,7 +123,7 @@ contains
     call find_kinks(pack(scene%amplitudes, followed), scene%steps(step), loads%kinks, loads%start)
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
-    if (.not. scene%finite_strain) return
+    if (.not. allocated(loads%dead_force)) return
     loads%dead_force = loads%dead_force(:, :, loads%kind - pattern_hold + 1)
     loads%pressure = pressure(:, loads%kind)
   end subroutine resolve_loads

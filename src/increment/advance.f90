@@ -26,8 +26,7 @@ module advance_mod
     ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
-  use finite_forces_mod, only: finite_strain_energy, work_of_heat
-  use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
+  use bodies_mod, only: strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
@@ -35,9 +34,8 @@ module advance_mod
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
-  use mesh_mod, only: moved_mesh
   use rigid_modes_mod, only: follow_turns
-  use body_solver_mod, only: body_solver_t, seconds_of
+  use body_solver_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
@@ -106,11 +104,14 @@ contains
     type(trial_t) :: trial
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock, on_tangents
+    logical :: is_held
     integer :: i
 
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
-    if (scene%finite_strain) call stand_at(scene, old, solver%body)
+    ! Where the pins do not hold bodies there the increment is not solved.
+    call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, solver%body%motions, &
+      is_held)
     call begin_trial(scene, points, solver, old, increment, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
@@ -126,18 +127,6 @@ contains
       new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
   end subroutine advance_with
-
-  !> Take the rigid motions of free bodies about where an increment begins. Where the pins do not
-  !> hold them there the increment is not solved.
-  subroutine stand_at(scene, old, body)
-    type(scene_t), intent(in) :: scene
-    type(state_t), intent(in) :: old
-    type(body_solver_t), intent(inout) :: body
-    logical :: ok
-
-    if (any(body%motions%body > 0)) call follow_turns(moved_mesh(scene%mesh, old%displacement), &
-      body%prescribed, body%motions, ok)
-  end subroutine stand_at
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
@@ -275,8 +264,7 @@ contains
     type(state_t), intent(inout) :: new
     type(increment_report_t), intent(inout) :: report
     type(placement_t) :: began
-    real(wp) :: strain_energy, of_heat
-    real(wp) :: before(scene%mesh%n_elements) !! strain by free expansion [-]
+    real(wp) :: of_heat, surplus !! [energy]
 
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
@@ -287,38 +275,12 @@ contains
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
-    if (scene%finite_strain) then
-      strain_energy = finite_strain_energy(scene%mesh, scene%materials, trial%free, &
-        new%displacement, new%modes)
-      call find_free_strain(scene, max(1, old%step), old%position, before)
-      of_heat = 0.5_wp*(work_of_heat(scene%mesh, scene%materials, before, old%displacement, &
-        trial%free - before) + work_of_heat(scene%mesh, scene%materials, trial%free, &
-        new%displacement, trial%free - before))
-    else
-      strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
-      of_heat = 0.0_wp
-    end if
-    call energy_balance(report%contact, old, new, strain_energy, report%energy, &
-      work_of_torques(scene, points, old, new) + work_on_overlaps(scene, points, &
-      solver%first_gap, began, trial%placement, old, new) + of_heat, energy_of_heat(scene, new))
+    call find_heat(scene, trial%free, old, new, of_heat, surplus)
+    call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
+      trial%forces%internal), report%energy, work_of_torques(scene, points, old, new) + &
+      work_on_overlaps(scene, points, solver%first_gap, began, trial%placement, old, new) + &
+      of_heat, surplus)
   end subroutine finish
-
-  !> At small strain: by how much the energy of the total strain is more than that of the stresses
-  !> where bodies have become warmer: f . u - C, f the forces of thermal expansion, C their energy
-  !> in elements that cannot expand. docs/theory.md (8.35).
-  pure real(wp) function energy_of_heat(scene, state) result(energy)
-    type(scene_t), intent(in) :: scene
-    type(state_t), intent(in) :: state
-    real(wp) :: force(3, scene%mesh%n_nodes), free(scene%mesh%n_elements)
-
-    energy = 0.0_wp
-    if (scene%finite_strain) return
-    call find_free_strain(scene, state%step, state%position, free)
-    if (.not. any(abs(free) > 0.0_wp)) return
-    force = 0.0_wp
-    call thermal_force(scene%mesh, scene%materials, free, force)
-    energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, free)
-  end function energy_of_heat
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate
   !> judges): where its motion is prescribed that is an error; where it was taken to be out of

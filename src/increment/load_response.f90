@@ -9,7 +9,7 @@ module load_response_mod
   use scene_mod, only: scene_t
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
-  use finite_forces_mod, only: tangent_force
+  use bodies_mod, only: find_tangent_force
   use increment_forces_mod, only: imposed_t
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
@@ -45,21 +45,13 @@ contains
     !! MUMPS failed; the factor is too far from the stiffness
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
-    integer :: g
 
     clock = wall_seconds()
     associate (loads => response%loads)
-      load = loads%force
+      allocate (load, mold=loads%force)
       ! Prescribed displacements act through the forces they cause in an otherwise undeformed body,
       ! or by the tangent that the factor is of.
-      if (allocated(body%tangent)) then
-        call tangent_force(scene%mesh, scene%materials, body%tangent, loads%displacement, load)
-      else
-        do g = 1, loads%n_patterns
-          call internal_force(scene%mesh, scene%materials, loads%displacement(:, :, g), &
-            load(:, :, g))
-        end do
-      end if
+      call find_tangent_force(scene, loads%displacement, load, body%tangent)
       load = loads%force - load
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
@@ -145,16 +137,17 @@ contains
     end do
   end subroutine sum_patterns
 
-  !> At finite strain: the loads at a fraction of the *STEP, of bodies that are displaced.
+  !> Where loads follow bodies: the loads at a fraction of the *STEP, of bodies that are displaced.
   pure subroutine impose_loads(scene, loads, fraction, step_time, u, imposed)
     type(scene_t), intent(in) :: scene
     type(step_loads_t), intent(in) :: loads
     real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
-    type(imposed_t), intent(inout) :: imposed    !! gets its loads
+    type(imposed_t), intent(inout) :: imposed    !! gets its loads, unless all are dead
     real(wp) :: factor(loads%n_patterns)
     integer :: g
 
+    if (.not. allocated(loads%dead_force)) return
     factor = pattern_factors(scene, loads, fraction, step_time)
     if (allocated(imposed%dead_load)) deallocate (imposed%dead_load, imposed%pressure)
     allocate (imposed%dead_load(3, scene%mesh%n_nodes), imposed%pressure(size(scene%surfaces)), &
@@ -166,14 +159,15 @@ contains
     call follow_surfaces(scene, u, imposed)
   end subroutine impose_loads
 
-  !> At finite strain: the loads of bodies that are displaced further; pressures go with their
-  !> surfaces. docs/theory.md (8.30).
+  !> The loads of bodies that are displaced further: pressures go with their surfaces, where loads
+  !> follow bodies. docs/theory.md (8.30).
   pure subroutine follow_surfaces(scene, u, imposed)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
     type(imposed_t), intent(inout) :: imposed    !! gets external
     integer :: i
 
+    if (.not. allocated(imposed%dead_load)) return
     imposed%external = imposed%dead_load
     do i = 1, size(scene%surfaces)
       if (abs(imposed%pressure(i)) > 0.0_wp) call pressure_force(scene%mesh, scene%surfaces(i), &
