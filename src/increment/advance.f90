@@ -35,7 +35,7 @@ module advance_mod
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
   use rigid_modes_mod, only: follow_turns
-  use body_solver_mod, only: seconds_of
+  use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent

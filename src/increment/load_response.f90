@@ -15,7 +15,7 @@ module load_response_mod
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
   use step_loads_mod, only: step_loads_t, pattern_factors
-  use body_solver_mod, only: body_solver_t, solver_work_t, lap
+  use linearisation_mod, only: linearisation_t, solver_work_t, lap
   implicit none
   private
 
@@ -38,7 +38,7 @@ contains
   subroutine respond_to_loads(scene, tolerance, body, response, work, error)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: tolerance                !! of contact [-]
-    type(body_solver_t), intent(inout) :: body !! solutions with its factor
+    type(linearisation_t), intent(inout) :: body !! solutions with its factor
     type(load_response_t), intent(inout) :: response !! its loads in, displacements out
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error

@@ -16,7 +16,8 @@ module solve_next_mod
   use load_response_mod, only: sum_patterns
   use bodies_mod, only: is_linear, tangent_at
   use load_response_mod, only: respond_to_loads
-  use step_solver_mod, only: step_solver_t, forget_supports, widen_interface, linearise_at
+  use linearisation_mod, only: invalidate
+  use step_solver_mod, only: step_solver_t, widen_interface, linearise_at
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
@@ -71,8 +72,8 @@ contains
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
-      if (solver%tangent_of /= progress%state%tangent_of) call take_tangent(scene, plan%points, &
-        progress%state, solver, error)
+      if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, &
+        plan%points, progress%state, solver, error)
       if (allocated(error)) return
       sizes: do
         call stop_if_signalled(error)
@@ -140,7 +141,7 @@ contains
     call linearise_at(scene, points, tangent_at(scene, state%tangent_at, state%tangent_step, &
       state%tangent_position, is_projected=.true.), solver, error)
     if (allocated(error)) return
-    solver%tangent_of = state%tangent_of
+    solver%body%made_after = state%tangent_of
     ! A body that has turned answers to its loads as it stands.
     call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
       solver%on_tangents, error)
@@ -347,7 +348,7 @@ contains
     progress%tally%plan_revisions = progress%tally%plan_revisions + 1
     progress%in_double = 1
     progress%entered = 0
-    call forget_supports(solver)
+    call invalidate(solver%body)
     call enter_step(scene, plan, increment, progress, solver, error)
   end subroutine turn_to_double
 
