@@ -23,7 +23,7 @@ module rigid_modes_mod
   private
 
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
-    add_motions, is_joined, turn_with_bodies, follow_turns, place_of
+    add_motions, is_joined, follow_turns, place_of
 
   integer, parameter :: most = 900 !! motions of a joined body: whose singular values take seconds
 
@@ -187,14 +187,6 @@ contains
     end associate
   end subroutine find_body_motions
 
-  !> Whether the motions of bodies are about where these are.
-  pure logical function turn_with_bodies(motions)
-    type(free_motions_t), intent(in) :: motions
-
-    turn_with_bodies = motions%are_finite
-    if (turn_with_bodies) turn_with_bodies = any(motions%body > 0)
-  end function turn_with_bodies
-
   !> Take the motions of bodies that turn with these about where they are now, with the pins that
   !> they have.
   subroutine follow_turns(undeformed, u, prescribed, motions, ok)
@@ -210,7 +202,7 @@ contains
     integer :: body, j, k
 
     ok = .true.
-    if (.not. turn_with_bodies(motions)) return
+    if (.not. (motions%are_finite .and. any(motions%body > 0))) return
     mesh = moved_mesh(undeformed, u)
     motions%place = mesh%coordinates
     nodes = lists_by_key(mesh%body, mesh%n_bodies)

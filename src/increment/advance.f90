@@ -19,7 +19,6 @@ module advance_mod
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
-  use interference_mod, only: has_interference
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance, &
@@ -81,26 +80,7 @@ contains
     type(state_t), intent(inout) :: new               !! where to start from; the end
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
-    type(contact_points_t) :: now
-
-    if (.not. has_interference(scene)) then
-      call advance_with(scene, points, solver, old, increment, new, report, error)
-      return
-    end if
-    call set_gaps(scene, points, increment, now, solver)
-    call advance_with(scene, now, solver, old, increment, new, report, error)
-  end subroutine advance_from
-
-  !> The same with the extra gaps that the points have at the end of the increment.
-  subroutine advance_with(scene, points, solver, old, increment, new, report, error)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver      !! as of `advance`
-    type(state_t), intent(in) :: old
-    type(increment_t), intent(in) :: increment
-    type(state_t), intent(inout) :: new               !! where to start from; the end
-    type(increment_report_t), intent(out) :: report
-    type(error_t), allocatable, intent(out) :: error  !! as of `advance`
+    type(contact_points_t) :: now !! with the extra gaps at the end of the increment
     type(trial_t) :: trial
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock, on_tangents
@@ -112,7 +92,8 @@ contains
     ! Where the pins do not hold bodies there the increment is not solved.
     call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, solver%body%motions, &
       is_held)
-    call begin_trial(scene, points, solver, old, increment, trial)
+    call set_gaps(scene, points, increment, now, solver)
+    call begin_trial(scene, now, solver, old, increment, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
@@ -121,12 +102,12 @@ contains
     new = old
     call mark_end(increment, new)
     new%reaction = reaction
-    call complete(scene, points, solver, old, trial, new, report, error)
+    call complete(scene, now, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
       new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
-  end subroutine advance_with
+  end subroutine advance_from
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.

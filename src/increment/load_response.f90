@@ -122,20 +122,25 @@ contains
     real(wp), allocatable, intent(out), optional :: summed(:, :)
     !! (3,n_nodes) the magnitudes that external sums up, of parts that may cancel [force]
     real(wp) :: factor(response%loads%n_patterns)
-    integer :: g
 
     factor = pattern_factors(scene, response%loads, fraction, step_time)
-    allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
-    do g = 1, response%loads%n_patterns
-      u_free = u_free + factor(g)*response%displacement(:, :, g)
-      external = external + factor(g)*response%loads%force(:, :, g)
-    end do
-    if (.not. present(summed)) return
-    allocate (summed(3, scene%mesh%n_nodes), source=0.0_wp)
-    do g = 1, response%loads%n_patterns
-      summed = summed + abs(factor(g)*response%loads%force(:, :, g))
-    end do
+    u_free = weighted_sum(factor, response%displacement)
+    external = weighted_sum(factor, response%loads%force)
+    if (present(summed)) summed = weighted_sum(abs(factor), abs(response%loads%force))
   end subroutine sum_patterns
+
+  !> One pattern after the other.
+  pure function weighted_sum(factor, pattern) result(total)
+    real(wp), intent(in) :: factor(:)        !! (n) [-]
+    real(wp), intent(in) :: pattern(:, :, :)
+    real(wp) :: total(size(pattern, 1), size(pattern, 2))
+    integer :: g
+
+    total = 0.0_wp
+    do g = 1, size(factor)
+      total = total + factor(g)*pattern(:, :, g)
+    end do
+  end function weighted_sum
 
   !> Where loads follow bodies: the loads at a fraction of the *STEP, of bodies that are displaced.
   pure subroutine impose_loads(scene, loads, fraction, step_time, u, imposed)
@@ -145,17 +150,12 @@ contains
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
     type(imposed_t), intent(inout) :: imposed    !! gets its loads, unless all are dead
     real(wp) :: factor(loads%n_patterns)
-    integer :: g
 
     if (.not. allocated(loads%dead_force)) return
     factor = pattern_factors(scene, loads, fraction, step_time)
-    if (allocated(imposed%dead_load)) deallocate (imposed%dead_load, imposed%pressure)
-    allocate (imposed%dead_load(3, scene%mesh%n_nodes), imposed%pressure(size(scene%surfaces)), &
-      source=0.0_wp)
-    do g = 1, loads%n_patterns
-      imposed%dead_load = imposed%dead_load + factor(g)*loads%dead_force(:, :, g)
-      imposed%pressure = imposed%pressure + factor(g)*loads%pressure(:, g)
-    end do
+    imposed%dead_load = weighted_sum(factor, loads%dead_force)
+    imposed%pressure = reshape(weighted_sum(factor, reshape(loads%pressure, [1, &
+      shape(loads%pressure)])), [size(scene%surfaces)])
     call follow_surfaces(scene, u, imposed)
   end subroutine impose_loads
 
@@ -182,14 +182,9 @@ contains
     type(step_loads_t), intent(in) :: loads
     type(increment_t), intent(in) :: increment
     real(wp) :: u(3, scene%mesh%n_nodes)  !! 0 where nothing is prescribed [length]
-    real(wp) :: factor(loads%n_patterns)
-    integer :: g
 
-    factor = pattern_factors(scene, loads, increment%fraction, increment%step_time)
-    u = 0.0_wp
-    do g = 1, loads%n_patterns
-      u = u + factor(g)*loads%displacement(:, :, g)
-    end do
+    u = weighted_sum(pattern_factors(scene, loads, increment%fraction, increment%step_time), &
+      loads%displacement)
   end function prescribed_displacement
 
 end module load_response_mod

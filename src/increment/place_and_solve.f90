@@ -14,8 +14,7 @@ module place_and_solve_mod
   use anderson_mod, only: anderson_t
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
-  use rigid_modes_mod, only: free_motions_t, generalised_loads, add_motions, &
-    turn_with_bodies, follow_turns
+  use rigid_modes_mod, only: free_motions_t, generalised_loads, add_motions, follow_turns
   use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
     is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points
@@ -110,7 +109,7 @@ contains
 
     ok = .true.
     associate (motions => solver%body%motions)
-      if (.not. turn_with_bodies(motions)) return
+      if (.not. (motions%are_finite .and. any(motions%body > 0))) return
       call add_motions(motions, scene%mesh, trial%motion, trial%u_free)
       call follow_turns(scene%mesh, u, solver%body%prescribed, motions, ok)
       if (.not. ok) return

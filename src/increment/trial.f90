@@ -6,7 +6,7 @@ module trial_mod
   use controls_mod, only: contact_controls_t, is_exact, solver_sweeps
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
-  use interference_mod, only: set_extra_gap
+  use interference_mod, only: has_interference, set_extra_gap
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t, imposed_t
   use rigid_modes_mod, only: generalised_loads, add_motions
@@ -76,6 +76,7 @@ contains
     type(step_solver_t), intent(inout) :: solver
 
     now = points
+    if (.not. has_interference(scene)) return
     call set_extra_gap(scene, increment%step, increment%position, now)
     call place_undeformed(scene, now, solver%undeformed)
   end subroutine set_gaps
