@@ -223,26 +223,23 @@ contains
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
     real(wp), intent(inout) :: pressure(:, pattern_hold:)
     !! (n_surfaces,patterns) 0 on entry [force/length^2]
-    real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure
-    real(wp), allocatable :: gravity(:, :, :)
+    real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure, gravity
     real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
-    integer :: k, g, i, n
+    integer :: k, g, i, j, n
 
     ! Level by level from the first step: what a step starts from is what the one before it ended
     ! with.
     n = size(scene%amplitudes)
     allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     allocate (face_pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
-    allocate (gravity(size(scene%regions), pattern_hold:n, 3), source=0.0_wp)
+    allocate (gravity(3*size(scene%regions), pattern_hold:n), source=0.0_wp)
     do k = 1, step
       associate (s => scene%steps(k))
         if (k > 1) then
           call settle(scene, k - 1, concentrated)
           call settle(scene, k - 1, pressure)
           call settle(scene, k - 1, face_pressure)
-          do i = 1, 3
-            call settle(scene, k - 1, gravity(:, :, i))
-          end do
+          call settle(scene, k - 1, gravity)
         end if
         do g = 1, n
           now(g) = amplitude_value(scene%amplitudes(g), 0.0_wp, start_of_step(scene%steps, k))
@@ -253,20 +250,20 @@ contains
           s%replace_pressures, now, pressure)
         call change_levels(s%face_pressures%surface, s%face_pressures%value, &
           s%face_pressures%amplitude, s%replace_element_loads, now, face_pressure)
-        do i = 1, 3
-          call change_levels(s%gravity%region, s%gravity%acceleration(i), s%gravity%amplitude, &
-            s%replace_element_loads, now, gravity(:, :, i))
-        end do
+        call change_levels([((3*s%gravity(j)%region - 3 + i, i=1, 3), j=1, size(s%gravity))], &
+          [((s%gravity(j)%acceleration(i), i=1, 3), j=1, size(s%gravity))], &
+          [((s%gravity(j)%amplitude, i=1, 3), j=1, size(s%gravity))], s%replace_element_loads, &
+          now, gravity)
       end associate
     end do
     pressure = pressure + face_pressure
     do g = pattern_hold, n
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
       do i = 1, size(scene%regions)
-        if (any(abs(gravity(i, g, :)) > 0.0_wp)) then
-          call gravity_force(scene%mesh, scene%materials, scene%regions(i)%elements, &
-            gravity(i, g, :), force(:, :, g))
-        end if
+        associate (acceleration => gravity(3*i - 2:3*i, g))
+          if (any(abs(acceleration) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
+            scene%regions(i)%elements, acceleration, force(:, :, g))
+        end associate
       end do
     end do
   end subroutine resolve_forces

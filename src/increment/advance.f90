@@ -286,6 +286,7 @@ contains
       is_inside(solver%contact%group(i)%far) = .false.
     end do
     call find_strays(scene, points, report, is_stray)
+    if (.not. any(is_stray)) is_stray = is_inside .and. .not. points%in_reach
     if (any(is_stray)) then
       report%converged = .false.
       report%ending = ended_out_of_reach
@@ -293,12 +294,6 @@ contains
       return
     end if
     if (.not. any(is_inside)) return
-    if (any(is_inside .and. .not. points%in_reach)) then
-      report%converged = .false.
-      report%ending = ended_out_of_reach
-      report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
-      return
-    end if
     call rows_of_points(movable(scene, solver%body%prescribed), points, report%contact%weights, &
       report%contact%frame, row)
     if (any(is_inside .and. row(1, :) > 0)) then

@@ -16,7 +16,7 @@ module step_solver_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use contact_points_mod, only: contact_points_t
-  use interference_mod, only: has_interference, set_extra_gap
+  use interference_mod, only: set_extra_gap
   use state_mod, only: state_t
   use linearisation_mod, only: linearisation_t, solver_work_t, make_linearisation, &
     invalidate, change_obstacle_supports, lap
@@ -174,13 +174,9 @@ contains
     real(wp) :: clock
 
     clock = wall_seconds()
-    if (has_interference(scene)) then
-      first = points
-      call set_extra_gap(scene, 1, 0_i8, first)
-      call place_undeformed(scene, first, solver%undeformed)
-    else
-      call place_undeformed(scene, points, solver%undeformed)
-    end if
+    first = points
+    call set_extra_gap(scene, 1, 0_i8, first)
+    call place_undeformed(scene, first, solver%undeformed)
     solver%first_gap = solver%undeformed%gap
     call find_groups(scene, points, solver%body%motions, solver%choices%precision%iterative, &
       solver%contact)
