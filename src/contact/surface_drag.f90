@@ -24,12 +24,11 @@ contains
     type(placement_t), intent(in) :: undeformed
     type(placement_t), intent(out) :: began
 
-    logical :: is_finite !! strain
 
-    is_finite = .not. is_linear(scene)
     began = undeformed
-    if (is_finite) began%weights%covers = .true.
-    call place_curved(scene, points, old%displacement, began, old%rotation, stay=is_finite)
+    if (.not. is_linear(scene)) began%weights%covers = .true.
+    call place_curved(scene, points, old%displacement, began, old%rotation, &
+      stay=.not. is_linear(scene))
   end subroutine place_beginning
 
   !> The slip before surfaces, less the motion by the weights of `placement`. It is how far what a

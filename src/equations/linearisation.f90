@@ -112,13 +112,8 @@ contains
       end if
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      if (allocated(body%tangent)) then
-        call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses, body%tangent)
-      else
-        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses)
-      end if
+      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+        n_stiffnesses, body%tangent)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then
@@ -390,15 +385,13 @@ contains
     type(linearisation_t), intent(inout) :: body !! gets them
     type(error_t), allocatable, intent(out) :: error
     !! LAPACK failed; at finite strain, joined bodies are free
+    real(wp) :: at(3, scene%mesh%n_nodes) !! the displacement that it is made at [length]
     integer :: j
 
-    if (allocated(body%tangent)) then
-      call find_free_motions(moved_mesh(scene%mesh, body%tangent%at), body%prescribed, &
-        ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, scene%constraints)
-    else
-      call find_free_motions(scene%mesh, body%prescribed, ref_nodes(scene%obstacles), &
-        contact_nodes(points), body%motions, error, scene%constraints)
-    end if
+    at = 0.0_wp
+    if (allocated(body%tangent)) at = body%tangent%at
+    call find_free_motions(moved_mesh(scene%mesh, at), body%prescribed, &
+      ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, scene%constraints)
     if (allocated(error) .or. is_linear(scene)) return
     body%motions%are_finite = .true.
     do j = 1, body%motions%n
