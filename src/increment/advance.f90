@@ -104,8 +104,8 @@ contains
     new%reaction = reaction
     call complete(scene, now, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
-    if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
-      new%displacement - trial%u_free)
+    if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
+      trial%u_contact_before, new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
   end subroutine advance_from
 

@@ -352,7 +352,7 @@ contains
       ! What iteration has not solved is out of balance too, but no load.
       call to_equations(solver%body%inverse%map, residual, change)
       associate (motions => solver%body%motions)
-        trial%left = trial%left + [change, (residual(motions%dof(j), motions%node(j)), &
+        trial%load_left = trial%load_left + [change, (residual(motions%dof(j), motions%node(j)), &
           j=1, motions%n)] + trial%unsolved
       end associate
       return

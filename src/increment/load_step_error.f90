@@ -327,7 +327,7 @@ contains
     if (present(near) .and. solver%body%motions%n == 0) then
       to%reaction = near%reaction
       to%trend = 0.0_wp
-      if (allocated(trial%guess)) trial%guess = near%displacement - trial%u_free
+      if (allocated(trial%u_contact_start)) trial%u_contact_start = near%displacement - trial%u_free
     end if
     if (can_look_ahead(scene, points, solver)) then
       call step_on_interface(scene, points, solver, increment, trial, to, report, answer)

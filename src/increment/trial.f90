@@ -46,11 +46,11 @@ module trial_mod
     real(wp), allocatable :: applied_force(:, :)
     !! (3,n_nodes) of these, by the weights of their time [force]
     logical :: by_compliance = .false. !! not together with the reactions: that led nowhere
-    real(wp), allocatable :: guess(:, :)
+    real(wp), allocatable :: u_contact_start(:, :)
     !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
-    real(wp), allocatable :: carried(:, :)
+    real(wp), allocatable :: u_contact_before(:, :)
     !! (3,n_nodes) u_contact of the increment before, there, if supports hold a body [length]
-    real(wp), allocatable :: left(:)
+    real(wp), allocatable :: load_left(:)
     !! (n_free+n) forces that it and the motions take up beside theirs, there [force]
     real(wp), allocatable :: unsolved(:) !! (n_free+n) of all of these, what it does not [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
@@ -182,28 +182,28 @@ contains
     logical :: is_free(0:scene%mesh%n_bodies)
 
     associate (motions => solver%body%motions)
-      allocate (trial%left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
-      trial%unsolved = trial%left
+      allocate (trial%load_left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
+      trial%unsolved = trial%load_left
       is_free = .false.
       is_free(motions%body) = .true.
       if (motions%n > 0) then
         ! Pins hold nothing: what loads do along free motions is taken up there.
         call generalised_loads(motions, scene%mesh, trial%forces%external, trial%summed_loads, &
           load, rounding)
-        trial%left(size(trial%left) - motions%n + 1:) = load
-        trial%guess = old%displacement - trial%u_free
-        call add_motions(motions, scene%mesh, -trial%motion, trial%guess)
+        trial%load_left(size(trial%load_left) - motions%n + 1:) = load
+        trial%u_contact_start = old%displacement - trial%u_free
+        call add_motions(motions, scene%mesh, -trial%motion, trial%u_contact_start)
         if (all(is_free(1:))) return
       end if
     end associate
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
-    trial%carried = old%displacement - loaded
-    of_held = trial%carried
+    trial%u_contact_before = old%displacement - loaded
+    of_held = trial%u_contact_before
     if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) of_held = of_held + &
       (increment%fraction - increment%begin)*old%displacement_trend
-    if (.not. allocated(trial%guess)) allocate (trial%guess, mold=of_held)
-    where (.not. spread(is_free(scene%mesh%body), 1, 3)) trial%guess = of_held
+    if (.not. allocated(trial%u_contact_start)) allocate (trial%u_contact_start, mold=of_held)
+    where (.not. spread(is_free(scene%mesh%body), 1, 3)) trial%u_contact_start = of_held
   end subroutine carry_displacements
 
   !> Whether two fields differ by more than rounding.
