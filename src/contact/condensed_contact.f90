@@ -12,7 +12,7 @@ module condensed_contact_mod
   use mesh_mod, only: mesh_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes, is_covered
-  use body_solver_mod, only: body_solver_t
+  use linearisation_mod, only: linearisation_t
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
   use dependent_rows_mod, only: find_dependent_rows
@@ -167,7 +167,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(choices_t), intent(in) :: choices
     type(contact_points_t), intent(in) :: points
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
     type(condensed_contact_t), intent(inout) :: contact !! of find_groups
     logical, intent(in), optional :: near(:) !! (n_points)
@@ -201,7 +201,7 @@ contains
   subroutine condense_group(mesh, points, body, undeformed, placement, rows, group)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     type(placement_t), intent(in) :: undeformed, placement
     type(placed_rows_t), intent(in) :: rows  !! of the placement
     type(contact_group_t), intent(inout) :: group
@@ -352,7 +352,7 @@ contains
   !> W of some rows: as an array, or by its products where the compliance of the bodies is not
   !> formed. Of a few rows out of many it is an array in any case.
   subroutine take_compliance(body, transfer, placement, row, are_part, compliance)
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     type(transfer_t), intent(in) :: transfer
     type(placement_t), intent(in) :: placement
     integer, intent(in) :: row(:, :)    !! (3,n_points) 0 where there is none
@@ -449,7 +449,7 @@ contains
 
   !> Which nodes depend on others by constraints.
   pure function depends_on_others(body, nodes) result(depends)
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     integer, intent(in) :: nodes(:)
     logical :: depends(size(nodes)), of_node(size(body%prescribed, 2))
 

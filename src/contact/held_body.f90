@@ -14,7 +14,7 @@ module held_body_mod
   use contact_points_mod, only: contact_points_t, weights_t
   use dof_map_mod, only: equations_of
   use stiffness_inverse_mod, only: stiffness_inverse_t
-  use body_solver_mod, only: body_solver_t
+  use linearisation_mod, only: linearisation_t
   use body_map_mod, only: body_map_t
   use transfer_mod, only: transfer_t
   use placement_mod, only: placement_t
@@ -29,7 +29,7 @@ module held_body_mod
   real(wp), parameter :: of_springs = 4.0_wp   !! beside half the diagonal of the slave node [-]
 
   type, extends(body_map_t) :: held_body_t
-    type(stiffness_inverse_t), pointer, private :: inverse => null() !! of the body solver
+    type(stiffness_inverse_t), pointer, private :: inverse => null() !! of the linearisation
     integer,  allocatable, private :: node(:)        !! (n_points)
     integer,  allocatable, private :: equation(:, :)
     !! (3,n_points) unknown along x, y, z; 0 where there is none
@@ -66,7 +66,7 @@ contains
   !> The body of a placement's rows; not allocated where these are of another kind. It holds as long
   !> as the inverse does.
   subroutine hold_body(body, points, transfer, placement, row, active, map)
-    type(body_solver_t), intent(in) :: body !! by iteration
+    type(linearisation_t), intent(in) :: body !! by iteration
     type(contact_points_t), intent(in) :: points
     type(transfer_t), intent(in) :: transfer
     type(placement_t), intent(in) :: placement
@@ -127,7 +127,7 @@ contains
 
   !> The unknowns of a node along x, y, z, pins among them; 0 where there is none.
   pure function unknowns_at(body, node) result(unknowns)
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     integer, intent(in) :: node
     integer :: unknowns(3)
     integer :: k
@@ -141,7 +141,7 @@ contains
   !> What direction `a` of a point moves with beside its own unknown. A node that is its own master
   !> is among it.
   pure function line_of(body, transfer, weights, point, a, own) result(line)
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     type(transfer_t), intent(in) :: transfer
     type(weights_t), intent(in) :: weights
     integer, intent(in) :: point, a, own
@@ -192,7 +192,7 @@ contains
 
   !> Make the unknowns of a point relative to its master, and put a spring between the two.
   subroutine join_master(body, i, lines, made)
-    type(body_solver_t), intent(in) :: body
+    type(linearisation_t), intent(in) :: body
     integer, intent(in) :: i                !! of the points that have rows
     type(line_t), intent(in) :: lines(3)
     type(held_body_t), intent(inout) :: made

@@ -15,7 +15,7 @@ module solutions_map_mod
   public :: solutions_map_t, map_of_rows
 
   type, extends(compliance_map_t) :: solutions_map_t
-    type(stiffness_inverse_t), pointer, private :: inverse => null() !! of the body solver
+    type(stiffness_inverse_t), pointer, private :: inverse => null() !! of the linearisation
     type(transfer_t), private :: transfer
     integer,  allocatable, private :: row(:, :)      !! (3,n_points) 0 where there is none
     real(wp), allocatable, private :: frame(:, :, :) !! (3,3,n_points) columns n, t1, t2

@@ -3,6 +3,7 @@
 module surface_drag_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
+  use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, is_still
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_curved
@@ -14,7 +15,8 @@ module surface_drag_mod
 
 contains
 
-  !> The points where an increment begins, those too of which masters cover next to nothing.
+  !> The points where an increment begins, at finite strain those too of which masters cover next to
+  !> nothing.
   pure subroutine place_beginning(scene, points, old, undeformed, began)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -22,9 +24,11 @@ contains
     type(placement_t), intent(in) :: undeformed
     type(placement_t), intent(out) :: began
 
+
     began = undeformed
-    began%weights%covers = .true.
-    call place_curved(scene, points, old%displacement, began, old%rotation, stay=.true.)
+    if (.not. is_linear(scene)) began%weights%covers = .true.
+    call place_curved(scene, points, old%displacement, began, old%rotation, &
+      stay=.not. is_linear(scene))
   end subroutine place_beginning
 
   !> The slip before surfaces, less the motion by the weights of `placement`. It is how far what a
@@ -46,7 +50,7 @@ contains
     !! they face from afar goes far [force]
     integer :: pair, i
 
-    if (.not. scene%finite_strain) return
+    if (is_linear(scene)) return
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master > 0) cycle
       do i = points%first(pair), points%first(pair + 1) - 1

@@ -12,6 +12,7 @@ module mesh_parts_mod
   use scene_mod, only: material_t
   use parallel_mod, only: n_ranks, announce, task_pattern, task_stiffness, send_integers, &
     send_reals, receive_integers, receive_reals, sum_over_ranks
+  use finite_forces_mod, only: tangent_t
   use dof_map_mod, only: dof_map_t, map_of_numbers, part_of_map, numbers_of
   use assembly_mod, only: triplets_t, assemble_stiffness, list_pattern, diagonal_of
   implicit none
@@ -28,7 +29,7 @@ contains
   ! ------------------------------------------------------------------ host
 
   !> Assemble the stiffness, on all ranks where there are several; `k` gets this rank's part.
-  subroutine assemble_parts(mesh, materials, map, start, neighbours, k, n_computed)
+  subroutine assemble_parts(mesh, materials, map, start, neighbours, k, n_computed, tangent)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
@@ -36,11 +37,12 @@ contains
     integer, intent(in) :: neighbours(:)
     type(triplets_t), intent(out) :: k
     integer, intent(out) :: n_computed   !! element stiffnesses that were computed, by all ranks
+    type(tangent_t), intent(in), optional :: tangent !! as of assemble_stiffness, by this rank alone
     type(mesh_t) :: part
     type(dof_map_t) :: part_map
 
-    if (.not. are_worth_it(mesh, map)) then
-      call assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed)
+    if (present(tangent) .or. .not. are_worth_it(mesh, map)) then
+      call assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent)
       return
     end if
     call announce(task_stiffness)

@@ -13,7 +13,7 @@ module rigid_modes_mod
   use errors_mod, only: error_t, raise, exit_machine, exit_not_solved
   use lists_mod, only: lists_t, lists_by_key
   use constraints_mod, only: constraints_t
-  use mesh_mod, only: mesh_t, joined_nodes
+  use mesh_mod, only: mesh_t, joined_nodes, moved_mesh
   use small_matrix_mod, only: cross
   use dense_mod, only: singular_values, invert_general
   use text_mod, only: to_text
@@ -30,6 +30,8 @@ module rigid_modes_mod
   !> Motions u(x) = translation + rotation x (x - centre).
   type :: free_motions_t
     integer :: n = 0
+    logical :: are_finite = .false.
+    !! rotations of bodies: motions are about where these are, which they follow
     integer,  allocatable :: body(:)           !! (n) body that moves; 0: an obstacle
     integer,  allocatable :: node(:), dof(:)   !! (n) the pin
     real(wp), allocatable :: translation(:, :) !! (3,n) [-]
@@ -185,18 +187,23 @@ contains
     end associate
   end subroutine find_body_motions
 
-  !> Take the motions of bodies about where these are now, with the pins that they have.
-  subroutine follow_turns(mesh, prescribed, motions, ok)
-    type(mesh_t), intent(in) :: mesh         !! where the nodes are
+  !> Take the motions of bodies that turn with these about where they are now, with the pins that
+  !> they have.
+  subroutine follow_turns(undeformed, u, prescribed, motions, ok)
+    type(mesh_t), intent(in) :: undeformed
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) displacement [length]
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     type(free_motions_t), intent(inout) :: motions !! of bodies that no equations join
     logical, intent(out) :: ok !! false: the pins hold a body no more, or LAPACK failed
+    type(mesh_t) :: mesh
     type(pieces_t) :: pieces
     type(lists_t) :: nodes
     real(wp), allocatable :: z(:, :)
     integer :: body, j, k
 
     ok = .true.
+    if (.not. (motions%are_finite .and. any(motions%body > 0))) return
+    mesh = moved_mesh(undeformed, u)
     motions%place = mesh%coordinates
     nodes = lists_by_key(mesh%body, mesh%n_bodies)
     do body = 1, mesh%n_bodies

@@ -14,6 +14,7 @@ module step_loads_mod
   use scene_mod, only: scene_t
   use warming_mod, only: warming_t, warms, warming_of_step
   use mesh_forces_mod, only: pressure_force, gravity_force
+  use bodies_mod, only: is_linear
   use expansion_mod, only: free_strain, thermal_force
   implicit none
   private
@@ -31,9 +32,9 @@ module step_loads_mod
     !! (3,n_nodes,n_patterns) prescribed, and of what depends on such alone or among others [length]
     real(wp), allocatable :: force(:, :, :)        !! (3,n_nodes,n_patterns) [force]
     real(wp), allocatable :: dead_force(:, :, :)
-    !! (3,n_nodes,n_patterns) at finite strain: those that do not follow bodies [force]
+    !! (3,n_nodes,n_patterns) those that do not follow bodies; not allocated: none does [force]
     real(wp), allocatable :: pressure(:, :)
-    !! (n_surfaces,n_patterns) there: on surfaces, which they follow [force/length^2]
+    !! (n_surfaces,n_patterns) the others: on surfaces, which they follow [force/length^2]
     type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
@@ -97,7 +98,7 @@ contains
     allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
     call resolve_forces(scene, step, force, pressure)
     call turn_local_forces(scene, force)
-    if (scene%finite_strain) then
+    if (.not. is_linear(scene)) then
       allocate (loads%dead_force(3, scene%mesh%n_nodes, size(force, 3)))
       loads%dead_force = force
     end if
@@ -122,7 +123,7 @@ contains
     call find_kinks(pack(scene%amplitudes, followed), scene%steps(step), loads%kinks, loads%start)
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
-    if (.not. scene%finite_strain) return
+    if (.not. allocated(loads%dead_force)) return
     loads%dead_force = loads%dead_force(:, :, loads%kind - pattern_hold + 1)
     loads%pressure = pressure(:, loads%kind)
   end subroutine resolve_loads
@@ -222,26 +223,23 @@ contains
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
     real(wp), intent(inout) :: pressure(:, pattern_hold:)
     !! (n_surfaces,patterns) 0 on entry [force/length^2]
-    real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure
-    real(wp), allocatable :: gravity(:, :, :)
+    real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure, gravity
     real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
-    integer :: k, g, i, n
+    integer :: k, g, i, j, n
 
     ! Level by level from the first step: what a step starts from is what the one before it ended
     ! with.
     n = size(scene%amplitudes)
     allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     allocate (face_pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
-    allocate (gravity(size(scene%regions), pattern_hold:n, 3), source=0.0_wp)
+    allocate (gravity(3*size(scene%regions), pattern_hold:n), source=0.0_wp)
     do k = 1, step
       associate (s => scene%steps(k))
         if (k > 1) then
           call settle(scene, k - 1, concentrated)
           call settle(scene, k - 1, pressure)
           call settle(scene, k - 1, face_pressure)
-          do i = 1, 3
-            call settle(scene, k - 1, gravity(:, :, i))
-          end do
+          call settle(scene, k - 1, gravity)
         end if
         do g = 1, n
           now(g) = amplitude_value(scene%amplitudes(g), 0.0_wp, start_of_step(scene%steps, k))
@@ -252,20 +250,20 @@ contains
           s%replace_pressures, now, pressure)
         call change_levels(s%face_pressures%surface, s%face_pressures%value, &
           s%face_pressures%amplitude, s%replace_element_loads, now, face_pressure)
-        do i = 1, 3
-          call change_levels(s%gravity%region, s%gravity%acceleration(i), s%gravity%amplitude, &
-            s%replace_element_loads, now, gravity(:, :, i))
-        end do
+        call change_levels([((3*s%gravity(j)%region - 3 + i, i=1, 3), j=1, size(s%gravity))], &
+          [((s%gravity(j)%acceleration(i), i=1, 3), j=1, size(s%gravity))], &
+          [((s%gravity(j)%amplitude, i=1, 3), j=1, size(s%gravity))], s%replace_element_loads, &
+          now, gravity)
       end associate
     end do
     pressure = pressure + face_pressure
     do g = pattern_hold, n
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
       do i = 1, size(scene%regions)
-        if (any(abs(gravity(i, g, :)) > 0.0_wp)) then
-          call gravity_force(scene%mesh, scene%materials, scene%regions(i)%elements, &
-            gravity(i, g, :), force(:, :, g))
-        end if
+        associate (acceleration => gravity(3*i - 2:3*i, g))
+          if (any(abs(acceleration) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
+            scene%regions(i)%elements, acceleration, force(:, :, g))
+        end associate
       end do
     end do
   end subroutine resolve_forces

@@ -19,15 +19,13 @@ module advance_mod
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
-  use interference_mod, only: has_interference
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
     ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance, &
     ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
-  use finite_forces_mod, only: finite_strain_energy, work_of_heat
-  use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
+  use bodies_mod, only: strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
@@ -35,9 +33,8 @@ module advance_mod
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
-  use mesh_mod, only: moved_mesh
   use rigid_modes_mod, only: follow_turns
-  use body_solver_mod, only: body_solver_t, seconds_of
+  use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
@@ -83,35 +80,20 @@ contains
     type(state_t), intent(inout) :: new               !! where to start from; the end
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
-    type(contact_points_t) :: now
-
-    if (.not. has_interference(scene)) then
-      call advance_with(scene, points, solver, old, increment, new, report, error)
-      return
-    end if
-    call set_gaps(scene, points, increment, now, solver)
-    call advance_with(scene, now, solver, old, increment, new, report, error)
-  end subroutine advance_from
-
-  !> The same with the extra gaps that the points have at the end of the increment.
-  subroutine advance_with(scene, points, solver, old, increment, new, report, error)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(inout) :: solver      !! as of `advance`
-    type(state_t), intent(in) :: old
-    type(increment_t), intent(in) :: increment
-    type(state_t), intent(inout) :: new               !! where to start from; the end
-    type(increment_report_t), intent(out) :: report
-    type(error_t), allocatable, intent(out) :: error  !! as of `advance`
+    type(contact_points_t) :: now !! with the extra gaps at the end of the increment
     type(trial_t) :: trial
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock, on_tangents
+    logical :: is_held
     integer :: i
 
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
-    if (scene%finite_strain) call stand_at(scene, old, solver%body)
-    call begin_trial(scene, points, solver, old, increment, trial)
+    ! Where the pins do not hold bodies there the increment is not solved.
+    call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, solver%body%motions, &
+      is_held)
+    call set_gaps(scene, points, increment, now, solver)
+    call begin_trial(scene, now, solver, old, increment, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
@@ -120,24 +102,12 @@ contains
     new = old
     call mark_end(increment, new)
     new%reaction = reaction
-    call complete(scene, points, solver, old, trial, new, report, error)
+    call complete(scene, now, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
-    if (allocated(trial%carried)) new%displacement_trend = trend_of(increment, trial%carried, &
-      new%displacement - trial%u_free)
+    if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
+      trial%u_contact_before, new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
-  end subroutine advance_with
-
-  !> Take the rigid motions of free bodies about where an increment begins. Where the pins do not
-  !> hold them there the increment is not solved.
-  subroutine stand_at(scene, old, body)
-    type(scene_t), intent(in) :: scene
-    type(state_t), intent(in) :: old
-    type(body_solver_t), intent(inout) :: body
-    logical :: ok
-
-    if (any(body%motions%body > 0)) call follow_turns(moved_mesh(scene%mesh, old%displacement), &
-      body%prescribed, body%motions, ok)
-  end subroutine stand_at
+  end subroutine advance_from
 
   !> The same for the increment that follows `old` in the deck, with the help of `ahead`: where the
   !> interface is all that one increment needs of the one before, several are solved for at once.
@@ -275,8 +245,7 @@ contains
     type(state_t), intent(inout) :: new
     type(increment_report_t), intent(inout) :: report
     type(placement_t) :: began
-    real(wp) :: strain_energy, of_heat
-    real(wp) :: before(scene%mesh%n_elements) !! strain by free expansion [-]
+    real(wp) :: of_heat, surplus !! [energy]
 
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
@@ -287,38 +256,12 @@ contains
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     call give_to_masters(solver%body%constraints, new%support_force)
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
-    if (scene%finite_strain) then
-      strain_energy = finite_strain_energy(scene%mesh, scene%materials, trial%free, &
-        new%displacement, new%modes)
-      call find_free_strain(scene, max(1, old%step), old%position, before)
-      of_heat = 0.5_wp*(work_of_heat(scene%mesh, scene%materials, before, old%displacement, &
-        trial%free - before) + work_of_heat(scene%mesh, scene%materials, trial%free, &
-        new%displacement, trial%free - before))
-    else
-      strain_energy = 0.5_wp*sum(trial%forces%internal*new%displacement)
-      of_heat = 0.0_wp
-    end if
-    call energy_balance(report%contact, old, new, strain_energy, report%energy, &
-      work_of_torques(scene, points, old, new) + work_on_overlaps(scene, points, &
-      solver%first_gap, began, trial%placement, old, new) + of_heat, energy_of_heat(scene, new))
+    call find_heat(scene, trial%free, old, new, of_heat, surplus)
+    call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
+      trial%forces%internal), report%energy, work_of_torques(scene, points, old, new) + &
+      work_on_overlaps(scene, points, solver%first_gap, began, trial%placement, old, new) + &
+      of_heat, surplus)
   end subroutine finish
-
-  !> At small strain: by how much the energy of the total strain is more than that of the stresses
-  !> where bodies have become warmer: f . u - C, f the forces of thermal expansion, C their energy
-  !> in elements that cannot expand. docs/theory.md (8.35).
-  pure real(wp) function energy_of_heat(scene, state) result(energy)
-    type(scene_t), intent(in) :: scene
-    type(state_t), intent(in) :: state
-    real(wp) :: force(3, scene%mesh%n_nodes), free(scene%mesh%n_elements)
-
-    energy = 0.0_wp
-    if (scene%finite_strain) return
-    call find_free_strain(scene, state%step, state%position, free)
-    if (.not. any(abs(free) > 0.0_wp)) return
-    force = 0.0_wp
-    call thermal_force(scene%mesh, scene%materials, free, force)
-    energy = sum(force*state%displacement) - thermal_energy(scene%mesh, scene%materials, free)
-  end function energy_of_heat
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate
   !> judges): where its motion is prescribed that is an error; where it was taken to be out of
@@ -343,6 +286,7 @@ contains
       is_inside(solver%contact%group(i)%far) = .false.
     end do
     call find_strays(scene, points, report, is_stray)
+    if (.not. any(is_stray)) is_stray = is_inside .and. .not. points%in_reach
     if (any(is_stray)) then
       report%converged = .false.
       report%ending = ended_out_of_reach
@@ -350,12 +294,6 @@ contains
       return
     end if
     if (.not. any(is_inside)) return
-    if (any(is_inside .and. .not. points%in_reach)) then
-      report%converged = .false.
-      report%ending = ended_out_of_reach
-      report%worst_point = findloc(is_inside .and. .not. points%in_reach, .true., dim=1)
-      return
-    end if
     call rows_of_points(movable(scene, solver%body%prescribed), points, report%contact%weights, &
       report%contact%frame, row)
     if (any(is_inside .and. row(1, :) > 0)) then

@@ -15,8 +15,9 @@ module equilibrate_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
     ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
-  use mesh_forces_mod, only: internal_force, force_rounding
-  use finite_forces_mod, only: tangent_t, finite_internal_force
+  use mesh_forces_mod, only: force_rounding
+  use finite_forces_mod, only: tangent_t
+  use bodies_mod, only: find_internal_force
   use anderson_mod, only: new_anderson, accelerate, forget
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
@@ -96,7 +97,7 @@ contains
       end if
 
       ! 4. Displacement: of the interface alone until the points have settled.
-      if (settles_on_interface(scene, points, solver, loop)) then
+      if (settles_on_interface(points, solver, loop)) then
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
         if (is_missed .or. .not. are_places_settled(loop, merge(trial%controls%tolerance, &
@@ -110,8 +111,8 @@ contains
       if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call find_internal_force(scene, solver%body%inverse%map, solver%body%motions, old, trial, &
-        new, loop, report)
+      call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
+        loop, report)
       if (report%worst_element > 0) exit newton_raphson
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
@@ -121,8 +122,7 @@ contains
       is_first = .false.
       report%imbalance = loop%imbalance
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-      if (is_settled(scene%finite_strain, loop, trial, new%reaction) .and. .not. is_missed) exit &
-        newton_raphson
+      if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) exit newton_raphson
       call lead(scene, points, solver, trial, new, loop)
       if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
         trial%controls%tolerance) then
@@ -134,8 +134,8 @@ contains
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
-    if (report%worst_element > 0 .or. (scene%finite_strain .and. &
-      loop%imbalance > trial%controls%tolerance)) then
+    if (report%worst_element > 0 .or. (loop%imbalance > trial%controls%tolerance .and. .not. &
+      loop%is_linear)) then
       report%converged = .false.
       report%ending = merge(ended_inverted, ended_out_of_balance, report%worst_element > 0)
       report%residual = loop%imbalance
@@ -163,15 +163,14 @@ contains
   end subroutine equilibrate
 
   !> Whether the forces balance and the points stay where they were placed, as far as either goes.
-  pure logical function is_settled(is_finite, loop, trial, reaction)
-    logical, intent(in) :: is_finite !! strain
+  pure logical function is_settled(loop, trial, reaction)
     type(newton_raphson_t), intent(in) :: loop
     type(trial_t), intent(in) :: trial
     real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
 
     ! Progress is that of the force: where nothing presses a body, all its forces are out of
     ! balance, and no part of them falls as they do.
-    is_settled = loop%imbalance <= trial%controls%tolerance .or. (.not. is_finite .and. &
+    is_settled = loop%imbalance <= trial%controls%tolerance .or. (loop%is_linear .and. &
       loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
       trial%controls%tolerance))
     is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
@@ -179,9 +178,9 @@ contains
     if (loop%depth > 0) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
   end function is_settled
 
-  !> The internal forces of the displacement, which at finite strain is accelerated first, and
-  !> pressures on surfaces where it takes them.
-  subroutine find_internal_force(scene, map, motions, old, trial, new, loop, report)
+  !> The internal forces of the displacement, which is accelerated first where they are not linear,
+  !> and pressures on surfaces where it takes them.
+  subroutine update_forces(scene, map, motions, old, trial, new, loop, report)
     type(scene_t), intent(in) :: scene
     type(dof_map_t), intent(in) :: map
     type(free_motions_t), intent(in) :: motions
@@ -191,22 +190,18 @@ contains
     type(newton_raphson_t), intent(inout) :: loop
     type(increment_report_t), intent(inout) :: report !! gets an element that is inside out
 
-    associate (u => new%displacement, f => trial%forces%internal)
-      if (.not. scene%finite_strain) then
-        call internal_force(scene%mesh, scene%materials, u, f)
-        return
-      end if
+    if (.not. loop%is_linear) then
       call extrapolate(scene%mesh, map, motions, old, trial, new, loop)
       ! From where the increment began: iterations far away may find modes of no use to the next.
       if (.not. loop%apart < nearby) new%modes = old%modes
-      call finite_internal_force(scene%mesh, scene%materials, trial%free, u, new%modes, f, &
-        report%worst_element)
       report%force_evaluations = report%force_evaluations + 1
-      call follow_surfaces(scene, u, trial%forces%imposed_t)
-    end associate
-  end subroutine find_internal_force
+    end if
+    call find_internal_force(scene, trial%free, new%displacement, new%modes, &
+      trial%forces%internal, report%worst_element)
+    call follow_surfaces(scene, new%displacement, trial%forces%imposed_t)
+  end subroutine update_forces
 
-  !> At finite strain: the displacement at which forces are asked for next. With a factor of another
+  !> The displacement at which forces are asked for next. With a factor of another
   !> place an iteration is a map from displacements to displacements, whose fixed point Anderson's
   !> acceleration finds; with the tangent of each iteration, where no pressures follow, it keeps
   !> nothing, and changes nothing.
@@ -264,16 +259,15 @@ contains
   !> Whether places are to settle before the interior is asked for: contact sees the interface
   !> alone, and what it does follows from the compliance, which takes far less than a solution with
   !> the factor. Not where a correction waits for its interior, nor where neutral motions come to
-  !> rest by what all of their body does, nor at finite strain, whose iterations take placements
-  !> along. Surfaces move again as an inexact factor is refined: that is done at once.
-  pure logical function settles_on_interface(scene, points, solver, loop)
-    type(scene_t), intent(in) :: scene
+  !> rest by what all of their body does, nor where forces are not linear: iterations take
+  !> placements along. Surfaces move again as an inexact factor is refined: that is done at once.
+  pure logical function settles_on_interface(points, solver, loop)
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(newton_raphson_t), intent(in) :: loop
 
     associate (inverse => solver%body%inverse, n => solver%body%motions%n)
-      settles_on_interface = .not. scene%finite_strain .and. any(points%is_curved) .and. &
+      settles_on_interface = loop%is_linear .and. any(points%is_curved) .and. &
         inverse%is_condensed .and. &
         inverse%map%n_interface > 0 .and. loop%i < max_newton_raphson .and. .not. &
         (allocated(inverse%iterative) .or. allocated(loop%begun))
@@ -358,7 +352,7 @@ contains
       ! What iteration has not solved is out of balance too, but no load.
       call to_equations(solver%body%inverse%map, residual, change)
       associate (motions => solver%body%motions)
-        trial%left = trial%left + [change, (residual(motions%dof(j), motions%node(j)), &
+        trial%load_left = trial%load_left + [change, (residual(motions%dof(j), motions%node(j)), &
           j=1, motions%n)] + trial%unsolved
       end associate
       return

@@ -10,6 +10,7 @@ module follow_bodies_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use bodies_mod, only: is_linear
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   implicit none
   private
@@ -22,7 +23,7 @@ module follow_bodies_mod
   type :: follow_t
     integer, allocatable :: node(:) !! of the pairs of surfaces that are placed anew, each once
     logical :: with_bodies = .false.
-    !! at finite strain: what displacements are accelerated to is where points are placed
+    !! whose forces are not linear: what displacements are accelerated to is where points are placed
     integer, allocatable :: slow(:)
     !! where there are none: nodes of points before curved obstacles, for when they settle slowly
     real(wp) :: allowed = huge(1.0_wp) !! the most that they may still move, of their way [-]
@@ -41,7 +42,7 @@ contains
     logical :: is_on(scene%mesh%n_nodes)
     integer :: pair, i
 
-    follow%with_bodies = scene%finite_strain
+    follow%with_bodies = .not. is_linear(scene)
     is_on = .false.
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))

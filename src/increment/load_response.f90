@@ -9,13 +9,13 @@ module load_response_mod
   use scene_mod, only: scene_t
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
-  use finite_forces_mod, only: tangent_force
+  use bodies_mod, only: find_tangent_force
   use increment_forces_mod, only: imposed_t
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
   use step_loads_mod, only: step_loads_t, pattern_factors
-  use body_solver_mod, only: body_solver_t, solver_work_t, lap
+  use linearisation_mod, only: linearisation_t, solver_work_t, lap
   implicit none
   private
 
@@ -38,28 +38,20 @@ contains
   subroutine respond_to_loads(scene, tolerance, body, response, work, error)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: tolerance                !! of contact [-]
-    type(body_solver_t), intent(inout) :: body !! solutions with its factor
+    type(linearisation_t), intent(inout) :: body !! solutions with its factor
     type(load_response_t), intent(inout) :: response !! its loads in, displacements out
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; the factor is too far from the stiffness
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
-    integer :: g
 
     clock = wall_seconds()
     associate (loads => response%loads)
-      load = loads%force
+      allocate (load, mold=loads%force)
       ! Prescribed displacements act through the forces they cause in an otherwise undeformed body,
       ! or by the tangent that the factor is of.
-      if (allocated(body%tangent)) then
-        call tangent_force(scene%mesh, scene%materials, body%tangent, loads%displacement, load)
-      else
-        do g = 1, loads%n_patterns
-          call internal_force(scene%mesh, scene%materials, loads%displacement(:, :, g), &
-            load(:, :, g))
-        end do
-      end if
+      call find_tangent_force(scene, loads%displacement, load, body%tangent)
       load = loads%force - load
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
@@ -130,50 +122,52 @@ contains
     real(wp), allocatable, intent(out), optional :: summed(:, :)
     !! (3,n_nodes) the magnitudes that external sums up, of parts that may cancel [force]
     real(wp) :: factor(response%loads%n_patterns)
-    integer :: g
 
     factor = pattern_factors(scene, response%loads, fraction, step_time)
-    allocate (u_free(3, scene%mesh%n_nodes), external(3, scene%mesh%n_nodes), source=0.0_wp)
-    do g = 1, response%loads%n_patterns
-      u_free = u_free + factor(g)*response%displacement(:, :, g)
-      external = external + factor(g)*response%loads%force(:, :, g)
-    end do
-    if (.not. present(summed)) return
-    allocate (summed(3, scene%mesh%n_nodes), source=0.0_wp)
-    do g = 1, response%loads%n_patterns
-      summed = summed + abs(factor(g)*response%loads%force(:, :, g))
-    end do
+    u_free = weighted_sum(factor, response%displacement)
+    external = weighted_sum(factor, response%loads%force)
+    if (present(summed)) summed = weighted_sum(abs(factor), abs(response%loads%force))
   end subroutine sum_patterns
 
-  !> At finite strain: the loads at a fraction of the *STEP, of bodies that are displaced.
+  !> One pattern after the other.
+  pure function weighted_sum(factor, pattern) result(total)
+    real(wp), intent(in) :: factor(:)        !! (n) [-]
+    real(wp), intent(in) :: pattern(:, :, :)
+    real(wp) :: total(size(pattern, 1), size(pattern, 2))
+    integer :: g
+
+    total = 0.0_wp
+    do g = 1, size(factor)
+      total = total + factor(g)*pattern(:, :, g)
+    end do
+  end function weighted_sum
+
+  !> Where loads follow bodies: the loads at a fraction of the *STEP, of bodies that are displaced.
   pure subroutine impose_loads(scene, loads, fraction, step_time, u, imposed)
     type(scene_t), intent(in) :: scene
     type(step_loads_t), intent(in) :: loads
     real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
-    type(imposed_t), intent(inout) :: imposed    !! gets its loads
+    type(imposed_t), intent(inout) :: imposed    !! gets its loads, unless all are dead
     real(wp) :: factor(loads%n_patterns)
-    integer :: g
 
+    if (.not. allocated(loads%dead_force)) return
     factor = pattern_factors(scene, loads, fraction, step_time)
-    if (allocated(imposed%dead_load)) deallocate (imposed%dead_load, imposed%pressure)
-    allocate (imposed%dead_load(3, scene%mesh%n_nodes), imposed%pressure(size(scene%surfaces)), &
-      source=0.0_wp)
-    do g = 1, loads%n_patterns
-      imposed%dead_load = imposed%dead_load + factor(g)*loads%dead_force(:, :, g)
-      imposed%pressure = imposed%pressure + factor(g)*loads%pressure(:, g)
-    end do
+    imposed%dead_load = weighted_sum(factor, loads%dead_force)
+    imposed%pressure = reshape(weighted_sum(factor, reshape(loads%pressure, [1, &
+      shape(loads%pressure)])), [size(scene%surfaces)])
     call follow_surfaces(scene, u, imposed)
   end subroutine impose_loads
 
-  !> At finite strain: the loads of bodies that are displaced further; pressures go with their
-  !> surfaces. docs/theory.md (8.30).
+  !> The loads of bodies that are displaced further: pressures go with their surfaces, where loads
+  !> follow bodies. docs/theory.md (8.30).
   pure subroutine follow_surfaces(scene, u, imposed)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
     type(imposed_t), intent(inout) :: imposed    !! gets external
     integer :: i
 
+    if (.not. allocated(imposed%dead_load)) return
     imposed%external = imposed%dead_load
     do i = 1, size(scene%surfaces)
       if (abs(imposed%pressure(i)) > 0.0_wp) call pressure_force(scene%mesh, scene%surfaces(i), &
@@ -188,14 +182,9 @@ contains
     type(step_loads_t), intent(in) :: loads
     type(increment_t), intent(in) :: increment
     real(wp) :: u(3, scene%mesh%n_nodes)  !! 0 where nothing is prescribed [length]
-    real(wp) :: factor(loads%n_patterns)
-    integer :: g
 
-    factor = pattern_factors(scene, loads, increment%fraction, increment%step_time)
-    u = 0.0_wp
-    do g = 1, loads%n_patterns
-      u = u + factor(g)*loads%displacement(:, :, g)
-    end do
+    u = weighted_sum(pattern_factors(scene, loads, increment%fraction, increment%step_time), &
+      loads%displacement)
   end function prescribed_displacement
 
 end module load_response_mod

@@ -14,6 +14,7 @@ module load_step_error_mod
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use bodies_mod, only: is_linear
   use interference_mod, only: has_interference, extra_gap_at
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, energy_t
@@ -95,8 +96,8 @@ contains
     left = report%energy%balance - coarse%energy%balance
     is_doubtful = abs(left) > max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation) .and. .not. (scene%finite_strain .or. &
-      any(scene%obstacles%turns))
+      noise*report%energy%dissipation) .and. is_linear(scene) .and. .not. &
+      any(scene%obstacles%turns)
     coarse%most_strained = report%energy%strain
     coarse%energy = report%energy
     from_here = coarse%state
@@ -326,7 +327,7 @@ contains
     if (present(near) .and. solver%body%motions%n == 0) then
       to%reaction = near%reaction
       to%trend = 0.0_wp
-      if (allocated(trial%guess)) trial%guess = near%displacement - trial%u_free
+      if (allocated(trial%u_contact_start)) trial%u_contact_start = near%displacement - trial%u_free
     end if
     if (can_look_ahead(scene, points, solver)) then
       call step_on_interface(scene, points, solver, increment, trial, to, report, answer)

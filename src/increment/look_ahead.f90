@@ -19,6 +19,7 @@ module look_ahead_mod
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, solver_global_newton
   use contact_points_mod, only: contact_points_t
+  use bodies_mod, only: is_linear
   use increments_mod, only: increment_t, next_increment, mark_end
   use number_list_mod, only: number_list_t, archive
   use interference_mod, only: has_interference
@@ -68,8 +69,8 @@ contains
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
 
-    can_look_ahead = is_exact(solver%choices%precision) .and. .not. (scene%finite_strain .or. &
-      has_interference(scene) .or. any(points%is_curved)) .and. &
+    can_look_ahead = is_linear(scene) .and. is_exact(solver%choices%precision) .and. .not. &
+      (has_interference(scene) .or. any(points%is_curved)) .and. &
       solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed
   end function can_look_ahead
 

@@ -7,6 +7,7 @@ module place_and_solve_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced
+  use bodies_mod, only: is_linear
   use follow_points_mod, only: rounding_of_places
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
@@ -14,7 +15,6 @@ module place_and_solve_mod
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
   use rigid_modes_mod, only: free_motions_t, generalised_loads, add_motions, follow_turns
-  use mesh_mod, only: moved_mesh
   use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
     is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points
@@ -29,15 +29,16 @@ module place_and_solve_mod
     find_reactions, check_covered
 
   integer, parameter :: most_by_parts = 20 !! iterations in which points may be left out
-  integer, parameter :: depth = 5 !! displacements that acceleration keeps at finite strain
+  integer, parameter :: depth = 5 !! displacements that acceleration keeps
   real(wp), parameter :: nearly = 1.0e-2_wp !! of what has moved: a gap about to close [-]
   real(wp), parameter :: sharpest = 1.0e-12_wp !! residual below which nothing is asked for [-]
 
   !> The Newton-Raphson loop of an increment, as far as one iteration leaves something to the next.
   type :: newton_raphson_t
     integer :: i = 0                      !! iteration
+    logical :: is_linear = .true.         !! internal forces are
     type(placement_t) :: undeformed
-    !! of the undeformed mesh, before obstacles as they stand; at finite strain the placement itself
+    !! of the undeformed mesh, before obstacles as they stand; where bodies turn the placement
     type(follow_t) :: follow              !! of surfaces
     logical, allocatable :: near(:)       !! (n_points) that may touch, as far as is known
     real(wp) :: slack = 0.0_wp            !! gap that counts as none [length]
@@ -68,13 +69,12 @@ contains
     type(newton_raphson_t) :: loop
 
     allocate (loop%near, source=points%in_reach)
-    if (scene%finite_strain) then
+    loop%undeformed = turned_undeformed(scene, points, solver, trial)
+    loop%is_linear = is_linear(scene)
+    if (.not. loop%is_linear) then
       ! The tangent of an iteration leaves out what pressures change by as they follow.
       if (.not. solver%choices%precision%renews_tangent .or. any(abs( &
         solver%response%loads%pressure) > 0.0_wp)) loop%depth = depth
-      loop%undeformed = trial%began
-    else
-      loop%undeformed = turned_undeformed(scene, points, solver, trial)
     end if
     loop%follow = begin_following(scene, points, max(trial%controls%tolerance, &
       solver%choices%tolerance))
@@ -96,8 +96,8 @@ contains
     call place_curved(scene, points, nothing, undeformed, trial%rotation)
   end function turned_undeformed
 
-  !> At finite strain: take the rigid motions of free bodies about where these are, and what they
-  !> have moved so far with them.
+  !> Take the rigid motions of free bodies that turn about where these are, and what they have moved
+  !> so far with them.
   subroutine follow_free_bodies(scene, points, u, solver, trial, loop, ok)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -109,9 +109,9 @@ contains
 
     ok = .true.
     associate (motions => solver%body%motions)
-      if (.not. (scene%finite_strain .and. any(motions%body > 0))) return
+      if (.not. (motions%are_finite .and. any(motions%body > 0))) return
       call add_motions(motions, scene%mesh, trial%motion, trial%u_free)
-      call follow_turns(moved_mesh(scene%mesh, u), solver%body%prescribed, motions, ok)
+      call follow_turns(scene%mesh, u, solver%body%prescribed, motions, ok)
       if (.not. ok) return
       call add_motions(motions, scene%mesh, -trial%motion, trial%u_free)
     end associate
@@ -136,7 +136,7 @@ contains
     call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
     call drag_along_surfaces(scene, points, trial%began, old, trial%placed_at, trial%placement)
     ! Motions are about where the bodies are: what these see of them is exact there alone.
-    if (scene%finite_strain) loop%undeformed = trial%placement
+    if (loop%follow%with_bodies) loop%undeformed = trial%placement
     call note_pressing(scene, solver%body%motions, new%reaction, trial, solver%contact)
     loop%slack = 10.0_wp*trial%controls%tolerance*maxval(abs(trial%placed_at)) + &
       rounding_of_places(scene, trial%placed_at)
@@ -180,7 +180,7 @@ contains
     real(wp) :: motion(solver%body%motions%n) !! likewise [length]
     logical :: is_followed
 
-    is_followed = size(loop%follow%node) > 0 .or. scene%finite_strain
+    is_followed = size(loop%follow%node) > 0 .or. loop%follow%with_bodies
     reaction = new%reaction
     motion = trial%motion
     call solve_sharply(scene, points, solver, old, is_followed, trial, &

@@ -8,8 +8,8 @@ module renew_tangent_mod
   use state_mod, only: state_t, modes_t
   use increment_report_mod, only: increment_report_t, ended_indefinite
   use constraints_mod, only: follow_masters
-  use finite_forces_mod, only: tangent_t, finite_internal_force, tangent_force
-  use expansion_mod, only: find_free_strain
+  use finite_forces_mod, only: tangent_t
+  use bodies_mod, only: find_internal_force, tangent_at, find_tangent_force
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: apply_inverse, answer_of_interface, at_interface
   use step_solver_mod, only: step_solver_t, linearise_at
@@ -33,24 +33,20 @@ contains
     type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
     real(wp), dimension(3, scene%mesh%n_nodes) :: moved, held
     real(wp), allocatable :: correction(:, :, :)
-    real(wp) :: free(scene%mesh%n_elements) !! strain by free expansion there [-]
     real(wp) :: added(3, scene%mesh%n_nodes, 1)
     type(modes_t) :: modes
     integer :: inverted
 
-    call apply_reactions(scene, points, solver, old, trial)
-    call find_free_strain(scene, max(1, old%step), old%position, free)
-    call renew_tangent(scene, points, solver, tangent_t(old%displacement, free, &
-      is_projected=.false.), trial, report, error)
+    call apply_reactions(points, old, trial)
+    call renew_tangent(scene, points, solver, tangent_at(scene, old%displacement, old%step, &
+      old%position, is_projected=.false.), trial, report, error)
     if (allocated(error) .or. report%ending == ended_indefinite) return
     moved = 0.0_wp
     where (trial%forces%prescribed) moved = trial%forces%displacement - old%displacement
     call follow_masters(solver%body%constraints, moved)
     modes = old%modes
-    call finite_internal_force(scene%mesh, scene%materials, trial%free, old%displacement, modes, &
-      held, inverted)
-    call tangent_force(scene%mesh, scene%materials, solver%body%tangent, reshape(moved, &
-      [shape(moved), 1]), added)
+    call find_internal_force(scene, trial%free, old%displacement, modes, held, inverted)
+    call find_tangent_force(scene, reshape(moved, [shape(moved), 1]), added, solver%body%tangent)
     held = held + added(:, :, 1)
     call apply_inverse(solver%body%inverse, reshape(trial%forces%external + trial%applied_force - &
       held, [shape(held), 1]), correction, error)

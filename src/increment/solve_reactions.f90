@@ -111,10 +111,12 @@ contains
         drift%rounding = rounding(group%motion)
         drift%a = trial%motion(group%motion)
         along_neutral = matmul(drift%load, group%floating%neutral)
-        ! At finite strain loads may act along what contact does not see while a body finds its
-        ! place, but not where it begins.
-        if (.not. scene%finite_strain .or. (.not. trial%has_begun .and. any(abs(along_neutral) > &
-          trial%controls%tolerance/all_of_it*maxval(drift%rounding)))) along_neutral = 0.0_wp
+        ! Loads may act along what contact does not see while a body that turns finds its place, but
+        ! not where it begins.
+        if (.not. solver%body%motions%are_finite .or. (.not. trial%has_begun .and. any( &
+          abs(along_neutral) > trial%controls%tolerance/all_of_it*maxval(drift%rounding)))) then
+          along_neutral = 0.0_wp
+        end if
         drift%load = drift%load - matmul(group%floating%neutral, along_neutral)
       end if
       ! Another placement has another compliance.

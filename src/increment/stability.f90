@@ -24,7 +24,7 @@ module stability_mod
   use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t
   use finite_forces_mod, only: tangent_t, negative_modes
-  use expansion_mod, only: find_free_strain
+  use bodies_mod, only: is_linear, tangent_at
   use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: count_negative
@@ -76,7 +76,8 @@ contains
     is_hint = stability%slides .or. stability%follows .or. stability%bends
   end function is_hint
 
-  !> Stability at the end of an increment, or where the next one begins.
+  !> Stability at the end of an increment, or where the next one begins. At small strain bodies are
+  !> stable.
   subroutine find_stability(scene, points, solver, state, stability)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -93,11 +94,11 @@ contains
     real(wp), allocatable :: d(:)
     integer :: n_negative, of_modes, i
 
+    stability%is_known = is_linear(scene)
+    if (stability%is_known) return
     contact = pressed_points(scene, points, solver, state)
-    tangent%at = state%displacement
-    allocate (tangent%free(scene%mesh%n_elements))
-    call find_free_strain(scene, max(1, state%step), state%position, tangent%free)
-    tangent%is_projected = .false.
+    tangent = tangent_at(scene, state%displacement, state%step, state%position, &
+      is_projected=.false.)
     associate (motions => solver%body%motions)
       map = make_dof_map(scene%mesh%body, solver%body%prescribed, contact_nodes(points), &
         solver%body%constraints)

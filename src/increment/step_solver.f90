@@ -1,7 +1,7 @@
 !> What the increments of a *STEP are solved with. Each part has its own lifetime:
 !>
 !>     choices     the run, which changes them between increments
-!>     body        as long as the same degrees of freedom are prescribed
+!>     body        as long as the linearisation serves
 !>     undeformed  as long, but for gaps that change: these are placed by every trial
 !>     response    a *STEP
 !>     contact     before flat obstacles as long as `body`; before curved ones until points are
@@ -16,11 +16,10 @@ module step_solver_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use contact_points_mod, only: contact_points_t
-  use interference_mod, only: has_interference, set_extra_gap
+  use interference_mod, only: set_extra_gap
   use state_mod, only: state_t
-  use stiffness_inverse_mod, only: abandon_inverse
-  use body_solver_mod, only: body_solver_t, solver_work_t, make_body_solver, &
-    change_obstacle_supports, lap
+  use linearisation_mod, only: linearisation_t, solver_work_t, make_linearisation, &
+    invalidate, change_obstacle_supports, lap
   use finite_forces_mod, only: tangent_t
   use contact_interface_mod, only: interface_dofs
   use placement_mod, only: placement_t, place_undeformed
@@ -30,20 +29,18 @@ module step_solver_mod
   implicit none
   private
 
-  public :: step_solver_t, set_supports, forget_supports, prepare_step, widen_interface, &
-    linearise_at
+  public :: step_solver_t, set_supports, prepare_step, widen_interface, linearise_at
 
   type :: step_solver_t
     type(choices_t) :: choices
-    type(body_solver_t) :: body
+    type(linearisation_t) :: body
     type(placement_t) :: undeformed
     !! of all points; where extra gaps change, at the end of the last increment tried
     real(wp), allocatable :: first_gap(:)
     !! (n_points) gaps of the undeformed mesh as the run begins [length]
     type(load_response_t) :: response
     type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
-    integer :: tangent_of = 0              !! at finite strain: of its factor, as of state_t
-    type(solver_work_t) :: on_tangents     !! work of the run on these factors
+    type(solver_work_t) :: on_tangents     !! work of the run on factors of tangents
   end type step_solver_t
 
 contains
@@ -75,16 +72,7 @@ contains
     call make_all(scene, points, prescribed, solver, work, error)
   end subroutine set_supports
 
-  !> Let the next `set_supports` make everything anew.
-  subroutine forget_supports(solver)
-    type(step_solver_t), intent(inout) :: solver
-
-    if (allocated(solver%body%prescribed)) deallocate (solver%body%prescribed)
-    if (allocated(solver%body%inverse%failure)) deallocate (solver%body%inverse%failure)
-    call abandon_inverse(solver%body%inverse)
-  end subroutine forget_supports
-
-  !> At finite strain: the factor of a tangent, and contact with it.
+  !> The linearisation at a tangent, and contact with it.
   subroutine linearise_at(scene, points, tangent, solver, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -153,7 +141,7 @@ contains
     if (.not. allocated(error)) call make_contact(scene, points, solver, work)
   end subroutine make_all
 
-  !> The factor, of small strain unless there is a tangent.
+  !> The linearisation, of small strain unless there is a tangent.
   subroutine make_body(scene, points, prescribed, solver, work, error, tangent)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -161,14 +149,14 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
-    type(tangent_t), intent(in), optional :: tangent !! as of body_solver_t
+    type(tangent_t), intent(in), optional :: tangent !! as of linearisation_t
 
-    solver%tangent_of = 0
-    if (allocated(solver%body%tangent)) deallocate (solver%body%tangent)
+    call invalidate(solver%body)
+    solver%body%prescribed = prescribed
     if (present(tangent)) solver%body%tangent = tangent
     if (solver%choices%precision%threads > 1) call use_threads(solver%choices%precision%threads)
-    call make_body_solver(scene, solver%choices, points, prescribed, interface_dofs(scene, &
-      points), solver%body, work, error)
+    call make_linearisation(scene, solver%choices, points, interface_dofs(scene, points), &
+      solver%body, work, error)
     if (solver%choices%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
     if (solver%choices%precision%renews_tangent .and. solver%body%motions%n > 0) call raise(error, &
@@ -186,13 +174,9 @@ contains
     real(wp) :: clock
 
     clock = wall_seconds()
-    if (has_interference(scene)) then
-      first = points
-      call set_extra_gap(scene, 1, 0_i8, first)
-      call place_undeformed(scene, first, solver%undeformed)
-    else
-      call place_undeformed(scene, points, solver%undeformed)
-    end if
+    first = points
+    call set_extra_gap(scene, 1, 0_i8, first)
+    call place_undeformed(scene, first, solver%undeformed)
     solver%first_gap = solver%undeformed%gap
     call find_groups(scene, points, solver%body%motions, solver%choices%precision%iterative, &
       solver%contact)

@@ -6,7 +6,7 @@ module trial_mod
   use controls_mod, only: contact_controls_t, is_exact, solver_sweeps
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
-  use interference_mod, only: set_extra_gap
+  use interference_mod, only: has_interference, set_extra_gap
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t, imposed_t
   use rigid_modes_mod, only: generalised_loads, add_motions
@@ -14,7 +14,8 @@ module trial_mod
   use surface_drag_mod, only: place_beginning
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
-  use expansion_mod, only: find_free_strain, largest_thermal_forces
+  use bodies_mod, only: is_linear, forces_of_heat
+  use expansion_mod, only: find_free_strain
   use load_response_mod, only: sum_patterns, prescribed_displacement, impose_loads
   use turns_mod, only: rotation_at
   use step_solver_mod, only: step_solver_t
@@ -33,7 +34,7 @@ module trial_mod
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
     real(wp), allocatable :: free(:)
-    !! (n_elements) strain by free expansion, at finite strain [-]
+    !! (n_elements) strain by free expansion [-]
     real(wp), allocatable :: summed_loads(:, :)
     !! (3,n_nodes) the magnitudes that the external forces sum up [force]
     real(wp), allocatable :: u_free(:, :)
@@ -45,11 +46,11 @@ module trial_mod
     real(wp), allocatable :: applied_force(:, :)
     !! (3,n_nodes) of these, by the weights of their time [force]
     logical :: by_compliance = .false. !! not together with the reactions: that led nowhere
-    real(wp), allocatable :: guess(:, :)
+    real(wp), allocatable :: u_contact_start(:, :)
     !! (3,n_nodes) of u_contact, where it is found together with the reactions [length]
-    real(wp), allocatable :: carried(:, :)
+    real(wp), allocatable :: u_contact_before(:, :)
     !! (3,n_nodes) u_contact of the increment before, there, if supports hold a body [length]
-    real(wp), allocatable :: left(:)
+    real(wp), allocatable :: load_left(:)
     !! (n_free+n) forces that it and the motions take up beside theirs, there [force]
     real(wp), allocatable :: unsolved(:) !! (n_free+n) of all of these, what it does not [force]
     real(wp), allocatable :: motion(:)         !! (n) how far the free motions have gone [length]
@@ -59,7 +60,7 @@ module trial_mod
     !! (3,n_nodes) displacement where curved obstacles are linearised [length]
     real(wp), allocatable :: rotation(:, :)
     !! (3,n_obstacles) rotation vectors at the end of the increment [rad]
-    type(placement_t) :: began !! at finite strain: the points where the increment begins
+    type(placement_t) :: began !! the points where the increment begins, if it starts from there
     type(placement_t) :: placement
   end type trial_t
 
@@ -75,6 +76,7 @@ contains
     type(step_solver_t), intent(inout) :: solver
 
     now = points
+    if (.not. has_interference(scene)) return
     call set_extra_gap(scene, increment%step, increment%position, now)
     call place_undeformed(scene, now, solver%undeformed)
   end subroutine set_gaps
@@ -91,14 +93,11 @@ contains
 
     call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
       trial%u_free, trial%forces%external, trial%summed_loads)
-    if (scene%finite_strain) then
-      call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
-        old%displacement, trial%forces%imposed_t)
-      allocate (trial%free(scene%mesh%n_elements))
-      call find_free_strain(scene, increment%step, increment%position, trial%free)
-      trial%forces%of_elements%largest = largest_thermal_forces(scene%mesh, scene%materials, &
-        trial%free)
-    end if
+    call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
+      old%displacement, trial%forces%imposed_t)
+    allocate (trial%free(scene%mesh%n_elements))
+    call find_free_strain(scene, increment%step, increment%position, trial%free)
+    trial%forces%of_elements%largest = forces_of_heat(scene, trial%free)
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
@@ -110,8 +109,6 @@ contains
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
-    if (scene%finite_strain) call place_beginning(scene, points, old, solver%undeformed, &
-      trial%began)
     call carry_over(scene, points, solver, old, increment, trial)
     ! Obstacles are where they will be, nodes where they were.
     trial%placed_at = old%displacement
@@ -119,8 +116,8 @@ contains
     trial%placement = solver%undeformed
   end subroutine begin_trial
 
-  !> Begin with the reactions of the increment before, where the factor is not exact or strains are
-  !> finite: what it makes of them was refined there, and only what changes has to be refined again.
+  !> Begin with the reactions of the increment before, where the factor is not exact or forces not
+  !> linear: what it makes of them was refined there, and only what changes has to be refined again.
   !>
   !> Not where loads or supports jump as a *STEP begins (an amplitude that is not 0 at its start):
   !> the displacement there is no answer to the patterns of this *STEP.
@@ -132,7 +129,7 @@ contains
     type(increment_t), intent(in) :: increment
     type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
     type(imposed_t) :: began_with
-    real(wp), allocatable :: loaded(:, :), external(:, :)
+    real(wp), allocatable :: loaded(:, :)
 
     allocate (trial%u_contact(3, scene%mesh%n_nodes), trial%applied_reaction(3, points%n), &
       trial%applied_force(3, scene%mesh%n_nodes), source=0.0_wp)
@@ -140,21 +137,21 @@ contains
       call carry_displacements(scene, solver, old, increment, trial)
       return
     end if
-    if (.not. scene%finite_strain .and. (is_exact(solver%choices%precision) .or. .not. &
+    if (is_linear(scene) .and. (is_exact(solver%choices%precision) .or. .not. &
       solver%body%inverse%is_condensed)) return
-    call sum_patterns(scene, solver%response, increment%begin, &
-      increment%begin*scene%steps(increment%step)%period, loaded, external)
-    if (scene%finite_strain) then
-      call impose_loads(scene, solver%response%loads, increment%begin, increment%begin* &
-        scene%steps(increment%step)%period, old%displacement, began_with)
-      external = began_with%external
-    end if
+    call place_beginning(scene, points, old, solver%undeformed, trial%began)
+    associate (time => increment%begin*scene%steps(increment%step)%period)
+      call sum_patterns(scene, solver%response, increment%begin, time, loaded, &
+        began_with%external)
+      call impose_loads(scene, solver%response%loads, increment%begin, time, old%displacement, &
+        began_with)
+    end associate
     associate (prescribed => solver%body%prescribed)
-      if (jump(external, old%external_force) .or. jump(merge(loaded, 0.0_wp, prescribed), &
-        merge(old%displacement, 0.0_wp, prescribed))) return
+      if (jump(began_with%external, old%external_force) .or. jump(merge(loaded, 0.0_wp, &
+        prescribed), merge(old%displacement, 0.0_wp, prescribed))) return
     end associate
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
-    call apply_reactions(scene, points, solver, old, trial)
+    call apply_reactions(points, old, trial)
     ! On the interface u_free must be what the contact problem adds W r to.
     trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
       trial%applied_force), scene%mesh%n_nodes)
@@ -162,22 +159,14 @@ contains
   end subroutine carry_over
 
   !> Apply the reactions of the increment before.
-  subroutine apply_reactions(scene, points, solver, old, trial)
-    type(scene_t), intent(in) :: scene
+  pure subroutine apply_reactions(points, old, trial)
     type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
-    type(trial_t), intent(inout) :: trial
-    type(placement_t) :: began
+    type(trial_t), intent(inout) :: trial !! placed where it begins
 
-    if (scene%finite_strain) then
-      began = trial%began
-    else
-      began = solver%undeformed
-      call place_curved(scene, points, old%displacement, began, old%rotation)
-    end if
     trial%applied_reaction = old%reaction
-    trial%applied_force = nodal_forces(points, began%weights, old%reaction, scene%mesh%n_nodes)
+    trial%applied_force = nodal_forces(points, trial%began%weights, old%reaction, &
+      size(old%displacement, 2))
   end subroutine apply_reactions
 
   !> The same where solutions are by iteration, for displacements to start from: what contact did,
@@ -193,28 +182,28 @@ contains
     logical :: is_free(0:scene%mesh%n_bodies)
 
     associate (motions => solver%body%motions)
-      allocate (trial%left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
-      trial%unsolved = trial%left
+      allocate (trial%load_left(solver%body%inverse%map%n_free + motions%n), source=0.0_wp)
+      trial%unsolved = trial%load_left
       is_free = .false.
       is_free(motions%body) = .true.
       if (motions%n > 0) then
         ! Pins hold nothing: what loads do along free motions is taken up there.
         call generalised_loads(motions, scene%mesh, trial%forces%external, trial%summed_loads, &
           load, rounding)
-        trial%left(size(trial%left) - motions%n + 1:) = load
-        trial%guess = old%displacement - trial%u_free
-        call add_motions(motions, scene%mesh, -trial%motion, trial%guess)
+        trial%load_left(size(trial%load_left) - motions%n + 1:) = load
+        trial%u_contact_start = old%displacement - trial%u_free
+        call add_motions(motions, scene%mesh, -trial%motion, trial%u_contact_start)
         if (all(is_free(1:))) return
       end if
     end associate
     call sum_patterns(scene, solver%response, increment%begin, &
       increment%begin*scene%steps(increment%step)%period, loaded, external)
-    trial%carried = old%displacement - loaded
-    of_held = trial%carried
+    trial%u_contact_before = old%displacement - loaded
+    of_held = trial%u_contact_before
     if (allocated(old%displacement_trend) .and. increment%begin > 0.0_wp) of_held = of_held + &
       (increment%fraction - increment%begin)*old%displacement_trend
-    if (.not. allocated(trial%guess)) allocate (trial%guess, mold=of_held)
-    where (.not. spread(is_free(scene%mesh%body), 1, 3)) trial%guess = of_held
+    if (.not. allocated(trial%u_contact_start)) allocate (trial%u_contact_start, mold=of_held)
+    where (.not. spread(is_free(scene%mesh%body), 1, 3)) trial%u_contact_start = of_held
   end subroutine carry_displacements
 
   !> Whether two fields differ by more than rounding.

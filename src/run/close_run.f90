@@ -6,7 +6,7 @@ module close_run_mod
   use parallel_mod, only: usage_t, usage_of_others
   use scene_mod, only: scene_t
   use controls_mod, only: precision_in_words
-  use body_solver_mod, only: sum_of
+  use linearisation_mod, only: sum_of
   use tally_mod, only: tally_t
   use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words, &
     theory_in_words, theory_worth_naming

@@ -24,6 +24,7 @@ module judge_increment_mod
   use initial_overlaps_mod, only: find_deep_overlap
   use inverted_elements_mod, only: find_reach, find_inverted
   use expansion_mod, only: find_free_strain
+  use bodies_mod, only: is_linear
   use law_limits_mod, only: stretched_t, find_limits, find_stretched
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
@@ -74,7 +75,7 @@ contains
     watch%unheld = ''
     call list_faces(scene, watch%faces)
     watch%reach = find_reach(scene%mesh)
-    if (scene%finite_strain) watch%limit = find_limits(scene%materials)
+    if (.not. is_linear(scene)) watch%limit = find_limits(scene%materials)
     watch%hollow = hollows_of_pairs(scene)
     watch%fit = fits_of_pairs(scene)
   end subroutine begin_watch
@@ -101,8 +102,7 @@ contains
       if (allocated(error)) return
       clock = wall_seconds()
       call judge_shape(scene, plan, solver%first_gap, watch%reach, solved, error)
-      if (scene%finite_strain .and. .not. allocated(error)) call judge_laws(scene, watch, solved, &
-        notes, error)
+      if (.not. allocated(error)) call judge_laws(scene, watch, solved, notes, error)
       progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
       if (allocated(error)) return
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
@@ -185,6 +185,7 @@ contains
     type(stretched_t) :: lost, unusual
     real(wp) :: free(scene%mesh%n_elements)
 
+    if (.not. allocated(watch%limit)) return
     call find_free_strain(scene, solved%state%step, solved%state%position, free)
     call find_stretched(scene%mesh, scene%materials, watch%limit, watch%reach, free, &
       solved%state%displacement, lost, unusual)
@@ -286,7 +287,6 @@ contains
     type(stability_t) :: stability
     character(:), allocatable :: is
 
-    if (.not. scene%finite_strain) return
     call find_stability(scene, plan%points, solver, progress%state, stability)
     is = 'is'
     if (is_hint(stability)) is = 'may be'
@@ -302,8 +302,8 @@ contains
     end if
   end subroutine explain_by_instability
 
-  !> At finite strain an equilibrium that is unstable at the end of a *STEP ends the run; it is a
-  !> note where what is left out of the tangent may hold it.
+  !> An equilibrium that is unstable at the end of a *STEP ends the run; it is a note where what is
+  !> left out of the tangent may hold it.
   subroutine judge_stability(scene, plan, solver, progress, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -315,7 +315,7 @@ contains
     type(stability_t) :: stability
     real(wp) :: clock
 
-    if (.not. (scene%finite_strain .and. solved%increment%last_of_step)) return
+    if (.not. solved%increment%last_of_step) return
     clock = wall_seconds()
     call find_stability(scene, plan%points, solver, solved%state, stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
@@ -374,7 +374,7 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     if (scene%accuracy%estimates .and. solver%choices%follows_steps) call follow_coarsely(scene, &
       plan%points, solver, progress%state, new, progress%coarse, report)
-    if (.not. scene%finite_strain) then
+    if (is_linear(scene)) then
       if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
         plan%points, new, report)
       call estimate_theory(scene, plan%points, solver%contact, new, report)

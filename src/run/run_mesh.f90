@@ -17,7 +17,7 @@ module run_mesh_mod
   use initial_overlaps_mod, only: overlaps
   use held_normals_mod, only: held_normals, kept_overlaps
   use sparse_factor_mod, only: sparse_factor_t
-  use body_solver_mod, only: begin_body_solver
+  use linearisation_mod, only: begin_linearisation
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: balls_about, share_near
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, add_run, has_bound
@@ -76,7 +76,7 @@ contains
     continues = goes_on(options, scene)
     if (continues) call take_arithmetic(result_path(options, scene), plan%choices%precision, &
       plan%choices%compliance)
-    call begin_body_solver(solver%body)
+    call begin_linearisation(solver%body)
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return

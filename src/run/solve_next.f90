@@ -14,10 +14,10 @@ module solve_next_mod
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
-  use finite_forces_mod, only: tangent_t
-  use expansion_mod, only: find_free_strain
+  use bodies_mod, only: is_linear, tangent_at
   use load_response_mod, only: respond_to_loads
-  use step_solver_mod, only: step_solver_t, forget_supports, widen_interface, linearise_at
+  use linearisation_mod, only: invalidate
+  use step_solver_mod, only: step_solver_t, widen_interface, linearise_at
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
@@ -72,8 +72,8 @@ contains
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
-      if (solver%tangent_of /= progress%state%tangent_of) call take_tangent(scene, plan%points, &
-        progress%state, solver, error)
+      if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, &
+        plan%points, progress%state, solver, error)
       if (allocated(error)) return
       sizes: do
         call stop_if_signalled(error)
@@ -88,7 +88,7 @@ contains
           cycle sizes
         end if
         if (allocated(error)) return
-        if (scene%finite_strain .and. .not. solver%choices%precision%renews_tangent) then
+        if (.not. is_linear(scene) .and. .not. solver%choices%precision%renews_tangent) then
           call follow_tangent(scene, progress%state, solved, is_to_repeat)
           if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, error)
           if (allocated(error)) return
@@ -137,12 +137,11 @@ contains
     type(state_t), intent(in) :: state
     type(step_solver_t), intent(inout) :: solver
     type(error_t), allocatable, intent(out) :: error !! as of set_supports
-    real(wp) :: free(scene%mesh%n_elements) !! [-]
 
-    call find_free_strain(scene, max(1, state%tangent_step), state%tangent_position, free)
-    call linearise_at(scene, points, tangent_t(state%tangent_at, free), solver, error)
+    call linearise_at(scene, points, tangent_at(scene, state%tangent_at, state%tangent_step, &
+      state%tangent_position, is_projected=.true.), solver, error)
     if (allocated(error)) return
-    solver%tangent_of = state%tangent_of
+    solver%body%made_after = state%tangent_of
     ! A body that has turned answers to its loads as it stands.
     call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
       solver%on_tangents, error)
@@ -349,7 +348,7 @@ contains
     progress%tally%plan_revisions = progress%tally%plan_revisions + 1
     progress%in_double = 1
     progress%entered = 0
-    call forget_supports(solver)
+    call invalidate(solver%body)
     call enter_step(scene, plan, increment, progress, solver, error)
   end subroutine turn_to_double
 

@@ -9,7 +9,7 @@ module tally_mod
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t, worst_entry
   use block_diagonal_mod, only: count_entries
-  use body_solver_mod, only: solver_work_t, sum_of
+  use linearisation_mod, only: solver_work_t, sum_of
   use condensed_contact_mod, only: count_points, count_rows, count_matrix_entries
   use step_solver_mod, only: step_solver_t
   implicit none

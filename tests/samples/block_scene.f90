@@ -16,7 +16,7 @@ module block_scene
   use increment_report_mod, only: increment_report_t
   use make_plan_mod, only: make_plan
   use step_loads_mod, only: prescribed_dofs
-  use body_solver_mod, only: solver_work_t
+  use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
   use advance_mod, only: advance
   use sample_meshes, only: nodes_of_faces

@@ -1,6 +1,11 @@
-!> The bodies as the supports of a *STEP hold them: their free rigid motions, the factor of their
-!> stiffness, and the compliance of the interface it is condensed to.
-module body_solver_mod
+!> The bodies at one displacement, as the supports of a *STEP hold them: their tangent, its factor
+!> or the iteration in the place of one, the compliance of the interface it is condensed to, and the
+!> rigid motions that are free.
+!>
+!> It is made as a whole by `make_linearisation`, and serves until `invalidate`: of bodies whose
+!> forces are linear as long as the same degrees of freedom are prescribed, of others as long as
+!> iterations with it are few. Supports of obstacles alone change nothing but the motions.
+module linearisation_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
@@ -16,13 +21,14 @@ module body_solver_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
+  use bodies_mod, only: is_linear
   use finite_forces_mod, only: tangent_t
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
   use node_parts_mod, only: assemble_node_parts, node_part_t
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
-  use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
+  use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations, abandon_inverse
   use iterative_body_mod, only: numbering_t
   use new_iterative_body_mod, only: new_iterative_body
   use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
@@ -32,18 +38,21 @@ module body_solver_mod
   implicit none
   private
 
-  public :: body_solver_t, solver_work_t, begin_body_solver, make_body_solver, &
+  public :: linearisation_t, solver_work_t, begin_linearisation, make_linearisation, invalidate, &
     change_obstacle_supports, invert_schur, point_stiffness, lap, sum_of, seconds_of
 
   real(wp), parameter :: left_alone = 0.5_wp
   !! of the diagonal of the stiffness, in that of the condensed one: about, where none is found [-]
   real(wp), parameter :: few = 3.0_wp !! times its diagonal: a row of the condensed stiffness [-]
 
-  !> What depends on the supports and the interface, and on nothing else.
-  type :: body_solver_t
-    logical, allocatable :: prescribed(:, :)      !! (3,n_nodes) reference nodes included
+  type :: linearisation_t
+    ! What it is made for:
+    logical, allocatable :: prescribed(:, :)
+    !! (3,n_nodes) reference nodes included; not allocated: it serves for nothing
     type(tangent_t), allocatable :: tangent
-    !! at finite strain: what its stiffness is; not allocated: the stiffness of small strain
+    !! with the displacement it is made at; not allocated: undeformed bodies at small strain
+    integer :: made_after = 0                     !! increments done there, tangent_of of state_t
+    ! What is made:
     type(constraints_t) :: constraints            !! those that hold with these supports
     type(free_motions_t) :: motions               !! rigid motions that supports leave free
     type(stiffness_inverse_t), pointer :: inverse => null()
@@ -56,7 +65,7 @@ module body_solver_mod
     !! (n) the same of the pins, where solutions are by iteration [length/force]
   contains
     final :: release_inverse
-  end type body_solver_t
+  end type linearisation_t
 
   !> What solving for bodies and loads has taken, summed over a run.
   type :: solver_work_t
@@ -72,13 +81,13 @@ module body_solver_mod
 contains
 
   !> Find the free motions, factorise the stiffness and condense it to the interface.
-  subroutine make_body_solver(scene, choices, points, prescribed, interface, body, work, error)
+  subroutine make_linearisation(scene, choices, points, interface, body, work, error)
     type(scene_t), intent(in) :: scene
     type(choices_t), intent(in) :: choices     !! their precision and compliance
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     logical, intent(in) :: interface(:, :)     !! (3,n_nodes) what is condensed to
-    type(body_solver_t), intent(inout) :: body !! its factor may hold the analysis of the plan
+    type(linearisation_t), intent(inout) :: body
+    !! what it is made for in; its factor may hold the analysis of the plan
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
     !! a singular matrix; pieces that ties do not hold; no memory
@@ -88,14 +97,14 @@ contains
     real(wp) :: clock, condensed
     integer :: n_stiffnesses, n_schur
 
-    if (.not. associated(body%inverse)) call begin_body_solver(body)
+    if (.not. associated(body%inverse)) call begin_linearisation(body)
     body%inverse%factor%precision = choices%precision
-    call hold_bodies(scene, points, prescribed, body, error)
+    call hold_bodies(scene, points, body, error)
     if (allocated(error)) return
     clock = wall_seconds()
     associate (inverse => body%inverse)
-      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, prescribed), interface, &
-        body%constraints)
+      inverse%map = make_dof_map(scene%mesh%body, hold_pins(body%motions, body%prescribed), &
+        interface, body%constraints)
       inverse%is_condensed = choices%compliance /= compliance_products
       if (choices%precision%iterative) then
         call make_iterative(scene, points, interface, body, work, error)
@@ -103,13 +112,8 @@ contains
       end if
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      if (allocated(body%tangent)) then
-        call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses, body%tangent)
-      else
-        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses)
-      end if
+      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+        n_stiffnesses, body%tangent)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then
@@ -153,32 +157,30 @@ contains
       inverse%condition = max(inverse%condition, condensed*norm_of_blocks(inverse%compliance))
     end associate
     call lap(clock, work%condense)
-  end subroutine make_body_solver
+  end subroutine make_linearisation
 
   !> What supports and constraints hold of the bodies, and the motions that they leave free.
-  subroutine hold_bodies(scene, points, prescribed, body, error)
+  subroutine hold_bodies(scene, points, body, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
-    type(body_solver_t), intent(inout) :: body
+    type(linearisation_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error
     !! pieces that ties do not hold; motions that iteration does not cover; LAPACK failed
 
-    call find_motions(scene, points, prescribed, body, error)
+    call find_motions(scene, points, body, error)
     if (allocated(error)) return
     if (body%inverse%factor%precision%iterative) call check_motions(body%motions, error)
     if (allocated(error)) return
-    body%prescribed = prescribed
-    body%constraints = active_constraints(scene%constraints, prescribed)
-    call check_pieces(scene%mesh, body%constraints, prescribed, body%motions, error)
+    body%constraints = active_constraints(scene%constraints, body%prescribed)
+    call check_pieces(scene%mesh, body%constraints, body%prescribed, body%motions, error)
   end subroutine hold_bodies
 
   !> An iterative solver in the place of a factor, of bodies whose supports and motions are known.
   subroutine make_iterative(scene, points, interface, body, work, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: interface(:, :)     !! (3,n_nodes) as of make_body_solver
-    type(body_solver_t), intent(inout) :: body
+    logical, intent(in) :: interface(:, :)     !! (3,n_nodes) as of make_linearisation
+    type(linearisation_t), intent(inout) :: body
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error !! METIS or the library failed; no memory
     type(numbering_t) :: numbering
@@ -247,15 +249,27 @@ contains
   end subroutine check_motions
 
   !> An inverse for the factor to be in, once.
-  subroutine begin_body_solver(body)
-    type(body_solver_t), intent(inout) :: body
+  subroutine begin_linearisation(body)
+    type(linearisation_t), intent(inout) :: body
 
     allocate (body%inverse)
-  end subroutine begin_body_solver
+  end subroutine begin_linearisation
+
+  !> What was made serves for nothing any more; the analysis of the factor stays for the next.
+  subroutine invalidate(body)
+    type(linearisation_t), intent(inout) :: body
+
+    if (allocated(body%prescribed)) deallocate (body%prescribed)
+    if (allocated(body%tangent)) deallocate (body%tangent)
+    body%made_after = 0
+    if (.not. associated(body%inverse)) return
+    if (allocated(body%inverse%failure)) deallocate (body%inverse%failure)
+    call abandon_inverse(body%inverse)
+  end subroutine invalidate
 
   !> Give the inverse back, and the factor with it.
   subroutine release_inverse(body)
-    type(body_solver_t), intent(inout) :: body
+    type(linearisation_t), intent(inout) :: body
 
     if (associated(body%inverse)) deallocate (body%inverse)
   end subroutine release_inverse
@@ -267,7 +281,7 @@ contains
     integer, intent(in) :: start(:), neighbours(:) !! of the nodes, as of coupled_nodes
     integer, intent(in) :: order(:)                !! (n_free) of elimination
     type(triplets_t), intent(in) :: k              !! with its values; made anew where it is shared
-    type(body_solver_t), intent(inout) :: body
+    type(linearisation_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     type(triplets_t) :: whole
     type(near_schur_t) :: schur
@@ -298,7 +312,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(triplets_t), intent(in) :: k     !! with its values
     type(dof_map_t), intent(in) :: whole  !! of k
-    type(body_solver_t), intent(inout) :: body
+    type(linearisation_t), intent(inout) :: body
     real(wp) :: diagonal(k%n), of_nodes(3, n_nodes)
     integer :: index(3), i, a
 
@@ -326,7 +340,7 @@ contains
   subroutine estimate_condition(scene, k, body, error)
     type(scene_t), intent(in) :: scene
     type(triplets_t), intent(in) :: k     !! with its values
-    type(body_solver_t), intent(inout) :: body
+    type(linearisation_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     type(norm_estimate_t) :: norm
     real(wp), allocatable :: x(:), b(:, :)
@@ -357,31 +371,29 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
-    type(body_solver_t), intent(inout) :: body
+    type(linearisation_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
 
     body%prescribed = prescribed
-    call find_motions(scene, points, prescribed, body, error)
+    call find_motions(scene, points, body, error)
   end subroutine change_obstacle_supports
 
   !> The motions that supports leave free, with pins that hold bodies where the stiffness is of.
-  subroutine find_motions(scene, points, prescribed, body, error)
+  subroutine find_motions(scene, points, body, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
-    type(body_solver_t), intent(inout) :: body !! gets them
+    type(linearisation_t), intent(inout) :: body !! gets them
     type(error_t), allocatable, intent(out) :: error
     !! LAPACK failed; at finite strain, joined bodies are free
+    real(wp) :: at(3, scene%mesh%n_nodes) !! the displacement that it is made at [length]
     integer :: j
 
-    if (allocated(body%tangent)) then
-      call find_free_motions(moved_mesh(scene%mesh, body%tangent%at), prescribed, &
-        ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, scene%constraints)
-    else
-      call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-        contact_nodes(points), body%motions, error, scene%constraints)
-    end if
-    if (allocated(error) .or. .not. scene%finite_strain) return
+    at = 0.0_wp
+    if (allocated(body%tangent)) at = body%tangent%at
+    call find_free_motions(moved_mesh(scene%mesh, at), body%prescribed, &
+      ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, scene%constraints)
+    if (allocated(error) .or. is_linear(scene)) return
+    body%motions%are_finite = .true.
     do j = 1, body%motions%n
       if (.not. is_joined(body%motions, body%motions%body(j))) cycle
       call raise(error, exit_not_solved, 'NLGEOM does not cover bodies that equations or '// &
@@ -444,4 +456,4 @@ contains
     clock = now
   end subroutine lap
 
-end module body_solver_mod
+end module linearisation_mod
