@@ -10,7 +10,7 @@ module face_couplings_mod
   use dense_mod, only: invert_general
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
-  use face4_mod, only: face_node_areas
+  use faces_mod, only: face_node_areas
   use kinds_mod, only: wp
   use mesh_draft_mod, only: add_node_beside
   use scene_mod, only: coupled_rotation_t

@@ -10,7 +10,7 @@ module surface_pairs_mod
     face_each_other
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
-  use face4_mod, only: face_area_vectors
+  use faces_mod, only: face_area_vectors
   use obstacle_shapes_mod, only: holds_turned_away, how_to_turn_round, is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t

@@ -1,11 +1,11 @@
 !> Surfaces: faces of elements, or nodes.
 module surfaces_mod
-  use cells_mod, only: face_corners
-  use connectivity_mod, only: connectivity_t, nodes_of_face
+  use cells_mod, only: face_corners, face_nodes
+  use connectivity_mod, only: all_nodes_of_face, connectivity_t, nodes_of_face
   implicit none
   private
 
-  public :: surface_t, nodes_of, bare_nodes
+  public :: surface_t, nodes_of, all_nodes_of, bare_nodes
 
   !> A surface, named or of loaded faces. Made of faces: the nodes are theirs; made of nodes: the
   !> faces are those whose corners it has, and there may be none.
@@ -17,7 +17,7 @@ module surfaces_mod
 
 contains
 
-  !> The nodes of faces, anticlockwise from outside.
+  !> The corners of faces, anticlockwise from outside.
   pure function nodes_of(faces, connectivity) result(nodes)
     integer, intent(in) :: faces(:, :)        !! (2,n_faces) element, face 1..6
     type(connectivity_t), intent(in) :: connectivity
@@ -28,6 +28,18 @@ contains
       nodes(:, f) = nodes_of_face(connectivity, faces(1, f), faces(2, f))
     end do
   end function nodes_of
+
+  !> All nodes of faces: the corners, then the middles of edges.
+  pure function all_nodes_of(faces, connectivity) result(nodes)
+    integer, intent(in) :: faces(:, :)        !! (2,n_faces) element, face 1..6
+    type(connectivity_t), intent(in) :: connectivity
+    integer :: nodes(face_nodes, size(faces, 2)) !! as of all_nodes_of_face
+    integer :: f
+
+    do f = 1, size(faces, 2)
+      nodes(:, f) = all_nodes_of_face(connectivity, faces(1, f), faces(2, f))
+    end do
+  end function all_nodes_of
 
   !> The nodes of a surface that none of its faces has.
   pure function bare_nodes(surface, connectivity, n_nodes) result(nodes)
@@ -40,7 +52,7 @@ contains
 
     on_face = .false.
     do f = 1, size(surface%faces, 2)
-      on_face(nodes_of_face(connectivity, surface%faces(1, f), surface%faces(2, f))) = .true.
+      on_face(all_nodes_of_face(connectivity, surface%faces(1, f), surface%faces(2, f))) = .true.
     end do
     nodes = pack(surface%nodes, .not. on_face(surface%nodes))
   end function bare_nodes

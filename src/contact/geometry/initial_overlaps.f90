@@ -11,7 +11,7 @@ module initial_overlaps_mod
   use increment_report_mod, only: contact_fields_t, status_open
   use surfaces_mod, only: surface_t
   use hexahedron8_mod, only: volume
-  use face4_mod, only: face_node_areas
+  use faces_mod, only: face_node_areas
   use interference_mod, only: has_interference, set_extra_gap
   use placement_mod, only: placement_t, place_undeformed
   implicit none
