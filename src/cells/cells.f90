@@ -106,7 +106,7 @@ module cells_mod
     half*(corners_of_wedge(:, edges_of_wedge(1, :9)) + &
     corners_of_wedge(:, edges_of_wedge(2, :9)))], [3, 20], pad=none)
 
-  ! Quadrature: Gauss's on lines, 3 points on triangles, the centre of a tetrahedron or 4 points.
+  ! Quadrature: Gauss's on lines, 3 or 6 points on triangles, the centre of a tetrahedron or 4 points.
   ! Only rigid motions have no strain at these; at two points of the 6-node wedge another has none,
   ! and at 8 of the 20-node hexahedron six others, which elements around it may hold.
   ! Pyramids have the points of the hexahedron that they are where its upper nodes are one.
@@ -130,8 +130,20 @@ module cells_mod
     sixth, sixth, 4.0_wp*sixth, sixth, sixth, 4.0_wp*sixth], [2, 3])
   real(wp), parameter :: points_6(3, 6) = transpose(reshape([spread(triangle_3(1, :), 2, 2), &
     spread(triangle_3(2, :), 2, 2), spread([-gauss_2, gauss_2], 1, 3)], [6, 3]))
-  real(wp), parameter :: points_9(3, 9) = transpose(reshape([spread(triangle_3(1, :), 2, 3), &
-    spread(triangle_3(2, :), 2, 3), spread(line_3, 1, 3)], [9, 3]))
+  ! The rule of degree 4 with 6 points: two groups of three, the roots and weights in closed form.
+  real(wp), parameter :: root_10 = sqrt(10.0_wp), part_of_10 = sqrt(38.0_wp - 44.0_wp*sqrt(0.4_wp))
+  real(wp), parameter :: inside = (8.0_wp - root_10 + part_of_10)/18.0_wp
+  real(wp), parameter :: outside = (8.0_wp - root_10 - part_of_10)/18.0_wp
+  real(wp), parameter :: weight_part = sqrt(213125.0_wp - 53320.0_wp*root_10)
+  real(wp), parameter :: triangle_weight_6(6) = 0.5_wp*[spread((620.0_wp + weight_part)/3720.0_wp, &
+    1, 3), spread((620.0_wp - weight_part)/3720.0_wp, 1, 3)]
+  real(wp), parameter :: triangle_6(2, 6) = reshape([inside, inside, 1.0_wp - 2.0_wp*inside, &
+    inside, inside, 1.0_wp - 2.0_wp*inside, outside, outside, 1.0_wp - 2.0_wp*outside, outside, &
+    outside, 1.0_wp - 2.0_wp*outside], [2, 6])
+  real(wp), parameter :: points_18(3, 18) = transpose(reshape([spread(triangle_6(1, :), 2, 3), &
+    spread(triangle_6(2, :), 2, 3), spread(line_3, 1, 6)], [18, 3]))
+  real(wp), parameter :: weights_18(18) = [spread(triangle_weight_6, 2, 3)]* &
+    [spread(line_weight_3, 1, 6)]
   real(wp), parameter :: height_8(8) = half*(1.0_wp + gauss_2*corners_of_hexahedron(3, :))
   real(wp), parameter :: points_8(3, 8) = transpose(reshape([ &
     gauss_2*corners_of_hexahedron(1, :)*(1.0_wp - height_8), &
@@ -163,10 +175,9 @@ module cells_mod
       reshape(corners_of_wedge, [3, 20], pad=none), edges_of_wedge, [3, 3, 4, 4, 4, 0], &
       merge(faces_of_wedge, 0, faces_of_wedge <= 6), [1, 2, 3, 3, 4, 5, 6, 6], &
       reshape(points_6, [3, 27], pad=none), reshape(spread(sixth, 1, 6), [27], pad=none)), &
-    cell_t('15-node wedge', 26, 15, 6, 9, 5, 9, [1, 1, 2], 2, &
+    cell_t('15-node wedge', 26, 15, 6, 9, 5, 18, [1, 1, 2], 4, &
       places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, [1, 2, 3, 3, 4, 5, 6, 6], &
-      reshape(points_9, [3, 27], pad=none), &
-      reshape(sixth*spread(line_weight_3, 1, 3), [27], pad=none)), &
+      reshape(points_18, [3, 27], pad=none), reshape(weights_18, [27], pad=none)), &
     cell_t('5-node pyramid', 14, 5, 5, 8, 5, 8, [1, 2, 0], 1, &
       reshape(corners_of_pyramid, [3, 20], pad=none), edges_of_pyramid, [4, 3, 3, 3, 3, 0], &
       faces_of_pyramid, [1, 2, 3, 4, 5, 5, 5, 5], reshape(points_8, [3, 27], pad=none), &

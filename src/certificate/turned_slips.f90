@@ -8,6 +8,7 @@ module turned_slips_mod
   use contact_points_mod, only: contact_points_t
   use scene_mod, only: scene_t, pair_turns
   use state_mod, only: state_t
+  use edge_middles_mod, only: edge_middles_t, find_edge_middles, vector_at_point
   implicit none
   private
 
@@ -30,19 +31,21 @@ contains
     type(state_t), intent(in) :: old, new
     type(turned_slips_t) :: turned
     real(wp) :: before(3, 3), after(3, 3), chord(3)
+    type(edge_middles_t) :: middles
     integer :: i
 
     allocate (turned%slip(2, points%n), source=0.0_wp)
     allocate (turned%is_turned(points%n), source=.false.)
     if (.not. any(scene%obstacles%turns)) return
+    call find_edge_middles(scene, points, middles)
     do i = 1, points%n
       turned%is_turned(i) = pair_turns(scene, points%pair(i))
       if (.not. turned%is_turned(i)) cycle
       associate (obstacle => scene%pairs(points%pair(i))%master)
         before = orientation(old%rotation(:, obstacle))
         after = orientation(new%rotation(:, obstacle))
-        chord = matmul(arm_of(scene, points, i, new), after) - &
-          matmul(arm_of(scene, points, i, old), before)
+        chord = matmul(arm_of(scene, points, middles, i, new), after) - &
+          matmul(arm_of(scene, points, middles, i, old), before)
         chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
           before), chord)
         turned%slip(:, i) = matmul(chord, frame(:, 2:, i))
@@ -51,16 +54,18 @@ contains
   end function slips_of_turns
 
   !> Where a point is, from the reference node of its obstacle.
-  pure function arm_of(scene, points, i, state) result(arm)
+  pure function arm_of(scene, points, middles, i, state) result(arm)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
     integer, intent(in) :: i
     type(state_t), intent(in) :: state
     real(wp) :: arm(3) !! [length]
 
     associate (node => points%node(i), x => scene%mesh%coordinates, u => state%displacement, &
                ref_node => scene%obstacles(scene%pairs(points%pair(i))%master)%ref_node)
-      arm = (x(:, node) - x(:, ref_node)) + (u(:, node) - u(:, ref_node))
+      arm = (vector_at_point(middles, node, i, x) - x(:, ref_node)) + &
+        (vector_at_point(middles, node, i, u) - u(:, ref_node))
     end associate
   end function arm_of
 
@@ -72,19 +77,21 @@ contains
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     real(wp) :: work  !! [energy]
+    type(edge_middles_t) :: middles
     real(wp) :: turn(3)
     integer :: i
 
     work = 0.0_wp
     if (.not. any(scene%obstacles%turns)) return
+    call find_edge_middles(scene, points, middles)
     do i = 1, points%n
       if (.not. pair_turns(scene, points%pair(i))) cycle
       associate (obstacle => scene%pairs(points%pair(i))%master)
         turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
           transpose(orientation(old%rotation(:, obstacle)))))
         work = work + 0.5_wp*dot_product(turn, &
-          cross(arm_of(scene, points, i, old), old%reaction(:, i)) + &
-          cross(arm_of(scene, points, i, new), new%reaction(:, i)))
+          cross(arm_of(scene, points, middles, i, old), old%reaction(:, i)) + &
+          cross(arm_of(scene, points, middles, i, new), new%reaction(:, i)))
       end associate
     end do
   end function work_of_torques

@@ -5,7 +5,8 @@ module placement_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, find_side_points
+  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, &
+    find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t, enough
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
@@ -170,9 +171,10 @@ contains
             normal)
           gap = gap + points%extra_gap(i)
           placement%frame(:, :, i) = local_frame(normal)
-          placement%reference(:, i) = u(:, node) - shift
+          placement%reference(:, i) = of_slave(points, i, u) - shift
         end associate
       end do
+      call combine_along_edges(points, first, last, placement%gap)
       placement%covered_area(first:last) = points%area(first:last)
       placement%least_gap(first:last) = no_gap
       ! A rigid master moves as its reference node does.
@@ -181,6 +183,23 @@ contains
         spread(1.0_wp, 1, n*(last - first + 1)))
     end associate
   end subroutine place_before_obstacle
+
+  !> Gaps of nodes in the middles of edges become those of their points, as displacements do: those
+  !> of all nodes at their places, of which the ends of edges keep theirs. docs/theory.md (11.29).
+  pure subroutine combine_along_edges(points, first, last, gap)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: first, last       !! of a pair
+    real(wp), intent(inout) :: gap(:)        !! (n_points) [length]
+    integer :: i
+
+    if (.not. allocated(points%alpha)) return
+    do i = first, last
+      if (.not. is_in_middle(points, i)) cycle
+      associate (alpha => points%alpha(i), ends => points%end_point(:, i))
+        gap(i) = (gap(i) - alpha*(gap(ends(1)) + gap(ends(2))))/(1.0_wp - 2.0_wp*alpha)
+      end associate
+    end do
+  end subroutine combine_along_edges
 
   !> An obstacle as it has turned.
   pure function as_turned(scene, master, rotation) result(obstacle)
