@@ -1,5 +1,5 @@
 !> Contact points of nodes in the middles of edges, for the certificate: what the ends of an edge
-!> have part in, found from the elements. docs/theory.md (11.29).
+!> have part in, found from the elements. docs/theory.md (9.11).
 !>
 !> A point of such a node is q = (u_m - a (u_1 + u_2))/(1 - 2 a), with a = 1/4 where a slave face with
 !> four corners has the edge, else 1/5. What is said of displacements is said of gaps and slips too,
@@ -8,7 +8,7 @@ module edge_middles_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, weights_t
   implicit none
   private
 
@@ -25,17 +25,18 @@ module edge_middles_mod
 
 contains
 
-  !> Which points are such, as the elements behind slave faces say; those that supports hold are
-  !> none, which the points say.
-  pure subroutine find_edge_middles(scene, points, middles)
+  !> Which points are such, as the elements behind slave faces say; which of them are alone is taken
+  !> as it is said.
+  pure subroutine find_edge_middles(scene, points, weights, middles)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights   !! those that are alone
     type(edge_middles_t), intent(out) :: middles
     integer :: ends(2, scene%mesh%n_nodes), point(scene%mesh%n_nodes)
     real(wp) :: a(scene%mesh%n_nodes)
     integer :: pair, i, f, obstacle
 
-    if (.not. allocated(points%is_alone)) return
+    if (.not. allocated(weights%alone)) return
     allocate (middles%ends(2, points%n), middles%nodes(2, points%n), source=0)
     allocate (middles%a(points%n), source=0.0_wp)
     ends = 0
@@ -53,7 +54,7 @@ contains
         if (scene%pairs(points%pair(i))%master == obstacle) point(points%node(i)) = i
       end do
       do i = 1, points%n
-        if (scene%pairs(points%pair(i))%master /= obstacle .or. points%is_alone(i)) cycle
+        if (scene%pairs(points%pair(i))%master /= obstacle .or. weights%alone(i)) cycle
         associate (node => points%node(i))
           if (ends(1, node) == 0) cycle
           if (any(point(ends(:, node)) == 0)) cycle

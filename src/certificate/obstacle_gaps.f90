@@ -28,7 +28,7 @@ contains
     real(wp) :: axes(3, 3), place(3), along(3), moved(3), way(3), arm(3), gap, normal(3)
     integer :: pair, i
 
-    call find_edge_middles(scene, points, middles)
+    call find_edge_middles(scene, points, contact%weights, middles)
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master == 0) cycle
       associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &

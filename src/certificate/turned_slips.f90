@@ -8,7 +8,7 @@ module turned_slips_mod
   use contact_points_mod, only: contact_points_t
   use scene_mod, only: scene_t, pair_turns
   use state_mod, only: state_t
-  use edge_middles_mod, only: edge_middles_t, find_edge_middles, vector_at_point
+  use edge_middles_mod, only: edge_middles_t, vector_at_point
   implicit none
   private
 
@@ -24,20 +24,19 @@ contains
 
   !> The slips of an increment past obstacles that turn: the chord on which a point goes over the
   !> material, as the obstacle stands halfway. docs/theory.md (9.8).
-  pure function slips_of_turns(scene, points, frame, old, new) result(turned)
+  pure function slips_of_turns(scene, points, middles, frame, old, new) result(turned)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     type(state_t), intent(in) :: old, new
     type(turned_slips_t) :: turned
     real(wp) :: before(3, 3), after(3, 3), chord(3)
-    type(edge_middles_t) :: middles
     integer :: i
 
     allocate (turned%slip(2, points%n), source=0.0_wp)
     allocate (turned%is_turned(points%n), source=.false.)
     if (.not. any(scene%obstacles%turns)) return
-    call find_edge_middles(scene, points, middles)
     do i = 1, points%n
       turned%is_turned(i) = pair_turns(scene, points%pair(i))
       if (.not. turned%is_turned(i)) cycle
@@ -72,18 +71,17 @@ contains
   !> The work of the torques that turn the obstacles, in an increment, by the trapezoidal rule.
   !>
   !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (9.9).
-  pure function work_of_torques(scene, points, old, new) result(work)
+  pure function work_of_torques(scene, points, middles, old, new) result(work)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
     type(state_t), intent(in) :: old, new
     real(wp) :: work  !! [energy]
-    type(edge_middles_t) :: middles
     real(wp) :: turn(3)
     integer :: i
 
     work = 0.0_wp
     if (.not. any(scene%obstacles%turns)) return
-    call find_edge_middles(scene, points, middles)
     do i = 1, points%n
       if (.not. pair_turns(scene, points%pair(i))) cycle
       associate (obstacle => scene%pairs(points%pair(i))%master)

@@ -281,7 +281,7 @@ contains
 
       has_middles = .false.
       do k = 1, size(active)
-        has_middles = has_middles .or. is_in_middle(points, active(k))
+        has_middles = has_middles .or. is_in_middle(points, placement%weights, active(k))
       end do
     end function has_middles
 

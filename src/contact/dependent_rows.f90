@@ -180,7 +180,7 @@ contains
     do l = 1, m
       i = rows%point(l)
       n = 0
-      call list_slave(points, i, n_slaves, slave, factor)
+      call list_slave(points, weights, i, n_slaves, slave, factor)
       do k = 1, n_slaves
         call add_node(slave(k), factor(k))
       end do

@@ -52,7 +52,7 @@ contains
     real(wp) :: d(3)
     integer :: k
 
-    d = of_slave(points, i, u)
+    d = of_slave(points, weights, i, u)
     do k = weights%first(i), weights%first(i + 1) - 1
       d = d - weights%weight(k)*u(:, weights%node(k))
     end do
@@ -77,7 +77,7 @@ contains
 
     force = 0.0_wp
     do i = 1, points%n
-      call add_to_slave(points, i, reaction(:, i), force)
+      call add_to_slave(points, weights, i, reaction(:, i), force)
       do k = weights%first(i), weights%first(i + 1) - 1
         associate (node => weights%node(k))
           force(:, node) = force(:, node) - weights%weight(k)*reaction(:, i)
@@ -149,10 +149,10 @@ contains
     integer :: i
 
     can_move = movable(scene, prescribed)
-    points%is_alone = .true.
+    points%is_held = .true.
     call place_undeformed(scene, points, undeformed)
     do i = 1, points%n
-      points%is_alone(i) = .not. any(can_move(:, points%node(i)) .and. &
+      points%is_held(i) = .not. any(can_move(:, points%node(i)) .and. &
         abs(undeformed%frame(:, 1, i)) > straight)
     end do
   end subroutine find_held_middles
@@ -180,7 +180,7 @@ contains
       if (.not. points%in_reach(i)) cycle
       if (.not. is_covered(points, weights, i)) cycle
       free = movable(:, points%node(i))
-      if (.not. is_in_middle(points, i)) then
+      if (.not. is_in_middle(points, weights, i)) then
         do k = weights%first(i), weights%first(i + 1) - 1
           if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
         end do
@@ -247,7 +247,7 @@ contains
     real(wp) :: part(3), factor(3)
     integer :: k, n, node(3)
 
-    call list_slave(points, i, n, node, factor)
+    call list_slave(points, weights, i, n, node, factor)
     motion = 0.0_wp
     magnitude = 0.0_wp
     do k = 1, n
@@ -279,7 +279,7 @@ contains
     do pass = 1, 2
       n = 0
       do i = 1, points%n
-        call list_slave(points, i, n_slaves, node, factor)
+        call list_slave(points, weights, i, n_slaves, node, factor)
         do k = 1, n_slaves
           slave(:, k) = interface_equations_of(map, node(k))
         end do

@@ -29,6 +29,7 @@ module advance_mod
   use finite_forces_mod, only: finite_strain_energy, work_of_heat
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy
   use turned_slips_mod, only: work_of_torques
+  use edge_middles_mod, only: edge_middles_t, find_edge_middles
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
   use follow_points_mod, only: rounding_of_places, carried_slip
@@ -277,7 +278,9 @@ contains
     type(placement_t) :: began
     real(wp) :: strain_energy, of_heat
     real(wp) :: before(scene%mesh%n_elements) !! strain by free expansion [-]
+    type(edge_middles_t) :: middles
 
+    call find_edge_middles(scene, points, report%contact%weights, middles)
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
     new%slip = carried_slip(points, began, trial%placement, old%slip) + &
@@ -299,7 +302,7 @@ contains
       of_heat = 0.0_wp
     end if
     call energy_balance(report%contact, old, new, strain_energy, report%energy, &
-      work_of_torques(scene, points, old, new) + work_on_overlaps(scene, points, &
+      work_of_torques(scene, points, middles, old, new) + work_on_overlaps(scene, points, &
       solver%first_gap, began, trial%placement, old, new) + of_heat, energy_of_heat(scene, new))
   end subroutine finish
 

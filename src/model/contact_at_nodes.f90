@@ -23,7 +23,7 @@ contains
     integer :: i, k
 
     do i = 1, points%n
-      call add_to_slave(points, i, state%reaction(:, i), forces)
+      call add_to_slave(points, contact%weights, i, state%reaction(:, i), forces)
       if (scene%pairs(points%pair(i))%master > 0) cycle
       associate (weights => contact%weights)
         do k = weights%first(i), weights%first(i + 1) - 1

@@ -84,8 +84,8 @@ contains
                    i))%master), u => source%state%displacement, &
                  x => source%scene%mesh%coordinates)
         associate (ref_node => obstacle%ref_node)
-          values(:, ref_node) = values(:, ref_node) + cross(of_slave(source%points, i, x) - &
-            x(:, ref_node) + of_slave(source%points, i, u) - u(:, ref_node), &
+          values(:, ref_node) = values(:, ref_node) + cross(of_slave(source%points, &
+            source%report%contact%weights, i, x + u) - x(:, ref_node) - u(:, ref_node), &
             source%state%reaction(:, i))
         end associate
       end associate

@@ -248,8 +248,8 @@ contains
     integer :: i
 
     do i = source%first, source%last
-      values(1, :) = values(1, :) + cross(of_slave(source%points, i, &
-        source%scene%mesh%coordinates), source%state%reaction(:, i))
+      values(1, :) = values(1, :) + cross(of_slave(source%points, &
+        source%report%contact%weights, i, source%scene%mesh%coordinates), source%state%reaction(:, i))
     end do
     values(1, :) = values(1, :) + cross(source%scene%mesh%origin, sum(source%state%reaction(:, &
       source%first:source%last), dim=2))
@@ -330,8 +330,8 @@ contains
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
       do i = source%first, source%last
-        values(1, :) = values(1, :) - cross(of_slave(source%points, i, x) + of_slave( &
-          source%points, i, u) - centre, source%state%reaction(:, i))
+        values(1, :) = values(1, :) - cross(of_slave(source%points, &
+          source%report%contact%weights, i, x + u) - centre, source%state%reaction(:, i))
       end do
     end associate
   end subroutine torque

@@ -35,6 +35,7 @@ contains
     integer, allocatable :: ends(:, :)
     real(wp), allocatable :: alpha(:)
     integer :: pair, side, i, k, slot, begin
+    logical :: is_bent
 
     allocate (points%first(size(scene%pairs) + 1))
     call list_master_nodes(scene, points)
@@ -59,6 +60,7 @@ contains
         call share_areas(surface%nodes, ends, alpha, area)
         if (allocated(scene%mesh%hangs)) call fold_to_parents(scene%mesh%hangs, &
           scene%mesh%between, scene%mesh%n_given, area)
+        is_bent = any_bent(scene%mesh%coordinates, surface%nodes, ends)
         begin = slot
         do side = 1, n_sides(points, pair)
           slot = begin
@@ -70,7 +72,7 @@ contains
             points%node(k) = surface%nodes(i)
             points%area(k) = area(surface%nodes(i))
             points%mu(k) = scene%pairs(pair)%mu
-            points%is_curved(k) = .not. has_fixed_normals(scene, pair)
+            points%is_curved(k) = .not. has_fixed_normals(scene, pair) .or. is_bent
             points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
           end do
         end do
@@ -82,7 +84,7 @@ contains
     call find_extra_gaps(scene, points)
   end subroutine find_points
 
-  !> The nodes in the middles of the edges of slave faces: the ends of the edge, and alpha of (11.29).
+  !> The nodes in the middles of the edges of slave faces: the ends of the edge, and alpha of (9.11).
   pure subroutine find_edges(scene, ends, alpha)
     type(scene_t), intent(in) :: scene
     integer,  allocatable, intent(out) :: ends(:, :) !! (2,n_nodes) 0 of other nodes
@@ -112,8 +114,26 @@ contains
     end do
   end subroutine find_edges
 
+  !> Whether an edge is bent: where its middle touches a plane its ends may not.
+  pure logical function any_bent(x, nodes, ends)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    integer, intent(in) :: nodes(:)      !! of a surface
+    integer, intent(in) :: ends(:, :)    !! as of find_edges
+    real(wp), parameter :: straight = 1.0e-9_wp !! digits of decks [-]
+    integer :: i
+
+    any_bent = .false.
+    do i = 1, size(nodes)
+      if (ends(1, nodes(i)) == 0) cycle
+      associate (one => x(:, ends(1, nodes(i))), other => x(:, ends(2, nodes(i))))
+        any_bent = any_bent .or. norm2(x(:, nodes(i)) - 0.5_wp*(one + other)) > straight* &
+          norm2(one - other)
+      end associate
+    end do
+  end function any_bent
+
   !> The areas of the points from those of the nodes, int N dA: a node in the middle of an edge gives
-  !> alpha of its own to each end. docs/theory.md (11.31).
+  !> alpha of its own to each end. docs/theory.md (9.12).
   pure subroutine share_areas(nodes, ends, alpha, area)
     integer, intent(in) :: nodes(:)         !! of the surface
     integer, intent(in) :: ends(:, :)       !! as of find_edges
@@ -140,7 +160,7 @@ contains
 
     allocate (points%end_point(2, points%n), source=0)
     allocate (points%alpha(points%n), source=0.0_wp)
-    allocate (points%is_alone(points%n), source=.false.)
+    allocate (points%is_held(points%n), source=.false.)
     do pair = 1, size(scene%pairs)
       master = scene%pairs(pair)%master
       if (master == 0) cycle
