@@ -20,10 +20,10 @@ module cells_mod
   implicit none
   private
 
-  public :: cell_t, cells, face_corners
+  public :: cell_t, cells, face_corners, face_nodes, most_nodes, most_points, has_middles
   public :: hexahedron_nodes, hexahedron_points
   public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15, &
-    pyramid_5
+    pyramid_5, hexahedron_20_reduced, hexahedron_20_of_14
 
   ! The room of lists is what a hexahedron with mid-side nodes takes. Rows of the table that have
   ! another do not compile.
@@ -33,7 +33,8 @@ module cells_mod
   integer, parameter :: face_corners = 4            !! of a face, at most
   integer, parameter :: face_nodes = 2*face_corners !! of a face, at most
 
-  !> A cell. Lists that are shorter than their room end with zeros.
+  !> A cell with its quadrature: elements that differ in this alone are rows of their own. Lists
+  !> that are shorter than their room end with zeros.
   type :: cell_t
     character(22) :: name              !! for messages
     integer :: vtk_type                !! in files of VTK
@@ -48,7 +49,8 @@ module cells_mod
     integer :: face(face_nodes, most_faces)
     !! corners, anticlockwise from outside, then the mid-side nodes, that of corners 1 and 2 first
     integer :: as_hexahedron(most_corners)
-    !! the nodes of the 8-node hexahedron that it is where some of these are one; 0: it is none
+    !! the corners of the 8-node hexahedron that it is where some of these are one; of a cell with
+    !! mid-side nodes, that it is where edges are straight
     real(wp) :: point(3, most_points)  !! of the quadrature, natural coordinates [-]
     real(wp) :: weight(most_points)    !! their sum is the volume in natural coordinates [-]
   end type cell_t
@@ -57,6 +59,7 @@ module cells_mod
   integer, parameter :: hexahedron_8 = 1, hexahedron_20 = 2
   integer, parameter :: tetrahedron_4 = 3, tetrahedron_10 = 4
   integer, parameter :: wedge_6 = 5, wedge_15 = 6, pyramid_5 = 7
+  integer, parameter :: hexahedron_20_reduced = 8, hexahedron_20_of_14 = 9
 
   real(wp), parameter :: none(1) = 0.0_wp
   real(wp), parameter :: half = 0.5_wp
@@ -103,8 +106,9 @@ module cells_mod
     half*(corners_of_wedge(:, edges_of_wedge(1, :9)) + &
     corners_of_wedge(:, edges_of_wedge(2, :9)))], [3, 20], pad=none)
 
-  ! Quadrature: Gauss's on lines, 3 points on triangles, the centre of a tetrahedron or 4 points.
-  ! Only rigid motions have no strain at these; at two points of the 6-node wedge another has none.
+  ! Quadrature: Gauss's on lines, 3 or 6 points on triangles, the centre of a tetrahedron or 4 points.
+  ! Only rigid motions have no strain at these; at two points of the 6-node wedge another has none,
+  ! and at 8 of the 20-node hexahedron six others, which elements around it may hold.
   ! Pyramids have the points of the hexahedron that they are where its upper nodes are one.
   real(wp), parameter :: gauss_2 = 1.0_wp/sqrt(3.0_wp)
   real(wp), parameter :: gauss_3 = sqrt(0.6_wp)
@@ -114,13 +118,32 @@ module cells_mod
     spread(spread(line_3, 1, 3), 3, 3), spread(line_3, 1, 9)], [27, 3]))
   real(wp), parameter :: weights_27(27) = [spread(line_weight_3, 2, 9)]* &
     [spread(spread(line_weight_3, 1, 3), 3, 3)]*[spread(line_weight_3, 1, 9)]
+  ! Irons's rule of 14 points: 6 on the axes, 8 on the diagonals.
+  real(wp), parameter :: on_axis = sqrt(19.0_wp/30.0_wp), on_diagonal = sqrt(19.0_wp/33.0_wp)
+  real(wp), parameter :: axes(3, 6) = reshape([real(wp) :: -1, 0, 0,  1, 0, 0,  0, -1, 0, &
+    0, 1, 0,  0, 0, -1,  0, 0, 1], [3, 6])
+  real(wp), parameter :: points_14(3, 14) = reshape([on_diagonal*corners_of_hexahedron, &
+    on_axis*axes], [3, 14])
+  real(wp), parameter :: weights_14(14) = [spread(121.0_wp, 1, 8), spread(320.0_wp, 1, 6)]/361.0_wp
   real(wp), parameter :: sixth = 1.0_wp/6.0_wp
   real(wp), parameter :: triangle_3(2, 3) = reshape([ &
     sixth, sixth, 4.0_wp*sixth, sixth, sixth, 4.0_wp*sixth], [2, 3])
   real(wp), parameter :: points_6(3, 6) = transpose(reshape([spread(triangle_3(1, :), 2, 2), &
     spread(triangle_3(2, :), 2, 2), spread([-gauss_2, gauss_2], 1, 3)], [6, 3]))
-  real(wp), parameter :: points_9(3, 9) = transpose(reshape([spread(triangle_3(1, :), 2, 3), &
-    spread(triangle_3(2, :), 2, 3), spread(line_3, 1, 3)], [9, 3]))
+  ! The rule of degree 4 with 6 points: two groups of three, the roots and weights in closed form.
+  real(wp), parameter :: root_10 = sqrt(10.0_wp), part_of_10 = sqrt(38.0_wp - 44.0_wp*sqrt(0.4_wp))
+  real(wp), parameter :: inside = (8.0_wp - root_10 + part_of_10)/18.0_wp
+  real(wp), parameter :: outside = (8.0_wp - root_10 - part_of_10)/18.0_wp
+  real(wp), parameter :: weight_part = sqrt(213125.0_wp - 53320.0_wp*root_10)
+  real(wp), parameter :: triangle_weight_6(6) = 0.5_wp*[spread((620.0_wp + weight_part)/3720.0_wp, &
+    1, 3), spread((620.0_wp - weight_part)/3720.0_wp, 1, 3)]
+  real(wp), parameter :: triangle_6(2, 6) = reshape([inside, inside, 1.0_wp - 2.0_wp*inside, &
+    inside, inside, 1.0_wp - 2.0_wp*inside, outside, outside, 1.0_wp - 2.0_wp*outside, outside, &
+    outside, 1.0_wp - 2.0_wp*outside], [2, 6])
+  real(wp), parameter :: points_18(3, 18) = transpose(reshape([spread(triangle_6(1, :), 2, 3), &
+    spread(triangle_6(2, :), 2, 3), spread(line_3, 1, 6)], [18, 3]))
+  real(wp), parameter :: weights_18(18) = [spread(triangle_weight_6, 2, 3)]* &
+    [spread(line_weight_3, 1, 6)]
   real(wp), parameter :: height_8(8) = half*(1.0_wp + gauss_2*corners_of_hexahedron(3, :))
   real(wp), parameter :: points_8(3, 8) = transpose(reshape([ &
     gauss_2*corners_of_hexahedron(1, :)*(1.0_wp - height_8), &
@@ -128,7 +151,7 @@ module cells_mod
   real(wp), parameter :: near = (5.0_wp - sqrt(5.0_wp))/20.0_wp, far = 1.0_wp - 3.0_wp*near
 
   !> The table.
-  type(cell_t), parameter :: cells(7) = [ &
+  type(cell_t), parameter :: cells(9) = [ &
     cell_t('8-node hexahedron', 12, 8, 8, 12, 6, 8, [1, 2, 3], 3, &
       reshape(corners_of_hexahedron, [3, 20], pad=none), edges_of_hexahedron, spread(4, 1, 6), &
       merge(faces_of_hexahedron, 0, faces_of_hexahedron <= 8), &
@@ -137,7 +160,7 @@ module cells_mod
       reshape(spread(1.0_wp, 1, 8), [27], pad=none)), &
     cell_t('20-node hexahedron', 25, 20, 8, 12, 6, 27, [1, 2, 3], 5, &
       places_of_hexahedron, edges_of_hexahedron, spread(4, 1, 6), &
-      faces_of_hexahedron, spread(0, 1, 8), points_27, weights_27), &
+      faces_of_hexahedron, [1, 2, 3, 4, 5, 6, 7, 8], points_27, weights_27), &
     cell_t('4-node tetrahedron', 10, 4, 4, 6, 4, 1, [1, 1, 1], 1, &
       reshape(corners_of_tetrahedron, [3, 20], pad=none), edges_of_tetrahedron, &
       [3, 3, 3, 3, 0, 0], merge(faces_of_tetrahedron, 0, faces_of_tetrahedron <= 4), &
@@ -145,24 +168,41 @@ module cells_mod
       reshape(spread(0.25_wp, 1, 3), [3, 27], pad=none), reshape([sixth], [27], pad=none)), &
     cell_t('10-node tetrahedron', 24, 10, 4, 6, 4, 4, [1, 1, 1], 2, &
       places_of_tetrahedron, edges_of_tetrahedron, [3, 3, 3, 3, 0, 0], faces_of_tetrahedron, &
-      spread(0, 1, 8), &
+      [1, 2, 3, 3, 4, 4, 4, 4], &
       reshape(near + (far - near)*corners_of_tetrahedron, [3, 27], pad=none), &
       reshape(spread(0.25_wp*sixth, 1, 4), [27], pad=none)), &
     cell_t('6-node wedge', 13, 6, 6, 9, 5, 6, [1, 1, 2], 2, &
       reshape(corners_of_wedge, [3, 20], pad=none), edges_of_wedge, [3, 3, 4, 4, 4, 0], &
       merge(faces_of_wedge, 0, faces_of_wedge <= 6), [1, 2, 3, 3, 4, 5, 6, 6], &
       reshape(points_6, [3, 27], pad=none), reshape(spread(sixth, 1, 6), [27], pad=none)), &
-    cell_t('15-node wedge', 26, 15, 6, 9, 5, 9, [1, 1, 2], 2, &
-      places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, spread(0, 1, 8), &
-      reshape(points_9, [3, 27], pad=none), &
-      reshape(sixth*spread(line_weight_3, 1, 3), [27], pad=none)), &
+    cell_t('15-node wedge', 26, 15, 6, 9, 5, 18, [1, 1, 2], 4, &
+      places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, [1, 2, 3, 3, 4, 5, 6, 6], &
+      reshape(points_18, [3, 27], pad=none), reshape(weights_18, [27], pad=none)), &
     cell_t('5-node pyramid', 14, 5, 5, 8, 5, 8, [1, 2, 0], 1, &
       reshape(corners_of_pyramid, [3, 20], pad=none), edges_of_pyramid, [4, 3, 3, 3, 3, 0], &
       faces_of_pyramid, [1, 2, 3, 4, 5, 5, 5, 5], reshape(points_8, [3, 27], pad=none), &
-      reshape(half*(1.0_wp - height_8)**2, [27], pad=none))]
+      reshape(half*(1.0_wp - height_8)**2, [27], pad=none)), &
+    cell_t('20-node hexahedron', 25, 20, 8, 12, 6, 8, [1, 2, 3], 3, &
+      places_of_hexahedron, edges_of_hexahedron, spread(4, 1, 6), &
+      faces_of_hexahedron, [1, 2, 3, 4, 5, 6, 7, 8], &
+      reshape(gauss_2*corners_of_hexahedron, [3, 27], pad=none), &
+      reshape(spread(1.0_wp, 1, 8), [27], pad=none)), &
+    cell_t('20-node hexahedron', 25, 20, 8, 12, 6, 14, [1, 2, 3], 5, &
+      places_of_hexahedron, edges_of_hexahedron, spread(4, 1, 6), &
+      faces_of_hexahedron, [1, 2, 3, 4, 5, 6, 7, 8], reshape(points_14, [3, 27], pad=none), &
+      reshape(weights_14, [27], pad=none))]
 
   ! What elements are computed as.
   integer, parameter :: hexahedron_nodes = cells(hexahedron_8)%n_nodes
   integer, parameter :: hexahedron_points = cells(hexahedron_8)%n_points
+
+contains
+
+  !> Whether there are nodes in the middles of the edges: the cell is of second order.
+  pure elemental logical function has_middles(cell)
+    integer, intent(in) :: cell !! row of the table
+
+    has_middles = cells(cell)%n_nodes > cells(cell)%n_corners
+  end function has_middles
 
 end module cells_mod

@@ -1,12 +1,14 @@
 !> Which nodes the elements of a mesh have: a row an element, as long as its cell has nodes.
 module connectivity_mod
   use growing_lists_mod, only: enlarge
-  use cells_mod, only: cells, face_corners, hexahedron_8, hexahedron_nodes
+  use cells_mod, only: cells, face_corners, face_nodes, has_middles, hexahedron_8, &
+    hexahedron_nodes, hexahedron_points
   implicit none
   private
 
   public :: connectivity_t, make_connectivity, make_hexahedra, add_elements, some_elements
-  public :: nodes_of_element, nodes_of_hexahedron, table_of_hexahedra, nodes_of_face, corners_in
+  public :: nodes_of_element, nodes_of_hexahedron, table_of_hexahedra, nodes_of_face, corners_in, &
+    all_nodes_of_face, most_points_in
 
   !> The nodes of element e are node(first(e):first(e + 1) - 1), in the order of its cell. There may
   !> be more room in the arrays.
@@ -93,7 +95,7 @@ contains
     nodes = connectivity%node(connectivity%first(e):connectivity%first(e + 1) - 1)
   end function nodes_of_element
 
-  !> The nodes of an element as those of an 8-node hexahedron, for kernels. An element that has
+  !> The corners of an element as those of an 8-node hexahedron, for kernels. An element that has
   !> fewer repeats some: what is summed at nodes must be added one node after the other.
   pure function nodes_of_hexahedron(connectivity, e) result(nodes)
     type(connectivity_t), intent(in) :: connectivity
@@ -102,6 +104,15 @@ contains
 
     nodes = connectivity%node(connectivity%first(e) - 1 + cells(connectivity%cell(e))%as_hexahedron)
   end function nodes_of_hexahedron
+
+  !> The most points of quadrature that an element of a mesh has; those without mid-side nodes are
+  !> computed as hexahedra.
+  pure integer function most_points_in(connectivity) result(n)
+    type(connectivity_t), intent(in) :: connectivity
+
+    n = max(hexahedron_points, maxval(cells(connectivity%cell)%n_points, &
+      mask=has_middles(connectivity%cell)))
+  end function most_points_in
 
   !> The nodes of the first n elements of a mesh of 8-node hexahedra alone.
   pure function table_of_hexahedra(connectivity, n) result(nodes)
@@ -126,6 +137,23 @@ contains
       end do
     end associate
   end function nodes_of_face
+
+  !> All nodes of a face: its corners, then those in the middles of its edges, that between corners 1
+  !> and 2 first; zeros behind them.
+  pure function all_nodes_of_face(connectivity, element, face) result(nodes)
+    type(connectivity_t), intent(in) :: connectivity
+    integer, intent(in) :: element, face
+    integer :: nodes(face_nodes)
+    integer :: k
+
+    nodes = 0
+    associate (cell => cells(connectivity%cell(element)))
+      do k = 1, face_nodes
+        if (cell%face(k, face) > 0) nodes(k) = connectivity%node(connectivity%first(element) - 1 + &
+          cell%face(k, face))
+      end do
+    end associate
+  end function all_nodes_of_face
 
   !> How many corners a face has.
   pure integer function corners_in(nodes) result(n)

@@ -6,6 +6,7 @@ module bodies_at_rest_mod
   use increment_report_mod, only: contact_fields_t
   use increment_forces_mod, only: increment_forces_t
   use error_measures_mod, only: rounded
+  use edge_middles_mod, only: edge_middles_t
   implicit none
   private
 
@@ -61,7 +62,8 @@ contains
 
     work = 0.0_wp
     do i = 1, points%n
-      of_point = norm2(contact%reaction(:, i))*forces%rounding_of_gaps*spread_of_row(contact, i)
+      of_point = norm2(contact%reaction(:, i))*forces%rounding_of_gaps*spread_of_row(contact, &
+        forces%middles, i)
       associate (slave => work(mesh%body(points%node(i))))
         slave = slave + of_point
       end associate
@@ -73,13 +75,16 @@ contains
     end do
   end function work_of_places
 
-  !> By what rounding of places grows in the gap of a point: before an obstacle by nothing, before a
+  !> By what rounding of places grows in the gap of a point: before an obstacle by nothing, or by
+  !> what the ends of its edge have part in it, before a
   !> surface by what its weights add up to, and by the integrals that they are made of.
-  pure real(wp) function spread_of_row(contact, i) result(factor)
+  pure real(wp) function spread_of_row(contact, middles, i) result(factor)
     type(contact_fields_t), intent(in) :: contact
+    type(edge_middles_t), intent(in) :: middles
     integer, intent(in) :: i !! point
 
     factor = 1.0_wp
+    if (middles%is_any) factor = (1.0_wp + 2.0_wp*middles%a(i))/(1.0_wp - 2.0_wp*middles%a(i))
     associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1)
       if (last > first) factor = 4.0_wp*(1.0_wp + sum(abs(contact%weights%weight(first:last))))
     end associate

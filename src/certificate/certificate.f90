@@ -12,6 +12,7 @@ module certificate_mod
   use body_balance_mod, only: acting_t, worst_balance
   use increment_forces_mod, only: increment_forces_t
   use bodies_at_rest_mod, only: are_at_rest, spread_of_row
+  use edge_middles_mod, only: edge_middles_t, spread_reaction
   use constrained_forces_mod, only: hand_over, torn
   use error_measures_mod, only: are_finite, excusable, ratio, rounded
   use certificate_scales_mod, only: scales_t, find_scales
@@ -65,8 +66,8 @@ contains
     if (.not. (are_finite(new%displacement) .and. are_finite(new%reaction) .and. &
       are_finite(contact%slip_increment) .and. are_finite(forces%internal) .and. &
       are_finite(forces%external))) return
-    pressed(:, :, 1) = forces_on_nodes(mesh, points, contact, old%reaction)
-    pressed(:, :, 2) = forces_on_nodes(mesh, points, contact, new%reaction)
+    pressed(:, :, 1) = forces_on_nodes(mesh, points, contact, forces%middles, old%reaction)
+    pressed(:, :, 2) = forces_on_nodes(mesh, points, contact, forces%middles, new%reaction)
     residual = forces%internal - forces%external - pressed(:, :, 2)
     rounding = forces%rounding
     joining = residual
@@ -86,7 +87,7 @@ contains
     end if
     ! Where nothing moves by more than places are rounded gaps and slips are no better known.
     do i = 1, points%n
-      associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, i))
+      associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, forces%middles, i))
         if (scales%length(i) > rounding_here) cycle
         x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - rounding_here), x(1, i))
         if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
@@ -146,17 +147,18 @@ contains
   end function shape_of
 
   !> The forces of contact on nodes: each reaction on its slave node, less its weights on masters.
-  pure function forces_on_nodes(mesh, points, contact, reaction) result(pressed)
+  pure function forces_on_nodes(mesh, points, contact, middles, reaction) result(pressed)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact   !! its weights
+    type(edge_middles_t), intent(in) :: middles
     real(wp), intent(in) :: reaction(:, :)          !! (3,n_points) x, y, z [force]
     real(wp) :: pressed(3, mesh%n_nodes)            !! [force]
     integer :: i, k
 
     pressed = 0.0_wp
     do i = 1, points%n
-      pressed(:, points%node(i)) = pressed(:, points%node(i)) + reaction(:, i)
+      call spread_reaction(middles, points%node(i), i, reaction(:, i), pressed)
       do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
         associate (node => contact%weights%node(k), weight => contact%weights%weight(k))
           pressed(:, node) = pressed(:, node) - weight*reaction(:, i)

@@ -16,6 +16,7 @@ module certify_increment_mod
   use allowed_overlaps_mod, only: add_allowed
   use facing_surfaces_mod, only: face_surfaces
   use turned_slips_mod, only: slips_of_turns
+  use edge_middles_mod, only: find_edge_middles
   use certificate_mod, only: certify
   implicit none
   private
@@ -52,6 +53,7 @@ contains
         new%position), new, forces)
       call press_deformed_surfaces(scene, new%displacement, forces%imposed_t)
     end if
+    call find_edge_middles(scene, points, said%weights, forces%middles)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
     if (allocated(points%constant_gap)) then
@@ -63,7 +65,7 @@ contains
       call face_masters(scene, points, old, new, contact)
     end if
     certificate = certify(scene%mesh, points, contact, old, new, forces, &
-      tolerance, slips_of_turns(scene, points, contact%frame, old, new))
+      tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
   end function certify_increment
 
   !> Gaps, frames and slips before obstacles and surfaces.

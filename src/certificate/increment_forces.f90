@@ -2,6 +2,7 @@
 module increment_forces_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t
+  use edge_middles_mod, only: edge_middles_t
   implicit none
   private
 
@@ -34,6 +35,7 @@ module increment_forces_mod
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
     logical :: is_finite = .false.            !! strain
+    type(edge_middles_t) :: middles           !! points that act on several nodes of a slave face
     type(element_sums_t) :: of_elements       !! of the internal forces, body by body
   end type increment_forces_t
 

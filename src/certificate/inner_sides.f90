@@ -3,7 +3,7 @@
 module inner_sides_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: split_faces
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t
@@ -27,6 +27,7 @@ contains
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) displacements [length]
     type(contact_fields_t), intent(inout) :: contact !! its frames; loses the sign of reactions
     real(wp), allocatable :: outward(:, :)       !! (3,n_nodes) of a pair's nodes [length^2]
+    integer, allocatable :: parts(:, :), whole(:)
     integer :: pair, i
 
     allocate (outward(3, size(u, 2)))
@@ -36,8 +37,8 @@ contains
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         if (.not. allocated(surface%faces)) cycle
         outward(:, surface%nodes) = 0.0_wp
-        call add_faces(nodes_of(surface%faces, scene%mesh%connectivity), scene%mesh%coordinates, &
-          u, outward)
+        call split_faces(surface%faces, scene%mesh%connectivity, parts, whole)
+        call add_faces(parts, scene%mesh%coordinates, u, outward)
       end associate
       do i = points%first(pair), points%first(pair + 1) - 1
         associate (out => outward(:, points%node(i)))

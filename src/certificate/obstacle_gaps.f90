@@ -9,6 +9,7 @@ module obstacle_gaps_mod
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use turned_slips_mod, only: orientation
+  use edge_middles_mod, only: edge_middles_t, find_edge_middles, at_point, vector_at_point
   implicit none
   private
 
@@ -23,9 +24,11 @@ contains
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(inout) :: contact
+    type(edge_middles_t) :: middles
     real(wp) :: axes(3, 3), place(3), along(3), moved(3), way(3), arm(3), gap, normal(3)
     integer :: pair, i
 
+    call find_edge_middles(scene, points, contact%weights, middles)
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master == 0) cycle
       associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
@@ -61,11 +64,17 @@ contains
             frame = frame_of(normal)
             contact%gap(i) = gap + points%extra_gap(i)
             contact%reaction(:, i) = matmul(new%reaction(:, i), frame)
-            contact%slip_increment(:, i) = matmul(new%displacement(:, node) - &
-              old%displacement(:, node) - way, frame(:, 2:))
+            contact%slip_increment(:, i) = matmul(vector_at_point(middles, node, i, &
+              new%displacement) - vector_at_point(middles, node, i, old%displacement) - way, &
+              frame(:, 2:))
           end associate
         end do
       end associate
+    end do
+    if (.not. middles%is_any) return
+    do i = 1, points%n
+      if (middles%a(i) > 0.0_wp) contact%gap(i) = at_point(middles%a(i), contact%gap(i), &
+        contact%gap(middles%ends(1, i)), contact%gap(middles%ends(2, i)))
     end do
   end subroutine face_obstacles
 

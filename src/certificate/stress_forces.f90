@@ -10,10 +10,12 @@
 !> displacements of a body as a whole cancel to the last bit. docs/theory.md, sections 6 and 8.
 module stress_forces_mod
   use kinds_mod, only: wp
+  use cells_mod, only: has_middles
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use increment_forces_mod, only: increment_forces_t
+  use second_order_forces_mod, only: add_second_order_forces
   implicit none
   private
 
@@ -73,8 +75,14 @@ contains
     e = 1
     do while (e <= mesh%n_elements)
       next = e + 1
+      if (has_middles(mesh%connectivity%cell(e))) then
+        call add_second_order_forces(mesh, materials, u, moved, e, forces)
+        e = next
+        cycle
+      end if
       do while (next <= mesh%n_elements .and. next < e + lanes)
         if (mesh%element_kind(next) /= mesh%element_kind(e)) exit
+        if (has_middles(mesh%connectivity%cell(next))) exit
         next = next + 1
       end do
       call gather(mesh, materials, u, e, next - e, batch)

@@ -8,6 +8,7 @@ module turned_slips_mod
   use contact_points_mod, only: contact_points_t
   use scene_mod, only: scene_t, pair_turns
   use state_mod, only: state_t
+  use edge_middles_mod, only: edge_middles_t, vector_at_point
   implicit none
   private
 
@@ -23,9 +24,10 @@ contains
 
   !> The slips of an increment past obstacles that turn: the chord on which a point goes over the
   !> material, as the obstacle stands halfway. docs/theory.md (9.8).
-  pure function slips_of_turns(scene, points, frame, old, new) result(turned)
+  pure function slips_of_turns(scene, points, middles, frame, old, new) result(turned)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     type(state_t), intent(in) :: old, new
     type(turned_slips_t) :: turned
@@ -41,8 +43,8 @@ contains
       associate (obstacle => scene%pairs(points%pair(i))%master)
         before = orientation(old%rotation(:, obstacle))
         after = orientation(new%rotation(:, obstacle))
-        chord = matmul(arm_of(scene, points, i, new), after) - &
-          matmul(arm_of(scene, points, i, old), before)
+        chord = matmul(arm_of(scene, points, middles, i, new), after) - &
+          matmul(arm_of(scene, points, middles, i, old), before)
         chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
           before), chord)
         turned%slip(:, i) = matmul(chord, frame(:, 2:, i))
@@ -51,25 +53,28 @@ contains
   end function slips_of_turns
 
   !> Where a point is, from the reference node of its obstacle.
-  pure function arm_of(scene, points, i, state) result(arm)
+  pure function arm_of(scene, points, middles, i, state) result(arm)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
     integer, intent(in) :: i
     type(state_t), intent(in) :: state
     real(wp) :: arm(3) !! [length]
 
     associate (node => points%node(i), x => scene%mesh%coordinates, u => state%displacement, &
                ref_node => scene%obstacles(scene%pairs(points%pair(i))%master)%ref_node)
-      arm = (x(:, node) - x(:, ref_node)) + (u(:, node) - u(:, ref_node))
+      arm = (vector_at_point(middles, node, i, x) - x(:, ref_node)) + &
+        (vector_at_point(middles, node, i, u) - u(:, ref_node))
     end associate
   end function arm_of
 
   !> The work of the torques that turn the obstacles, in an increment, by the trapezoidal rule.
   !>
   !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (9.9).
-  pure function work_of_torques(scene, points, old, new) result(work)
+  pure function work_of_torques(scene, points, middles, old, new) result(work)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
     type(state_t), intent(in) :: old, new
     real(wp) :: work  !! [energy]
     real(wp) :: turn(3)
@@ -83,8 +88,8 @@ contains
         turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
           transpose(orientation(old%rotation(:, obstacle)))))
         work = work + 0.5_wp*dot_product(turn, &
-          cross(arm_of(scene, points, i, old), old%reaction(:, i)) + &
-          cross(arm_of(scene, points, i, new), new%reaction(:, i)))
+          cross(arm_of(scene, points, middles, i, old), old%reaction(:, i)) + &
+          cross(arm_of(scene, points, middles, i, new), new%reaction(:, i)))
       end associate
     end do
   end function work_of_torques

@@ -57,16 +57,16 @@ contains
       if (here <= max(allowed, worst)*f(i)) cycle
       associate (first => contact%weights%first(i), last => contact%weights%first(i + 1) - 1, &
         node => contact%weights%node, weight => contact%weights%weight, &
-        normal => contact%frame(:, 1, i), slave => points%node(i))
+        normal => contact%frame(:, 1, i))
         ! Together, in which forces on a node and on what depends on it may cancel.
-        call put(slave, here*normal, acting)
+        call put_on_slave(i, here*normal, acting)
         do k = first, last
           call put(node(k), -weight(k)*here*normal, acting)
         end do
         call take(acting, most)
         if (most > allowed*min(here, f(i))) then
           ! One by one.
-          call put(slave, normal, acting)
+          call put_on_slave(i, normal, acting)
           call take(acting, of_slave)
           if (of_slave > rounded) cycle
           free_weight = 0.0_wp
@@ -82,6 +82,23 @@ contains
     end do
 
   contains
+
+    !> Put the reaction of a point on the nodes of its slave.
+    pure subroutine put_on_slave(i, force, acting)
+      integer, intent(in) :: i
+      real(wp), intent(in) :: force(3)
+      type(free_forces_t), intent(inout) :: acting
+      real(wp) :: own
+      integer :: end
+
+      own = 1.0_wp
+      if (forces%middles%is_any) own = 1.0_wp/(1.0_wp - 2.0_wp*forces%middles%a(i))
+      call put(points%node(i), own*force, acting)
+      if (.not. own > 1.0_wp) return
+      do end = 1, 2
+        call put(forces%middles%nodes(end, i), -forces%middles%a(i)*own*force, acting)
+      end do
+    end subroutine put_on_slave
 
     !> Put a force on a node, or on what its degrees of freedom depend on; on supports it is lost.
     pure recursive subroutine put(node, force, acting, only)

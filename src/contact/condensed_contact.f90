@@ -11,7 +11,7 @@ module condensed_contact_mod
   use controls_mod, only: solver_sweeps
   use mesh_mod, only: mesh_t
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
-  use contact_points_mod, only: contact_points_t, master_nodes, is_covered
+  use contact_points_mod, only: contact_points_t, master_nodes, is_covered, is_in_middle
   use linearisation_mod, only: linearisation_t
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
@@ -252,7 +252,8 @@ contains
       call soften(rows%softness, row, group, compliance, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
         nearby, block(:, :, group%active))
-    else if (any(depends_on_others(body, points%node(group%active)))) then
+    else if (any(depends_on_others(body, points%node(group%active))) .or. &
+      has_middles(group%active)) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
       call soften(rows%softness, row, group, compliance)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
@@ -272,6 +273,17 @@ contains
       rows%transfer, placement, row, group%active, group%body)
 
   contains
+
+    !> Whether some points take part of the ends of their edges.
+    pure logical function has_middles(active)
+      integer, intent(in) :: active(:)
+      integer :: k
+
+      has_middles = .false.
+      do k = 1, size(active)
+        has_middles = has_middles .or. is_in_middle(points, placement%weights, active(k))
+      end do
+    end function has_middles
 
     !> A pin is an unknown to iteration: it gives way as the others of its point do.
     subroutine give_way_at_pins(active, block)

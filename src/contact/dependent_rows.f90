@@ -10,7 +10,7 @@ module dependent_rows_mod
   use kinds_mod, only: wp
   use dense_mod, only: null_space
   use constraints_mod, only: constraints_t, constraint_of
-  use contact_points_mod, only: contact_points_t, weights_t
+  use contact_points_mod, only: contact_points_t, weights_t, list_slave
   implicit none
   private
 
@@ -161,7 +161,8 @@ contains
     logical :: is_master(3, size(is_unknown, 2))
     integer,  allocatable :: unknown(:)
     real(wp), allocatable :: value(:, :), sizes(:)
-    integer :: i, k, l, m, n, n_entries, c
+    integer :: i, k, l, m, n, n_entries, c, n_slaves, slave(3)
+    real(wp) :: factor(3)
 
     number = constraint_of(active, size(is_unknown, 2))
     is_master = .false.
@@ -179,7 +180,10 @@ contains
     do l = 1, m
       i = rows%point(l)
       n = 0
-      call add_node(points%node(i), 1.0_wp)
+      call list_slave(points, weights, i, n_slaves, slave, factor)
+      do k = 1, n_slaves
+        call add_node(slave(k), factor(k))
+      end do
       do k = weights%first(i), weights%first(i + 1) - 1
         call add_node(weights%node(k), -weights%weight(k))
       end do

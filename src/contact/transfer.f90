@@ -18,7 +18,8 @@ module transfer_mod
   use mesh_mod, only: mesh_t
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, is_still
+  use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, is_still, &
+    is_in_middle, list_slave, of_slave, add_to_slave
   use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
@@ -51,7 +52,7 @@ contains
     real(wp) :: d(3)
     integer :: k
 
-    d = u(:, points%node(i))
+    d = of_slave(points, weights, i, u)
     do k = weights%first(i), weights%first(i + 1) - 1
       d = d - weights%weight(k)*u(:, weights%node(k))
     end do
@@ -76,7 +77,7 @@ contains
 
     force = 0.0_wp
     do i = 1, points%n
-      force(:, points%node(i)) = force(:, points%node(i)) + reaction(:, i)
+      call add_to_slave(points, weights, i, reaction(:, i), force)
       do k = weights%first(i), weights%first(i + 1) - 1
         associate (node => weights%node(k))
           force(:, node) = force(:, node) - weights%weight(k)*reaction(:, i)
@@ -116,6 +117,7 @@ contains
     logical :: on_slave(scene%mesh%n_nodes)
     integer :: pair
 
+    if (allocated(points%alpha)) call find_held_middles(scene, prescribed, points)
     if (allocated(points%freedom)) deallocate (points%freedom)
     if (.not. any(scene%pairs%master == 0)) return
     allocate (points%freedom)
@@ -136,13 +138,33 @@ contains
     points%freedom%normal = undeformed%frame(:, 1, :)
   end subroutine note_freedom
 
+  !> Nodes in the middles of edges that supports hold along the normal: they are points by themselves,
+  !> as other held nodes are, and take no part of the ends of the edge.
+  pure subroutine find_held_middles(scene, prescribed, points)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
+    type(contact_points_t), intent(inout) :: points
+    type(placement_t) :: undeformed
+    logical :: can_move(3, scene%mesh%n_nodes)
+    integer :: i
+
+    can_move = movable(scene, prescribed)
+    points%is_held = .true.
+    call place_undeformed(scene, points, undeformed)
+    do i = 1, points%n
+      points%is_held(i) = .not. any(can_move(:, points%node(i)) .and. &
+        abs(undeformed%frame(:, 1, i)) > straight)
+    end do
+  end subroutine find_held_middles
+
   !> Number the rows of every point: a row wherever the point can move along its frame and the law
   !> has a reaction.
   !>
   !> A direction along which neither the slave node nor a node of its row can move has no compliance
   !> and no row; without friction there are no tangential rows; a point whose normal cannot move, or
   !> that is out of reach of its master, or not covered by it, has none at all (docs/theory.md
-  !> sections 2 and 11).
+  !> sections 2 and 11). A node in the middle of an edge that supports hold has none: the row would
+  !> hold the ends of the edge by it.
   pure subroutine rows_of_points(movable, points, weights, frame, row)
     logical, intent(in) :: movable(:, :)          !! (3,n_nodes)
     type(contact_points_t), intent(in) :: points
@@ -158,9 +180,11 @@ contains
       if (.not. points%in_reach(i)) cycle
       if (.not. is_covered(points, weights, i)) cycle
       free = movable(:, points%node(i))
-      do k = weights%first(i), weights%first(i + 1) - 1
-        if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
-      end do
+      if (.not. is_in_middle(points, weights, i)) then
+        do k = weights%first(i), weights%first(i + 1) - 1
+          if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
+        end do
+      end if
       free = free .and. .not. (is_across(points, i) .or. is_still(weights, i))
       do a = 1, 3
         if (a > 1 .and. (row(1, i) == 0 .or. points%mu(i) <= 0.0_wp)) exit
@@ -220,11 +244,17 @@ contains
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: i, j
     real(wp), intent(out) :: motion(3), magnitude !! [-]
-    real(wp) :: part(3)
-    integer :: k
+    real(wp) :: part(3), factor(3)
+    integer :: k, n, node(3)
 
-    motion = motion_at(motions, mesh, j, points%node(i))
-    magnitude = norm2(motion)
+    call list_slave(points, weights, i, n, node, factor)
+    motion = 0.0_wp
+    magnitude = 0.0_wp
+    do k = 1, n
+      part = factor(k)*motion_at(motions, mesh, j, node(k))
+      motion = motion + part
+      magnitude = magnitude + norm2(part)
+    end do
     do k = weights%first(i), weights%first(i + 1) - 1
       part = weights%weight(k)*motion_at(motions, mesh, j, weights%node(k))
       motion = motion - part
@@ -238,7 +268,9 @@ contains
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
     type(transfer_t), intent(out) :: transfer
-    integer :: slave(3), master(3, size(weights%node)), i, a, k, n, pass
+    integer :: slave(3, 3), master(3, size(weights%node)), i, a, k, n, pass
+    integer :: n_slaves, node(3)
+    real(wp) :: factor(3)
 
     do k = 1, size(weights%node)
       master(:, k) = interface_equations_of(map, weights%node(k))
@@ -247,14 +279,19 @@ contains
     do pass = 1, 2
       n = 0
       do i = 1, points%n
-        slave = interface_equations_of(map, points%node(i))
+        call list_slave(points, weights, i, n_slaves, node, factor)
+        do k = 1, n_slaves
+          slave(:, k) = interface_equations_of(map, node(k))
+        end do
         do a = 1, 3
           transfer%first(3*(i - 1) + a) = n + 1
-          if (slave(a) > 0) then
-            call add(slave(a), 1.0_wp)
-          else if (map%constraints%n > 0) then
-            call add_masters(points%node(i), a, 1.0_wp)
-          end if
+          do k = 1, n_slaves
+            if (slave(a, k) > 0) then
+              call add(slave(a, k), factor(k))
+            else if (map%constraints%n > 0) then
+              call add_masters(node(k), a, factor(k))
+            end if
+          end do
           do k = weights%first(i), weights%first(i + 1) - 1
             if (master(a, k) > 0) then
               call add(master(a, k), -weights%weight(k))

@@ -5,7 +5,8 @@ module build_mesh_mod
   use inverted_elements_mod, only: jacobians_of
   use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
-  use cells_mod, only: cells, hexahedron_8, hexahedron_nodes
+  use cells_mod, only: cells, has_middles, hexahedron_8, hexahedron_20, hexahedron_20_of_14, &
+    hexahedron_20_reduced, hexahedron_nodes, tetrahedron_4, tetrahedron_10, wedge_15
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
   use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
@@ -73,7 +74,7 @@ contains
       if (nodes(1) == nodes(2)) cycle
       x = draft%coordinates(:, nodes)
       if (any(x >= not_a_coordinate)) cycle
-      if (is_box(x)) cycle
+      if (is_box(x) .and. .not. has_middles(draft%connectivity%cell(e))) cycle
       determinants = jacobians_of(draft%coordinates, draft%connectivity, e)
       least = minval(determinants)
       if (least > 0.0_wp) cycle
@@ -88,8 +89,8 @@ contains
     end do
   end subroutine check_elements
 
-  !> Report elements of other cells than hexahedra of a nearly incompressible material: they lock,
-  !> and contact pressures of theirs are noise.
+  !> Report elements of a nearly incompressible material that lock, and contact pressures of which
+  !> are noise. The 10-node tetrahedron and the 20-node hexahedron with reduced integration do not.
   subroutine check_locking(reader, draft, materials, material)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
@@ -103,7 +104,8 @@ contains
 
     if (size(material) < draft%n_elements) return
     do e = 1, draft%n_elements
-      if (draft%connectivity%cell(e) == hexahedron_8 .or. material(e) == 0) cycle
+      if (any(draft%connectivity%cell(e) == [hexahedron_8, tetrahedron_10, hexahedron_20_reduced, &
+        hexahedron_20_of_14]) .or. material(e) == 0) cycle
       associate (elastic => materials(material(e))%law%elastic)
         poisson = 0.5_wp*elastic%lambda/(elastic%lambda + elastic%shear)
       end associate
@@ -111,14 +113,30 @@ contains
       if (poisson > locked) then
         call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
           ' is a '//trim(cells(draft%connectivity%cell(e))%name)// &
-          ", and locks with a Poisson's ratio of "//to_text(poisson, 4)//': mesh with C3D8B')
+          ", and locks with a Poisson's ratio of "//to_text(poisson, 4)//': mesh with '// &
+          instead_of(draft%connectivity%cell(e)))
       else
-        call note(reader, 'wedges, pyramids and tetrahedra are too stiff with a '// &
-          "Poisson's ratio of "//to_text(poisson, 4))
+        call note(reader, 'elements of the '//trim(cells(draft%connectivity%cell(e))%name)// &
+          " are too stiff with a Poisson's ratio of "//to_text(poisson, 4))
       end if
       return
     end do
   end subroutine check_locking
+
+  !> The elements that do not lock in the place of those of a cell.
+  pure function instead_of(cell) result(types)
+    integer, intent(in) :: cell !! row of the table of cells
+    character(:), allocatable :: types
+
+    select case (cell)
+    case (tetrahedron_4, wedge_15)
+      types = 'C3D10'
+    case (hexahedron_20)
+      types = 'C3D20R'
+    case default
+      types = 'C3D8B or C3D10'
+    end select
+  end function instead_of
 
   !> Whether an element is a box along the axes, its corners in their order: then all is well with
   !> it, and its sixteen determinants need not be computed.

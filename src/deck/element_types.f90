@@ -1,6 +1,7 @@
 !> The types of elements that a deck may have.
 module element_types_mod
-  use cells_mod, only: hexahedron_8, pyramid_5, tetrahedron_4, wedge_6
+  use cells_mod, only: hexahedron_8, hexahedron_20, hexahedron_20_of_14, hexahedron_20_reduced, &
+    pyramid_5, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   implicit none
   private
@@ -8,7 +9,7 @@ module element_types_mod
   public :: element_types, type_called, name_of_type
 
   type :: element_type_t
-    character(5) :: name !! in decks
+    character(6) :: name !! in decks
     integer :: kind      !! of element
     integer :: cell      !! row of the table of cells
   end type element_type_t
@@ -19,7 +20,11 @@ module element_types_mod
     element_type_t('C3D8B', kind_c3d8b, hexahedron_8), &
     element_type_t('C3D6', kind_c3d8, wedge_6), &
     element_type_t('C3D5', kind_c3d8, pyramid_5), &
-    element_type_t('C3D4', kind_c3d8, tetrahedron_4)]
+    element_type_t('C3D4', kind_c3d8, tetrahedron_4), &
+    element_type_t('C3D10', kind_c3d8, tetrahedron_10), &
+    element_type_t('C3D15', kind_c3d8, wedge_15), &
+    element_type_t('C3D20', kind_c3d8, hexahedron_20), &
+    element_type_t('C3D20R', kind_c3d8, hexahedron_20_reduced)]
 
 contains
 
@@ -36,11 +41,12 @@ contains
   pure function name_of_type(kind, cell) result(name)
     integer, intent(in) :: kind, cell
     character(:), allocatable :: name
-    integer :: row
+    integer :: row, as_read
 
     name = ''
+    as_read = merge(hexahedron_20_reduced, cell, cell == hexahedron_20_of_14)
     do row = 1, size(element_types)
-      if (element_types(row)%kind == kind .and. element_types(row)%cell == cell) name = &
+      if (element_types(row)%kind == kind .and. element_types(row)%cell == as_read) name = &
         trim(element_types(row)%name)
     end do
   end function name_of_type

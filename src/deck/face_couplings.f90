@@ -5,17 +5,16 @@
 !> all unknowns are lengths and all forces forces. docs/theory.md section 11.
 module face_couplings_mod
   use cards_mod, only: reader_t, report
-  use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in
+  use cells_mod, only: face_nodes
   use dense_mod, only: invert_general
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
-  use face4_mod, only: face_node_areas
+  use faces_mod, only: face_node_areas
   use kinds_mod, only: wp
   use mesh_draft_mod, only: add_node_beside
   use scene_mod, only: coupled_rotation_t
   use sets_mod, only: model_t
-  use surfaces_mod, only: nodes_of, surface_t
+  use surfaces_mod, only: all_nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
   private
@@ -250,19 +249,20 @@ contains
 
   end subroutine distribute
 
-  !> The part of a surface's area that belongs to each of its nodes.
+  !> The part of a surface's area that belongs to each of its nodes, int N_a dA: means of nodes are
+  !> those of the surface. Parts of corners of faces with mid-side nodes are 0 or negative.
   function shares(model, surface) result(share)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surface
     real(wp) :: share(size(surface%nodes))
     real(wp) :: area(model%mesh%n_nodes)
-    integer :: faces(face_corners, size(surface%faces, 2)), f
+    integer :: faces(face_nodes, size(surface%faces, 2)), f
 
-    faces = nodes_of(surface%faces, model%mesh%connectivity)
+    faces = all_nodes_of(surface%faces, model%mesh%connectivity)
     area = 0.0_wp
     do f = 1, size(faces, 2)
-      associate (corners => faces(:corners_in(faces(:, f)), f))
-        area(corners) = area(corners) + face_node_areas(model%mesh%coordinates(:, corners))
+      associate (nodes => faces(:count(faces(:, f) > 0), f))
+        area(nodes) = area(nodes) + face_node_areas(model%mesh%coordinates(:, nodes))
       end associate
     end do
     share = area(surface%nodes)/sum(area(surface%nodes))

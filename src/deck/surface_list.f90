@@ -10,7 +10,7 @@ module surface_list_mod
   use mesh_draft_mod, only: mesh_draft_t, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: bare_nodes, nodes_of, surface_t
+  use surfaces_mod, only: all_nodes_of, bare_nodes, surface_t
   use text_mod, only: string_t, to_text
   implicit none
   private
@@ -183,7 +183,7 @@ contains
     n = size(bare_nodes(surfaces%list(index), model%mesh%connectivity, model%mesh%n_nodes))
     if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
       quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
-      'that lies in it with all four nodes: they carry no area')
+      'that lies in it with all of its corners: they carry no area')
   end subroutine find_faces_of_nodes
 
   !> The nodes of the faces of a surface, ascending, each once.
@@ -192,7 +192,7 @@ contains
     type(surface_t), intent(inout) :: surface
     integer, allocatable :: faces(:, :)
 
-    faces = nodes_of(surface%faces, mesh%connectivity)
+    faces = all_nodes_of(surface%faces, mesh%connectivity)
     if (allocated(surface%nodes)) deallocate (surface%nodes)
     allocate (surface%nodes, source=pack(faces, faces > 0))
     call sort_unique(surface%nodes)

@@ -10,13 +10,13 @@ module surface_pairs_mod
     face_each_other
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
-  use face4_mod, only: face_area_vectors
+  use faces_mod, only: face_area_vectors
   use obstacle_shapes_mod, only: holds_turned_away, how_to_turn_round, is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: add_surface_of_faces, find_faces_of_nodes, surface_list_t
-  use surfaces_mod, only: bare_nodes, nodes_of, surface_t
+  use surfaces_mod, only: are_of_second_order, bare_nodes, nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
   private
@@ -148,6 +148,12 @@ contains
     character(*), intent(in) :: what  !! for the message
     logical, intent(inout) :: ok      !! false where it does not
 
+    if (are_of_second_order(surface%faces, model%mesh%connectivity)) then
+      call report(reader, position, what//' has faces with mid-side nodes: these come before '// &
+        'planes, spheres and cylinders alone')
+      ok = .false.
+      return
+    end if
     if (size(surface%faces, 2) > 0 .and. size(bare_nodes(surface, model%mesh%connectivity, &
       model%mesh%n_nodes)) == 0) return
     call report(reader, position, what//' has nodes without faces: it must consist of faces '// &

@@ -21,7 +21,7 @@ module ties_mod
   use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
-  use surfaces_mod, only: surface_t, nodes_of
+  use surfaces_mod, only: are_of_second_order, surface_t, nodes_of
   use text_mod, only: to_text
   implicit none
   private
@@ -65,6 +65,13 @@ contains
         call report(reader, tie%position, quoted(one%name)//' and '//quoted(other%name)// &
           ' share node '//to_text(model%mesh%node_id(other%nodes(i)))// &
           ': the surfaces of a tie must have nodes of their own')
+        return
+      end if
+      ok = .not. (are_of_second_order(one%faces, model%mesh%connectivity) .or. &
+        are_of_second_order(other%faces, model%mesh%connectivity))
+      if (.not. ok) then
+        call report(reader, tie%position, quoted(one%name)//' and '//quoted(other%name)// &
+          ' have faces with mid-side nodes: these are not tied')
         return
       end if
       allocate (slave, source=nodes_of(one%faces, model%mesh%connectivity))

@@ -7,11 +7,13 @@
 !> have moved far as a whole lose no digits, nor do long thin elements that turn.
 module congruent_forces_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: nodes_of_hexahedron
+  use cells_mod, only: has_middles
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
   use hexahedron8_mod, only: along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
+  use second_order_mod, only: force_of_second_order => nodal_force
   implicit none
   private
 
@@ -51,6 +53,14 @@ contains
     n = 0
     next = 1
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        associate (all_nodes => nodes_of_element(mesh%connectivity, e))
+          f(:, all_nodes) = f(:, all_nodes) + force_of_second_order(mesh%connectivity%cell(e), &
+            mesh%coordinates(:, all_nodes), u(:, all_nodes), &
+            materials(mesh%material(e))%law%elastic)
+        end associate
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       i = place_of(shapes(:n), mesh%element_kind(e), mesh%material(e), x, rounding)

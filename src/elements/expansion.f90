@@ -3,11 +3,13 @@
 module expansion_mod
   use kinds_mod, only: wp, i8
   use elasticity_mod, only: thermal_stress_of
+  use cells_mod, only: has_middles
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
   use warming_mod, only: warms, warming_at
   use hexahedron8_mod, only: shape_gradients, volume
+  use second_order_mod, only: second_order_t, second_order
   implicit none
   private
 
@@ -65,14 +67,16 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free(:)     !! (n_elements) [-]
     real(wp), intent(inout) :: f(:, :)  !! (3,n_nodes) [force]
-    real(wp) :: of_element(3, 8)
-    integer :: e, a, nodes(8)
+    integer :: e, a
+    integer, allocatable :: nodes(:)
+    real(wp), allocatable :: of_element(:, :)
 
+    allocate (nodes(0), of_element(3, 0))
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      nodes = nodes_of_kernel(mesh, e)
       of_element = element_thermal_force(mesh, materials, e, free(e))
-      do a = 1, 8
+      do a = 1, size(nodes)
         f(:, nodes(a)) = f(:, nodes(a)) + of_element(:, a)
       end do
     end do
@@ -85,18 +89,30 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free(:)     !! (n_elements) [-]
     real(wp) :: largest(0:mesh%n_bodies) !! [force]
-    integer :: e, nodes(8)
+    integer :: e
 
     largest = 0.0_wp
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      associate (of_body => largest(mesh%body(nodes(1))))
+      associate (of_body => largest(mesh%body(mesh%connectivity%node(mesh%connectivity%first(e)))))
         of_body = max(of_body, maxval(norm2(element_thermal_force(mesh, materials, e, free(e)), &
           dim=1)))
       end associate
     end do
   end function largest_thermal_forces
+
+  !> The nodes of an element as its forces are listed; some may be one.
+  pure function nodes_of_kernel(mesh, e) result(nodes)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: e
+    integer, allocatable :: nodes(:)
+
+    if (has_middles(mesh%connectivity%cell(e))) then
+      nodes = nodes_of_element(mesh%connectivity, e)
+    else
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+    end if
+  end function nodes_of_kernel
 
   !> The nodal forces of the free strain of an element.
   pure function element_thermal_force(mesh, materials, e, free) result(f)
@@ -104,14 +120,25 @@ contains
     type(material_t), intent(in) :: materials(:)
     integer, intent(in) :: e
     real(wp), intent(in) :: free        !! [-]
-    real(wp) :: f(3, 8)                 !! [force]
+    real(wp), allocatable :: f(:, :)    !! (3,n) at nodes_of_kernel [force]
+    type(second_order_t) :: element
     real(wp) :: gradient(3, 8, 8), weight(8), stress
     integer :: g
 
+    stress = thermal_stress_of(free, materials(mesh%material(e))%law%elastic)
+    if (has_middles(mesh%connectivity%cell(e))) then
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
+        call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), element)
+        allocate (f(3, size(nodes)), source=0.0_wp)
+        do g = 1, element%n_points
+          f = f + stress*element%weight(g)*element%gradient(:, :size(nodes), g)
+        end do
+      end associate
+      return
+    end if
+    allocate (f(3, 8), source=0.0_wp)
     call shape_gradients(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)), gradient, &
       weight)
-    stress = thermal_stress_of(free, materials(mesh%material(e))%law%elastic)
-    f = 0.0_wp
     do g = 1, 8
       f = f + stress*weight(g)*gradient(:, :, g)
     end do
@@ -128,9 +155,23 @@ contains
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
       energy = energy + 1.5_wp*thermal_stress_of(free(e), &
-        materials(mesh%material(e))%law%elastic)*free(e)* &
-        volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
+        materials(mesh%material(e))%law%elastic)*free(e)*element_volume(mesh, e)
     end do
   end function thermal_energy
+
+  !> The volume of an element.
+  pure real(wp) function element_volume(mesh, e)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: e
+    type(second_order_t) :: element
+
+    if (has_middles(mesh%connectivity%cell(e))) then
+      call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, &
+        nodes_of_element(mesh%connectivity, e)), element)
+      element_volume = sum(element%weight(:element%n_points))
+    else
+      element_volume = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
+    end if
+  end function element_volume
 
 end module expansion_mod

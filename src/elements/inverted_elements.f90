@@ -1,11 +1,13 @@
 !> Elements that a displacement turns inside out: det(I + grad u) <= 0 at a Gauss point.
 module inverted_elements_mod
   use kinds_mod, only: wp
-  use cells_mod, only: cells, hexahedron_8
+  use cells_mod, only: cells, has_middles, hexahedron_8
   use cell_shapes_mod, only: shape_gradients_at
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use hexahedron8_mod, only: shape_gradients, along_edges, jacobian_determinants
+  use second_order_mod, only: second_order_t, second_order, displacement_gradients
+  use strain_measures_mod, only: growth_of
   use small_matrix_mod, only: determinant
   implicit none
   private
@@ -14,7 +16,7 @@ module inverted_elements_mod
 
 contains
 
-  !> The determinants of the Jacobian that must be positive: at the Gauss points, and at the corners
+  !> The determinants of the Jacobian that must be positive: at the Gauss points, and at the nodes
   !> along the natural coordinates of the cell. Along those of a hexahedron that is collapsed they
   !> are 0 at some.
   pure function jacobians_of(coordinates, connectivity, e) result(determinants)
@@ -24,6 +26,21 @@ contains
     real(wp), allocatable :: determinants(:)  !! of the lengths along the coordinates [length^3]
     integer :: a, n
 
+    if (has_middles(connectivity%cell(e))) then
+      associate (cell => cells(connectivity%cell(e)), &
+                 x => coordinates(:, nodes_of_element(connectivity, e)))
+        allocate (determinants(cell%n_points + cell%n_nodes))
+        do a = 1, cell%n_points
+          determinants(a) = determinant(matmul(x, transpose(shape_gradients_at(cell, &
+            cell%point(:, a)))))
+        end do
+        do a = 1, cell%n_nodes
+          determinants(cell%n_points + a) = determinant(matmul(x, transpose(shape_gradients_at( &
+            cell, cell%place(:, a)))))
+        end do
+      end associate
+      return
+    end if
     allocate (determinants, source=jacobian_determinants(coordinates(:, &
       nodes_of_hexahedron(connectivity, e))))
     if (connectivity%cell(e) == hexahedron_8) return
@@ -78,12 +95,19 @@ contains
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) displacement [length]
     integer, intent(out) :: element
     real(wp), intent(out) :: least       !! its determinant [-]
-    real(wp) :: before(16), after(16)
+    real(wp) :: before(16), after(16), growth
     integer :: e, nodes(8)
 
     element = 0
     least = 0.0_wp
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        growth = least_growth(mesh, e, u(:, nodes_of_element(mesh%connectivity, e)))
+        if (1.0_wp + growth > least) cycle
+        element = e
+        least = 1.0_wp + growth
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       if (gradient_bound(reach(:, e), u(:, nodes)) < 1.0_wp) cycle
       before = jacobian_determinants(mesh%coordinates(:, nodes))
@@ -93,5 +117,23 @@ contains
       least = minval(after(:8)/before(:8))
     end do
   end subroutine find_inverted
+
+  !> The least det(I + grad u) - 1 at the points of an element of second order.
+  pure real(wp) function least_growth(mesh, e, u) result(least)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: e
+    real(wp), intent(in) :: u(:, :)  !! displacements of its nodes [length]
+    type(second_order_t) :: element
+    real(wp) :: h(3, 3, cells(mesh%connectivity%cell(e))%n_points)
+    integer :: g
+
+    call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes_of_element( &
+      mesh%connectivity, e)), element)
+    h = displacement_gradients(element, u)
+    least = huge(least)
+    do g = 1, element%n_points
+      least = min(least, growth_of(h(:, :, g)))
+    end do
+  end function least_growth
 
 end module inverted_elements_mod

@@ -2,7 +2,8 @@
 !> largest strain and rotation.
 module mesh_fields_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: nodes_of_hexahedron
+  use cells_mod, only: has_middles
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
   use state_mod, only: state_t
@@ -13,6 +14,8 @@ module mesh_fields_mod
   use elements_mod, only: gauss_strain
   use finite_forces_mod, only: finite_tensors, undeformed_tensors
   use expansion_mod, only: find_free_strain
+  use second_order_mod, only: second_order_t, second_order, strain_of, nodal_values => &
+    extrapolate_to_nodes
   implicit none
   private
 
@@ -70,6 +73,10 @@ contains
     if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
     if (allocated(stress%at_nodes)) stress%at_nodes = 0.0_wp
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        call store_second_order(mesh, materials, u, free(e), e, strain, stress)
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       associate (elastic => materials(mesh%material(e))%law%elastic)
@@ -89,6 +96,51 @@ contains
     if (allocated(strain%at_nodes)) call divide_by_elements(mesh, strain%at_nodes)
     if (allocated(stress%at_nodes)) call divide_by_elements(mesh, stress%at_nodes)
   end subroutine fill_tensor_fields
+
+  !> Strain and stress of an element of second order, at small strain.
+  pure subroutine store_second_order(mesh, materials, u, free, e, strain, stress)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement [length]
+    real(wp), intent(in) :: free        !! [-]
+    integer, intent(in) :: e
+    type(tensor_field_t), intent(inout) :: strain  !! [-]
+    type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
+    type(second_order_t) :: element
+    real(wp), allocatable :: strains(:, :), stresses(:, :)
+
+    associate (nodes => nodes_of_element(mesh%connectivity, e), &
+               elastic => materials(mesh%material(e))%law%elastic)
+      call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), element)
+      allocate (strains, source=strain_of(element, u(:, nodes)))
+      allocate (stresses, source=stress_of(strains, elastic))
+      stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free, elastic)
+      call store(strains, strain)
+      call store(stresses, stress)
+    end associate
+
+  contains
+
+    pure subroutine store(values, field)
+      real(wp), intent(in) :: values(:, :) !! (6,n_points)
+      type(tensor_field_t), intent(inout) :: field
+
+      associate (weight => element%weight(:element%n_points))
+        if (allocated(field%at_centroids)) field%at_centroids(:, e) = matmul(values, weight)/ &
+          sum(weight)
+      end associate
+      if (allocated(field%at_gauss_points)) then
+        field%at_gauss_points(:, :, e) = 0.0_wp
+        field%at_gauss_points(:, :element%n_points, e) = values
+      end if
+      if (allocated(field%at_nodes)) then
+        associate (nodes => nodes_of_element(mesh%connectivity, e))
+          field%at_nodes(:, nodes) = field%at_nodes(:, nodes) + nodal_values(element%cell, values)
+        end associate
+      end if
+    end subroutine store
+
+  end subroutine store_second_order
 
   !> The largest principal strain, by its size, and the largest rotation at the centres of the
   !> elements. Linear theory takes both for small beside 1. docs/theory.md (8.11).
@@ -123,7 +175,7 @@ contains
     integer :: a
 
     if (allocated(field%at_centroids)) field%at_centroids(:, e) = volume_mean(x, values)
-    if (allocated(field%at_gauss_points)) field%at_gauss_points(:, :, e) = values
+    if (allocated(field%at_gauss_points)) field%at_gauss_points(:, :size(values, 2), e) = values
     if (allocated(field%at_nodes)) then
       at_corners = extrapolate_to_nodes(values)
       do a = 1, size(nodes)
@@ -140,6 +192,12 @@ contains
 
     elements = 0
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        associate (nodes => nodes_of_element(mesh%connectivity, e))
+          elements(nodes) = elements(nodes) + 1
+        end associate
+        cycle
+      end if
       associate (nodes => nodes_of_hexahedron(mesh%connectivity, e))
         do a = 1, size(nodes)
           elements(nodes(a)) = elements(nodes(a)) + 1

@@ -1,16 +1,17 @@
 !> Sums over the whole mesh: internal forces, pressures, weight, surface areas.
 module mesh_forces_mod
   use kinds_mod, only: wp
-  use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_face, &
-    nodes_of_hexahedron
+  use cells_mod, only: face_nodes, has_middles
+  use connectivity_mod, only: all_nodes_of_face, nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
   use hexahedron8_mod, only: node_volumes, stiffness_length
   use congruent_forces_mod, only: add_element_forces
-  use face4_mod, only: face_area_vectors, face_node_areas
+  use faces_mod, only: face_area_vectors, face_node_areas
+  use second_order_mod, only: volumes_of_second_order => node_volumes, &
+    stiffness_length_of_second_order => stiffness_length
   implicit none
   private
 
@@ -57,6 +58,14 @@ contains
     type(material_t), intent(in) :: materials(:)
     integer, intent(in) :: e
 
+    if (has_middles(mesh%connectivity%cell(e))) then
+      associate (nodes => nodes_of_element(mesh%connectivity, e), &
+                 elastic => materials(mesh%material(e))%law%elastic)
+        element_stiffness = constrained_modulus(elastic)*stiffness_length_of_second_order( &
+          mesh%connectivity%cell(e), mesh%coordinates(:, nodes))
+      end associate
+      return
+    end if
     element_stiffness = constrained_modulus(materials(mesh%material(e))%law%elastic)* &
       stiffness_length(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
   end function element_stiffness
@@ -69,16 +78,16 @@ contains
     real(wp), intent(in) :: pressure       !! [force/length^2]
     real(wp), intent(inout) :: f(:, :)     !! (3,n_nodes) [force]
     real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) 0 where left out [length]
-    real(wp) :: x(3, face_corners)
-    integer :: i, n, nodes(face_corners)
+    real(wp) :: x(3, face_nodes)
+    integer :: i, n, nodes(face_nodes)
 
     do i = 1, size(surface%faces, 2)
-      nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
-      n = corners_in(nodes)
-      associate (corners => nodes(:n))
-        x(:, :n) = mesh%coordinates(:, corners)
-        if (present(u)) x(:, :n) = x(:, :n) + u(:, corners)
-        f(:, corners) = f(:, corners) - pressure*face_area_vectors(x(:, :n))
+      nodes = all_nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
+      n = count(nodes > 0)
+      associate (of_face => nodes(:n))
+        x(:, :n) = mesh%coordinates(:, of_face)
+        if (present(u)) x(:, :n) = x(:, :n) + u(:, of_face)
+        f(:, of_face) = f(:, of_face) - pressure*face_area_vectors(x(:, :n))
       end associate
     end do
   end subroutine pressure_force
@@ -94,6 +103,15 @@ contains
     integer :: i, a, nodes(8)
 
     do i = 1, size(elements)
+      if (has_middles(mesh%connectivity%cell(elements(i)))) then
+        associate (all_nodes => nodes_of_element(mesh%connectivity, elements(i)), &
+                   density => materials(mesh%material(elements(i)))%density)
+          f(:, all_nodes) = f(:, all_nodes) + spread(density*acceleration, 2, size(all_nodes))* &
+            spread(volumes_of_second_order(mesh%connectivity%cell(elements(i)), &
+            mesh%coordinates(:, all_nodes)), 1, 3)
+        end associate
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, elements(i))
       mass = materials(mesh%material(elements(i)))%density*node_volumes(mesh%coordinates(:, nodes))
       do a = 1, 8
@@ -103,16 +121,17 @@ contains
   end subroutine gravity_force
 
   !> Add to each node its part of the faces of a surface; nodes that none of them has keep theirs.
+  !> Of faces with mid-side nodes the parts of corners are 0 or negative.
   pure subroutine add_nodal_areas(mesh, surface, area)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     real(wp), intent(inout) :: area(:)     !! (n_nodes) [length^2]
-    integer :: i, nodes(face_corners)
+    integer :: i, nodes(face_nodes)
 
     do i = 1, size(surface%faces, 2)
-      nodes = nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
-      associate (corners => nodes(:corners_in(nodes)))
-        area(corners) = area(corners) + face_node_areas(mesh%coordinates(:, corners))
+      nodes = all_nodes_of_face(mesh%connectivity, surface%faces(1, i), surface%faces(2, i))
+      associate (of_face => nodes(:count(nodes > 0)))
+        area(of_face) = area(of_face) + face_node_areas(mesh%coordinates(:, of_face))
       end associate
     end do
   end subroutine add_nodal_areas

@@ -1,15 +1,18 @@
 !> What finite strain would change of a small-strain solution, bounded by one internal force.
 module theory_error_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: nodes_of_hexahedron
+  use cells_mod, only: has_middles
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus, stress_of
-  use material_law_mod, only: law_t
+  use material_law_mod, only: law_t, finite_stress
   use hexahedron8_mod, only: shape_gradients, strain_of, mode_strain_of, stiffness_length
   use c3d8b_mod, only: mean_dilatation_strain
   use c3d8i_mod, only: mode_gradients, mode_amplitudes
   use finite_strain_mod, only: finite_force
+  use second_order_mod, only: second_order_t, second_order, displacement_gradients, &
+    strain_of_second_order => strain_of
   implicit none
   private
 
@@ -47,8 +50,15 @@ contains
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       body = mesh%body(nodes(1))
       associate (law => materials(mesh%material(e))%law)
-        call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), free(e), &
-          law, of_change, of_work)
+        if (has_middles(mesh%connectivity%cell(e))) then
+          associate (all_nodes => nodes_of_element(mesh%connectivity, e))
+            call find_works_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, &
+              all_nodes), u(:, all_nodes), free(e), law, of_change, of_work)
+          end associate
+        else
+          call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), free(e), &
+            law, of_change, of_work)
+        end if
         rounding(body) = rounding(body) + constrained_modulus(law%elastic)* &
           stiffness_length(mesh%coordinates(:, nodes))* &
           (operations*epsilon(1.0_wp)*maxval(abs(u(:, nodes))))**2
@@ -105,5 +115,35 @@ contains
     call finite_force(kind, (1.0_wp + growth)*from, strained, modes, law, finite, of_modes)
     change = sum(strained*finite) + sum(modes*of_modes) - work
   end subroutine find_works
+
+  !> The same of an element of second order.
+  pure subroutine find_works_of_second_order(cell, x, u, growth, law, change, work)
+    integer,  intent(in) :: cell             !! row of the table of cells
+    real(wp), intent(in) :: x(:, :), u(:, :) !! (3,n) nodes and their displacements [length]
+    real(wp), intent(in) :: growth           !! free expansion [-]
+    type(law_t), intent(in) :: law
+    real(wp), intent(out) :: change, work    !! [energy]
+    type(second_order_t) :: element
+    real(wp) :: from(3, size(x, 2)), strained(3, size(x, 2))
+    real(wp), allocatable :: h(:, :, :), strain(:, :), stress(:, :)
+    integer :: g
+
+    from = x - spread(x(:, 1), 2, size(x, 2))
+    strained = u - spread(u(:, 1), 2, size(u, 2)) - growth*from
+    call second_order(cell, from, element)
+    allocate (strain, source=strain_of_second_order(element, strained))
+    allocate (stress, source=stress_of(strain, law%elastic))
+    work = 0.0_wp
+    do g = 1, element%n_points
+      work = work + element%weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
+        2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
+    end do
+    call second_order(cell, (1.0_wp + growth)*from, element)
+    allocate (h, source=displacement_gradients(element, strained))
+    change = -work
+    do g = 1, element%n_points
+      change = change + element%weight(g)*sum(finite_stress(law, h(:, :, g))*h(:, :, g))
+    end do
+  end subroutine find_works_of_second_order
 
 end module theory_error_mod

@@ -2,12 +2,13 @@
 module assembly_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: constraints_t, constraint_of
-  use cells_mod, only: hexahedron_nodes
-  use connectivity_mod, only: nodes_of_hexahedron
+  use cells_mod, only: has_middles, hexahedron_nodes
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use linked_nodes_mod, only: nodes_with_constraints
   use scene_mod, only: material_t
   use elements_mod, only: stiffness
+  use second_order_mod, only: stiffness_of_second_order => stiffness
   use finite_forces_mod, only: tangent_t, element_tangent
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
@@ -64,7 +65,7 @@ contains
     type(known_elements_t) :: known
     real(wp) :: ke(n_freedoms, n_freedoms)
     integer, allocatable :: constraint(:, :)
-    integer :: e, a, b, entry, nodes(hexahedron_nodes)
+    integer :: e, nodes(hexahedron_nodes)
 
     allocate (constraint(3, mesh%n_nodes), source=constraint_of(map%constraints, mesh%n_nodes))
     lower_start = lower_lists(start, neighbours)
@@ -74,6 +75,13 @@ contains
       known%ke(n_freedoms, n_freedoms, n_remembered))
     known%rounding = 4.0_wp*deck_rounding(mesh%coordinates, mesh%origin)
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        known%n_computed = known%n_computed + 1
+        call add_element(nodes_of_element(mesh%connectivity, e), stiffness_of_second_order( &
+          mesh%connectivity%cell(e), mesh%coordinates(:, nodes_of_element(mesh%connectivity, e)), &
+          materials(mesh%material(e))%law%elastic))
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       if (present(tangent)) then
         call element_tangent(mesh, materials, tangent, e, ke)
@@ -81,30 +89,41 @@ contains
       else
         call find_stiffness(mesh, materials, e, known, ke)
       end if
+      call add_element(nodes, ke)
+    end do
+    call list_free_entries(map, start, neighbours, lower_start, k, blocks)
+    if (present(n_computed)) n_computed = known%n_computed
+
+  contains
+
+    subroutine add_element(nodes, ke)
+      integer,  intent(in) :: nodes(:)
+      real(wp), intent(in) :: ke(:, :) !! [force/length]
+      integer :: a, b, entry
+
       if (any(constraint(:, nodes) > 0)) then
         call add_linked(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
           blocks)
-        cycle
+        return
       end if
-      do a = 1, hexahedron_nodes
-        do b = 1, hexahedron_nodes
+      do a = 1, size(nodes)
+        do b = 1, size(nodes)
           if (nodes(b) > nodes(a)) cycle
           entry = position_of(nodes(b), neighbours(start(nodes(a)):start(nodes(a) + 1) - 1))
           entry = lower_start(nodes(a)) + entry - 1
           blocks(:, :, entry) = blocks(:, :, entry) + ke(3*a - 2:3*a, 3*b - 2:3*b)
         end do
       end do
-    end do
-    call list_free_entries(map, start, neighbours, lower_start, k, blocks)
-    if (present(n_computed)) n_computed = known%n_computed
+    end subroutine add_element
+
   end subroutine assemble_stiffness
 
   !> Add T^T K T of an element with nodes that depend on others.
   pure subroutine add_linked(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)
     type(constraints_t), intent(in) :: active
     integer, intent(in) :: constraint(:, :)  !! (3,n_nodes) of `constraint_of`
-    integer, intent(in) :: nodes(hexahedron_nodes)
-    real(wp), intent(in) :: ke(n_freedoms, n_freedoms)       !! [force/length]
+    integer, intent(in) :: nodes(:)
+    real(wp), intent(in) :: ke(:, :)         !! [force/length]
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
     real(wp), intent(inout) :: blocks(:, :, :) !! (3,3,entries) [force/length]
     integer, allocatable :: linked(:)
@@ -112,8 +131,8 @@ contains
     integer :: a, b, i, l, c, entry
 
     allocate (linked, source=nodes_with_constraints(active, constraint, nodes))
-    allocate (t(n_freedoms, 3*size(linked)), source=0.0_wp)
-    do a = 1, hexahedron_nodes
+    allocate (t(3*size(nodes), 3*size(linked)), source=0.0_wp)
+    do a = 1, size(nodes)
       do i = 1, 3
         c = constraint(i, nodes(a))
         if (c == 0) then

@@ -27,6 +27,7 @@ module advance_mod
   use certify_increment_mod, only: certify_increment
   use bodies_mod, only: strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
+  use edge_middles_mod, only: edge_middles_t, find_edge_middles
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
   use follow_points_mod, only: rounding_of_places, carried_slip
@@ -246,7 +247,9 @@ contains
     type(increment_report_t), intent(inout) :: report
     type(placement_t) :: began
     real(wp) :: of_heat, surplus !! [energy]
+    type(edge_middles_t) :: middles
 
+    call find_edge_middles(scene, points, report%contact%weights, middles)
     began = solver%undeformed
     call place_curved(scene, points, old%displacement, began, old%rotation)
     new%slip = carried_slip(points, began, trial%placement, old%slip) + &
@@ -258,7 +261,7 @@ contains
     where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
     call find_heat(scene, trial%free, old, new, of_heat, surplus)
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
-      trial%forces%internal), report%energy, work_of_torques(scene, points, old, new) + &
+      trial%forces%internal), report%energy, work_of_torques(scene, points, middles, old, new) + &
       work_on_overlaps(scene, points, solver%first_gap, began, trial%placement, old, new) + &
       of_heat, surplus)
   end subroutine finish

@@ -484,6 +484,7 @@ contains
     real(wp) :: r(3), part(3)
     integer :: i, n_pressed(mesh%n_nodes)
 
+    if (allocated(points%alpha)) return ! forces on edges are of several points
     n_pressed = 0
     do i = 1, points%n
       if (any(abs(reaction(:, i)) > 0.0_wp)) n_pressed(points%node(i)) = n_pressed(points%node(i)) &

@@ -10,7 +10,7 @@ module trial_mod
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t, imposed_t
   use rigid_modes_mod, only: generalised_loads, add_motions
-  use placement_mod, only: placement_t, place_curved, place_undeformed
+  use placement_mod, only: placement_t, place_curved, place_undeformed, leave_ends
   use surface_drag_mod, only: place_beginning
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface
@@ -114,6 +114,8 @@ contains
     trial%placed_at = old%displacement
     where (trial%forces%prescribed) trial%placed_at = trial%u_free
     trial%placement = solver%undeformed
+    if (allocated(points%alpha) .and. .not. any(solver%body%motions%body >= 0)) &
+      call leave_ends(scene, points, trial%u_free, trial%rotation, trial%placement)
   end subroutine begin_trial
 
   !> Begin with the reactions of the increment before, where the factor is not exact or forces not

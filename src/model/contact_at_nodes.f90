@@ -2,7 +2,7 @@
 module contact_at_nodes_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, add_to_slave
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t, is_redundant_at
   implicit none
@@ -23,9 +23,7 @@ contains
     integer :: i, k
 
     do i = 1, points%n
-      associate (node => points%node(i))
-        forces(:, node) = forces(:, node) + state%reaction(:, i)
-      end associate
+      call add_to_slave(points, contact%weights, i, state%reaction(:, i), forces)
       if (scene%pairs(points%pair(i))%master > 0) cycle
       associate (weights => contact%weights)
         do k = weights%first(i), weights%first(i + 1) - 1

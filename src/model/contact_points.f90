@@ -8,6 +8,7 @@ module contact_points_mod
 
   public :: contact_points_t, weights_t, master_sides_t, master_nodes, contact_nodes, is_covered, &
     is_across, is_still, n_sides, faces_of_side, find_side_points, face_one
+  public :: is_in_middle, list_slave, of_slave, add_to_slave
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
   !> own, as if it were the master of a pair.
@@ -29,6 +30,14 @@ module contact_points_mod
     !! (n) the master consists of faces, a body's or an obstacle's: it may not cover the point
     logical,  allocatable :: across(:, :)
     !! (3,n) before such a master: a plane of symmetry across this axis holds the node
+    integer,  allocatable :: end_point(:, :)
+    !! (2,n) of a node in the middle of an edge of a slave face the points at the ends of the edge, 0
+    !! of others; not allocated: there are none
+    real(wp), allocatable :: alpha(:)
+    !! (n) of such a node: the part of these two in its own point, (9.11), 0 of others; allocated
+    !! with it [-]
+    logical,  allocatable :: is_held(:)
+    !! (n) such a node that supports of the *STEP hold along the normal; allocated with it
     real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
     real(wp), allocatable :: area(:)
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
@@ -71,12 +80,81 @@ module contact_points_mod
     integer,  allocatable :: node(:)   !! (n_entries) master node
     real(wp), allocatable :: weight(:) !! (n_entries) [-]
     logical,  allocatable :: covers(:) !! (n_points) whether a master of faces covers the point
+    logical,  allocatable :: alone(:)
+    !! (n_points) in the middle of an edge: the ends have no part in the point, for supports hold the
+    !! node or the ends are not touched; allocated where points have `alpha`
     logical,  allocatable :: still(:, :)
     !! (3,n_points) axes across the normal along which the two sides move against each other as
     !! prescribed alone; not allocated: there are none
   end type weights_t
 
 contains
+
+  !> Whether a point is that of a node in the middle of an edge of a slave face, and its ends have
+  !> part in it. docs/theory.md (9.11).
+  pure logical function is_in_middle(points, weights, i)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+
+    is_in_middle = .false.
+    if (allocated(points%alpha)) is_in_middle = points%alpha(i) > 0.0_wp .and. &
+      .not. weights%alone(i)
+  end function is_in_middle
+
+  !> The nodes on the slave's side of a point, and what the displacement of each counts for there:
+  !> its own node with 1, or in the middle of an edge q = (u_m - alpha (u_1 + u_2))/(1 - 2 alpha).
+  pure subroutine list_slave(points, weights, i, n, node, factor)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    integer, intent(out) :: n           !! 1 or 3: of the following
+    integer, intent(out) :: node(3)
+    real(wp), intent(out) :: factor(3)  !! they add up to 1 [-]
+
+    n = 1
+    node = points%node(i)
+    factor = [1.0_wp, 0.0_wp, 0.0_wp]
+    if (.not. is_in_middle(points, weights, i)) return
+    n = 3
+    node(2:) = points%node(points%end_point(:, i))
+    factor = [1.0_wp, -points%alpha(i), -points%alpha(i)]/(1.0_wp - 2.0_wp*points%alpha(i))
+  end subroutine list_slave
+
+  !> Displacement, or place, on the slave's side of a point.
+  pure function of_slave(points, weights, i, u) result(q)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+    real(wp) :: q(3)                !! [length]
+    integer :: node(3), n, k
+    real(wp) :: factor(3)
+
+    q = u(:, points%node(i))
+    if (.not. is_in_middle(points, weights, i)) return
+    call list_slave(points, weights, i, n, node, factor)
+    q = 0.0_wp
+    do k = 1, n
+      q = q + factor(k)*u(:, node(k))
+    end do
+  end function of_slave
+
+  !> Add the reaction of a point to the forces on the slave's nodes.
+  pure subroutine add_to_slave(points, weights, i, reaction, force)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    real(wp), intent(in) :: reaction(3)       !! [force]
+    real(wp), intent(inout) :: force(:, :)    !! (3,n_nodes) [force]
+    integer :: node(3), n, k
+    real(wp) :: factor(3)
+
+    call list_slave(points, weights, i, n, node, factor)
+    do k = 1, n
+      force(:, node(k)) = force(:, node(k)) + factor(k)*reaction
+    end do
+  end subroutine add_to_slave
 
   !> How many sides a pair's master has.
   pure integer function n_sides(points, pair) result(n)

@@ -3,6 +3,7 @@
 module nodal_fields_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
+  use contact_points_mod, only: of_slave
   use scene_mod, only: scene_t, pair_turns, turn_local
   use output_field_mod, only: field_source_t
   implicit none
@@ -80,11 +81,12 @@ contains
     do i = 1, source%points%n
       if (.not. pair_turns(source%scene, source%points%pair(i))) cycle
       associate (obstacle => source%scene%obstacles(source%scene%pairs(source%points%pair( &
-                   i))%master), node => source%points%node(i), u => source%state%displacement, &
+                   i))%master), u => source%state%displacement, &
                  x => source%scene%mesh%coordinates)
         associate (ref_node => obstacle%ref_node)
-          values(:, ref_node) = values(:, ref_node) + cross(x(:, node) + u(:, node) - &
-            x(:, ref_node) - u(:, ref_node), source%state%reaction(:, i))
+          values(:, ref_node) = values(:, ref_node) + cross(of_slave(source%points, &
+            source%report%contact%weights, i, x + u) - x(:, ref_node) - u(:, ref_node), &
+            source%state%reaction(:, i))
         end associate
       end associate
     end do

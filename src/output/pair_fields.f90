@@ -6,7 +6,7 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
-  use contact_points_mod, only: n_sides, find_side_points
+  use contact_points_mod, only: n_sides, find_side_points, of_slave
   use interference_mod, only: has_interference, allowed_interference
   use increment_report_mod, only: status_open, force_sums, largest_pressure, &
     is_redundant_at
@@ -248,8 +248,8 @@ contains
     integer :: i
 
     do i = source%first, source%last
-      values(1, :) = values(1, :) + cross(source%scene%mesh%coordinates(:, &
-        source%points%node(i)), source%state%reaction(:, i))
+      values(1, :) = values(1, :) + cross(of_slave(source%points, &
+        source%report%contact%weights, i, source%scene%mesh%coordinates), source%state%reaction(:, i))
     end do
     values(1, :) = values(1, :) + cross(source%scene%mesh%origin, sum(source%state%reaction(:, &
       source%first:source%last), dim=2))
@@ -330,10 +330,8 @@ contains
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
       do i = source%first, source%last
-        associate (node => source%points%node(i))
-          values(1, :) = values(1, :) - cross(x(:, node) + u(:, node) - centre, &
-            source%state%reaction(:, i))
-        end associate
+        values(1, :) = values(1, :) - cross(of_slave(source%points, &
+          source%report%contact%weights, i, x + u) - centre, source%state%reaction(:, i))
       end do
     end associate
   end subroutine torque

@@ -3,8 +3,7 @@ module print_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_byte, of_long, of_real
   use controls_mod, only: print_t
-  use cells_mod, only: hexahedron_points
-  use connectivity_mod, only: some_elements
+  use connectivity_mod, only: most_points_in, some_elements
   use mesh_mod, only: mesh_t, shown_nodes
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
@@ -41,7 +40,7 @@ contains
       call add_field(list, field_t('is_due', of_byte, one_number, 'code', &
         '1 where FREQUENCY asks for lines in the table of text, else 0', compute=is_due))
       if (asked%of_elements) then
-        call list_tensors(asked, list)
+        call list_tensors(asked, most_points_in(scene%mesh%connectivity), list)
       else
         call list_vectors(asked, list)
       end if
@@ -77,9 +76,10 @@ contains
 
   end subroutine list_vectors
 
-  !> What there is at elements: the mean of each, or at its eight Gauss points.
-  subroutine list_tensors(asked, list)
+  !> What there is at elements: the mean of each, or at its Gauss points.
+  subroutine list_tensors(asked, n_points, list)
     type(print_t), intent(in) :: asked
+    integer, intent(in) :: n_points !! of an element, at most
     type(field_list_t), intent(inout) :: list
 
     if (asked%stress) call add('stress', 6, 'pressure', 'XX, YY, ZZ, XY, YZ, XZ', stress_of_set)
@@ -103,8 +103,8 @@ contains
       extents = [size(asked%members)]
       place = '; mean of the element'
       if (asked%at_gauss_points) then
-        extents = [hexahedron_points, extents]
-        place = ' at each of the eight Gauss points, placed like the nodes'
+        extents = [n_points, extents]
+        place = ' at each of the Gauss points'
       end if
       if (n > 1) extents = [n, extents]
       place = description//place ! by a name, for gfortran does not free one made in the list
@@ -219,12 +219,13 @@ contains
     type(tensor_field_t) :: of_strain, of_stress
     real(wp) :: free(source%scene%mesh%n_elements)
     integer, allocatable :: nodes(:)
-    integer :: n, i
+    integer :: n, n_points, i
 
     if (source%tensors_of == source%print) return
     source%tensors_of = source%print
     associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
       n = size(asked%members)
+      n_points = most_points_in(mesh%connectivity)
       part%connectivity = some_elements(mesh%connectivity, asked%members)
       nodes = part%connectivity%node
       part%n_nodes = size(nodes)
@@ -236,16 +237,16 @@ contains
       part%material = mesh%material(asked%members)
       call find_free_strain(source%scene, source%state%step, source%state%position, free)
       if (asked%at_gauss_points) then
-        allocate (of_strain%at_gauss_points(6, hexahedron_points, n))
-        allocate (of_stress%at_gauss_points(6, hexahedron_points, n))
+        allocate (of_strain%at_gauss_points(6, n_points, n))
+        allocate (of_stress%at_gauss_points(6, n_points, n))
       else
         allocate (of_strain%at_centroids(6, n), of_stress%at_centroids(6, n))
       end if
       call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
         of_strain, of_stress, free(asked%members), source%scene%finite_strain)
       if (asked%at_gauss_points) then
-        source%set_strain = reshape(of_strain%at_gauss_points, [6, hexahedron_points*n])
-        source%set_stress = reshape(of_stress%at_gauss_points, [6, hexahedron_points*n])
+        source%set_strain = reshape(of_strain%at_gauss_points, [6, n_points*n])
+        source%set_stress = reshape(of_stress%at_gauss_points, [6, n_points*n])
       else
         source%set_strain = of_strain%at_centroids
         source%set_stress = of_stress%at_centroids

@@ -1,7 +1,7 @@
 !> The fields over the mesh, which ParaView shows: entries, and how each is computed.
 module view_fields_mod
   use kinds_mod, only: wp
-  use cells_mod, only: hexahedron_points
+  use connectivity_mod, only: most_points_in
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use scene_mod, only: scene_t
@@ -81,11 +81,11 @@ contains
           mean_principal_stress, mean_principal_strain)
       end if
       if (asked%at_gauss_points) then
-        call add_tensors('CellData/', '_gauss_points', [6*hexahedron_points, n], &
+        call add_tensors('CellData/', '_gauss_points', [6*most_points_in(scene%mesh%connectivity), n], &
           at_gauss_points, gauss_stress, gauss_strain)
-        call add_undeformed('CellData/', '_gauss_points', [6*hexahedron_points, n], &
+        call add_undeformed('CellData/', '_gauss_points', [6*most_points_in(scene%mesh%connectivity), n], &
           at_gauss_points, gauss_pk2, gauss_green)
-        call add_invariants('CellData/', '_gauss_points', [hexahedron_points, n], &
+        call add_invariants('CellData/', '_gauss_points', [most_points_in(scene%mesh%connectivity), n], &
           at_gauss_points, gauss_mises, gauss_principal_stress, gauss_principal_strain)
       end if
       if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
@@ -373,7 +373,7 @@ contains
   subroutine at_each_point(tensor, values)
     real(wp), intent(in) :: tensor(:, :, :)   !! (6, n_points, n_elements)
     real(wp), intent(inout) :: values(:, :)   !! (3 n_points, n_elements)
-    real(wp) :: of_element(3, hexahedron_points)
+    real(wp) :: of_element(3, size(tensor, 2))
     integer :: e
 
     do e = 1, size(values, 2)
@@ -459,7 +459,7 @@ contains
     associate (mesh => scene%mesh, output => scene%output)
       if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
       if (output%at_gauss_points) allocate (field%at_gauss_points(6, &
-        hexahedron_points, mesh%n_elements))
+        most_points_in(mesh%connectivity), mesh%n_elements))
       if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
     end associate
   end subroutine allocate_tensors

@@ -41,6 +41,7 @@ contains
     if (any(motions%body == 0)) call refuse('obstacles that move freely')
     if (motions%n > 0 .and. allocated(motions%piece)) call refuse( &
       'bodies that equations join and supports do not hold')
+    if (allocated(points%alpha)) call refuse('slave faces with mid-side nodes')
     is_taken = .false.
     do i = 1, points%n
       if (.not. points%in_reach(i)) cycle

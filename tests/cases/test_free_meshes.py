@@ -1,5 +1,5 @@
-"""Tetrahedra, wedges and pyramids, alone and beside hexahedra: what any mesh has exactly, what is
-refused.
+"""Tetrahedra, wedges and pyramids, alone and beside hexahedra, of first and second order: what any
+mesh has exactly, what is refused.
 
 Boxes of elements with inner nodes out of place, each cut into two wedges, six tetrahedra, six
 pyramids about its centre or three about a corner.
@@ -15,6 +15,16 @@ YOUNG, POISSON, PRESSURE = 210000.0, 0.3, 100.0
 WEDGES = ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7))
 SIDES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 CENTRE = 8
+# The elements of second order: what they are without mid-side nodes, and the edges of these.
+EDGES = {
+    "C3D10": ("C3D4", ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))),
+    "C3D15": ("C3D6", ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5))),
+    "C3D20": ("C3D8", ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4),
+                       (1, 5), (2, 6), (3, 7))),
+}
+EDGES["C3D20R"] = EDGES["C3D20"]
+VTK_TYPES = {"C3D8": 12, "C3D6": 13, "C3D5": 14, "C3D4": 10, "C3D10": 24, "C3D15": 26, "C3D20": 25,
+             "C3D20R": 25}
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 
 
@@ -63,7 +73,7 @@ def cut(kind, at):
         return tuple(("C3D5", cell) for cell in pyramids(apex))
     cells = {"C3D8": (tuple(range(8)),), "C3D6": WEDGES, "C3D5": pyramids(CENTRE),
              "C3D4": tetrahedra()}
-    return tuple((kind, cell) for cell in cells[kind])
+    return tuple((kind, cell) for cell in cells[EDGES.get(kind, (kind,))[0]])
 
 
 class Box:
@@ -93,6 +103,23 @@ class Box:
                 element += 1
         self.x = np.concatenate([self.x, np.reshape(centres, (-1, 3))])
         self.next_element = element
+        self.add_middles()
+
+    def add_middles(self):
+        """Put nodes in the middles of the edges of elements of second order."""
+        number, middles = {}, []
+        for kind, elements in self.elements.items():
+            if kind not in EDGES:
+                continue
+            for i, (element, *nodes) in enumerate(elements):
+                for edge in EDGES[kind][1]:
+                    ends = tuple(sorted(nodes[a] for a in edge))
+                    if ends not in number:
+                        number[ends] = self.first + len(self.x) + len(middles)
+                        middles.append(self.x[[a - self.first for a in ends]].mean(axis=0))
+                    nodes.append(number[ends])
+                elements[i] = (element, *nodes)
+        self.x = np.concatenate([self.x, np.reshape(middles, (-1, 3))])
 
     def side(self, axis, end):
         """Return the ids of the nodes on a side."""
@@ -150,6 +177,7 @@ class FreeMeshes(unittest.TestCase):
         for kinds in (
             ("C3D4",), ("C3D6",), ("C3D8", "C3D6"), ("C3D5",), ("corner",), ("C3D8", "C3D5"),
             ("C3D6", "C3D5"), ("C3D8", "join", "C3D4"),
+            ("C3D10",), ("C3D15",), ("C3D20",), ("C3D20R",), ("C3D20", "C3D15"),
         ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (3, 3, 3), kinds)
@@ -165,9 +193,8 @@ class FreeMeshes(unittest.TestCase):
                     stress, [[0, 0, -PRESSURE, 0, 0, 0]] * len(stress), rtol=0, atol=1e-9
                 )
                 np.testing.assert_allclose(result.pairs[0].pressure[-1], PRESSURE, rtol=1e-9)
-                wanted = {"C3D8": 12, "C3D6": 13, "C3D5": 14, "C3D4": 10}
                 types = result.file["VTKHDF/Types"][:]
-                counts = {wanted[kind]: len(cells) for kind, cells in box.elements.items()}
+                counts = {VTK_TYPES[kind]: len(cells) for kind, cells in box.elements.items()}
                 self.assertEqual({int(t): int((types == t).sum()) for t in set(types)}, counts)
 
     def test_uniform_stress_between_bodies(self):
@@ -205,7 +232,10 @@ class FreeMeshes(unittest.TestCase):
                 self.check_uniform(self.solve(deck))
 
     def test_a_rise_of_temperature_strains_a_free_body(self):
-        for kinds in (("C3D4",), ("C3D6", "C3D8"), ("C3D5",), ("corner",)):
+        for kinds in (
+            ("C3D4",), ("C3D6", "C3D8"), ("C3D5",), ("corner",), ("C3D10",), ("C3D20", "C3D15"),
+            ("C3D20R",),
+        ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (2, 2, 2), kinds)
                 deck = (
@@ -220,7 +250,10 @@ class FreeMeshes(unittest.TestCase):
                 )
 
     def test_the_floor_carries_the_weight(self):
-        for kinds in (("C3D4",), ("C3D6",), ("C3D5",), ("corner",), ("C3D8", "join")):
+        for kinds in (
+            ("C3D4",), ("C3D6",), ("C3D5",), ("corner",), ("C3D8", "join"), ("C3D10",),
+            ("C3D20R", "C3D15"), ("C3D20",),
+        ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (2, 3, 2), kinds, size=(1, 2, 3))
                 deck = (

@@ -36,6 +36,18 @@ class Independent(unittest.TestCase):
                     result.pairs[0].resultant, wanted, rtol=0, atol=1e-6 * abs(wanted).max()
                 )
 
+    def test_blocks_of_second_order_on_a_plane(self):
+        for name in (
+            "block_C3D10_n2", "block_C3D10_n3", "block_C3D15_n2", "block_C3D20_n2",
+            "block_C3D20_n3", "block_C3D20R_n2",
+        ):
+            with self.subTest(name):
+                result, rows = self.check(name, "dualq")
+                wanted = rows[:, 1:4]
+                np.testing.assert_allclose(
+                    result.pairs[0].resultant, wanted, rtol=0, atol=1e-6 * abs(wanted).max()
+                )
+
     def test_a_ball_on_a_plane(self):
         result, rows = self.check("ball_C3D4", "nodal")
         np.testing.assert_allclose(abs(result.pairs[0].resultant[:, 2]), rows[:, 2], rtol=1e-6)

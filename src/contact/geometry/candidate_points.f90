@@ -4,6 +4,7 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
+  use cells_mod, only: face_nodes
   use connectivity_mod, only: corners_in
   use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
   use refine_elements_mod, only: fill_between
@@ -13,7 +14,7 @@ module candidate_points_mod
   use mesh_forces_mod, only: add_nodal_areas
   use master_sides_mod, only: find_sides, area_of_face
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: all_nodes_of, nodes_of
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
@@ -31,7 +32,10 @@ contains
     type(contact_points_t), intent(out) :: points
     real(wp) :: area(scene%mesh%n_nodes)
     logical, allocatable :: is_new(:)
+    integer, allocatable :: ends(:, :)
+    real(wp), allocatable :: alpha(:)
     integer :: pair, side, i, k, slot, begin
+    logical :: is_bent
 
     allocate (points%first(size(scene%pairs) + 1))
     call list_master_nodes(scene, points)
@@ -45,6 +49,7 @@ contains
     allocate (points%pair(points%n), points%node(points%n))
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
+    call find_edges(scene, ends, alpha)
     area = 0.0_wp
     k = 0
     slot = 0
@@ -52,8 +57,10 @@ contains
       points%first(pair) = k + 1
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call add_nodal_areas(scene%mesh, surface, area)
+        call share_areas(surface%nodes, ends, alpha, area)
         if (allocated(scene%mesh%hangs)) call fold_to_parents(scene%mesh%hangs, &
           scene%mesh%between, scene%mesh%n_given, area)
+        is_bent = any_bent(scene%mesh%coordinates, surface%nodes, ends)
         begin = slot
         do side = 1, n_sides(points, pair)
           slot = begin
@@ -65,7 +72,7 @@ contains
             points%node(k) = surface%nodes(i)
             points%area(k) = area(surface%nodes(i))
             points%mu(k) = scene%pairs(pair)%mu
-            points%is_curved(k) = .not. has_fixed_normals(scene, pair)
+            points%is_curved(k) = .not. has_fixed_normals(scene, pair) .or. is_bent
             points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
           end do
         end do
@@ -73,8 +80,104 @@ contains
       end associate
     end do
     points%first(size(scene%pairs) + 1) = k + 1
+    if (any(alpha > 0.0_wp)) call join_ends(scene, ends, alpha, points)
     call find_extra_gaps(scene, points)
   end subroutine find_points
+
+  !> The nodes in the middles of the edges of slave faces: the ends of the edge, and alpha of (9.11).
+  pure subroutine find_edges(scene, ends, alpha)
+    type(scene_t), intent(in) :: scene
+    integer,  allocatable, intent(out) :: ends(:, :) !! (2,n_nodes) 0 of other nodes
+    real(wp), allocatable, intent(out) :: alpha(:)   !! (n_nodes) 0 of other nodes [-]
+    ! Of edges of triangles, and of edges that a quadrilateral has: areas of all points are positive.
+    real(wp), parameter :: of_triangle = 0.2_wp, of_quadrilateral = 0.25_wp
+    integer, allocatable :: faces(:, :)
+    integer :: pair, f, k, n, corners
+
+    allocate (ends(2, scene%mesh%n_nodes), source=0)
+    allocate (alpha(scene%mesh%n_nodes), source=0.0_wp)
+    allocate (faces(face_nodes, 0))
+    do pair = 1, size(scene%pairs)
+      faces = all_nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, &
+        scene%mesh%connectivity)
+      do f = 1, size(faces, 2)
+        n = count(faces(:, f) > 0)
+        if (n <= 4) cycle
+        corners = n/2
+        do k = 1, corners
+          associate (middle => faces(corners + k, f))
+            ends(:, middle) = faces([k, 1 + modulo(k, corners)], f)
+            alpha(middle) = max(alpha(middle), merge(of_triangle, of_quadrilateral, corners == 3))
+          end associate
+        end do
+      end do
+    end do
+  end subroutine find_edges
+
+  !> Whether an edge is bent: where its middle touches a plane its ends may not.
+  pure logical function any_bent(x, nodes, ends)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    integer, intent(in) :: nodes(:)      !! of a surface
+    integer, intent(in) :: ends(:, :)    !! as of find_edges
+    real(wp), parameter :: straight = 1.0e-9_wp !! digits of decks [-]
+    integer :: i
+
+    any_bent = .false.
+    do i = 1, size(nodes)
+      if (ends(1, nodes(i)) == 0) cycle
+      associate (one => x(:, ends(1, nodes(i))), other => x(:, ends(2, nodes(i))))
+        any_bent = any_bent .or. norm2(x(:, nodes(i)) - 0.5_wp*(one + other)) > straight* &
+          norm2(one - other)
+      end associate
+    end do
+  end function any_bent
+
+  !> The areas of the points from those of the nodes, int N dA: a node in the middle of an edge gives
+  !> alpha of its own to each end. docs/theory.md (9.12).
+  pure subroutine share_areas(nodes, ends, alpha, area)
+    integer, intent(in) :: nodes(:)         !! of the surface
+    integer, intent(in) :: ends(:, :)       !! as of find_edges
+    real(wp), intent(in) :: alpha(:)
+    real(wp), intent(inout) :: area(:)      !! (n_nodes) [length^2]
+    integer :: i
+
+    do i = 1, size(nodes)
+      associate (middle => nodes(i))
+        if (.not. alpha(middle) > 0.0_wp) cycle
+        area(ends(:, middle)) = area(ends(:, middle)) + alpha(middle)*area(middle)
+        area(middle) = (1.0_wp - 2.0_wp*alpha(middle))*area(middle)
+      end associate
+    end do
+  end subroutine share_areas
+
+  !> Let points know those at the ends of their edges, which are before the same obstacle.
+  pure subroutine join_ends(scene, ends, alpha, points)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: ends(:, :)       !! as of find_edges
+    real(wp), intent(in) :: alpha(:)
+    type(contact_points_t), intent(inout) :: points
+    integer :: at(scene%mesh%n_nodes), master, pair, other, i
+
+    allocate (points%end_point(2, points%n), source=0)
+    allocate (points%alpha(points%n), source=0.0_wp)
+    allocate (points%is_held(points%n), source=.false.)
+    do pair = 1, size(scene%pairs)
+      master = scene%pairs(pair)%master
+      if (master == 0) cycle
+      at = 0
+      do other = 1, size(scene%pairs)
+        if (scene%pairs(other)%master /= master) cycle
+        do i = points%first(other), points%first(other + 1) - 1
+          at(points%node(i)) = i
+        end do
+      end do
+      do i = points%first(pair), points%first(pair + 1) - 1
+        if (.not. alpha(points%node(i)) > 0.0_wp) cycle
+        points%end_point(:, i) = at(ends(:, points%node(i)))
+        if (all(points%end_point(:, i) > 0)) points%alpha(i) = alpha(points%node(i))
+      end do
+    end do
+  end subroutine join_ends
 
   !> Divide masters of faces into their sides.
   subroutine divide_masters(scene, points)

@@ -6,7 +6,7 @@ module contact_resolution_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: plane_strain_modulus
   use connectivity_mod, only: corners_in
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: split_faces
   use face_overlap_mod, only: outward_normal
   use obstacle_shapes_mod, only: is_before_faces, is_flat
   use scene_mod, only: scene_t
@@ -238,6 +238,7 @@ contains
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     type(slave_faces_t) :: faces
+    integer, allocatable :: whole(:)
     integer :: f, i, n_faces
 
     faces%pair = pair
@@ -246,11 +247,11 @@ contains
       faces%point(points%node(i)) = i
     end do
     associate (surface => scene%surfaces(scene%pairs(pair)%surface), mesh => scene%mesh)
-      n_faces = size(surface%faces, 2)
+      call split_faces(surface%faces, mesh%connectivity, faces%nodes, whole)
+      n_faces = size(whole)
       allocate (faces%element(n_faces), faces%normal(3, n_faces))
-      faces%nodes = nodes_of(surface%faces, mesh%connectivity)
       do f = 1, n_faces
-        faces%element(f) = surface%faces(1, f)
+        faces%element(f) = surface%faces(1, whole(f))
         faces%normal(:, f) = outward_normal(mesh%coordinates(:, faces%nodes( &
           :corners_in(faces%nodes(:, f)), f)))
       end do

@@ -3,7 +3,7 @@ module drag_points_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, turn_between
   use scene_mod, only: scene_t, pair_turns
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, of_slave
   use state_mod, only: state_t
   use placement_mod, only: placement_t
   implicit none
@@ -36,10 +36,10 @@ contains
                  after_turn => rotation(:, scene%pairs(pair)%master))
         half = rotation_matrix(0.5_wp*turn_between(before_turn, after_turn))
         do i = points%first(pair), points%first(pair + 1) - 1
-          associate (node => points%node(i), ref_node => obstacle%ref_node)
-            arm = scene%mesh%coordinates(:, node) - scene%mesh%coordinates(:, ref_node)
-            before = arm + old%displacement(:, node) - old%displacement(:, ref_node)
-            after = arm + u(:, node) - u(:, ref_node)
+          associate (ref_node => obstacle%ref_node)
+            arm = of_slave(points, placement%weights, i, scene%mesh%coordinates) - scene%mesh%coordinates(:, ref_node)
+            before = arm + of_slave(points, placement%weights, i, old%displacement) - old%displacement(:, ref_node)
+            after = arm + of_slave(points, placement%weights, i, u) - u(:, ref_node)
             placement%drag(:, i) = (matmul(after, half) - after) - (matmul(half, before) - before)
           end associate
         end do

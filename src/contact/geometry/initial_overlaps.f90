@@ -1,8 +1,8 @@
 !> Slave nodes that lie inside their obstacle before anything has moved.
 module initial_overlaps_mod
   use kinds_mod, only: wp, i8
-  use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in, nodes_of_face, nodes_of_hexahedron
+  use cells_mod, only: face_nodes
+  use connectivity_mod, only: all_nodes_of_face, nodes_of_hexahedron
   use mesh_mod, only: deck_rounding
   use text_mod, only: string_t, to_text
   use mesh_mod, only: mesh_t
@@ -11,7 +11,7 @@ module initial_overlaps_mod
   use increment_report_mod, only: contact_fields_t, status_open
   use surfaces_mod, only: surface_t
   use hexahedron8_mod, only: volume
-  use face4_mod, only: face_node_areas
+  use faces_mod, only: face_node_areas
   use interference_mod, only: has_interference, set_extra_gap
   use placement_mod, only: placement_t, place_undeformed
   implicit none
@@ -30,13 +30,16 @@ contains
     type(string_t), allocatable :: lines(:)
     type(string_t) :: line
     type(placement_t) :: placement
+    type(contact_points_t) :: nodes
     character(:), allocatable :: remedy
     real(wp) :: depth(points%n), deepest, least
     integer :: pair, i, n, node
 
     allocate (lines(0))
     remedy = ''
-    call place_undeformed(scene, points, placement)
+    nodes = points
+    if (allocated(nodes%is_held)) nodes%is_held = .true. ! each by itself
+    call place_undeformed(scene, nodes, placement)
     depth = -placement%gap
     if (allocated(points%overlap)) depth = points%overlap
     least = max(rounding*maxval(abs(scene%mesh%coordinates)), 16.0_wp*deck_rounding( &
@@ -133,14 +136,14 @@ contains
     real(wp), intent(inout) :: thickness(:) !! (n_nodes) [length]
     integer, intent(inout) :: behind(:)     !! (n_nodes) the element
     real(wp) :: height
-    integer :: f, k, e, nodes(face_corners)
+    integer :: f, k, e, nodes(face_nodes)
 
     do f = 1, size(surface%faces, 2)
       e = surface%faces(1, f)
-      nodes = nodes_of_face(mesh%connectivity, e, surface%faces(2, f))
+      nodes = all_nodes_of_face(mesh%connectivity, e, surface%faces(2, f))
       height = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))/ &
-        sum(face_node_areas(mesh%coordinates(:, nodes(:corners_in(nodes)))))
-      do k = 1, corners_in(nodes)
+        sum(face_node_areas(mesh%coordinates(:, nodes(:count(nodes > 0)))))
+      do k = 1, count(nodes > 0)
         if (height <= thickness(nodes(k))) cycle
         thickness(nodes(k)) = height
         behind(nodes(k)) = e

@@ -6,7 +6,7 @@ module passed_obstacles_mod
   use face_overlap_mod, only: doubled_area
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, has_meshed_master
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: split_faces
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
@@ -97,13 +97,13 @@ contains
     real(wp), intent(in) :: u(:, :)             !! (3,n_nodes) [length]
     real(wp) :: outward(3, scene%mesh%n_nodes)  !! [-]
     real(wp) :: normal(3)
-    integer, allocatable :: faces(:, :)
+    integer, allocatable :: faces(:, :), whole(:)
     integer :: f, k
 
     outward = 0.0_wp
     associate (surface => scene%surfaces(scene%pairs(pair)%surface))
       if (.not. allocated(surface%faces)) return
-      faces = nodes_of(surface%faces, scene%mesh%connectivity)
+      call split_faces(surface%faces, scene%mesh%connectivity, faces, whole)
       do f = 1, size(faces, 2)
         associate (nodes => faces(:corners_in(faces(:, f)), f))
           normal = doubled_area(scene%mesh%coordinates(:, nodes) + u(:, nodes))

@@ -5,7 +5,8 @@ module placement_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, find_side_points
+  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, &
+    find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t, enough
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
@@ -14,7 +15,7 @@ module placement_mod
   private
 
   public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, as_turned, &
-    find_partly_covered
+    find_partly_covered, leave_ends
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
@@ -93,6 +94,7 @@ contains
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
     allocate (placement%weights%covers(points%n), source=.true.)
+    if (allocated(points%alpha)) allocate (placement%weights%alone, source=points%is_held)
     do pair = 1, size(scene%pairs)
       call place(scene, points, pair, u, placement, rotation)
     end do
@@ -170,9 +172,10 @@ contains
             normal)
           gap = gap + points%extra_gap(i)
           placement%frame(:, :, i) = local_frame(normal)
-          placement%reference(:, i) = u(:, node) - shift
+          placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
         end associate
       end do
+      call combine_along_edges(points, placement%weights, first, last, placement%gap)
       placement%covered_area(first:last) = points%area(first:last)
       placement%least_gap(first:last) = no_gap
       ! A rigid master moves as its reference node does.
@@ -181,6 +184,47 @@ contains
         spread(1.0_wp, 1, n*(last - first + 1)))
     end associate
   end subroutine place_before_obstacle
+
+  !> Gaps of nodes in the middles of edges become those of their points, as displacements do: those
+  !> of all nodes at their places, of which the ends of edges keep theirs. docs/theory.md (9.11).
+  pure subroutine combine_along_edges(points, weights, first, last, gap)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: first, last       !! of a pair
+    real(wp), intent(inout) :: gap(:)        !! (n_points) [length]
+    integer :: i
+
+    if (.not. allocated(points%alpha)) return
+    do i = first, last
+      if (.not. is_in_middle(points, weights, i)) cycle
+      associate (alpha => points%alpha(i), ends => points%end_point(:, i))
+        gap(i) = (gap(i) - alpha*(gap(ends(1)) + gap(ends(2))))/(1.0_wp - 2.0_wp*alpha)
+      end associate
+    end do
+  end subroutine combine_along_edges
+
+  !> Leave the ends of edges out of the points in their middles where neither can touch: these would
+  !> press at a distance. They cannot where nothing of them is inside the obstacle at a displacement
+  !> that contact does not keep from entering. docs/theory.md section 9.
+  pure subroutine leave_ends(scene, points, u, rotation, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) without contact [length]
+    real(wp), intent(in) :: rotation(:, :)   !! as of `place`
+    type(placement_t), intent(inout) :: placement !! gets those that are alone
+    type(placement_t) :: without
+    integer :: i
+
+    if (.not. allocated(points%alpha)) return
+    without = placement
+    without%weights%alone = .true.
+    call place_curved(scene, points, u, without, rotation)
+    do i = 1, points%n
+      if (.not. (points%alpha(i) > 0.0_wp .and. points%is_curved(i))) cycle
+      placement%weights%alone(i) = points%is_held(i) .or. all(without%gap(points%end_point(:, i)) &
+        > 0.0_wp)
+    end do
+  end subroutine leave_ends
 
   !> An obstacle as it has turned.
   pure function as_turned(scene, master, rotation) result(obstacle)

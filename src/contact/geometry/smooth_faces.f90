@@ -9,10 +9,9 @@ module smooth_faces_mod
   use lists_mod, only: lists_t, columns_with
   use small_matrix_mod, only: cross
   use cells_mod, only: face_corners
-  use connectivity_mod, only: nodes_of_face
   use mesh_mod, only: mesh_t
   use face_overlap_mod, only: outward_normal
-  use surfaces_mod, only: surface_t
+  use surfaces_mod, only: split_faces, surface_t
   implicit none
   private
 
@@ -50,16 +49,16 @@ contains
     type(smooth_faces_t) :: faces
     type(lists_t) :: at !! the faces at each node
     real(wp) :: x(3, face_corners)
-    integer, allocatable :: corners(:, :)
+    integer, allocatable :: corners(:, :), whole(:)
     integer :: f, n_faces
 
-    n_faces = 0
-    if (allocated(surface%faces)) n_faces = size(surface%faces, 2)
+    allocate (corners(face_corners, 0))
+    if (allocated(surface%faces)) call split_faces(surface%faces, mesh%connectivity, corners, whole)
+    n_faces = size(corners, 2)
     allocate (faces%nodes(face_corners, n_faces), faces%normal(3, n_faces))
-    allocate (faces%half(face_corners, n_faces), corners(face_corners, n_faces))
+    allocate (faces%half(face_corners, n_faces))
     allocate (faces%bulge(3, face_corners, n_faces), source=0.0_wp)
     do f = 1, n_faces
-      corners(:, f) = nodes_of_face(mesh%connectivity, surface%faces(1, f), surface%faces(2, f))
       faces%nodes(:, f) = merge(corners(:, f), corners(3, f), corners(:, f) > 0)
       x = mesh%coordinates(:, faces%nodes(:, f))
       faces%normal(:, f) = outward_normal(x)

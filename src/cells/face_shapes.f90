@@ -1,0 +1,135 @@
+!> The faces of cells: triangles and quadrilaterals with or without mid-side nodes, their shape
+!> functions and quadrature. Nodes: the corners anticlockwise from outside, then the middles of the
+!> edges, that of corners 1 and 2 first.
+!>
+!> Natural coordinates go from -1 to 1 across a quadrilateral, and from 0 to 1 along the edges from
+!> the first corner of a triangle. docs/theory.md, section 8.
+module face_shapes_mod
+  use kinds_mod, only: wp
+  use cells_mod, only: face_nodes
+  implicit none
+  private
+
+  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle
+
+  integer, parameter :: most_points = 9
+
+  !> Points in natural coordinates. Integrals of a shape function times the area vector of any face
+  !> are exact, and of two shape functions where edges are straight and opposite ones parallel.
+  type :: face_rule_t
+    integer :: n = 0
+    real(wp) :: point(2, most_points) = 0.0_wp !! [-]
+    real(wp) :: weight(most_points) = 0.0_wp   !! [-]
+  end type face_rule_t
+
+  ! The rule of degree 5 on a triangle, Radon's: the middle and two groups of three.
+  real(wp), parameter :: root = sqrt(15.0_wp)
+  real(wp), parameter :: inner = (6.0_wp + root)/21.0_wp, outer = (6.0_wp - root)/21.0_wp
+  real(wp), parameter :: triangle(2, 7) = reshape([1.0_wp/3.0_wp, 1.0_wp/3.0_wp, &
+    inner, inner, 1.0_wp - 2.0_wp*inner, inner, inner, 1.0_wp - 2.0_wp*inner, &
+    outer, outer, 1.0_wp - 2.0_wp*outer, outer, outer, 1.0_wp - 2.0_wp*outer], [2, 7])
+  real(wp), parameter :: triangle_weight(7) = 0.5_wp*[9.0_wp/40.0_wp, &
+    spread((155.0_wp + root)/1200.0_wp, 1, 3), spread((155.0_wp - root)/1200.0_wp, 1, 3)]
+  real(wp), parameter :: line(3) = [-sqrt(0.6_wp), 0.0_wp, sqrt(0.6_wp)]
+  real(wp), parameter :: line_weight(3) = [5.0_wp, 8.0_wp, 5.0_wp]/9.0_wp
+  real(wp), parameter :: corner(2, 4) = reshape([real(wp) :: -1, -1, 1, -1, 1, 1, -1, 1], [2, 4])
+  real(wp), parameter :: gauss = 1.0_wp/sqrt(3.0_wp)
+
+contains
+
+  !> Whether a face of so many nodes has three corners.
+  pure elemental logical function is_triangle(n_nodes)
+    integer, intent(in) :: n_nodes !! 3, 4, 6 or 8
+
+    is_triangle = modulo(n_nodes, 3) == 0
+  end function is_triangle
+
+  !> The quadrature of a face.
+  pure type(face_rule_t) function rule_of(n_nodes) result(rule)
+    integer, intent(in) :: n_nodes !! 3, 4, 6 or 8
+    integer :: i
+
+    if (is_triangle(n_nodes)) then
+      rule%n = 7
+      rule%point(:, :7) = triangle
+      rule%weight(:7) = triangle_weight
+    else if (n_nodes == 4) then
+      rule%n = 4
+      rule%point(:, :4) = gauss*corner
+      rule%weight(:4) = 1.0_wp
+    else
+      rule%n = 9
+      do i = 1, 3
+        rule%point(1, 3*i - 2:3*i) = line
+        rule%point(2, 3*i - 2:3*i) = line(i)
+        rule%weight(3*i - 2:3*i) = line_weight*line_weight(i)
+      end do
+    end if
+  end function rule_of
+
+  !> The shape functions of a face.
+  pure function face_functions(n_nodes, place) result(n)
+    integer,  intent(in) :: n_nodes   !! 3, 4, 6 or 8
+    real(wp), intent(in) :: place(2)  !! natural coordinates [-]
+    real(wp) :: n(n_nodes)            !! they add up to 1 [-]
+    real(wp) :: gradient(2, face_nodes), all_functions(face_nodes)
+
+    call evaluate(n_nodes, place, all_functions, gradient)
+    n = all_functions(:n_nodes)
+  end function face_functions
+
+  !> Their gradients along the natural coordinates.
+  pure function face_gradients(n_nodes, place) result(gradient)
+    integer,  intent(in) :: n_nodes   !! 3, 4, 6 or 8
+    real(wp), intent(in) :: place(2)  !! natural coordinates [-]
+    real(wp) :: gradient(2, n_nodes)  !! (i,a) [-]
+    real(wp) :: all_gradients(2, face_nodes), n(face_nodes)
+
+    call evaluate(n_nodes, place, n, all_gradients)
+    gradient = all_gradients(:, :n_nodes)
+  end function face_gradients
+
+  pure subroutine evaluate(n_nodes, place, n, gradient)
+    integer,  intent(in)  :: n_nodes
+    real(wp), intent(in)  :: place(2)
+    real(wp), intent(out) :: n(face_nodes), gradient(2, face_nodes)
+    real(wp) :: l(3), slope(2, 3), a(4), b(4)
+    integer :: corners, k, next
+
+    n = 0.0_wp
+    gradient = 0.0_wp
+    corners = merge(3, 4, is_triangle(n_nodes))
+    if (corners == 3) then
+      l = [1.0_wp - place(1) - place(2), place(1), place(2)]
+      slope = reshape([-1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 3])
+      n(:3) = l
+      gradient(:, :3) = slope
+    else
+      a = 1.0_wp + place(1)*corner(1, :)
+      b = 1.0_wp + place(2)*corner(2, :)
+      n(:4) = 0.25_wp*a*b
+      gradient(1, :4) = 0.25_wp*corner(1, :)*b
+      gradient(2, :4) = 0.25_wp*a*corner(2, :)
+    end if
+    if (n_nodes == corners) return
+    do k = 1, corners
+      next = 1 + modulo(k, corners)
+      associate (middle => corners + k)
+        if (corners == 3) then
+          n(middle) = 4.0_wp*l(k)*l(next)
+          gradient(:, middle) = 4.0_wp*(slope(:, k)*l(next) + l(k)*slope(:, next))
+        else if (modulo(k, 2) == 1) then ! along the first coordinate
+          n(middle) = 0.5_wp*(1.0_wp - place(1)**2)*b(k)
+          gradient(:, middle) = [-place(1)*b(k), 0.5_wp*(1.0_wp - place(1)**2)*corner(2, k)]
+        else
+          n(middle) = 0.5_wp*(1.0_wp - place(2)**2)*a(k)
+          gradient(:, middle) = [0.5_wp*(1.0_wp - place(2)**2)*corner(1, k), -place(2)*a(k)]
+        end if
+        n([k, next]) = n([k, next]) - 0.5_wp*n(middle)
+        gradient(:, k) = gradient(:, k) - 0.5_wp*gradient(:, middle)
+        gradient(:, next) = gradient(:, next) - 0.5_wp*gradient(:, middle)
+      end associate
+    end do
+  end subroutine evaluate
+
+end module face_shapes_mod

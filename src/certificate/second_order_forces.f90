@@ -1,0 +1,84 @@
+!> The internal forces of the certificate in elements with mid-side nodes, from their stresses.
+!>
+!> As in stress_forces, with b_j the cofactors of the Jacobian (columns a_j = dx/dxi_j,
+!> j = a_1 . b_1), du/dx = sum over j of (du/dxi_j) b_j^T / j, and a node's force is the sum over the
+!> points of weight sigma b_j dN_a/dxi_j. Places and displacements are counted from the middle of the
+!> element's corners. docs/theory.md, sections 6 and 8.
+module second_order_forces_mod
+  use kinds_mod, only: wp
+  use cells_mod, only: cells
+  use cell_shapes_mod, only: shape_gradients_at
+  use connectivity_mod, only: nodes_of_element
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: material_t
+  use small_matrix_mod, only: cross
+  use increment_forces_mod, only: increment_forces_t
+  implicit none
+  private
+
+  public :: add_second_order_forces
+
+contains
+
+  !> Add the forces, their rounding and the sums of element `e`, of displacements `u`.
+  pure subroutine add_second_order_forces(mesh, materials, u, moved, e, forces)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) [length]
+    real(wp), intent(in) :: moved(:)  !! (n_nodes) how far nodes are displaced [length]
+    integer, intent(in) :: e
+    type(increment_forces_t), intent(inout) :: forces
+    real(wp), parameter :: operations = 64.0_wp ! rounded ones that add up in a nodal force
+    real(wp), allocatable :: x(:, :), v(:, :), slope(:, :), f(:, :)
+    real(wp) :: a(3, 3), b(3, 3), along(3, 3), h(3, 3), stress(3, 3), volume, energy, stiffness
+    integer :: g, i, n, body
+
+    associate (cell => cells(mesh%connectivity%cell(e)), nodes => nodes_of_element( &
+               mesh%connectivity, e), elastic => materials(mesh%material(e))%law%elastic)
+      n = cell%n_nodes
+      allocate (x, source=from_middle(mesh%coordinates(:, nodes), cell%n_corners))
+      allocate (v, source=from_middle(u(:, nodes), cell%n_corners))
+      allocate (slope(3, n), f(3, n), source=0.0_wp)
+      energy = 0.0_wp
+      stiffness = 0.0_wp
+      do g = 1, cell%n_points
+        slope = shape_gradients_at(cell, cell%point(:, g))
+        a = matmul(x, transpose(slope))
+        along = matmul(v, transpose(slope))
+        b(:, 1) = cross(a(:, 2), a(:, 3))
+        b(:, 2) = cross(a(:, 3), a(:, 1))
+        b(:, 3) = cross(a(:, 1), a(:, 2))
+        volume = dot_product(a(:, 1), b(:, 1))
+        h = matmul(along, transpose(b))/volume
+        stress = elastic%shear*(h + transpose(h))
+        do i = 1, 3
+          stress(i, i) = stress(i, i) + elastic%lambda*(h(1, 1) + h(2, 2) + h(3, 3))
+        end do
+        energy = energy + 0.5_wp*cell%weight(g)*volume*sum(stress*h)
+        f = f + cell%weight(g)*matmul(stress, matmul(b, slope))
+        stiffness = stiffness + cell%weight(g)*sum(matmul(b, slope)**2)/volume
+      end do
+      ! The mean over the nodes of what each has by itself.
+      stiffness = (abs(elastic%lambda) + 2.0_wp*elastic%shear)*stiffness/real(n, wp)
+      forces%internal(:, nodes) = forces%internal(:, nodes) + f
+      forces%stiffness(nodes) = forces%stiffness(nodes) + stiffness
+      forces%rounding(nodes) = forces%rounding(nodes) + operations*epsilon(1.0_wp)*stiffness* &
+        maxval(moved(nodes))
+      body = mesh%body(nodes(1))
+    end associate
+    associate (of => forces%of_elements)
+      of%largest(body) = max(of%largest(body), maxval(norm2(f, dim=1)))
+      of%energy(body) = of%energy(body) + energy
+    end associate
+  end subroutine add_second_order_forces
+
+  !> Vectors at the nodes less their mean over the corners.
+  pure function from_middle(v, n_corners) result(from)
+    real(wp), intent(in) :: v(:, :)    !! (3,n_nodes) [length]
+    integer, intent(in) :: n_corners
+    real(wp) :: from(3, size(v, 2))
+
+    from = v - spread(sum(v(:, :n_corners), dim=2)/real(n_corners, wp), 2, size(v, 2))
+  end function from_middle
+
+end module second_order_forces_mod

@@ -1,0 +1,234 @@
+!> Elements of second order: cells with nodes in the middles of their edges, where these are, straight
+!> or not. C3D10, C3D15, C3D20, C3D20R.
+!>
+!> All of them are isoparametric, from the table of cells: x = sum N_a x_a with the shape functions
+!> of the cell, integrals by its quadrature. Derivatives are of vectors less that of the first node,
+!> so that an element far from the origin and one that has moved far as a whole lose no digits.
+!> docs/theory.md, section 8.
+module second_order_mod
+  use kinds_mod, only: wp
+  use cells_mod, only: cells, most_nodes, most_points
+  use cell_shapes_mod, only: shape_functions, shape_gradients_at
+  use elasticity_mod, only: elasticity_t, stress_of
+  use small_matrix_mod, only: determinant, inverse
+  implicit none
+  private
+
+  public :: second_order_t, second_order, displacement_gradients, strain_of, force_of, stiffness, &
+    nodal_force, node_volumes, stiffness_length, extrapolate_to_nodes
+
+  !> An element: what its integrals need of its shape functions.
+  type :: second_order_t
+    integer :: cell = 0                !! row of the table of cells
+    integer :: n_nodes = 0, n_points = 0
+    real(wp) :: gradient(3, most_nodes, most_points) !! dN_a/dx_i at point g: (i,a,g) [1/length]
+    real(wp) :: weight(most_points)    !! volume that a point stands for [length^3]
+  end type second_order_t
+
+contains
+
+  !> An element of a cell.
+  pure subroutine second_order(cell, x, element)
+    integer,  intent(in) :: cell     !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
+    type(second_order_t), intent(out) :: element
+    real(wp) :: natural(3, size(x, 2)), from_first(3, size(x, 2)), jacobian(3, 3)
+    integer :: g
+
+    element%cell = cell
+    element%n_nodes = size(x, 2)
+    element%n_points = cells(cell)%n_points
+    from_first = x - spread(x(:, 1), 2, size(x, 2))
+    do g = 1, element%n_points
+      natural = shape_gradients_at(cells(cell), cells(cell)%point(:, g))
+      jacobian = matmul(from_first, transpose(natural))
+      element%weight(g) = cells(cell)%weight(g)*determinant(jacobian)
+      element%gradient(:, :size(x, 2), g) = matmul(transpose(inverse(jacobian)), natural)
+    end do
+  end subroutine second_order
+
+  !> du_i/dx_j at the points.
+  pure function displacement_gradients(element, u) result(h)
+    type(second_order_t), intent(in) :: element
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
+    real(wp) :: h(3, 3, element%n_points)    !! (i,j,g) [-]
+    real(wp) :: from_first(3, size(u, 2))
+    integer :: g
+
+    from_first = u - spread(u(:, 1), 2, size(u, 2))
+    do g = 1, element%n_points
+      h(:, :, g) = matmul(from_first, transpose(element%gradient(:, :size(u, 2), g)))
+    end do
+  end function displacement_gradients
+
+  !> Strain at the points.
+  pure function strain_of(element, u) result(strain)
+    type(second_order_t), intent(in) :: element
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
+    real(wp) :: strain(6, element%n_points)   !! XX YY ZZ XY YZ XZ, shear as tensor [-]
+    real(wp) :: h(3, 3, element%n_points)
+    integer :: g
+
+    h = displacement_gradients(element, u)
+    do g = 1, element%n_points
+      strain(:, g) = [h(1, 1, g), h(2, 2, g), h(3, 3, g), 0.5_wp*(h(1, 2, g) + h(2, 1, g)), &
+        0.5_wp*(h(2, 3, g) + h(3, 2, g)), 0.5_wp*(h(1, 3, g) + h(3, 1, g))]
+    end do
+  end function strain_of
+
+  !> int sigma g_a, the forces that stresses at the points exert on the nodes.
+  pure function force_of(element, stress) result(f)
+    type(second_order_t), intent(in) :: element
+    real(wp), intent(in) :: stress(:, :)     !! (6,n_points) [force/length^2]
+    real(wp) :: f(3, element%n_nodes)        !! [force]
+    real(wp) :: s(3, 3)
+    integer :: g
+
+    f = 0.0_wp
+    do g = 1, element%n_points
+      s = element%weight(g)*reshape(stress([1, 4, 6, 4, 2, 5, 6, 5, 3], g), [3, 3])
+      f = f + matmul(s, element%gradient(:, :element%n_nodes, g))
+    end do
+  end function force_of
+
+  !> K_ab = int lambda g_a g_b^T + G (g_b g_a^T + g_a.g_b I).
+  pure function stiffness(cell, x, elastic) result(k)
+    integer,  intent(in) :: cell      !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)   !! (3,n_nodes) [length]
+    type(elasticity_t), intent(in) :: elastic
+    real(wp) :: k(3*size(x, 2), 3*size(x, 2)) !! node by node, x y z [force/length]
+    type(second_order_t) :: element
+    real(wp) :: products(3*size(x, 2), 3*size(x, 2)), column(3*size(x, 2)), block(3, 3), trace
+    integer :: g, a, b, i, j
+
+    call second_order(cell, x, element)
+    ! All products g_a g_b^T summed over the points first: the material enters once a pair of nodes.
+    products = 0.0_wp
+    do g = 1, element%n_points
+      column = reshape(element%gradient(:, :size(x, 2), g), [size(column)])
+      do j = 1, size(column)
+        products(:j, j) = products(:j, j) + element%weight(g)*column(j)*column(:j)
+      end do
+    end do
+    do j = 1, size(column)
+      products(j + 1:, j) = products(j, j + 1:)
+    end do
+    do b = 1, size(x, 2)
+      do a = 1, b
+        block = products(3*a - 2:3*a, 3*b - 2:3*b)
+        trace = elastic%shear*(block(1, 1) + block(2, 2) + block(3, 3))
+        block = elastic%lambda*block + elastic%shear*transpose(block)
+        do i = 1, 3
+          block(i, i) = block(i, i) + trace
+        end do
+        k(3*a - 2:3*a, 3*b - 2:3*b) = block
+        k(3*b - 2:3*b, 3*a - 2:3*a) = transpose(block)
+      end do
+    end do
+  end function stiffness
+
+  !> Internal force, from the displacements themselves (no stiffness matrix).
+  pure function nodal_force(cell, x, u, elastic) result(f)
+    integer,  intent(in) :: cell               !! row of the table of cells
+    real(wp), intent(in) :: x(:, :), u(:, :)   !! (3,n_nodes) nodes, their displacements [length]
+    type(elasticity_t), intent(in) :: elastic
+    real(wp) :: f(3, size(x, 2))               !! [force]
+    type(second_order_t) :: element
+
+    call second_order(cell, x, element)
+    f = force_of(element, stress_of(strain_of(element, u), elastic))
+  end function nodal_force
+
+  !> Each node's part of the volume, int N_a dV. Those of corners may be negative.
+  pure function node_volumes(cell, x) result(v)
+    integer,  intent(in) :: cell     !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
+    real(wp) :: v(size(x, 2))        !! [length^3]
+    type(second_order_t) :: element
+    integer :: g
+
+    call second_order(cell, x, element)
+    v = 0.0_wp
+    do g = 1, element%n_points
+      v = v + element%weight(g)*shape_functions(cells(cell), cells(cell)%point(:, g))
+    end do
+  end function node_volumes
+
+  !> How large a nodal stiffness of the element is beside its elastic constants: int |g_a|^2 dV, the
+  !> mean over the nodes.
+  pure real(wp) function stiffness_length(cell, x) result(length)
+    integer,  intent(in) :: cell     !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
+    type(second_order_t) :: element
+    integer :: g
+
+    call second_order(cell, x, element)
+    length = 0.0_wp
+    do g = 1, element%n_points
+      length = length + element%weight(g)*sum(element%gradient(:, :element%n_nodes, g)**2)
+    end do
+    length = length/real(element%n_nodes, wp)
+  end function stiffness_length
+
+  !> Values at the nodes, from those at the points: the function of the cell without mid-side nodes
+  !> that is closest to them, at mid-side nodes the mean of two corners.
+  pure function extrapolate_to_nodes(cell, values) result(at_nodes)
+    integer,  intent(in) :: cell           !! row of the table of cells
+    real(wp), intent(in) :: values(:, :)   !! (m,n_points)
+    real(wp) :: at_nodes(size(values, 1), cells(cell)%n_nodes)
+    real(wp) :: n(cells(cell)%n_corners, cells(cell)%n_points)
+    real(wp) :: normal(cells(cell)%n_corners, cells(cell)%n_corners)
+    real(wp) :: right(cells(cell)%n_corners, size(values, 1))
+    integer :: g, i
+
+    associate (of => cells(cell))
+      do g = 1, of%n_points
+        n(:, g) = corner_functions(cell, of%point(:, g))
+      end do
+      normal = matmul(n, transpose(n))
+      right = matmul(n, transpose(values))
+      call solve_positive(normal, right)
+      at_nodes(:, :of%n_corners) = transpose(right)
+      do i = 1, of%n_nodes - of%n_corners
+        at_nodes(:, of%n_corners + i) = 0.5_wp*(at_nodes(:, of%edge(1, i)) + &
+          at_nodes(:, of%edge(2, i)))
+      end do
+    end associate
+  end function extrapolate_to_nodes
+
+  !> The shape functions of the corners where there are no mid-side nodes: a corner's own and half of
+  !> those of its edges.
+  pure function corner_functions(cell, place) result(n)
+    integer,  intent(in) :: cell      !! row of the table of cells
+    real(wp), intent(in) :: place(3)  !! natural coordinates [-]
+    real(wp) :: n(cells(cell)%n_corners)
+    real(wp) :: all_nodes(cells(cell)%n_nodes)
+    integer :: i
+
+    associate (of => cells(cell))
+      all_nodes = shape_functions(of, place)
+      n = all_nodes(:of%n_corners)
+      do i = 1, of%n_nodes - of%n_corners
+        n(of%edge(:, i)) = n(of%edge(:, i)) + 0.5_wp*all_nodes(of%n_corners + i)
+      end do
+    end associate
+  end function corner_functions
+
+  !> Solve A x = b of a symmetric positive definite matrix, by Gauss's elimination.
+  pure subroutine solve_positive(a, b)
+    real(wp), intent(inout) :: a(:, :)  !! (n,n) given up
+    real(wp), intent(inout) :: b(:, :)  !! (n,m) becomes the solution
+    integer :: i, j
+
+    do j = 1, size(a, 1)
+      do i = j + 1, size(a, 1)
+        b(i, :) = b(i, :) - a(i, j)/a(j, j)*b(j, :)
+        a(i, j + 1:) = a(i, j + 1:) - a(i, j)/a(j, j)*a(j, j + 1:)
+      end do
+    end do
+    do j = size(a, 1), 1, -1
+      b(j, :) = (b(j, :) - matmul(a(j, j + 1:), b(j + 1:, :)))/a(j, j)
+    end do
+  end subroutine solve_positive
+
+end module second_order_mod

@@ -1,0 +1,156 @@
+"""Contact of elements of second order before planes, spheres and cylinders: mid-side nodes.
+
+Boxes of tests/cases/test_free_meshes.py.
+"""
+
+import unittest
+
+import numpy as np
+from program import Run
+from test_free_meshes import DRY, FLOOR, MATERIAL, STEP, Box, on_corner
+
+KINDS = ("C3D10", "C3D15", "C3D20", "C3D20R")
+ROUGH = "*SURFACE INTERACTION, NAME=DRY\n*FRICTION\n0.3\n"
+DRAGGED = (
+    "*STEP\n*STATIC, DIRECT\n0.5, 1.\n*BOUNDARY\nB-Z1, 1, 2, 0.\nB-Z1, 3, 3, -0.1\n*END STEP\n"
+    "*STEP\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\nB-Z1, 1, 1, 0.2\nB-Z1, 2, 2, 0.35\n*END STEP\n"
+)
+
+
+class SecondOrder(unittest.TestCase):
+    def solve(self, deck, *options):
+        """Return the result of a deck that must be solved and certified."""
+        run = Run(deck, *options, name="deck")
+        self.assertEqual(run.status, 0, run.errors + run.output)
+        result = run.result()
+        self.addCleanup(result.close)
+        self.assertTrue(result.history("certified").all())
+        return result
+
+    def test_all_solvers_of_the_paper_find_the_same_reactions(self):
+        for kind in ("C3D10", "C3D20R"):
+            box = Box("B", (2, 2, 1), (kind,), size=(1, 1, 0.5))
+            found = {}
+            for local in ("UZAWA", "NEWTON", "EXACT"):
+                for law in ("BIPOTENTIAL", "PSEUDOPOTENTIAL"):
+                    cards = (
+                        f"*CONTACT SOLVER, SOLVER=SWEEPS, LOCAL={local}, FORMULATION={law}, "
+                        "TOLERANCE=1e-11, MAX SWEEPS=100000\n"
+                    )
+                    deck = box.cards() + MATERIAL + ROUGH + FLOOR + cards + DRAGGED
+                    found[local, law] = self.solve(deck).pairs[0].force
+            cards = "*CONTACT SOLVER, SOLVER=GLOBAL NEWTON, TOLERANCE=1e-11\n"
+            found["global"] = self.solve(
+                box.cards() + MATERIAL + ROUGH + FLOOR + cards + DRAGGED
+            ).pairs[0].force
+            for name, force in found.items():
+                with self.subTest(kind=kind, solver=name):
+                    np.testing.assert_allclose(
+                        force, found["global"], rtol=0, atol=1e-8 * abs(force).max()
+                    )
+
+    def test_forces_at_the_nodes_are_those_of_the_points(self):
+        """Contact balances the supports, in force and moment, and areas add up to the face."""
+        for kind in KINDS:
+            with self.subTest(kind=kind):
+                box = Box("B", (2, 2, 1), (kind,), size=(1, 1, 0.5))
+                result = self.solve(box.cards() + MATERIAL + ROUGH + FLOOR + DRAGGED)
+                pair = result.pairs[0]
+                force = result.field("contact_force")
+                support = result.field("reaction_force")
+                scale = abs(support).max()
+                total = pair.resultant[-1]
+                np.testing.assert_allclose(force.sum(axis=0), total, rtol=0, atol=1e-9 * scale)
+                np.testing.assert_allclose(
+                    support.sum(axis=0) + total, 0, rtol=0, atol=1e-9 * scale
+                )
+                moment = np.cross(result.points, force + support).sum(axis=0)
+                np.testing.assert_allclose(moment, 0, rtol=0, atol=1e-8 * scale)
+                self.assertAlmostEqual(pair.area.sum(), 1.0, delta=1e-12)
+                self.assertGreater(pair.area.min(), 0)
+                gap = pair.gap[-1]
+                self.assertGreater(gap.min(), -1e-10)
+
+    def test_held_middles_do_not_hold_the_ends_of_their_edges(self):
+        """Pulled off the plane, with a mid-side node of the sole held: no corner stays with it."""
+        for kind in ("C3D10", "C3D20R"):
+            with self.subTest(kind=kind):
+                box = Box("B", (1, 1, 1), (kind,))
+                middle = box.first + next(
+                    i for i, x in enumerate(box.x) if np.allclose(x, (0, 0.5, 0))
+                )
+                held = f"*NSET, NSET=HELD\n{middle}\n"
+                cards = (
+                    box.cards() + held + MATERIAL + "*BOUNDARY\nHELD, 1, 3\n" + STEP
+                    + "*BOUNDARY\nB-Z1, 3, 3, 0.001\nB-Z1, 1, 2, 0.\n*END STEP\n"
+                )
+                free = self.solve(cards).field("reaction_force")
+                floor = self.solve(cards.replace(STEP, DRY + FLOOR + STEP))
+                np.testing.assert_allclose(
+                    floor.field("reaction_force"), free, rtol=0, atol=1e-9 * abs(free).max()
+                )
+                self.assertEqual(abs(floor.pairs[0].force).max(), 0)
+
+    def test_a_small_sphere_does_not_press_before_it_touches(self):
+        """Under a mid-side node of the sole, off by a twentieth of an element, and then in it."""
+        for kind in ("C3D10", "C3D20R"):
+            box = Box("B", (2, 2, 1), (kind,), size=(2, 2, 1), shift=0)
+            for radius in (0.1, 1.0, 5.0):
+                with self.subTest(kind=kind, radius=radius):
+                    sphere = (
+                        f"*NODE\n9001, 0.5, 1., {-radius - 0.05}\n*OBSTACLE, NAME=BALL, "
+                        f"TYPE=SPHERE, REF NODE=9001\n0.5, 1., {-radius - 0.05}, {radius}\n"
+                        "*CONTACT PAIR, INTERACTION=DRY\nB-Z0, BALL\n"
+                    )
+                    step = (
+                        "*STEP\n*STATIC, DIRECT\n1., 1.\n*BOUNDARY\nB-Z1, 1, 3, 0.\n"
+                        "9001, 1, 2, 0.\n9001, 3, 3, {}\n*END STEP\n"
+                    )
+                    deck = box.cards() + MATERIAL + DRY + sphere
+                    result = self.solve(deck + step.format(0.049))
+                    self.assertEqual(abs(result.pairs[0].force).max(), 0)
+                    result = self.solve(deck + step.format(0.051))
+                    self.assertGreater(result.pairs[0].resultant[-1, 2], 0)
+
+    def test_a_bump_in_the_gap_is_that_of_all_nodes(self):
+        """A uniform *CONTACT GAP is closed by a stroke as long, everywhere alike."""
+        for kind in KINDS:
+            with self.subTest(kind=kind):
+                box = Box("B", (2, 2, 2), (kind,))
+                deck = (
+                    box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR
+                    + "*CONTACT GAP, VALUE=0.01\nB-Z0\n" + STEP
+                    + "*BOUNDARY\nB-Z1, 3, 3, -0.011\n*END STEP\n"
+                )
+                result = self.solve(deck)
+                pressure = result.pairs[0].pressure[-1]
+                np.testing.assert_allclose(pressure, 210000.0 * 0.001, rtol=1e-8)
+
+    def test_what_is_refused(self):
+        low = Box("LOW", (1, 1, 1), ("C3D8",))
+        up = Box("UP", (1, 1, 1), ("C3D10",), low=(0, 0, 1), after=low)
+        both = low.cards() + up.cards() + MATERIAL + DRY + "*BOUNDARY\nLOW-Z0, 1, 3\n"
+        pair = "*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE\n"
+        load = STEP + "*DSLOAD\nUP-Z1, P, 1.\n*END STEP\n"
+        box = Box("B", (1, 1, 1), ("C3D20R",))
+        alone = box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR
+        press = STEP + "*DSLOAD\nB-Z1, P, 1.\n*END STEP\n"
+        for wanted, deck, options in (
+            ("has faces with mid-side nodes", both + pair + "UP-Z0, LOW-Z1\n" + load, ()),
+            ("has faces with mid-side nodes", both + pair + "LOW-Z1, UP-Z0\n" + load, ()),
+            ("have faces with mid-side nodes: these are not tied",
+             both + "*TIE, NAME=T\nUP-Z0, LOW-Z1\n" + load, ()),
+            ("20-node hexahedron: only meshes of 8-node", alone + press, ("--refine", "1")),
+            ("NLGEOM does not cover elements other than", alone + press.replace(
+                "*STEP", "*STEP, NLGEOM"), ()),
+            ("an element of this type has an id and 20 nodes", alone.replace(
+                "C3D20R", "C3D20", 1).replace("1, 1, 5,", "1, 5,", 1) + press, ()),
+        ):
+            with self.subTest(wanted):
+                run = Run(deck, *options, name="deck")
+                self.assertEqual(run.status, 1, run.output)
+                self.assertIn(wanted, run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
