@@ -119,7 +119,7 @@ class SecondOrder(unittest.TestCase):
                 box = Box("B", (2, 2, 2), (kind,))
                 deck = (
                     box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR
-                    + "*CONTACT GAP, VALUE=0.01\nB-Z0\n" + STEP
+                    + "*CONTACT GAP\nB-Z0, 0.01\n" + STEP
                     + "*BOUNDARY\nB-Z1, 3, 3, -0.011\n*END STEP\n"
                 )
                 result = self.solve(deck)
