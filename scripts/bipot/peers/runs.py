@@ -255,14 +255,14 @@ def run_calculix(scene, penalties, reference, folder, options):
         settings = f"K {stiffness:.0e}, slope {slope:.0e}"
         run = calculix_run(scene, Penalty(stiffness, slope, 0.0, kind), settings, reference, folder,
                            options)
-        change = math.nan
-        if before is not None and run.increments == run.total:
+        whole, change = run.increments == run.total, math.nan
+        if whole and before is not None:
             change = error_of(run.forces, before)
             run.note = f"changed by {change:.1e}"
         yield run
-        before = run.forces
-        if raised and (run.increments < run.total or change < CHANGE):
+        if raised and (change < CHANGE or (before is not None and not whole)):
             break
+        before = run.forces if whole else before
     if scene.has_two_surfaces and not scene.finite:
         slope = options.slope or penalties[0] / 10
         yield calculix_run(scene, Penalty(0.0, slope, 0.0, MORTAR), f"mortar, slope {slope:.0e}",
