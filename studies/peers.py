@@ -416,12 +416,12 @@ def iterations_an_increment(found):
     return {program: each for _, each, program in whole}
 
 
-def read_comparisons():
+def read_comparisons(path=None):
     """Return the comparisons kept: (deck, n of the block or 0): Comparison."""
-    found = {}
-    if not KEPT.is_file():
+    found, path = {}, path or KEPT
+    if not path.is_file():
         return found
-    with KEPT.open(encoding="utf-8", newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             comparison = found.setdefault((row["deck"], int(row["n"])), Comparison(
                 equations=int(row["equations"]), points=int(row["points"]),
@@ -436,10 +436,11 @@ def read_comparisons():
     return found
 
 
-def keep(deck, n, comparison):
+def keep(deck, n, comparison, path=None):
     """Put a comparison into the file, in place of one of the same deck and size."""
-    found = read_comparisons() | {(deck, n): comparison}
-    with KEPT.open("w", encoding="utf-8", newline="") as file:
+    path = path or KEPT
+    found = read_comparisons(path) | {(deck, n): comparison}
+    with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for (name, size), one in sorted(found.items()):

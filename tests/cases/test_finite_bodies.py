@@ -163,6 +163,57 @@ class Free(unittest.TestCase):
             )
 
 
+# Cubes of unlike stiffness, one on the other, pressed and then sheared a little.
+UNLIKE = """\
+*BLOCK, NAME=A, ELSET=A, TYPE=C3D8, NX=2, NY=2, NZ=2
+0., 0., 1.,  1., 1., 1.
+*BLOCK, NAME=L, ELSET=L, TYPE=C3D8, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=SOFT
+{soft}
+*MATERIAL, NAME=HARD
+{hard}
+*SOLID SECTION, ELSET=A, MATERIAL=SOFT
+*SOLID SECTION, ELSET=L, MATERIAL=HARD
+{joint}
+*CONTACT SOLVER, TOLERANCE=1e-10
+*STEP, NLGEOM
+*STATIC, DIRECT
+{increment}, 1.
+*BOUNDARY
+L-ZMIN, 1, 3
+A-ZMAX, 1, 2
+A-ZMAX, 3, 3, -0.3
+*END STEP
+*STEP
+*STATIC, DIRECT
+{increment}, 1.
+*BOUNDARY
+A-ZMAX, 1, 1, 0.05
+*END STEP
+"""
+STICKING = ("*SURFACE INTERACTION, NAME=I\n*FRICTION\n10.\n"
+            "*CONTACT PAIR, INTERACTION=I\nA-ZMIN, L-ZMAX")
+
+
+class Sticking(unittest.TestCase):
+    """Contact that sticks everywhere holds bodies as a tie does, whatever the increments."""
+
+    def test_it_is_a_tie(self):
+        def end(joint, increments):
+            hard = f"*HYPERELASTIC, NEO HOOKE\n{3 * C10!r}, {D1 / 3!r}"
+            text = UNLIKE.format(soft=NEO, hard=hard, joint=joint, increment=1 / increments)
+            with Run(text, name="cubes").result() as result:
+                return result.reaction("A-ZMAX"), result.field("displacement")
+
+        force, places = end("*TIE, NAME=T\nA-ZMIN, L-ZMAX", 2)
+        for increments in (2, 5, 20):
+            with self.subTest(increments=increments):
+                found, moved = end(STICKING, increments)
+                np.testing.assert_allclose(found, force, atol=1e-8 * abs(force).max())
+                np.testing.assert_allclose(moved, places, atol=1e-9)
+
+
 class PatchTest(unittest.TestCase):
     """Two blocks pressed together are one block, to any strain."""
 

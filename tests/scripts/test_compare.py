@@ -132,6 +132,45 @@ def flat_for_bipot(scene):
     return "\n".join([*lines, *targets.lines, *steps]) + "\n"
 
 
+# Two tied halves of a column of unlike laws, pulled and heated at finite strain, without contact.
+COLUMN = """\
+*BLOCK, NAME=A, ELSET=A, TYPE=C3D8, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=B, ELSET=B, TYPE=C3D8, NX=2, NY=2, NZ=2
+0., 0., 1.,  1., 1., 1.
+*MATERIAL, NAME=SOFT
+*HYPERELASTIC, MOONEY-RIVLIN
+20., 16., 0.006
+*EXPANSION
+1e-5
+*MATERIAL, NAME=HARD
+*HYPERELASTIC, NEO HOOKE
+100., 0.001
+*SOLID SECTION, ELSET=A, MATERIAL=SOFT
+*SOLID SECTION, ELSET=B, MATERIAL=HARD
+*TIE, NAME=GLUE
+B-ZMIN, A-ZMAX
+*INITIAL CONDITIONS, TYPE=TEMPERATURE
+A, 20.
+*STEP, NLGEOM
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+A-ZMIN, 1, 3
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, 0.3
+*TEMPERATURE
+A, 60.
+*END STEP
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+B-ZMAX, 1, 1, 0.5
+*END STEP
+"""
+
+
 class Flat(unittest.TestCase):
     """A deck written out flat is the same scene."""
 
@@ -188,7 +227,7 @@ class Translation(unittest.TestCase):
         with self.assertRaisesRegex(DeckError, "C3D8B"):
             check_translatable(read_flat(PROGRAM, INPUT / "block.inp", {"element": "C3D8B"}))
 
-    def test_other_cells_and_finite_strain_have_no_translation(self):
+    def test_other_cells_and_turns_have_no_translation(self):
         block = (INPUT / "block.inp").read_text()
         wedge = """*NODE
 9001, 9., 0., 0.
@@ -207,7 +246,9 @@ class Translation(unittest.TestCase):
             for text, words in (
                 (block.replace("*STEP\n", wedge + "*STEP\n", 1), "TYPE=C3D6"),
                 (block.replace("*STEP\n", pyramid + "*STEP\n", 1), "TYPE=C3D5"),
-                (block.replace("*STEP\n", "*STEP, NLGEOM\n"), "NLGEOM"),
+                (block.replace("*ELASTIC\n210000., <nu>", "*HYPERFOAM, N=1\n1., -2., 0.25"),
+                 "HYPERFOAM"),
+                ((INPUT / "wheel.inp").read_text().replace("<n/2>", "1"), "turn by .BOUNDARY"),
             ):
                 deck = Path(folder) / "deck.inp"
                 deck.write_text(text)
@@ -248,6 +289,28 @@ class Translation(unittest.TestCase):
             self.assertEqual(lines[slave + 4 : slave + 6][0].split(", ")[1], "S1")
             self.assertEqual(lines[master + 9].split(", ")[1], "S2")
         with self.assertRaisesRegex(DeckError, "two surfaces"):
+            problem_arrays(scene)
+
+    def test_finite_strain_has_its_cards(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "column.inp"
+            path.write_text(COLUMN)
+            scene = read_flat(PROGRAM, path, {})
+        self.assertEqual(scene.supports, ["A-ZMIN", "B-ZMAX"])
+        lines = deck_lines(scene, Penalty(0.0, 0.0, 0.0))
+        for card, *data in (
+            ("*HYPERELASTIC, MOONEY-RIVLIN", "20, 16, 0.006"), ("*EXPANSION", "1e-05"),
+            ("*HYPERELASTIC, NEO HOOKE", "100, 0.001"),
+            ("*TIE, NAME=TIE1, ADJUST=NO", "TIESLAVE1, TIEMASTER1"),
+            ("*INITIAL CONDITIONS, TYPE=TEMPERATURE", "ALLNODES, 0.", "1, 20."),
+            ("*TIME POINTS, NAME=INCREMENTS1", "0.5,", "1,"),
+            ("*TIME POINTS, NAME=INCREMENTS2", "1,"),
+            ("*NODE PRINT, NSET=SUPPORT2, TOTALS=ONLY, TIME POINTS=INCREMENTS1", "RF"),
+        ):
+            at = lines.index(card)
+            self.assertEqual(lines[at + 1 : at + 1 + len(data)], data, card)
+        self.assertEqual(lines.count("*STEP, INC=1000000, NLGEOM"), 2)
+        with self.assertRaisesRegex(DeckError, "finite strain; .TIE and .EXPANSION"):
             problem_arrays(scene)
 
     def test_sets_of_nodes_have_the_faces_of_their_nodes(self):
@@ -482,6 +545,24 @@ class CalculiX(unittest.TestCase):
         penalty, mortar = self.errors(INPUT / "foundation.inp", *words)
         self.assertLess(penalty, 0.1)
         self.assertLess(mortar, 0.1)
+
+    def test_laws_ties_and_heat_at_finite_strain(self):
+        """Heat is second order apart: CalculiX takes alpha dT off Green's strain (here 4e-4)."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "column.inp"
+            for text, limit in ((COLUMN, 3e-4), (COLUMN.replace("1e-5\n", "0.\n"), 1e-6)):
+                path.write_text(text)
+                error, = self.errors(path)
+                self.assertLess(error, limit)
+
+    def test_the_penalty_is_raised_at_finite_strain(self):
+        block = (INPUT / "block.inp").read_text().replace("*STEP\n", "*STEP, NLGEOM\n", 1)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "block.inp"
+            path.write_text(block)
+            errors = self.errors(path, "--set", "n=1")
+        self.assertEqual(len(errors), 3)
+        self.assertLess(errors[-1], 1e-4)
 
     def test_a_press_fit_by_clearance(self):
         """Rings alike whose meshes match: the error is the penalty's, and falls with it."""

@@ -16,6 +16,9 @@ from bipot.peers.flat_deck import DeckError, Load, LoadCard, id_lines, number
 
 ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I"}
 NODES, SURFACES, MORTAR = "NODE TO SURFACE", "SURFACE TO SURFACE", "MORTAR"
+# Residual and correction where ccx's iterations end at finite strain, relative to the largest force
+# and displacement; by its own 5e-3 and 1e-2 a strip bent without contact was 8e-4 off.
+RESIDUAL, CORRECTION = 1e-6, 1e-4
 SECTORS = 2880  # elements round a cylinder: they leave its mean radius by 2e-7 of it at most
 
 
@@ -66,8 +69,11 @@ def check_translatable(scene):
     kinds = {kind for kind, _ in scene.elements.values()} - ELEMENTS.keys()
     if kinds:
         reasons.append(f"elements of TYPE={', '.join(sorted(kinds))}: ccx does not have them")
-    if not scene.pairs:
-        reasons.append("no *CONTACT PAIR: there is nothing to compare")
+    if not scene.n_forces:
+        reasons.append("no *CONTACT PAIR, and nothing that *BOUNDARY moves: there is nothing to "
+                       "compare")
+    if any(name not in scene.faces for tie in scene.ties for name in tie):
+        reasons.append("*TIE of a surface without faces: ccx needs them")
     if scene.has_two_surfaces and any(pair.slave not in scene.faces for pair in scene.pairs):
         reasons.append("a slave surface without faces beside a pair of surfaces: ccx needs them")
     if any(card.keyword == "DSLOAD" and load.target not in scene.faces
@@ -194,6 +200,26 @@ def contact_lines(scene, masters, penalty):
             yield f"*CLEARANCE, MASTER=MASTER{k}, SLAVE=SLAVE{k}, VALUE={gap:.12g}"
 
 
+def support_lines(scene):
+    """Give the sets of supports whose forces are compared, where there is no pair."""
+    if not scene.pairs:
+        for k, name in enumerate(scene.supports, 1):
+            yield from id_lines(f"*NSET, NSET=SUPPORT{k}", scene.nodes_of(name))
+
+
+def joint_lines(scene):
+    """Give ties, and the temperatures at first of all nodes where anything expands."""
+    for k, tie in enumerate(scene.ties, 1):
+        for side, name in zip(("SLAVE", "MASTER"), tie, strict=True):
+            yield f"*SURFACE, NAME=TIE{side}{k}, TYPE=ELEMENT"
+            yield from (f"{element}, S{face}" for element, face in scene.faces[name])
+        yield from (f"*TIE, NAME=TIE{k}, ADJUST=NO", f"TIESLAVE{k}, TIEMASTER{k}")
+    if any("EXPANSION" in cards for cards in scene.materials.values()):
+        yield from ("*INITIAL CONDITIONS, TYPE=TEMPERATURE", "ALLNODES, 0.")
+        for name, temperature in scene.temperatures:
+            yield from (f"{node}, {temperature}" for node in scene.nodes_of(name))
+
+
 def resultant_lines(scene, masters, kind):
     """Give the cards that print the resultants of the pairs.
 
@@ -204,6 +230,9 @@ def resultant_lines(scene, masters, kind):
         for k in range(1, len(scene.pairs) + 1):
             yield from (f"*NODE PRINT, NSET=SLAVES{k}, TOTALS=ONLY", "RF")
         return
+    if not scene.pairs:
+        for k in range(1, scene.n_forces + 1):
+            yield from (f"*NODE PRINT, NSET=SUPPORT{k}, TOTALS=ONLY", "RF")
     for master in masters:
         yield from (f"*NODE PRINT, NSET=OBSTACLE{master.pair + 1}, TOTALS=ONLY", "RF")
     for k, pair in enumerate(scene.pairs, 1):
@@ -237,7 +266,7 @@ class Targets:
 
     def name(self, keyword, target):
         """Return the name of a load's target, its card written once."""
-        kind = {"BOUNDARY": "N", "CLOAD": "N", "DLOAD": "E", "DSLOAD": "S"}[keyword]
+        kind = {"DLOAD": "E", "DSLOAD": "S"}.get(keyword, "N")
         if (kind, target) in self.names:
             return self.names[kind, target]
         name = self.names[kind, target] = f"LOADED{kind}{len(self.names) + 1}"
@@ -253,12 +282,22 @@ class Targets:
 
 
 def step_lines(scene, masters, targets, kind=NODES):
-    """Give the steps: the deck's loads, the obstacles held, and the resultants printed."""
+    """Give the steps: the deck's loads, the obstacles held, and the resultants printed.
+
+    At finite strain ccx may cut the deck's increments, and prints at their ends: else its Newton
+    iterations fail where contact begins to slide.
+    """
     fixed = [master for master in masters if master.ref_node is None]
     hold = [Load(f"OBSTACLE{master.pair + 1}", ["1", "3", "0."]) for master in fixed]
-    for step in scene.steps:
-        yield from ("*STEP, INC=1000000", "*STATIC, DIRECT")
-        yield f"{step.period / step.n_increments:.12g}, {step.period:.12g}"
+    for k, step in enumerate(scene.steps, 1):
+        increment, period = f"{step.period / step.n_increments:.12g}", f"{step.period:.12g}"
+        points = f", TIME POINTS=INCREMENTS{k}" if scene.finite else ""
+        if scene.finite:
+            yield from ("*STEP, INC=1000000, NLGEOM", "*CONTROLS, PARAMETERS=FIELD")
+            yield from (f"{RESIDUAL:g}, {CORRECTION:g}", "*STATIC")
+            yield f"{increment}, {period}, , {increment}"
+        else:
+            yield from ("*STEP, INC=1000000", "*STATIC, DIRECT", f"{increment}, {period}")
         cards = list(step.cards)
         # OP=NEW would set the obstacles free, so they are held again behind every *BOUNDARY.
         last = max((k for k, c in enumerate(cards) if c.keyword == "BOUNDARY"), default=-1)
@@ -268,8 +307,17 @@ def step_lines(scene, masters, targets, kind=NODES):
             yield from load_lines(LoadCard("BOUNDARY", {}, hold), None)
         for card in cards[last + 1 :]:
             yield from load_lines(card, targets)
-        yield from resultant_lines(scene, masters, kind)
+        for line in resultant_lines(scene, masters, kind):
+            yield line + points if line.startswith("*") else line
         yield "*END STEP"
+
+
+def time_lines(scene):
+    """Give the ends of the deck's increments at finite strain; ccx wants them before all steps."""
+    for k, step in enumerate(scene.steps if scene.finite else (), 1):
+        yield f"*TIME POINTS, NAME=INCREMENTS{k}"
+        n = step.n_increments
+        yield from (f"{step.period * j / n:.12g}," for j in range(1, n + 1))
 
 
 def load_lines(card, targets):
@@ -293,23 +341,25 @@ def deck_lines(scene, penalty):
     check_translatable(scene)
     masters, targets = make_masters(scene), Targets(scene)
     steps = list(step_lines(scene, masters, targets, penalty.kind))
-    model = [*scene.model_lines(), *contact_lines(scene, masters, penalty)]
+    model = [*scene.model_lines(), *contact_lines(scene, masters, penalty), *support_lines(scene),
+             *joint_lines(scene), *time_lines(scene)]
     return ["*HEADING", "written by scripts/compare", *model, *targets.lines, *steps]
 
 
 FORCES = (  # what ccx prints of a pair before the three numbers
-    r"total force \(fx,fy,fz\) for set (?:OBSTACLE|SLAVES)(\d+) and time\s+(\S+)",
+    r"total force \(fx,fy,fz\) for set (?:OBSTACLE|SLAVES|SUPPORT)(\d+) and time\s+(\S+)",
     r"statistics for slave set SLAVE(\d+), master set \S+ and time\s+(\S+)"
     r"\s+total surface force \(fx,fy,fz\) and moment about the origin\s+\(mx,my,mz\)",
 )
 
 
-def read_resultants(path, n_pairs):
+def read_resultants(path, n_forces):
     """Return the forces on the slave bodies, (T, pairs, 3), of the increments in a .dat file."""
     text = path.read_text(encoding="ascii", errors="replace") if path.is_file() else ""
     rows = {}
     for head in FORCES:
         for pair, time, *force in re.findall(head + 3 * r"\s+([-+.\dE]+)", text):
             rows.setdefault(float(time), {})[int(pair)] = [float(one) for one in force]
-    whole = [row for _, row in sorted(rows.items()) if len(row) == n_pairs]
-    return np.array([[row[k + 1] for k in range(n_pairs)] for row in whole]).reshape(-1, n_pairs, 3)
+    whole = [row for _, row in sorted(rows.items()) if len(row) == n_forces]
+    return np.array([[row[k + 1] for k in range(n_forces)] for row in whole]
+                    ).reshape(-1, n_forces, 3)

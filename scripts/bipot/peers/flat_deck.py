@@ -76,7 +76,7 @@ class Pair:
 
 @dataclass
 class Load:
-    """A line of a *BOUNDARY, *CLOAD, *DLOAD or *DSLOAD: the words after the set, as they go out."""
+    """A line of a loading card: the words after the set, as they go out."""
 
     target: str
     words: list
@@ -160,12 +160,15 @@ class Scene:
         self.node_surfaces = {}  # surface: [ids]
         self.materials = {}      # name: {"ELASTIC": [words], "DENSITY": [words]}
         self.sections = []       # (element set, material)
+        self.ties = []           # (slave, master), both surfaces
+        self.temperatures = []   # at first: (set, temperature)
         self.obstacles = {}
         self.pairs = []
         self.friction = {}       # interaction: mu
         self.amplitudes = {}     # name: [numbers]
         self.steps = []
         self.gaps = False        # whether a *CONTACT GAP adds a formula to the gaps of the mesh
+        self.finite = False      # whether strains are finite: *STEP, NLGEOM
         self.clearances = []     # what it adds besides: (nodes' name, gap)
 
     # What the readers of single cards share.
@@ -219,6 +222,21 @@ class Scene:
     def has_two_surfaces(self):
         """Whether any pair's master is a surface."""
         return any(pair.master not in self.obstacles for pair in self.pairs)
+
+    @property
+    def supports(self):
+        """The sets that *BOUNDARY names, if it moves any, and the ids if it names no set."""
+        loads = [load for step in self.steps for card in step.cards if card.keyword == "BOUNDARY"
+                 for load in card.loads]
+        if not any(float(load.words[2]) for load in loads):
+            return []
+        named = list(dict.fromkeys(load.target for load in loads))
+        return [name for name in named if not name.isdigit()] or named
+
+    @property
+    def n_forces(self):
+        """Number of forces that runs are compared by: of pairs, or of supports without a pair."""
+        return len(self.pairs) or len(self.supports)
 
     @property
     def material_of(self):
@@ -331,7 +349,9 @@ def read_load(card, scene, step):
     loads = []
     for row in card.rows:
         target, words = row[0], row[1:]
-        if card.keyword == "BOUNDARY":
+        if card.keyword == "TEMPERATURE":
+            loads.append(Load(target, words[:1]))
+        elif card.keyword == "BOUNDARY":
             loads += [Load(target, words) for words in boundary_words(words)]
         elif card.keyword in ("CLOAD", "DSLOAD"):
             loads.append(Load(target, words))
@@ -353,6 +373,8 @@ def boundary_words(words):
     first = int(words[0])
     last = int(words[1]) if len(words) > 1 and words[1] else first
     value = words[2] if len(words) > 2 and words[2] else "0."
+    if last > 3 and float(value):
+        raise DeckError("a turn by *BOUNDARY has no translation")
     return [[str(first), str(min(last, 3)), value]] if first <= 3 else []
 
 
@@ -381,9 +403,13 @@ def read_flat(program, path, overrides):
                 read_surface(card, scene)
             case "MATERIAL":
                 material = scene.materials.setdefault(card.name("NAME"), {})
-            case "ELASTIC" | "DENSITY":
+            case "ELASTIC" | "DENSITY" | "EXPANSION":
                 words = [word for row in card.rows for word in row if word]
                 material[card.keyword] = [f"{number(word):.12g}" for word in words]
+            case "HYPERELASTIC":
+                law, = (name for name in card.options if name in ("NEO HOOKE", "MOONEY-RIVLIN"))
+                words = [word for row in card.rows for word in row if word]
+                material[f"HYPERELASTIC, {law}"] = [f"{number(word):.12g}" for word in words]
             case "SOLID SECTION":
                 scene.sections.append((card.name("ELSET"), card.name("MATERIAL")))
             case "OBSTACLE":
@@ -419,11 +445,14 @@ def read_flat(program, path, overrides):
                         raise DeckError(f"{option} of *AMPLITUDE has no translation")
                 words = [word for row in card.rows for word in row if word]
                 scene.amplitudes[card.name("NAME")] = [number(word) for word in words]
+            case "TIE":
+                scene.ties += [tuple(row[:2]) for row in card.rows]
+            case "INITIAL CONDITIONS":
+                scene.temperatures += [tuple(row[:2]) for row in card.rows]
             case "CONTACT INTERFERENCE":
                 raise DeckError("*CONTACT INTERFERENCE has no translation")
             case "STEP":
-                if card.options.get("NLGEOM", "NO").upper() != "NO":
-                    raise DeckError("*STEP, NLGEOM has no translation")
+                scene.finite |= card.options.get("NLGEOM", "NO").upper() != "NO"
                 step = Step()
                 if not scene.steps:
                     step.cards = before.cards
@@ -431,7 +460,7 @@ def read_flat(program, path, overrides):
             case "STATIC":
                 given = [number(word) for row in card.rows for word in row if word]
                 step.increment, step.period = [*given, 1.0, 1.0][:2]
-            case "BOUNDARY" | "CLOAD" | "DLOAD" | "DSLOAD":
+            case "BOUNDARY" | "CLOAD" | "DLOAD" | "DSLOAD" | "TEMPERATURE":
                 read_load(card, scene, before if step is None else step)
             case keyword if keyword in NOTHING:
                 pass
@@ -439,6 +468,7 @@ def read_flat(program, path, overrides):
                 raise DeckError(f"*{keyword} has no translation")
     wanted = {load.target for step in scene.steps for card in step.cards for load in card.loads
               if card.keyword == "DSLOAD"}
+    wanted.update(*scene.ties)
     if scene.has_two_surfaces:
         wanted |= {name for pair in scene.pairs for name in (pair.slave, pair.master)}
     scene.find_faces(sorted(wanted - scene.faces.keys()))

@@ -33,6 +33,10 @@ def check_translatable(scene):
         reasons.append("*CONTACT PAIR of two surfaces")
     if scene.gaps or scene.clearances or any(p.clearance is not None for p in scene.pairs):
         reasons.append("*CONTACT GAP and *CLEARANCE")
+    if scene.finite or any("ELASTIC" not in cards for cards in scene.materials.values()):
+        reasons.append("finite strain")
+    if scene.ties or any("EXPANSION" in cards for cards in scene.materials.values()):
+        reasons.append("*TIE and *EXPANSION")
     if not scene.pairs:
         reasons.append("no *CONTACT PAIR")
     cards = [card for step in scene.steps for card in step.cards if card.loads]

@@ -41,6 +41,9 @@ TOLERANCES = ("1e-13", "1e-12", "1e-11", "1e-10")  # of the reference: the first
 # is compared, but ccx diverges by chance in an increment; then the next is tried.
 TENSIONS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 
+CHANGE = 3e-4  # of the largest resultant: a tenfold penalty leaves a ninth of it, below 1e-4
+RAISES = 5     # of the penalty, tenfold each: beyond 1e5 of them ccx's numbers lose their digits
+
 
 class PeerError(Exception):
     """The comparison cannot be made."""
@@ -70,6 +73,7 @@ class PeerRun:
     note: str = ""
     iterations: int = 0   # Newton iterations, a factorisation each, of a peer
     expected: float = 0.0  # of them in the whole run, where it was stopped
+    forces: np.ndarray | None = field(default=None, repr=False, compare=False)
 
     @property
     def whole_seconds(self):
@@ -176,7 +180,18 @@ def with_tolerance(text, tolerance):
 
 
 def resultants(result, scene):
-    """Return the forces on the slave bodies, (T, pairs, 3), in the order of the deck's pairs."""
+    """Return the forces on the slave bodies, (T, pairs, 3), in the order of the deck's pairs.
+
+    Without a pair they are those of the supports on their nodes, (T, supports, 3).
+    """
+    if not scene.pairs:
+        rows = {int(node): row for row, node in enumerate(result.node_ids)}
+        chosen = [[rows[node] for node in scene.nodes_of(name)] for name in scene.supports]
+        if len(result.field_rows) < result.finished:
+            raise PeerError("without a *CONTACT PAIR fields of all increments are compared: "
+                            "leave FREQUENCY and TIME POINTS out")
+        forces = (result.field("reaction_force", k) for k in range(result.finished))
+        return np.array([[force[nodes].sum(axis=0) for nodes in chosen] for force in forces])
     return np.stack(
         [result.pairs[f"{p.slave}:{p.master}"].resultant for p in scene.pairs], 1
     )
@@ -204,20 +219,51 @@ def converged(program, deck, overrides, folder):
 
 def default_penalty(scene, result):
     """Return a stiff penalty: 500 times the stiffest material over the body's extent."""
-    modulus = max(float(cards["ELASTIC"][0]) for cards in scene.materials.values())
+    modulus = max(map(young_modulus, scene.materials.values()))
     extent = np.ptp(result.points, axis=0).max()
     return float(f"{500 * modulus / extent:.1g}")
 
 
+def young_modulus(cards):
+    """Return Young's modulus at small strain of a material's cards."""
+    if "ELASTIC" in cards:
+        return float(cards["ELASTIC"][0])
+    *shear, compliance = next(
+        map(float, words) for keyword, words in cards.items() if keyword.startswith("HYPERELASTIC")
+    )
+    shear, bulk = 2 * sum(shear), 2 / compliance
+    return 9 * bulk * shear / (3 * bulk + shear)
+
+
 def run_calculix(scene, penalties, reference, folder, options):
-    """Give the runs of ccx, one a penalty; with pairs of two surfaces, one by mortar as well."""
+    """Give the runs of ccx, one a penalty; with pairs of two surfaces, one by mortar as well.
+
+    Its mortar is not run at finite strain: there it ended early, or was a third off. Where
+    `penalties` is empty they are raised from the one that suits the scene, tenfold each, until the
+    resultants change by less than `CHANGE` from one to the next.
+    """
     kind = SURFACES if scene.has_two_surfaces else NODES
+    if not scene.pairs:
+        yield calculix_run(scene, Penalty(0.0, 0.0, 0.0), "", reference, folder, options)
+        return
+    raised = not penalties
+    if raised:
+        penalties = [default_penalty(scene, reference) * 10**k for k in range(RAISES + 1)]
+    before = None
     for stiffness in penalties:
         slope = options.slope or stiffness / 10
         settings = f"K {stiffness:.0e}, slope {slope:.0e}"
-        yield calculix_run(scene, Penalty(stiffness, slope, 0.0, kind), settings, reference, folder,
+        run = calculix_run(scene, Penalty(stiffness, slope, 0.0, kind), settings, reference, folder,
                            options)
-    if scene.has_two_surfaces:
+        whole, change = run.increments == run.total, math.nan
+        if whole and before is not None:
+            change = error_of(run.forces, before)
+            run.note = f"changed by {change:.1e}"
+        yield run
+        if raised and (change < CHANGE or (before is not None and not whole)):
+            break
+        before = run.forces if whole else before
+    if scene.has_two_surfaces and not scene.finite:
         slope = options.slope or penalties[0] / 10
         yield calculix_run(scene, Penalty(0.0, slope, 0.0, MORTAR), f"mortar, slope {slope:.0e}",
                            reference, folder, options)
@@ -226,11 +272,12 @@ def run_calculix(scene, penalties, reference, folder, options):
 def calculix_run(scene, penalty, settings, reference, folder, options):
     """Return the run of ccx with a penalty, the tension of open points the first that it takes."""
     pressure = largest_pressure(reference)
+    tensions = TENSIONS if scene.pairs and penalty.kind == NODES else TENSIONS[:1]
     forces = resultants(reference, scene)
-    for tension in TENSIONS if penalty.kind == NODES else TENSIONS[:1]:
+    for tension in tensions:
         law = replace(penalty, tension=tension * pressure)
         taken, found, iterations = run_ccx(
-            deck_lines(scene, law), len(scene.pairs), folder, options
+            deck_lines(scene, law), scene.n_forces, folder, options
         )
         if len(found) == len(forces) or taken.stopped:
             break
@@ -243,11 +290,11 @@ def calculix_run(scene, penalty, settings, reference, folder, options):
         note = f"ended in increment {len(found) + 1}"
     return PeerRun(
         "CalculiX", settings, taken.seconds, taken.memory, error_of(found, forces), len(found),
-        len(forces), note, iterations[0], expected,
+        len(forces), note, iterations[0], expected, found,
     )
 
 
-def run_ccx(lines, n_pairs, folder, options):
+def run_ccx(lines, n_forces, folder, options):
     """Run ccx on a deck; return what it took, the resultants of its increments, and the numbers of
     iterations and of increments that it began."""
     for old in folder.glob("peer.*"):
@@ -255,11 +302,11 @@ def run_ccx(lines, n_pairs, folder, options):
     (folder / "peer.inp").write_text("\n".join(lines) + "\n", encoding="ascii")
 
     def must_stop(seconds):
-        done = len(read_resultants(folder / "peer.dat", n_pairs))
+        done = len(read_resultants(folder / "peer.dat", n_forces))
         return done > 0 and seconds > options.limit
 
     taken = measure([CCX, "-i", "peer"], folder, folder / "peer.log", must_stop)
-    return taken, read_resultants(folder / "peer.dat", n_pairs), count_iterations(
+    return taken, read_resultants(folder / "peer.dat", n_forces), count_iterations(
         folder / "peer.cvg"
     )
 
@@ -323,7 +370,8 @@ def largest_pressure(result):
 
 
 def compare(program, deck, overrides, penalties, folder, options):
-    """Run the deck here and in the peers; `penalties` of ccx empty for one that suits the scene.
+    """Run the deck here and in the peers; `penalties` of ccx empty for one that suits the scene,
+    at finite strain for as many as `run_calculix` says.
 
     `options` has `slope` (None: a tenth of the penalty), `limit`, processor seconds after which a
     run of a peer is stopped, and `iterations`, by the peer's name, those an increment by which its
@@ -348,7 +396,8 @@ def compare(program, deck, overrides, penalties, folder, options):
         result.finished, len(forces),
     ))
     if shutil.which(CCX):
-        penalties = penalties or [default_penalty(scene, result)]
+        if not (penalties or scene.finite):
+            penalties = [default_penalty(scene, result)]
         comparison.runs += run_calculix(scene, penalties, reference, folder, options)
     else:
         comparison.skipped.append(absent("CalculiX"))
