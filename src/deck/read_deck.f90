@@ -21,6 +21,7 @@ module read_deck_mod
   use loads_mod, only: load_step_t
   use mesh_size_mod, only: blocks_t, mesh_size_t
   use local_origin_mod, only: move_origin
+  use matching_faces_mod, only: check_matching, strengthen_reduced
   use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
   use named_sets_mod, only: keep_named_sets
@@ -192,6 +193,8 @@ contains
       call note_unused_nodes(reader, model)
     end if
     call check_elements(reader, model%mesh)
+    call check_matching(reader, model%mesh)
+    call strengthen_reduced(reader, model%mesh)
     call read_sets(reader, model)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
     call read_refinements(reader, model, refinements)

@@ -126,6 +126,62 @@ class SecondOrder(unittest.TestCase):
                 pressure = result.pairs[0].pressure[-1]
                 np.testing.assert_allclose(pressure, 210000.0 * 0.001, rtol=1e-8)
 
+    def test_a_chain_of_reduced_elements_has_no_mechanisms(self):
+        """Clamped at one end: with 8 points each there is a motion without strain an element."""
+        box = Box("B", (4, 1, 1), ("C3D20R",), size=(4, 1, 1), shift=0)
+        deck = (
+            box.cards() + MATERIAL + "*BOUNDARY\nB-X0, 1, 3\n" + STEP
+            + "*DLOAD\nB, GRAV, 1., 0., 0., -1.\n*END STEP\n"
+        )
+        sag = {}
+        for kind in ("C3D20R", "C3D20"):
+            run = Run(deck.replace("C3D20R", kind), name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            noted = "4 elements of C3D20R have four faces or more without" in run.output
+            self.assertEqual(noted, kind == "C3D20R")
+            result = run.result()
+            self.addCleanup(result.close)
+            sag[kind] = result.field("displacement")[:, 2].min()
+        # Two rules that leave nothing out; neither is exact beside a clamp.
+        self.assertAlmostEqual(sag["C3D20R"] / sag["C3D20"], 1, delta=3e-3)
+
+    def test_what_does_not_match(self):
+        """An edge with a middle on one side alone; a quadrilateral beside two triangles."""
+        nodes = (
+            "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1., 1., 0.\n4, 0., 1., 0.\n5, 0., 0., 1.\n"
+            "6, 1., 0., 1.\n7, 1., 1., 1.\n8, 0., 1., 1.\n9, 2., 0., 0.\n10, 2., 1., 0.\n"
+            "11, 2., 0., 1.\n12, 2., 1., 1.\n"
+        )
+        rest = (
+            "*SOLID SECTION, ELSET=B, MATERIAL=STEEL\n" + MATERIAL
+            + "*BOUNDARY\n1, 1, 3\n2, 1, 3\n3, 1, 3\n4, 1, 3\n" + STEP
+            + "*DLOAD\nB, GRAV, 1., 0., 0., -1.\n*END STEP\n"
+        )
+        cube = "*ELEMENT, TYPE=C3D8, ELSET=B\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+        # The wedges have triangles on the cube's side: 2 3 7 and 2 7 6.
+        wedges = (
+            "*ELEMENT, TYPE=C3D6, ELSET=B\n2, 2, 3, 7, 9, 10, 12\n3, 2, 7, 6, 9, 12, 11\n"
+        )
+        run = Run(nodes + cube + wedges + rest, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("face 4 of element 1 is a quadrilateral beside two triangles", run.output)
+        middles = [(2, 3), (3, 7), (7, 2), (9, 10), (10, 12), (12, 9), (2, 9), (3, 10), (7, 12)]
+        places = dict(zip(range(1, 13), (
+            (0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1),
+            (2, 0, 0), (2, 1, 0), (2, 0, 1), (2, 1, 1),
+        ), strict=True))
+        second = "*NODE\n"
+        for i, (a, b) in enumerate(middles, 13):
+            second += f"{i}, " + ", ".join(
+                str((p + q) / 2) for p, q in zip(places[a], places[b], strict=True)
+            ) + "\n"
+        second += "*ELEMENT, TYPE=C3D15, ELSET=B\n2, 2, 3, 7, 9, 10, 12,\n" + ", ".join(
+            map(str, range(13, 22))
+        ) + "\n"
+        run = Run(nodes + cube + second + rest, name="deck")
+        self.assertEqual(run.status, 1, run.output)
+        self.assertIn("but not the same node in its middle", run.errors)
+
     def test_what_is_refused(self):
         low = Box("LOW", (1, 1, 1), ("C3D8",))
         up = Box("UP", (1, 1, 1), ("C3D10",), low=(0, 0, 1), after=low)
