@@ -292,8 +292,37 @@ contains
         points%in_reach(i) = gap <= travel(body)
       end do
     end do
+    if (allocated(points%alpha)) call reach_along_edges(scene, travel, points)
     call list_master_nodes(scene, points, faced)
   end subroutine points_in_reach
+
+  !> The point in the middle of an edge moves with the ends too: it is in reach where these are, or its
+  !> own gap is, and the ends are where it is.
+  pure subroutine reach_along_edges(scene, travel, points)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: travel(:)      !! (n_bodies) [length]
+    type(contact_points_t), intent(inout) :: points !! its in_reach
+    type(contact_points_t) :: whole
+    type(placement_t) :: undeformed
+    logical :: reached(points%n)
+    integer :: i
+
+    whole = points
+    whole%is_held = .false.
+    call place_undeformed(scene, whole, undeformed)
+    reached = points%in_reach
+    do i = 1, points%n
+      if (.not. points%alpha(i) > 0.0_wp) cycle
+      associate (ends => points%end_point(:, i), alpha => points%alpha(i))
+        reached(i) = reached(i) .or. any(points%in_reach(ends)) .or. undeformed%gap(i) <= &
+          travel(scene%mesh%body(points%node(i)))*(1.0_wp + 2.0_wp*alpha)/(1.0_wp - 2.0_wp*alpha)
+      end associate
+    end do
+    points%in_reach = reached
+    do i = 1, points%n
+      if (points%alpha(i) > 0.0_wp .and. reached(i)) points%in_reach(points%end_point(:, i)) = .true.
+    end do
+  end subroutine reach_along_edges
 
   !> Which points before faces have a face that, made larger by the travel, meets one of these, and
   !> the nodes of what lies opposite the faces of these points, which get weights.

@@ -126,6 +126,21 @@ class SecondOrder(unittest.TestCase):
                 pressure = result.pairs[0].pressure[-1]
                 np.testing.assert_allclose(pressure, 210000.0 * 0.001, rtol=1e-8)
 
+    def test_points_at_the_rim_of_contact_know_the_ends_of_their_edges(self):
+        """Most nodes cannot reach the plane; those beside them are ends of edges that can."""
+        for kind in KINDS:
+            with self.subTest(kind=kind):
+                box = Box("B", (3, 3, 3), (kind,), size=(4, 4, 4), shift=0)
+                deck = (
+                    box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR
+                    + "*CONTACT GAP, PARABOLA\nB-Z0, 0., 0., 0., 20.\n" + STEP
+                    + "*BOUNDARY\nB-Z1, 1, 2, 0.\nB-Z1, 3, 3, -0.06\n*END STEP\n"
+                )
+                result = self.solve(deck)
+                press = result.pairs[0].pressure[-1] > 0
+                self.assertGreater(press.sum(), 2)
+                self.assertLess(press.sum(), len(press) / 2)
+
     def test_a_chain_of_reduced_elements_has_no_mechanisms(self):
         """Clamped at one end: with 8 points each there is a motion without strain an element."""
         box = Box("B", (4, 1, 1), ("C3D20R",), size=(4, 1, 1), shift=0)
