@@ -3,10 +3,10 @@
 module measure_increment_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_in_middle
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
-  use increment_report_mod, only: increment_report_t, status_open
+  use increment_report_mod, only: contact_fields_t, increment_report_t, status_open
   use step_fields_mod, only: fields_due
   use expansion_mod, only: find_free_strain
   use mesh_fields_mod, only: find_largest_deformation
@@ -41,7 +41,26 @@ contains
       report%mesh_error, report%errors%mesh)
     if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
       report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain)
+    if (allocated(points%alpha) .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
+      report%errors%mesh + work_at_distance(points, report%contact)/(2.0_wp*report%energy%strain)
   end subroutine estimate_mesh
+
+  !> The reactions of points in the middles of edges times the distance that their nodes are off what
+  !> they press: no node is there. docs/theory.md section 9.
+  pure real(wp) function work_at_distance(points, contact) result(work)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    integer :: i
+
+    work = 0.0_wp
+    do i = 1, points%n
+      if (.not. is_in_middle(points, contact%weights, i)) cycle
+      associate (alpha => points%alpha(i), gap => contact%gap)
+        work = work + max(0.0_wp, contact%reaction(1, i))*max(0.0_wp, (1.0_wp - 2.0_wp*alpha)* &
+          gap(i) + alpha*sum(gap(points%end_point(:, i))))
+      end associate
+    end do
+  end function work_at_distance
 
   !> How far the increment leaves linear theory: at the end of a step, and where fields are written.
   subroutine measure_deformation(scene, state, report)

@@ -112,6 +112,19 @@ class SecondOrder(unittest.TestCase):
                     result = self.solve(deck + step.format(0.051))
                     self.assertGreater(result.pairs[0].resultant[-1, 2], 0)
 
+    def test_pressing_at_a_distance_is_an_error_of_the_mesh(self):
+        """A ball that presses between the nodes of elements twice its radius."""
+        box = Box("B", (2, 2, 1), ("C3D10",), size=(2, 2, 1), shift=0)
+        deck = (
+            box.cards() + MATERIAL + DRY + "*NODE\n9001, 0.5, 1., {0}\n*OBSTACLE, NAME=BALL, "
+            "TYPE=SPHERE, REF NODE=9001\n0.5, 1., {0}, {1}\n*CONTACT PAIR, INTERACTION=DRY\n"
+            "B-Z0, BALL\n*STEP\n*STATIC, DIRECT\n1., 1.\n*BOUNDARY\nB-Z1, 1, 3, 0.\n"
+            "9001, 1, 2, 0.\n9001, 3, 3, 0.2\n*END STEP\n"
+        )
+        error = {r: self.solve(deck.format(-r, r)).history("error/mesh")[-1] for r in (2.0, 8.0)}
+        self.assertGreater(error[2.0], 0.2)
+        self.assertLess(error[8.0], 0.1)
+
     def test_a_bump_in_the_gap_is_that_of_all_nodes(self):
         """A uniform *CONTACT GAP is closed by a stroke as long, everywhere alike."""
         for kind in KINDS:
