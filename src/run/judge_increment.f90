@@ -287,7 +287,10 @@ contains
     type(stability_t) :: stability
     character(:), allocatable :: is
 
-    call find_stability(scene, plan%points, solver, progress%state, stability)
+    associate (begin => solved%increment%begin)
+      call find_stability(scene, plan%points, solver, progress%state, begin, &
+        begin*scene%steps(solved%increment%step)%period, stability)
+    end associate
     is = 'is'
     if (is_hint(stability)) is = 'may be'
     if (stability%n_unstable > 0) then
@@ -317,7 +320,8 @@ contains
 
     if (.not. solved%increment%last_of_step) return
     clock = wall_seconds()
-    call find_stability(scene, plan%points, solver, solved%state, stability)
+    call find_stability(scene, plan%points, solver, solved%state, solved%increment%fraction, &
+      solved%increment%step_time, stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     if (.not. stability%is_known) call note_unknown_stability(solved%increment, notes)
     if (stability%n_unstable == 0) return
