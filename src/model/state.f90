@@ -52,6 +52,7 @@ module state_mod
     !! (3, n_nodes) of the supports on the body, 0 where none is [force]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
+    real(wp) :: strain_energy = 0.0_wp            !! [energy]
   end type state_t
 
 contains
@@ -98,6 +99,7 @@ contains
     call archive(list, state%support_force)
     call archive(list, state%external_work)
     call archive(list, state%dissipation)
+    call archive(list, state%strain_energy)
   end subroutine archive_state
 
   !> The same of square blocks, not allocated where there are none.

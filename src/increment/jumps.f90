@@ -1,0 +1,123 @@
+!> Whether an equilibrium at finite strain jumps within an increment: whether energy is lost that is
+!> neither work nor friction, however small the increment. docs/theory.md (6.8).
+module jumps_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use scene_mod, only: scene_t
+  use warming_mod, only: warms
+  use interference_mod, only: has_interference
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t, modes_t
+  use increment_report_mod, only: increment_report_t
+  use increments_mod, only: increment_t, next_increment
+  use finite_forces_mod, only: finite_strain_energy
+  use placement_mod, only: placement_t, place_curved
+  use transfer_mod, only: relative_motion
+  use step_solver_mod, only: step_solver_t
+  use load_step_error_mod, only: begins_with_jump
+  use advance_mod, only: advance
+  implicit none
+  private
+
+  public :: find_jump
+
+  real(wp), parameter :: doubtful = 0.01_wp
+  !! of the strain energy: work that is missing, or too much of it, to look into [-]
+  real(wp), parameter :: lasting = 0.125_wp
+  !! of that, lost in the part of the increment that loses most. Of a path that is smooth an eighth
+  !! is left in a half, of one on which friction begins to act a 32nd in a 32nd
+  integer, parameter :: halvings = 5
+  real(wp), parameter :: nothing = 1.0e-8_wp !! a strain that has no shape to snap to [-]
+
+contains
+
+  !> The energy that is lost in an increment, if most of it is lost in ever smaller parts; 0 where
+  !> it is not, and where that is not known.
+  subroutine find_jump(scene, points, solver, old, new, increment, lost)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver    !! as of `advance`
+    type(state_t), intent(in) :: old, new
+    type(increment_t), intent(in) :: increment      !! between them
+    real(wp), intent(out) :: lost                   !! [energy]
+    type(state_t) :: from, middle, to
+    type(modes_t) :: no_modes
+    real(wp) :: whole, part, first, second
+    integer(i8) :: length
+    integer :: k
+    logical :: ok
+
+    lost = 0.0_wp
+    if (warms(scene) .or. has_interference(scene) .or. any(scene%obstacles%turns)) return
+    whole = lost_between(scene, points, solver, old, new)
+    associate (strain_energy => max(old%strain_energy, new%strain_energy))
+      if (.not. abs(whole) > doubtful*strain_energy) return
+      if (.not. strain_energy > finite_strain_energy(scene%mesh, scene%materials, &
+        spread(0.0_wp, 1, scene%mesh%n_elements), nothing*scene%mesh%coordinates, no_modes)) return
+    end associate
+    if (increment%first_of_step) then
+      if (begins_with_jump(scene, points, solver, old)) return
+    end if
+    part = whole
+    from = old
+    to = new
+    length = increment%position - increment%start
+    do k = 1, halvings
+      length = length/2
+      call follow(from, middle)
+      ! Where a part is not solved, though the whole is, one that is shorter may be.
+      if (.not. ok) cycle
+      first = lost_between(scene, points, solver, from, middle)
+      second = lost_between(scene, points, solver, middle, to)
+      if (first > second) then
+        to = middle
+        part = first
+      else
+        from = middle
+        part = second
+      end if
+      if (.not. part > lasting*abs(whole)) return
+    end do
+    lost = part
+
+  contains
+
+    subroutine follow(a, b)
+      type(state_t), intent(in) :: a
+      type(state_t), intent(out) :: b
+      type(increment_report_t) :: report
+      type(error_t), allocatable :: error
+
+      call advance(scene, points, solver, a, next_increment(scene%steps, a, length), b, report, &
+        error)
+      ok = .not. allocated(error)
+      if (ok) ok = report%converged
+    end subroutine follow
+
+  end subroutine find_jump
+
+  !> Work less strain energy less dissipation from one equilibrium straight to another.
+  !> docs/theory.md (6.8).
+  real(wp) function lost_between(scene, points, solver, from, to) result(lost)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: from, to
+    type(placement_t) :: ended
+    real(wp) :: slid(3)
+    integer :: i
+
+    lost = 0.5_wp*sum((to%displacement - from%displacement)*(from%external_force + &
+      from%support_force + to%external_force + to%support_force)) - (to%strain_energy - &
+      from%strain_energy)
+    ended = solver%undeformed
+    call place_curved(scene, points, to%displacement, ended, to%rotation)
+    do i = 1, points%n
+      slid = relative_motion(points, ended%weights, i, to%displacement - from%displacement)
+      associate (tangents => ended%frame(:, 2:, i))
+        lost = lost + dot_product(matmul(to%reaction(:, i), tangents), matmul(slid, tangents))
+      end associate
+    end do
+  end function lost_between
+
+end module jumps_mod
