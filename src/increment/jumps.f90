@@ -7,13 +7,13 @@ module jumps_mod
   use warming_mod, only: warms
   use interference_mod, only: has_interference
   use contact_points_mod, only: contact_points_t
-  use state_mod, only: state_t, modes_t
+  use state_mod, only: state_t, modes_t, keep_tangent
   use increment_report_mod, only: increment_report_t
   use increments_mod, only: increment_t, next_increment
   use finite_forces_mod, only: finite_strain_energy
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: relative_motion
-  use step_solver_mod, only: step_solver_t
+  use step_solver_mod, only: step_solver_t, take_tangent
   use load_step_error_mod, only: begins_with_jump
   use advance_mod, only: advance
   implicit none
@@ -21,18 +21,19 @@ module jumps_mod
 
   public :: find_jump
 
-  real(wp), parameter :: doubtful = 0.01_wp
+  real(wp), parameter :: doubtful = 0.005_wp
   !! of the strain energy: work that is missing, or too much of it, to look into [-]
-  real(wp), parameter :: lasting = 0.125_wp
-  !! of that, lost in the part of the increment that loses most. Of a path that is smooth an eighth
-  !! is left in a half, of one on which friction begins to act a 32nd in a 32nd
-  integer, parameter :: halvings = 5
+  real(wp), parameter :: lost_at_once = 5.0e-4_wp
+  !! of the strain energy. A path that is smooth leaves an eighth in a half, one on which friction
+  !! begins to act as much as the part is: less than that in the smallest increments [-]
+  integer, parameter :: halvings = 12 !! down to the smallest increment that is solved
+  integer, parameter :: retaken = -1 !! a factor of a part: no state of the run has it
   real(wp), parameter :: nothing = 1.0e-8_wp !! a strain that has no shape to snap to [-]
 
 contains
 
-  !> The energy that is lost in an increment, if most of it is lost in ever smaller parts; 0 where
-  !> it is not, and where that is not known.
+  !> The energy that is lost in the smallest part of an increment that loses much; 0 where none
+  !> does, and where that is not known.
   subroutine find_jump(scene, points, solver, old, new, increment, lost)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -42,23 +43,22 @@ contains
     real(wp), intent(out) :: lost                   !! [energy]
     type(state_t) :: from, middle, to
     type(modes_t) :: no_modes
-    real(wp) :: whole, part, first, second
+    real(wp) :: whole, first, second, strain_energy
     integer(i8) :: length
     integer :: k
+    type(error_t), allocatable :: error
     logical :: ok
 
     lost = 0.0_wp
     if (warms(scene) .or. has_interference(scene) .or. any(scene%obstacles%turns)) return
     whole = lost_between(scene, points, solver, old, new)
-    associate (strain_energy => max(old%strain_energy, new%strain_energy))
-      if (.not. abs(whole) > doubtful*strain_energy) return
-      if (.not. strain_energy > finite_strain_energy(scene%mesh, scene%materials, &
-        spread(0.0_wp, 1, scene%mesh%n_elements), nothing*scene%mesh%coordinates, no_modes)) return
-    end associate
+    strain_energy = max(old%strain_energy, new%strain_energy)
+    if (.not. abs(whole) > doubtful*strain_energy) return
+    if (.not. strain_energy > finite_strain_energy(scene%mesh, scene%materials, &
+      spread(0.0_wp, 1, scene%mesh%n_elements), nothing*scene%mesh%coordinates, no_modes)) return
     if (increment%first_of_step) then
       if (begins_with_jump(scene, points, solver, old)) return
     end if
-    part = whole
     from = old
     to = new
     length = increment%position - increment%start
@@ -66,33 +66,50 @@ contains
       length = length/2
       call follow(from, middle)
       ! Where a part is not solved, though the whole is, one that is shorter may be.
-      if (.not. ok) cycle
+      if (.not. ok) then
+        first = 0.0_wp
+        second = lost_between(scene, points, solver, from, to)
+        cycle
+      end if
       first = lost_between(scene, points, solver, from, middle)
       second = lost_between(scene, points, solver, middle, to)
       if (first > second) then
         to = middle
-        part = first
       else
         from = middle
-        part = second
       end if
-      if (.not. part > lasting*abs(whole)) return
+      if (.not. max(first, second) > lost_at_once*strain_energy) return
     end do
-    lost = part
+    lost = max(first, second)
+    if (.not. lost > lost_at_once*strain_energy) lost = 0.0_wp
 
   contains
 
+    !> With the factor as it is; where that does not do, with that of the tangent where the part
+    !> begins. What follows takes its own again.
     subroutine follow(a, b)
+      type(state_t), intent(inout) :: a
+      type(state_t), intent(out) :: b
+
+      call try(a, b)
+      if (ok .or. solver%choices%precision%renews_tangent) return
+      if (a%tangent_of == retaken .and. a%tangent_position == a%position) return
+      call keep_tangent(a)
+      a%tangent_of = retaken
+      call take_tangent(scene, points, a, solver, error)
+      if (.not. allocated(error)) call try(a, b)
+    end subroutine follow
+
+    subroutine try(a, b)
       type(state_t), intent(in) :: a
       type(state_t), intent(out) :: b
       type(increment_report_t) :: report
-      type(error_t), allocatable :: error
 
       call advance(scene, points, solver, a, next_increment(scene%steps, a, length), b, report, &
         error)
       ok = .not. allocated(error)
       if (ok) ok = report%converged
-    end subroutine follow
+    end subroutine try
 
   end subroutine find_jump
 

@@ -305,8 +305,8 @@ contains
       what = 'there is'
       if (stability%slides) what = 'friction leaves'
       error%message = error%message//new_line('a')// &
-        '  Where smaller increments do not help, '//what//' no equilibrium nearby, and the body '// &
-        'would jump to another one'
+        '  Where smaller increments do not help, '//what//' no equilibrium nearby, and the '// &
+        'body would jump to another one'
     end if
   end subroutine explain_by_instability
 

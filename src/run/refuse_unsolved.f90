@@ -29,8 +29,8 @@ module refuse_unsolved_mod
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
-    refuse_unstable, refuse_jump, unstable_in_words, nodes_in_words, stretches_in_words, neo_hooke_in_words, &
-    is_solved, tolerance_in_reach, next_tolerance
+    refuse_unstable, refuse_jump, unstable_in_words, nodes_in_words, stretches_in_words, &
+    neo_hooke_in_words, is_solved, tolerance_in_reach, next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
