@@ -21,11 +21,12 @@ module jumps_mod
 
   public :: find_jump
 
-  real(wp), parameter :: doubtful = 0.005_wp
+  real(wp), parameter :: doubtful = 0.01_wp
   !! of the strain energy: work that is missing, or too much of it, to look into [-]
-  real(wp), parameter :: lost_at_once = 5.0e-4_wp
-  !! of the strain energy. A path that is smooth leaves an eighth in a half, one on which friction
-  !! begins to act as much as the part is: less than that in the smallest increments [-]
+  real(wp), parameter :: lost_at_once = 0.01_wp
+  !! of the strain energy, in the smallest increments. A path that is smooth leaves an eighth in a
+  !! half, one on which friction begins to act as much as the part is. Nodes that a round tool with
+  !! much friction comes to have been seen to lose 0.003 [-]
   integer, parameter :: halvings = 12 !! down to the smallest increment that is solved
   integer, parameter :: retaken = -1 !! a factor of a part: no state of the run has it
   real(wp), parameter :: nothing = 1.0e-8_wp !! a strain that has no shape to snap to [-]
