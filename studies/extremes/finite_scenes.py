@@ -236,6 +236,41 @@ SOLE, GROUND
 """
 
 
+def rubbed(units=Units(), *, mu=1000.0, drag=0.5, n=3):
+    """Return the cube held below, a ball pressed into its upper side and drawn along."""
+    law = neo_hooke(YOUNG * units.stress)
+    centre = ", ".join(repr(float(c)) for c in units.place([0.5, 0.5, 1.6]))
+    upper = [k for k, at in enumerate(product(range(n), repeat=3), 1) if at[2] == n - 1]
+
+    def moved(v):
+        return "\n".join(f"9000, {i}, {i}, {c!r}" for i, c in enumerate(units.vector(v), 1))
+
+    return f"""\
+{grid(n, units.place, "C3D8")}*SURFACE, NAME=CROWN, TYPE=ELEMENT
+{"".join(f"{k}, S2" + chr(10) for k in upper)}*NODE
+9000, {centre}
+*MATERIAL, NAME=M
+{law.cards}
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=BALL, TYPE=SPHERE, REF NODE=9000
+{centre}, {0.6 * units.length!r}
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+{mu!r}
+*CONTACT PAIR, INTERACTION=I
+CROWN, BALL
+*CONTACT SOLVER, TOLERANCE=1e-10
+*BOUNDARY
+LOW, 1, 3
+{static(4)}*BOUNDARY
+{moved([0, 0, -0.25])}
+*END STEP
+{static(8)}*BOUNDARY
+{moved([drag, 0, -0.25])}
+*END STEP
+"""
+
+
 def on_sole(units=Units()):
     """Return what measures the force on the sole and the strain energy, in units of 1."""
 
@@ -531,6 +566,26 @@ def frictions():
     )  # fmt: skip
 
 
+def balls():
+    """Return a ball that rubs the cube."""
+    half = Units(angle=180.0)
+    for mu in (0.3, 1000.0):
+        yield FiniteScene(
+            "round tool", f"ball-{mu:g}", f"a ball pressed in and drawn along, mu = {mu:g}",
+            rubbed(mu=mu), on_sole(), f"ball-{mu:g}-turned", "turned by 180 degrees",
+        )  # fmt: skip
+        yield FiniteScene(
+            "round tool", f"ball-{mu:g}-turned", "the same, turned by 180 degrees",
+            rubbed(half, mu=mu), on_sole(half), f"ball-{mu:g}", "not turned", 1e-7,
+        )  # fmt: skip
+    yield FiniteScene(
+        "round tool", "ball-leaves", "a ball drawn off the edge: the cube is as it was",
+        rubbed(mu=0.3, drag=5.0),
+        lambda result: result.points + result.field("displacement", -1),
+        np.array([place for place in product(np.arange(4) / 3, repeat=3)]), "what is elastic",
+    )  # fmt: skip
+
+
 def increments():
     """Return the same way in 1 and in 100 increments."""
     neo = neo_hooke()
@@ -556,7 +611,8 @@ def finite_scenes():
     found = [
         scene
         for family in (
-            stretches, poisson, symmetries, turns, aspects, ratios, frictions, increments
+            stretches, poisson, symmetries, turns, aspects, ratios, frictions, balls,
+            increments,
         )
         for scene in family()
     ]  # fmt: skip
