@@ -470,8 +470,9 @@ contains
       to_text(increment%number)//': the solution jumps: '//to_text(lost, 2)//' of energy is '// &
       'neither work nor friction, beside a strain energy of '//to_text(strain, 2)// &
       ', however small the increment. The body snaps over to another shape, or a surface slips '// &
-      'off at once; what it does then is a matter of its inertia'//new_line('a')// &
-      '  Prescribed motions instead of forces, or a step that ends before, avoid it')
+      'off its master at once; what it does then is a matter of its inertia'//new_line('a')// &
+      '  Prescribed motions instead of forces, a finer mesh at edges, or a step that ends '// &
+      'before, may avoid it')
   end subroutine refuse_jump
 
   !> In how many ways an equilibrium is unstable, and what may be done.

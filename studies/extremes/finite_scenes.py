@@ -582,7 +582,7 @@ def balls():
         "round tool", "ball-leaves", "a ball drawn off the edge: the cube is as it was",
         rubbed(mu=0.3, drag=5.0),
         lambda result: result.points + result.field("displacement", -1),
-        np.array([place for place in product(np.arange(4) / 3, repeat=3)]), "what is elastic",
+        np.array(list(product(np.arange(4) / 3, repeat=3))), "what is elastic",
     )  # fmt: skip
 
 
