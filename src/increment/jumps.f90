@@ -4,6 +4,7 @@ module jumps_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use scene_mod, only: scene_t
+  use bodies_mod, only: is_linear
   use warming_mod, only: warms
   use interference_mod, only: has_interference
   use contact_points_mod, only: contact_points_t
@@ -51,7 +52,8 @@ contains
     logical :: ok
 
     lost = 0.0_wp
-    if (warms(scene) .or. has_interference(scene) .or. any(scene%obstacles%turns)) return
+    if (is_linear(scene) .or. warms(scene)) return
+    if (has_interference(scene) .or. any(scene%obstacles%turns)) return
     whole = lost_between(scene, points, solver, old, new)
     strain_energy = max(old%strain_energy, new%strain_energy)
     if (.not. abs(whole) > doubtful*strain_energy) return
@@ -66,8 +68,10 @@ contains
     do k = 1, halvings
       length = length/2
       call follow(from, middle)
-      ! Where a part is not solved, though the whole is, one that is shorter may be.
+      ! Where a part is not solved, though the whole is, one that is shorter may be. Friction may
+      ! leave a part without a solution that is found, and no jump.
       if (.not. ok) then
+        if (any(points%mu > 0.0_wp)) return
         first = 0.0_wp
         second = lost_between(scene, points, solver, from, to)
         cycle

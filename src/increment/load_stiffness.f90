@@ -5,7 +5,7 @@ module load_stiffness_mod
   use cells_mod, only: face_corners
   use connectivity_mod, only: nodes_of_face, corners_in
   use scene_mod, only: scene_t
-  use face4_mod, only: face_area_vectors
+  use faces_mod, only: face_area_vectors
   use step_loads_mod, only: step_loads_t, pattern_factors
   use dof_map_mod, only: dof_map_t, interface_terms_of
   use assembly_mod, only: triplets_t

@@ -300,7 +300,7 @@ contains
       error%message = error%message//new_line('a')// &
         '  The equilibrium where this increment begins '//is//' unstable'// &
         unstable_in_words(stability)
-    else if (solved%report%ending == ended_out_of_balance .and. &
+    else if (.not. is_linear(scene) .and. solved%report%ending == ended_out_of_balance .and. &
       is_extra(solved%increment%position)) then
       what = 'there is'
       if (stability%slides) what = 'friction leaves'
