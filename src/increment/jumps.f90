@@ -59,6 +59,9 @@ contains
     if (.not. abs(whole) > doubtful*strain_energy) return
     if (.not. strain_energy > finite_strain_energy(scene%mesh, scene%materials, &
       spread(0.0_wp, 1, scene%mesh%n_elements), nothing*scene%mesh%coordinates, no_modes)) return
+    ! A point that comes to press, or leaves, with friction may do so at once and no body snap.
+    if (any(points%mu > 0.0_wp .and. (norm2(old%reaction, dim=1) > 0.0_wp .neqv. &
+      norm2(new%reaction, dim=1) > 0.0_wp))) return
     if (increment%first_of_step) then
       if (begins_with_jump(scene, points, solver, old)) return
     end if
