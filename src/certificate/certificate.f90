@@ -400,7 +400,7 @@ contains
   pure subroutine energy_balance(contact, old, new, strain_energy, energy, of_others, of_heat)
     type(contact_fields_t), intent(in) :: contact
     type(state_t), intent(in) :: old
-    type(state_t), intent(inout) :: new            !! gets external_work and dissipation
+    type(state_t), intent(inout) :: new            !! gets its energies
     real(wp), intent(in) :: strain_energy          !! of the total strain [energy]
     type(energy_t), intent(out) :: energy
     real(wp), intent(in), optional :: of_others    !! in the increment, 0 where left out [energy]
@@ -409,6 +409,7 @@ contains
     new%external_work = old%external_work + 0.5_wp*sum((new%displacement - old%displacement)* &
       (old%external_force + old%support_force + new%external_force + new%support_force))
     if (present(of_others)) new%external_work = new%external_work + of_others
+    new%strain_energy = strain_energy
     new%dissipation = old%dissipation - sum(contact%reaction(2:, :)*contact%slip_increment)
     energy%external_work = new%external_work
     energy%strain = strain_energy

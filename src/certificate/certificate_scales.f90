@@ -50,7 +50,8 @@ contains
     real(wp) :: floor_of_forces, of_obstacles, u(3, mesh%n_nodes), motion(3)
     integer :: group(0:mesh%n_bodies), node, i, k, body
 
-    floor_of_forces = nothing*maxval(forces%rounding)
+    ! What is smaller than its square can be said has no size that another is measured by.
+    floor_of_forces = max(nothing*maxval(forces%rounding), sqrt(tiny(1.0_wp)))
     force = forces%of_elements%largest
     do node = 1, mesh%n_nodes
       associate (of_body => force(mesh%body(node)))

@@ -13,6 +13,10 @@ module element_tangent_mod
 
   public :: tangent_of, mode_stiffness, project
 
+  real(wp), parameter :: remnant = 0.1_wp
+  !! of what is negative in an element, with the other sign: with all of it rubber and ironing take
+  !! 3 to 13 % more iterations, with a tenth 0 to 2 % [-]
+
 contains
 
   !> K, and how many negative pivots the stiffness of C3D8I's modes has, which are eliminated: below
@@ -41,7 +45,8 @@ contains
     end if
   end subroutine tangent_of
 
-  !> The next positive semi-definite matrix: without what is negative in it.
+  !> A positive semi-definite matrix nearby: what is negative is replaced by a small part of its
+  !> size. By nothing, the sum over the elements may be singular.
   subroutine project(k)
     real(wp), intent(inout) :: k(24, 24)  !! symmetric but for rounding
     real(wp) :: vectors(24, 24), values(24)
@@ -53,7 +58,7 @@ contains
     if (.not. ok .or. values(1) >= 0.0_wp) return
     do i = 1, 24
       if (values(i) >= 0.0_wp) exit
-      k = k - values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
+      k = k - (1.0_wp + remnant)*values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
     end do
   end subroutine project
 

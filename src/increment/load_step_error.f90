@@ -34,7 +34,8 @@ module load_step_error_mod
   implicit none
   private
 
-  public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change
+  public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change, &
+    begins_with_jump
 
   real(wp), parameter :: doubtful = 0.1_wp
   !! of the strain energy: a balance of energy to look into [-]

@@ -9,8 +9,8 @@
 !> Bodies and obstacles that supports do not hold are free in K: what the solver pins is not. Free
 !> obstacles have unknowns of their own behind those of the mesh, without stiffness.
 !>
-!> Where points slide with friction K is not symmetric, and this is a hint. Loads that follow the
-!> body are not in K, nor is the curvature of masters that are surfaces.
+!> Where points slide with friction K is not symmetric, and this is a hint; so it is where the work
+!> of pressures depends on the way. The curvature of masters that are surfaces is not in K.
 module stability_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -31,6 +31,7 @@ module stability_mod
   use obstacle_shapes_mod, only: bend_of_gap, shift_of, has_fixed_normals
   use placement_mod, only: placement_t, place_curved, as_turned
   use step_solver_mod, only: step_solver_t
+  use load_stiffness_mod, only: pressures_at, pressed_nodes, add_load_stiffness
   implicit none
   private
 
@@ -45,7 +46,7 @@ module stability_mod
     integer :: n_unstable = 0      !! independent motions that lower the energy
     ! No more than a hint:
     logical :: slides = .false.    !! points do, with friction
-    logical :: follows = .false.   !! pressures do: their stiffness is left out
+    logical :: follows = .false.   !! pressures do, and have no energy
     logical :: bends = .false.     !! surfaces of bodies touch: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
   end type stability_t
@@ -78,11 +79,12 @@ contains
 
   !> Stability at the end of an increment, or where the next one begins. At small strain bodies are
   !> stable.
-  subroutine find_stability(scene, points, solver, state, stability)
+  subroutine find_stability(scene, points, solver, state, fraction, step_time, stability)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver      !! its unknowns and constraints
     type(state_t), intent(in) :: state
+    real(wp), intent(in) :: fraction, step_time    !! there, of the solver's *STEP [-], [time]
     type(stability_t), intent(out) :: stability
     type(tangent_t) :: tangent
     type(triplets_t) :: k
@@ -92,16 +94,19 @@ contains
     type(error_t), allocatable :: error
     integer, allocatable :: start(:), neighbours(:), position(:)
     real(wp), allocatable :: d(:)
+    real(wp) :: pressure(size(scene%surfaces))
     integer :: n_negative, of_modes, i
+    logical :: has_energy
 
     stability%is_known = is_linear(scene)
     if (stability%is_known) return
     contact = pressed_points(scene, points, solver, state)
+    pressure = pressures_at(scene, solver%response%loads, fraction, step_time)
     tangent = tangent_at(scene, state%displacement, state%step, state%position, &
       is_projected=.false.)
     associate (motions => solver%body%motions)
-      map = make_dof_map(scene%mesh%body, solver%body%prescribed, contact_nodes(points), &
-        solver%body%constraints)
+      map = make_dof_map(scene%mesh%body, solver%body%prescribed, [contact_nodes(points), &
+        pressed_nodes(scene, pressure)], solver%body%constraints)
       call coupled_nodes(scene%mesh, solver%body%constraints, start, neighbours)
       call order_equations(map, start, neighbours, position, error, 0)
       if (allocated(error)) return
@@ -114,6 +119,7 @@ contains
       d = [d, spread(minval(d), 1, motions%n)]
       position = [position, (i, i=map%n_free + 1, k%n)]
       call add_curvature(scene, points, map, motions, state, contact, k)
+      call add_load_stiffness(scene, map, pressure, state%displacement, k, has_energy)
       k%value = d(k%row)*k%value*d(k%column)
       ! What is negative by less is rounding.
       k%row = [k%row, (i, i=1, k%n)]
@@ -126,8 +132,7 @@ contains
     stability%is_known = .true.
     stability%n_unstable = n_negative - rows%n + of_modes
     stability%slides = any(contact%presses .and. .not. contact%sticks .and. points%mu > 0.0_wp)
-    ! Those of earlier steps, too; what the step takes away sums up to nothing.
-    stability%follows = any(abs(sum(solver%response%loads%pressure, dim=2)) > 0.0_wp)
+    stability%follows = .not. has_energy
     stability%bends = any(contact%presses .and. points%on_surface)
     stability%by_element = of_modes > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
   end subroutine find_stability

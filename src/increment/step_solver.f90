@@ -21,6 +21,7 @@ module step_solver_mod
   use linearisation_mod, only: linearisation_t, solver_work_t, make_linearisation, &
     invalidate, change_obstacle_supports, lap
   use finite_forces_mod, only: tangent_t
+  use bodies_mod, only: tangent_at
   use contact_interface_mod, only: interface_dofs
   use placement_mod, only: placement_t, place_undeformed
   use condensed_contact_mod, only: condensed_contact_t, find_groups, condense_contact
@@ -29,7 +30,7 @@ module step_solver_mod
   implicit none
   private
 
-  public :: step_solver_t, set_supports, prepare_step, widen_interface, linearise_at
+  public :: step_solver_t, set_supports, prepare_step, widen_interface, linearise_at, take_tangent
 
   type :: step_solver_t
     type(choices_t) :: choices
@@ -76,7 +77,7 @@ contains
   subroutine linearise_at(scene, points, tangent, solver, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(tangent_t), intent(in) :: tangent
+    type(tangent_t), intent(in), optional :: tangent !! of the undeformed bodies where left out
     type(step_solver_t), intent(inout) :: solver
     type(error_t), allocatable, intent(out) :: error !! as of set_supports
     type(solver_work_t) :: work
@@ -97,6 +98,27 @@ contains
     end if
     solver%on_tangents = work
   end subroutine linearise_at
+
+  !> At finite strain: the factor of the tangent that a state says, and what loads do by it. A body
+  !> that has turned answers to its loads as it stands.
+  subroutine take_tangent(scene, points, state, solver, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state
+    type(step_solver_t), intent(inout) :: solver
+    type(error_t), allocatable, intent(out) :: error !! as of set_supports
+
+    if (allocated(state%tangent_at)) then
+      call linearise_at(scene, points, tangent_at(scene, state%tangent_at, state%tangent_step, &
+        state%tangent_position, is_projected=.true.), solver, error)
+    else
+      call linearise_at(scene, points, solver=solver, error=error)
+    end if
+    if (allocated(error)) return
+    solver%body%made_after = state%tangent_of
+    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
+      solver%on_tangents, error)
+  end subroutine take_tangent
 
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
   subroutine widen_interface(scene, points, solver, work, error)

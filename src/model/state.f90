@@ -6,8 +6,8 @@ module state_mod
   implicit none
   private
 
-  public :: state_t, modes_t, initial_state, archive_state, most_numbers, bytes_to_continue, &
-    largest_slip
+  public :: state_t, modes_t, initial_state, keep_tangent, archive_state, most_numbers, &
+    bytes_to_continue, largest_slip
 
   !> Incompatible modes (C3D8I) at finite strain, a function of the displacement: where they were
   !> last found, from where those of another displacement take one or two steps. Not allocated:
@@ -52,6 +52,7 @@ module state_mod
     !! (3, n_nodes) of the supports on the body, 0 where none is [force]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
+    real(wp) :: strain_energy = 0.0_wp            !! [energy]
   end type state_t
 
 contains
@@ -70,6 +71,17 @@ contains
     allocate (state%reaction(3, n_points), state%trend(3, n_points), state%slip(2, n_points), &
       source=0.0_wp)
   end function initial_state
+
+  !> The tangent where a state is will serve from here on.
+  pure subroutine keep_tangent(state)
+    type(state_t), intent(inout) :: state
+
+    state%tangent_of = state%increments_done
+    state%tangent_at = state%displacement
+    state%tangent_step = state%step
+    state%tangent_position = state%position
+    state%first_forces = 0
+  end subroutine keep_tangent
 
   !> Put the state into the list, or take it out: every component, a line each.
   subroutine archive_state(list, state)
@@ -98,6 +110,7 @@ contains
     call archive(list, state%support_force)
     call archive(list, state%external_work)
     call archive(list, state%dissipation)
+    call archive(list, state%strain_energy)
   end subroutine archive_state
 
   !> The same of square blocks, not allocated where there are none.

@@ -186,7 +186,7 @@ contains
   end subroutine note_redundant
 
   !> An equilibrium that may be unstable: where points slide, friction may hold it, and so may
-  !> pressures that follow the body and the curvature of surfaces that touch.
+  !> pressures without an energy and the curvature of surfaces that touch.
   pure subroutine note_unstable(increment, stability, notes)
     type(increment_t), intent(in) :: increment
     type(stability_t), intent(in) :: stability !! with unstable motions
@@ -194,7 +194,7 @@ contains
     character(:), allocatable :: what
 
     what = 'Surfaces of bodies that touch'
-    if (stability%follows) what = 'Pressures that follow the body'
+    if (stability%follows) what = 'Pressures whose work depends on the way'
     if (stability%slides) what = 'Points that slide with friction'
     call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
       unstable_in_words(stability)//'. '//what//' may yet hold it')

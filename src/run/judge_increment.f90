@@ -10,6 +10,7 @@ module judge_increment_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_balance
   use step_solver_mod, only: step_solver_t
+  use jumps_mod, only: find_jump
   use stability_mod, only: stability_t, find_stability, is_hint
   use kinks_mod, only: count_between
   use contact_points_mod, only: master_nodes
@@ -32,7 +33,7 @@ module judge_increment_mod
   use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
-    refuse_lost_law, refuse_unstable, unstable_in_words
+    refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_unknown_stability
@@ -116,6 +117,8 @@ contains
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
       call refuse_lost_energy(increment, report, error)
+      if (allocated(error)) return
+      call judge_path(scene, plan, solver, progress, solved, error)
       if (allocated(error)) return
       call judge_stability(scene, plan, solver, progress, solved, notes, error)
       if (allocated(error)) return
@@ -285,22 +288,45 @@ contains
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(inout) :: error
     type(stability_t) :: stability
-    character(:), allocatable :: is
+    character(:), allocatable :: is, what
 
-    call find_stability(scene, plan%points, solver, progress%state, stability)
+    associate (begin => solved%increment%begin)
+      call find_stability(scene, plan%points, solver, progress%state, begin, &
+        begin*scene%steps(solved%increment%step)%period, stability)
+    end associate
     is = 'is'
     if (is_hint(stability)) is = 'may be'
     if (stability%n_unstable > 0) then
       error%message = error%message//new_line('a')// &
         '  The equilibrium where this increment begins '//is//' unstable'// &
         unstable_in_words(stability)
-    else if (stability%slides .and. solved%report%ending == ended_out_of_balance .and. &
+    else if (.not. is_linear(scene) .and. solved%report%ending == ended_out_of_balance .and. &
       is_extra(solved%increment%position)) then
+      what = 'there is'
+      if (stability%slides) what = 'friction leaves'
       error%message = error%message//new_line('a')// &
-        '  Points slide: where smaller increments do not help, friction leaves no equilibrium '// &
-        'nearby, and the body would jump to another one'
+        '  Where smaller increments do not help, '//what//' no equilibrium nearby, and the '// &
+        'body would jump to another one'
     end if
   end subroutine explain_by_instability
+
+  !> At finite strain a solution that jumps within the increment ends the run.
+  subroutine judge_path(scene, plan, solver, progress, solved, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(progress_t), intent(inout) :: progress !! before the increment; its tally
+    type(solved_t), intent(in) :: solved
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: lost, clock
+
+    clock = wall_seconds()
+    call find_jump(scene, plan%points, solver, progress%state, solved%state, solved%increment, &
+      lost)
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+    if (abs(lost) > 0.0_wp) call refuse_jump(solved%increment, lost, solved%report%energy%strain, &
+      error)
+  end subroutine judge_path
 
   !> An equilibrium that is unstable at the end of a *STEP ends the run; it is a note where what is
   !> left out of the tangent may hold it.
@@ -317,7 +343,8 @@ contains
 
     if (.not. solved%increment%last_of_step) return
     clock = wall_seconds()
-    call find_stability(scene, plan%points, solver, solved%state, stability)
+    call find_stability(scene, plan%points, solver, solved%state, solved%increment%fraction, &
+      solved%increment%step_time, stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     if (.not. stability%is_known) call note_unknown_stability(solved%increment, notes)
     if (stability%n_unstable == 0) return

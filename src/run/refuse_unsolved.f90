@@ -29,8 +29,8 @@ module refuse_unsolved_mod
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
-    refuse_unstable, unstable_in_words, nodes_in_words, stretches_in_words, neo_hooke_in_words, &
-    is_solved, tolerance_in_reach, next_tolerance
+    refuse_unstable, refuse_jump, unstable_in_words, nodes_in_words, stretches_in_words, &
+    neo_hooke_in_words, is_solved, tolerance_in_reach, next_tolerance
 
   real(wp), parameter :: reach = 100.0_wp !! times the tolerance: a residual worth naming [-]
 
@@ -459,6 +459,21 @@ contains
     call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
       to_text(increment%number)//': the equilibrium is unstable'//unstable_in_words(stability))
   end subroutine refuse_unstable
+
+  !> A solution beyond which the one before does not go on.
+  subroutine refuse_jump(increment, lost, strain, error)
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: lost, strain !! energy that is lost, and of the strains [energy]
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
+      to_text(increment%number)//': the solution jumps: '//to_text(lost, 2)//' of energy is '// &
+      'neither work nor friction, beside a strain energy of '//to_text(strain, 2)// &
+      ', however small the increment. The body snaps over to another shape, or a surface slips '// &
+      'off its master at once; what it does then is a matter of its inertia'//new_line('a')// &
+      '  Prescribed motions instead of forces, a finer mesh at edges, or a step that ends '// &
+      'before, may avoid it')
+  end subroutine refuse_jump
 
   !> In how many ways an equilibrium is unstable, and what may be done.
   pure function unstable_in_words(stability) result(words)

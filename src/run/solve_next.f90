@@ -8,16 +8,15 @@ module solve_next_mod
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, next_increment
-  use state_mod, only: state_t
+  use state_mod, only: state_t, keep_tangent
   use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
     ended_unbalanced, ended_indefinite
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
-  use bodies_mod, only: is_linear, tangent_at
-  use load_response_mod, only: respond_to_loads
+  use bodies_mod, only: is_linear
   use linearisation_mod, only: invalidate
-  use step_solver_mod, only: step_solver_t, widen_interface, linearise_at
+  use step_solver_mod, only: step_solver_t, widen_interface, take_tangent
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
@@ -130,23 +129,6 @@ contains
     end associate
   end subroutine solve_next
 
-  !> The factor of the tangent that a state says.
-  subroutine take_tangent(scene, points, state, solver, error)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(state_t), intent(in) :: state
-    type(step_solver_t), intent(inout) :: solver
-    type(error_t), allocatable, intent(out) :: error !! as of set_supports
-
-    call linearise_at(scene, points, tangent_at(scene, state%tangent_at, state%tangent_step, &
-      state%tangent_position, is_projected=.true.), solver, error)
-    if (allocated(error)) return
-    solver%body%made_after = state%tangent_of
-    ! A body that has turned answers to its loads as it stands.
-    call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
-      solver%on_tangents, error)
-  end subroutine take_tangent
-
   !> At finite strain: which tangent's factor serves. Where an increment is not solved with one of
   !> elsewhere, that of its beginning, with which it is to be solved again. Where it is, but took
   !> notably longer than the first one with the same factor, that of its end, for those that follow.
@@ -167,19 +149,6 @@ contains
         call keep_tangent(new)
       end if
     end associate
-
-  contains
-
-    pure subroutine keep_tangent(state)
-      type(state_t), intent(inout) :: state
-
-      state%tangent_of = state%increments_done
-      state%tangent_at = state%displacement
-      state%tangent_step = state%step
-      state%tangent_position = state%position
-      state%first_forces = 0
-    end subroutine keep_tangent
-
   end subroutine follow_tangent
 
   !> What obstacles do to faces between the increment's ends, and at them.

@@ -17,13 +17,6 @@ from studies.extremes.body_runs import (
 HEAD = "## Bodies that touch each other"
 
 
-def put_bodies(page, lines):
-    """Put the lines of the section in the place of those that a page has, at its end."""
-    text = page.read_text(encoding="utf-8").split(f"{HEAD}\n")[0].rstrip()
-    page.write_text("\n".join([text, "", *lines[:-1]]) + "\n", encoding="utf-8")
-    print(page)
-
-
 def bodies_lines(outcomes, seconds):
     """Return the lines of the section for the outcomes of all plans."""
     count = {kind: [one for one in outcomes if one.outcome == kind] for kind in OUTCOMES}

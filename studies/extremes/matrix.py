@@ -4,6 +4,7 @@
     studies/run extremes --only mu- --solvers AUTO --keep /tmp/decks
     studies/run extremes --family bodies     bodies that touch each other (body_runs.py), by AUTO;
                                              makes their part of the page anew
+    studies/run extremes --family finite     finite strain (finite_runs.py), likewise
 
 Every run is judged here from its result file and the scene's own numbers (judge.py): what
 the program says of itself does not count. Outcomes are
@@ -14,7 +15,8 @@ the program says of itself does not count. Outcomes are
     failed      anything else: a wrong result, no result, a crash, no end, a number that is none
 
 Exit status: 0 where no run failed, 1 otherwise. Bodies that touch each other have a judge and
-outcomes of their own.
+outcomes of their own, and so have scenes at finite strain, which are held against what is true of
+them.
 """
 
 import os
@@ -28,9 +30,11 @@ from pathlib import Path
 
 from bipot.program import program_options
 from bipot.report import Bar
+from studies.extremes import finite_runs
 from studies.extremes.body_runs import FAILURES, OUTCOMES, RIGHT, run_plans, told
 from studies.extremes.body_scenes import all_plans
 from studies.extremes.confirm import confirm
+from studies.extremes.finite_scenes import finite_scenes
 from studies.extremes.judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
 from studies.extremes.scenes import all_scenes, deck
 
@@ -130,7 +134,8 @@ def confirm_refusals(scenes, outcomes):
 def main():
     """Run, print, write the page."""
     parser = program_options(__doc__)
-    parser.add_argument("--family", choices=("one", "bodies", "both"), default="both")
+    parser.add_argument("--family", choices=("one", "bodies", "finite", "all"),
+                        default="all")  # fmt: skip
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
     parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
     parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
@@ -152,9 +157,9 @@ def run_families(options, program, folder):
     wanted = [word for word in options.solvers.split(",") if word]
     solvers = [name for name in SOLVERS if not wanted or any(word in name for word in wanted)]
     scenes, plans = [], []
-    if options.family != "bodies":
+    if options.family in ("one", "all"):
         scenes = [s for s in all_scenes() if options.only in s.name or options.only == s.axis]
-    if options.family != "one":
+    if options.family in ("bodies", "all"):
         plans = [p for p in all_plans() if options.only in p.name or options.only == p.axis]
     start = time.monotonic()
     outcomes = run_matrix(scenes, solvers, program, folder, options.limit, options.jobs)
@@ -176,14 +181,29 @@ def run_families(options, program, folder):
         kinds = [one.outcome for one in of_bodies]
         print(f"bodies: {len(kinds)} runs, "
               + ", ".join(f"{kinds.count(kind)} {kind}" for kind in OUTCOMES))  # fmt: skip
+    of_strain = []
+    if options.family in ("finite", "all"):
+        finite = [s for s in finite_scenes() if options.only in s.name or options.only == s.axis]
+        of_strain = finite_runs.run_scenes(finite, program, folder)
+    for one in of_strain:
+        if one.outcome != finite_runs.RIGHT or options.only:
+            print(finite_runs.told(one))
     if options.family == "bodies" and not options.only:
-        from studies.extremes.body_page import bodies_lines, put_bodies
+        from studies.extremes.body_page import HEAD, bodies_lines
+        from studies.extremes.page import put_section
         from studies.pages import PAGES
 
-        put_bodies(PAGES / "extremes.md", bodies_lines(of_bodies, seconds_of_bodies))
-    if options.family == "both" and not options.only and not wanted:
+        put_section(PAGES / "extremes.md", HEAD, bodies_lines(of_bodies, seconds_of_bodies))
+    if options.family == "finite" and not options.only:
+        from studies.extremes.finite_page import HEAD, finite_lines
+        from studies.extremes.page import put_section
+        from studies.pages import PAGES
+
+        put_section(PAGES / "extremes.md", HEAD, finite_lines(of_strain))
+    if options.family == "all" and not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
         from studies.extremes.body_page import bodies_lines
+        from studies.extremes.finite_page import finite_lines
         from studies.extremes.page import draw_map, write_page
         from studies.pages import PAGES
         from studies.two_answers import answers_of_block
@@ -191,9 +211,11 @@ def run_families(options, program, folder):
         draw_map(outcomes, solvers, PAGES / "figures" / "extremes.png")
         confirmed = confirm_refusals(scenes, outcomes)
         answers = answers_of_block(program)
-        bodies = bodies_lines(of_bodies, seconds_of_bodies)
+        sections = bodies_lines(of_bodies, seconds_of_bodies) + finite_lines(of_strain)
         page = PAGES / "extremes.md"
-        write_page(outcomes, solvers, confirmed, answers, seconds, bodies, page)
-    return any(one.outcome == FAILED for one in outcomes) or any(
-        one.outcome in FAILURES for one in of_bodies
+        write_page(outcomes, solvers, confirmed, answers, seconds, sections, page)
+    return (
+        any(one.outcome == FAILED for one in outcomes)
+        or any(one.outcome in FAILURES for one in of_bodies)
+        or any(one.outcome in finite_runs.FAILURES for one in of_strain)
     )

@@ -62,12 +62,24 @@ def good(outcomes):
     return sum(one.outcome in (CERTIFIED, FALLBACK) for one in outcomes)
 
 
-def write_page(outcomes, solvers, confirmed, answers, seconds, bodies, path):
+def put_section(page, head, lines):
+    """Put the lines of a section in the place of the one that a page has, or at its end."""
+    before, _, after = page.read_text(encoding="utf-8").partition(f"{head}\n")
+    rest = after.find("\n## ") + 1
+    after = after[rest:] if rest else ""
+    page.write_text(
+        "\n".join([before.rstrip(), "", *lines[:-1], *([""] * bool(after))]) + "\n" + after,
+        encoding="utf-8",
+    )
+    print(page)
+
+
+def write_page(outcomes, solvers, confirmed, answers, seconds, sections, path):
     """Write the page.
 
     `confirmed` is, by scene, what the check of AUTO's refusals found; `answers` are those of an
-    increment that has several (two_answers.py), `bodies` the lines of the section on bodies that
-    touch each other (body_page.py).
+    increment that has several (two_answers.py), `sections` the lines of those on bodies that touch
+    each other (body_page.py) and on finite strain (finite_page.py).
     """
     axes = axes_of(outcomes)
     by = {(one.scene, one.solver): one for one in outcomes}
@@ -79,8 +91,8 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, bodies, path):
         "",
         f"{len(auto)} small scenes, each extreme in one or two respects, solved by AUTO and by the "
         "paper's four solvers (sweeps with rho at its natural scale unless the scene says "
-        "otherwise); and, [at the end](#bodies-that-touch-each-other), as many of bodies that "
-        "touch each other. Written by a script, numbers too:",
+        "otherwise); as many of [bodies that touch each other](#bodies-that-touch-each-other); and "
+        "scenes [at finite strain](#at-finite-strain). Written by a script, numbers too:",
         "",
         "    studies/run extremes",
         "",
@@ -151,6 +163,6 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, bodies, path):
             cells = [LETTER[by[name, solver].outcome] for solver in solvers]
             rows.append([axis, name, *cells])
     lines += table(["", "scene", *solvers], rows)
-    lines += ["", *bodies[:-1]]
+    lines += ["", *sections[:-1]]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print(path)

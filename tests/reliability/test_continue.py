@@ -33,6 +33,7 @@ SMALL = {
     "rest": {},
     "roller": {"n": 4},
     "rubber": {"n": 2, "steps": 4},
+    "seal": {"n": 2, "steps": 3},
     "slope": {"n": 3},
     "spence": {"n": 6, "steps": 4},
     "ssnv128": {"n": 4, "steps": 4},

@@ -1,0 +1,165 @@
+!> What pressures that follow the body add to its tangent. docs/theory.md (8.28), (8.30).
+module load_stiffness_mod
+  use kinds_mod, only: wp
+  use growing_lists_mod, only: append, enlarge
+  use cells_mod, only: face_corners
+  use connectivity_mod, only: nodes_of_face, corners_in
+  use scene_mod, only: scene_t
+  use faces_mod, only: face_area_vectors
+  use step_loads_mod, only: step_loads_t, pattern_factors
+  use dof_map_mod, only: dof_map_t, interface_terms_of
+  use assembly_mod, only: triplets_t
+  implicit none
+  private
+
+  public :: pressures_at, pressed_nodes, add_load_stiffness
+
+  real(wp), parameter :: rounding = 1.0e-9_wp
+  !! of the sum of what cancels between faces: that has cancelled [-]
+
+contains
+
+  !> The pressures on surfaces at a fraction of the *STEP.
+  pure function pressures_at(scene, loads, fraction, step_time) result(pressure)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
+    real(wp) :: pressure(size(scene%surfaces))   !! [force/length^2]
+    real(wp) :: factor(loads%n_patterns)
+    integer :: g
+
+    factor = pattern_factors(scene, loads, fraction, step_time)
+    pressure = 0.0_wp
+    do g = 1, loads%n_patterns
+      pressure = pressure + factor(g)*loads%pressure(:, g)
+    end do
+  end function pressures_at
+
+  !> The nodes of faces under pressure, with repeats.
+  pure function pressed_nodes(scene, pressure) result(nodes)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: pressure(:) !! (n_surfaces) [force/length^2]
+    integer, allocatable :: nodes(:)
+    integer :: corners(face_corners), s, i, n
+
+    allocate (nodes(0))
+    n = 0
+    do s = 1, size(scene%surfaces)
+      if (.not. abs(pressure(s)) > 0.0_wp) cycle
+      associate (faces => scene%surfaces(s)%faces)
+        do i = 1, size(faces, 2)
+          corners = nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
+          call append(nodes, n, corners(:corners_in(corners)))
+        end do
+      end associate
+    end do
+    nodes = nodes(:n)
+  end function pressed_nodes
+
+  !> Add the symmetric part of -df/du to K, f the forces of pressures, and say whether there is
+  !> another one: then the work of the pressures depends on the way.
+  subroutine add_load_stiffness(scene, map, pressure, u, k, is_symmetric)
+    type(scene_t), intent(in) :: scene
+    type(dof_map_t), intent(in) :: map           !! with the pressed nodes on its interface
+    real(wp), intent(in) :: pressure(:)          !! (n_surfaces) [force/length^2]
+    real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
+    type(triplets_t), intent(inout) :: k
+    logical, intent(out) :: is_symmetric
+    type(triplets_t) :: added
+    real(wp) :: ke(3*face_corners, 3*face_corners)
+    real(wp), allocatable :: skew(:), largest(:) !! (n_free) of a vector without a pattern
+    integer :: corners(face_corners), s, i, n, n_added
+
+    allocate (skew(map%n_free), largest(map%n_free), source=0.0_wp)
+    allocate (added%row(0), added%column(0), added%value(0))
+    n_added = 0
+    do s = 1, size(scene%surfaces)
+      if (.not. abs(pressure(s)) > 0.0_wp) cycle
+      associate (faces => scene%surfaces(s)%faces)
+        do i = 1, size(faces, 2)
+          corners = nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
+          n = corners_in(corners)
+          associate (nodes => corners(:n))
+            ke(:3*n, :3*n) = pressure(s)*area_derivatives(scene%mesh%coordinates(:, nodes) + &
+              u(:, nodes))
+            call add_face(map, nodes, ke(:3*n, :3*n), added, n_added, skew, largest)
+          end associate
+        end do
+      end associate
+    end do
+    k%row = [k%row, added%row(:n_added)]
+    k%column = [k%column, added%column(:n_added)]
+    k%value = [k%value, added%value(:n_added)]
+    is_symmetric = .not. maxval([0.0_wp, abs(skew)]) > rounding*maxval([0.0_wp, largest])
+  end subroutine add_load_stiffness
+
+  !> The derivatives of a face's area vectors by its nodes' places: exact, as they are quadratic.
+  pure function area_derivatives(x) result(of)
+    real(wp), intent(in) :: x(:, :)                     !! (3,n) nodes [length]
+    real(wp) :: of(3*size(x, 2), 3*size(x, 2))          !! of a row's by a column's [length]
+    real(wp) :: moved(3, size(x, 2)), size_of_face
+    integer :: b, j
+
+    size_of_face = maxval(maxval(x, dim=2) - minval(x, dim=2))
+    do b = 1, size(x, 2)
+      do j = 1, 3
+        moved = x - spread(x(:, 1), 2, size(x, 2))
+        moved(j, b) = moved(j, b) + size_of_face
+        of(:, 3*b - 3 + j) = reshape(face_area_vectors(moved), [size(of, 1)])
+        moved(j, b) = moved(j, b) - 2.0_wp*size_of_face
+        of(:, 3*b - 3 + j) = (of(:, 3*b - 3 + j) - reshape(face_area_vectors(moved), &
+          [size(of, 1)]))/(2.0_wp*size_of_face)
+      end do
+    end do
+  end function area_derivatives
+
+  !> Add a face: the symmetric part to the matrix, the other one times a vector to `skew`.
+  pure subroutine add_face(map, nodes, ke, added, n_added, skew, largest)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: nodes(:)              !! (n)
+    real(wp), intent(in) :: ke(:, :)             !! (3 n,3 n) [force/length]
+    type(triplets_t), intent(inout) :: added
+    integer, intent(inout) :: n_added
+    real(wp), intent(inout) :: skew(:), largest(:)
+    integer, allocatable :: equations(:), own(:), dof(:)
+    real(wp), allocatable :: weights(:), weight(:)
+    real(wp) :: symmetric, other, z
+    integer :: a, i, p, q
+
+    allocate (equations(0), dof(0), weights(0))
+    do a = 1, size(nodes)
+      do i = 1, 3
+        call interface_terms_of(map, nodes(a), i, own, weight)
+        equations = [equations, map%n_free - map%n_interface + own]
+        weights = [weights, weight]
+        dof = [dof, spread(3*a - 3 + i, 1, size(own))]
+      end do
+    end do
+    if (n_added + size(dof)**2 > size(added%row)) then
+      associate (want => max(n_added + size(dof)**2, 2*n_added))
+        call enlarge(added%row, n_added, want)
+        call enlarge(added%column, n_added, want)
+        call enlarge(added%value, n_added, want)
+      end associate
+    end if
+    do q = 1, size(dof)
+      ! A vector without a pattern: multiples of the golden section, without their whole part.
+      z = modulo(0.6180339887498949_wp*real(equations(q), wp), 1.0_wp) - 0.5_wp
+      do p = 1, size(dof)
+        associate (there => weights(p)*ke(dof(p), dof(q))*weights(q), &
+                   back => weights(p)*ke(dof(q), dof(p))*weights(q))
+          symmetric = 0.5_wp*(there + back)
+          other = 0.5_wp*(there - back)
+        end associate
+        skew(equations(p)) = skew(equations(p)) + other*z
+        largest(equations(p)) = largest(equations(p)) + abs(other*z)
+        if (equations(p) < equations(q)) cycle
+        n_added = n_added + 1
+        added%row(n_added) = equations(p)
+        added%column(n_added) = equations(q)
+        added%value(n_added) = symmetric
+      end do
+    end do
+  end subroutine add_face
+
+end module load_stiffness_mod

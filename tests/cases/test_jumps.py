@@ -1,0 +1,94 @@
+"""A solution at finite strain that jumps is not certified: it loses energy at once."""
+
+import unittest
+
+import numpy as np
+from meshes import grid
+from program import Run
+
+SPAN, THICK = 10.0, 0.2
+
+
+def arch(rise, increments, force, plate=True, direct=", DIRECT", length=1.0, stress=1.0):
+    """Deck of half of a clamped arch, pressed down in its middle by a force.
+
+    By a plate that may move up and down, or on its nodes. It snaps over where it is high enough.
+    """
+    n = 8
+
+    def shape(at):
+        high = rise * (1 + np.cos(np.pi * at[0])) / 2 + THICK * (at[2] - 0.5)
+        return length * SPAN * at[0], length * at[1], length * high
+
+    mesh, index, _ = grid("ALL", (n, 1, 1), shape)
+    sets = ""
+    for name, row in (("MIDDLE", index[0]), ("END", index[-1])):
+        sets += f"*NSET, NSET={name}\n" + "\n".join(map(str, row.ravel())) + "\n"
+    top = length * (rise + THICK / 2)
+    load = force * length**2 * stress
+    contact, held = "", ""
+    loads = f"MIDDLE, 3, {-load / 4!r}\n"
+    if plate:
+        contact = f"""\
+*SURFACE, NAME=UPPER
+1, S2
+2, S2
+3, S2
+*NODE
+9000, 0., 0., {top!r}
+*OBSTACLE, NAME=PLATE, TYPE=PLANE, REF NODE=9000
+0., 0., {top!r}, 0., 0., -1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+UPPER, PLATE
+"""
+        held, loads = "9000, 1, 2\n", f"9000, 3, {-load!r}\n"
+    return f"""\
+*PARAMETER
+element = C3D8I
+{mesh}{sets}*MATERIAL, NAME=M
+*ELASTIC
+{1000.0 * stress!r}, 0.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+{contact}*STEP, NLGEOM
+*STATIC{direct}
+{1 / increments!r}, 1.
+*BOUNDARY
+ALL, 2, 2
+MIDDLE, 1, 1
+END, 1, 3
+{held}*CLOAD
+{loads}*END STEP
+"""
+
+
+class Arches(unittest.TestCase):
+    def test_one_that_snaps_over(self):
+        """Increments that land beyond are solved, and refused; where none does, it is said."""
+        messages = []
+        for rise, options in (
+            (0.3, {}), (0.31, {}), (0.32, {}), (0.33, {}), (0.31, {"length": 1e-3, "stress": 1e6}),
+            (0.31, {"plate": False}),
+        ):  # fmt: skip
+            run = Run(arch(rise, 50, 0.04 * rise**2, direct="", **options), name="arch")
+            self.assertEqual(run.status, 2, (rise, options))
+            self.assertRegex(run.errors, "the solution jumps: |would jump to another", rise)
+            messages.append(run.errors)
+        jumps = [message for message in messages if "the solution jumps: " in message]
+        self.assertGreaterEqual(len(jumps), 2, messages)
+
+    def test_large_increments(self):
+        """Those that land far beyond are not certified either."""
+        for options in ({}, {"length": 1e-3, "stress": 1e6}):
+            run = Run(arch(0.33, 33, 0.32 * 0.33**2, **options), name="arch")
+            self.assertEqual(run.status, 2, options)
+
+    def test_one_that_is_too_flat_to_snap(self):
+        for increments in (5, 20):
+            for plate in (True, False):
+                run = Run(arch(0.2, increments, 0.32 * 0.2**2, plate), name="arch")
+                self.assertEqual(run.status, 0, (increments, plate, run.errors))
+
+
+if __name__ == "__main__":
+    unittest.main()
