@@ -40,8 +40,10 @@ contains
     type(tangent_t), intent(in), optional :: tangent !! as of assemble_stiffness, by this rank alone
     type(mesh_t) :: part
     type(dof_map_t) :: part_map
+    logical :: is_whole
 
-    if (present(tangent) .or. .not. are_worth_it(mesh, map)) then
+    is_whole = .not. are_worth_it(mesh, map)
+    if (present(tangent) .or. is_whole) then
       call assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent)
       return
     end if
