@@ -32,8 +32,6 @@ contains
       what = 'a factor in single precision or of low rank (*PRECISION)'
     else if (scene%contact%compliance == compliance_products) then
       what = 'COMPLIANCE=PRODUCTS'
-    else if (scene%output%mesh_error) then
-      what = 'the field of errors by the mesh'
     else if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
       what = 'an accuracy, a time or a memory that is asked for'
     end if
