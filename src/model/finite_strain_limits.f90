@@ -2,7 +2,7 @@
 module finite_strain_limits_mod
   use kinds_mod, only: wp
   use cells_mod, only: hexahedron_8
-  use controls_mod, only: compliance_products, is_exact, is_bounded
+  use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
   implicit none
   private
@@ -32,8 +32,6 @@ contains
       what = 'a factor in single precision or of low rank (*PRECISION)'
     else if (scene%contact%compliance == compliance_products) then
       what = 'COMPLIANCE=PRODUCTS'
-    else if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
-      what = 'an accuracy, a time or a memory that is asked for'
     end if
   end function beyond_finite_strain
 
