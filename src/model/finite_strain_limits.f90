@@ -28,10 +28,10 @@ contains
       what = 'SMALL SLIDING between surfaces of elements'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
-    else if (.not. is_exact(scene%precision)) then
-      what = 'a factor in single precision or of low rank (*PRECISION)'
-    else if (scene%contact%compliance == compliance_products) then
-      what = 'COMPLIANCE=PRODUCTS'
+    else if (scene%contact%compliance == compliance_products .and. .not. &
+      is_exact(scene%precision)) then
+      ! Reactions would be those of another body than displacements are.
+      what = 'COMPLIANCE=PRODUCTS with a factor in single precision or of low rank (*PRECISION)'
     end if
   end function beyond_finite_strain
 
