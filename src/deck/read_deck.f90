@@ -55,7 +55,7 @@ module read_deck_mod
   use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
   use surface_list_mod, only: surface_list_t
-  use controls_mod, only: compliance_dense, output_controls_t
+  use controls_mod, only: compliance_auto, compliance_dense, output_controls_t
   use finite_strain_limits_mod, only: beyond_finite_strain
   use mesh_mod, only: kind_c3d8b
   use scene_mod, only: scene_t
@@ -369,7 +369,8 @@ contains
     end do
   end subroutine check_turns
 
-  !> Refuse what NLGEOM does not cover; its factor is exact, and its compliance is formed.
+  !> Refuse what NLGEOM does not cover; but where the deck asks for others its factor is exact, and
+  !> its compliance is formed.
   subroutine prepare_finite_strain(reader, scene)
     type(reader_t), intent(inout) :: reader
     type(scene_t), intent(inout) :: scene
@@ -392,7 +393,7 @@ contains
     scene%precision%body_is_given = .true.
     scene%precision%factor_is_given = .true.
     scene%precision%low_rank_is_given = .true.
-    scene%contact%compliance = compliance_dense
+    if (scene%contact%compliance == compliance_auto) scene%contact%compliance = compliance_dense
   end subroutine prepare_finite_strain
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.

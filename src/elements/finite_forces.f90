@@ -9,6 +9,7 @@ module finite_forces_mod
   use small_matrix_mod, only: inverse
   use strain_measures_mod, only: growth_of, deformation_of, green_strain, logarithmic_strain
   use material_law_mod, only: finite_stress, finite_energy
+  use logarithmic_stress_mod, only: logarithmic_stress
   use finite_strain_mod, only: finite_element_t, finite_element, is_inverted, gradients_of_law, &
     stresses_of, forces_on_nodes, energy_of
   use element_tangent_mod, only: tangent_of, project
@@ -19,7 +20,7 @@ module finite_forces_mod
 
   public :: tangent_t, element_tangent, tangent_force, negative_modes
   public :: finite_internal_force, finite_strain_energy, elastic_gradients, finite_tensors, &
-    undeformed_tensors, work_of_heat
+    undeformed_tensors, logarithmic_stresses, work_of_heat
 
   !> Where a tangent is taken.
   type :: tangent_t
@@ -271,6 +272,25 @@ contains
       strain(:3, g) = strain(:3, g) + free*(1.0_wp + 0.5_wp*free)
     end do
   end subroutine undeformed_tensors
+
+  !> The stresses that work on the logarithmic strains of an element at its Gauss points, a volume
+  !> that expansion has made, and the gradients that the law is asked at.
+  subroutine logarithmic_stresses(mesh, materials, free, u, e, of_law, stress)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free                !! strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)             !! (3,n_nodes) displacement, det F > 0 [length]
+    integer, intent(in) :: e                    !! element
+    real(wp), intent(out) :: of_law(3, 3, 8)    !! [-]
+    real(wp), intent(out) :: stress(6, 8)       !! XX YY ZZ XY YZ XZ [force/length^2]
+    real(wp), dimension(3, 3, 8) :: h, p
+    integer :: g
+
+    call find_stresses(mesh, materials, free, u, e, of_law, h, p)
+    do g = 1, 8
+      stress(:, g) = six_of(logarithmic_stress(h(:, :, g), p(:, :, g)))
+    end do
+  end subroutine logarithmic_stresses
 
   !> The displacement gradients at the Gauss points that the law is asked at: without free
   !> expansion.

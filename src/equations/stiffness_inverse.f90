@@ -22,7 +22,7 @@ module stiffness_inverse_mod
   private
 
   public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse, abandon_inverse
-  public :: answer_of_interface, at_interface, recover_columns, at_nodes
+  public :: answer_of_interface, at_interface, moved_by, recover_columns, at_nodes
   public :: solve_equations
 
   ! Of solutions by iteration, beside the load [-].
@@ -155,7 +155,8 @@ contains
 
   !> K^-1 b where nothing is condensed, several at once. Unless some digits are enough, solutions
   !> with an inexact factor are refined by the internal forces of what they leave, until that gains
-  !> nothing: what contact sees is linear then, and reactions do what the bodies do.
+  !> nothing: what contact sees is linear then, and reactions do what the bodies do. Not at finite
+  !> strain, where a factor of another place is refined with its iterations.
   subroutine solve_equations(inverse, b, roughly, error)
     type(stiffness_inverse_t), intent(inout) :: inverse
     real(wp), contiguous, intent(inout) :: b(:, :)   !! (n_free,m) [force] in, [length] out
@@ -167,7 +168,7 @@ contains
     logical, allocatable :: goes_on(:)
     integer :: i, g
 
-    if (roughly .or. is_exact(inverse%factor%precision)) then
+    if (roughly .or. is_exact(inverse%factor%precision) .or. .not. allocated(inverse%mesh)) then
       call solve_once(inverse, b, loosely, error)
       return
     end if
@@ -264,6 +265,29 @@ contains
     b(inverse%map%n_free - inverse%map%n_interface + 1:) = answer
     call to_nodes(inverse%map, b, displacement)
   end function at_interface
+
+  !> What forces on the interface do to it; where nothing is condensed, to all nodes. A solution
+  !> that fails for that is the failure of `inverse`.
+  function moved_by(inverse, force) result(displacement)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), intent(in) :: force(:, :)                  !! (3,n_nodes) on the interface [force]
+    real(wp) :: displacement(3, size(force, 2))          !! [length]
+    type(error_t), allocatable :: error
+    real(wp) :: b(inverse%map%n_free, 1)
+
+    if (inverse%is_condensed) then
+      displacement = at_interface(inverse, answer_of_interface(inverse, force), size(force, 2))
+      return
+    end if
+    displacement = 0.0_wp
+    call to_equations(inverse%map, force, b(:, 1))
+    call solve_equations(inverse, b, .false., error)
+    if (allocated(error)) then
+      call move_alloc(error, inverse%failure)
+      return
+    end if
+    call to_nodes(inverse%map, b(:, 1), displacement)
+  end function moved_by
 
   !> What the body does when its interface moves as told and nothing else acts, several at once.
   subroutine recover_columns(inverse, answers, columns, error)

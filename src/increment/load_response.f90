@@ -55,8 +55,9 @@ contains
       load = loads%force - load
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
-      if (.not. is_exact(body%inverse%factor%precision)) call refine(scene, tolerance, load, &
-        body%inverse, response%displacement, error)
+      ! At finite strain they are what iterations begin with, which refine them.
+      if (.not. (is_exact(body%inverse%factor%precision) .or. scene%finite_strain)) call refine( &
+        scene, tolerance, load, body%inverse, response%displacement, error)
       if (allocated(error)) return
       response%displacement = response%displacement + loads%displacement
     end associate

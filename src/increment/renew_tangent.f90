@@ -11,7 +11,7 @@ module renew_tangent_mod
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: find_internal_force, tangent_at, find_tangent_force
   use rigid_modes_mod, only: add_motions
-  use stiffness_inverse_mod, only: apply_inverse, answer_of_interface, at_interface
+  use stiffness_inverse_mod, only: apply_inverse, moved_by
   use step_solver_mod, only: step_solver_t, linearise_at
   use trial_mod, only: trial_t, apply_reactions
   implicit none
@@ -74,10 +74,8 @@ contains
       deallocate (error)
       return
     end if
-    associate (inverse => solver%body%inverse, n => scene%mesh%n_nodes)
-      ! On the interface u_free must be what the contact problem adds W r to.
-      trial%u_contact = at_interface(inverse, answer_of_interface(inverse, trial%applied_force), n)
-    end associate
+    ! On the interface u_free must be what the contact problem adds W r to.
+    trial%u_contact = moved_by(solver%body%inverse, trial%applied_force)
     trial%u_free = tangent%at - trial%u_contact
     call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
   end subroutine renew_tangent

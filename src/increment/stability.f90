@@ -168,7 +168,7 @@ contains
     type(rows_t), intent(out) :: rows
     integer, allocatable :: free(:)
     real(wp) :: direction(3)
-    integer :: i, j, axis, n_axes
+    integer :: i, j, axis, n_axes, first
     logical :: is_alone
 
     allocate (free(0), rows%direction(3, 3*points%n))
@@ -191,15 +191,22 @@ contains
           direction = direction/norm2(direction)
         end if
         rows%n = rows%n + 1
+        first = rows%n_entries + 1
+        call add_entries(map, points%node(i), direction, rows)
+        call add_masters(map, contact%placement%weights, i, direction, rows)
+        call put(rows%entries, rows%n_entries, spread(rows%n, 1, size(free)), map%n_free + free, &
+          [(-dot_product(motions%translation(:, free(j)), direction), j=1, size(free))])
+        ! Where supports hold both sides in this direction there is no row.
+        if (.not. any(abs(rows%entries%value(first:rows%n_entries)) > independent)) then
+          rows%n = rows%n - 1
+          rows%n_entries = first - 1
+          cycle
+        end if
         if (is_alone) then
           rows%direction(:, rows%n) = direction
           rows%before(rows%n) = rows%newest(points%node(i))
           rows%newest(points%node(i)) = rows%n
         end if
-        call add_entries(map, points%node(i), direction, rows)
-        call add_masters(map, contact%placement%weights, i, direction, rows)
-        call put(rows%entries, rows%n_entries, spread(rows%n, 1, size(free)), map%n_free + free, &
-          [(-dot_product(motions%translation(:, free(j)), direction), j=1, size(free))])
       end do
     end do
     call trim_to(rows%entries, rows%n_entries)

@@ -13,7 +13,7 @@ module trial_mod
   use placement_mod, only: placement_t, place_curved, place_undeformed, leave_ends
   use surface_drag_mod, only: place_beginning
   use transfer_mod, only: nodal_forces
-  use stiffness_inverse_mod, only: answer_of_interface, at_interface
+  use stiffness_inverse_mod, only: moved_by
   use bodies_mod, only: is_linear, forces_of_heat
   use expansion_mod, only: find_free_strain
   use load_response_mod, only: sum_patterns, prescribed_displacement, impose_loads
@@ -155,8 +155,7 @@ contains
     call add_motions(solver%body%motions, scene%mesh, trial%motion, loaded)
     call apply_reactions(points, old, trial)
     ! On the interface u_free must be what the contact problem adds W r to.
-    trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
-      trial%applied_force), scene%mesh%n_nodes)
+    trial%u_contact = moved_by(solver%body%inverse, trial%applied_force)
     trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
   end subroutine carry_over
 

@@ -6,6 +6,7 @@
 !> the mean, and the faces go into each other between. docs/theory.md (10.23), (10.24).
 module unseen_contact_mod
   use kinds_mod, only: wp
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: add_nodal_areas
   use contact_points_mod, only: contact_points_t
@@ -21,12 +22,12 @@ module unseen_contact_mod
 contains
 
   !> The error of the mesh that it makes, a part of the largest resultant.
-  pure real(wp) function unseen_error(scene, points, contact, strain) result(error)
+  pure real(wp) function unseen_error(scene, points, contact, strain, u) result(error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(in) :: strain !! energy of the bodies [energy]
-
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) displacement [length]
     integer :: i
 
     error = 0.0_wp
@@ -39,31 +40,50 @@ contains
       end associate
     end do
     if (strain > 0.0_wp) error = error/(2.0_wp*strain)
-    error = error + share_on_little_covered(scene, points, contact)
+    error = error + share_on_little_covered(scene, points, contact, u)
   end function unseen_error
 
   !> The part of the normal forces that is on nodes of which less than half is covered, of either
   !> side: of the pair with the largest such force, over the largest force of a pair.
-  pure real(wp) function share_on_little_covered(scene, points, contact) result(share)
+  pure real(wp) function share_on_little_covered(scene, points, contact, u) result(share)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
-    real(wp) :: area(scene%mesh%n_nodes), covered(scene%mesh%n_nodes), force(scene%mesh%n_nodes)
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) displacement [length]
+    real(wp), dimension(scene%mesh%n_nodes) :: area, covered, force, before
+    real(wp) :: whole(points%n) !! where what covers it is measured: at finite strain deformed
     real(wp) :: largest
+    type(mesh_t) :: mesh
     integer :: p, i
 
     share = 0.0_wp
+    mesh = scene%mesh
+    if (scene%finite_strain) mesh%coordinates = mesh%coordinates + u
+    whole = points%area
     largest = 0.0_wp
     do p = 1, size(points%first) - 1
       associate (a => points%first(p), b => points%first(p + 1) - 1)
         largest = max(largest, sum(contact%reaction(1, a:b)))
         if (a > b) cycle
         if (.not. points%on_surface(a)) cycle
+        if (scene%finite_strain) then
+          area = 0.0_wp
+          before = 0.0_wp
+          associate (slave => scene%surfaces(scene%pairs(p)%surface))
+            call add_nodal_areas(mesh, slave, area)
+            call add_nodal_areas(scene%mesh, slave, before)
+          end associate
+          do i = a, b
+            associate (was => before(points%node(i)), is => area(points%node(i)))
+              if (was > 0.0_wp) whole(i) = whole(i)*is/was
+            end associate
+          end do
+        end if
         share = max(share, sum(contact%reaction(1, a:b), mask=contact%covered_area(a:b) < &
-          half*points%area(a:b)))
+          half*whole(a:b)))
         if (scene%pairs(p)%master > 0) cycle
         area = 0.0_wp
-        call add_nodal_areas(scene%mesh, scene%surfaces(scene%pairs(p)%master_surface), area)
+        call add_nodal_areas(mesh, scene%surfaces(scene%pairs(p)%master_surface), area)
         covered = 0.0_wp
         force = 0.0_wp
         do i = a, b

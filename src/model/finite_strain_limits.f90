@@ -2,7 +2,7 @@
 module finite_strain_limits_mod
   use kinds_mod, only: wp
   use cells_mod, only: hexahedron_8
-  use controls_mod, only: compliance_products, is_exact, is_bounded
+  use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
   implicit none
   private
@@ -28,14 +28,10 @@ contains
       what = 'SMALL SLIDING between surfaces of elements'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
-    else if (.not. is_exact(scene%precision)) then
-      what = 'a factor in single precision or of low rank (*PRECISION)'
-    else if (scene%contact%compliance == compliance_products) then
-      what = 'COMPLIANCE=PRODUCTS'
-    else if (scene%output%mesh_error) then
-      what = 'the field of errors by the mesh'
-    else if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
-      what = 'an accuracy, a time or a memory that is asked for'
+    else if (scene%contact%compliance == compliance_products .and. .not. &
+      is_exact(scene%precision)) then
+      ! Reactions would be those of another body than displacements are.
+      what = 'COMPLIANCE=PRODUCTS with a factor in single precision or of low rank (*PRECISION)'
     end if
   end function beyond_finite_strain
 

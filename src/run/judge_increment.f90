@@ -401,11 +401,9 @@ contains
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     if (scene%accuracy%estimates .and. solver%choices%follows_steps) call follow_coarsely(scene, &
       plan%points, solver, progress%state, new, progress%coarse, report)
-    if (is_linear(scene)) then
-      if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
-        plan%points, new, report)
-      call estimate_theory(scene, plan%points, solver%contact, new, report)
-    end if
+    if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
+      plan%points, new, report)
+    if (is_linear(scene)) call estimate_theory(scene, plan%points, solver%contact, new, report)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))

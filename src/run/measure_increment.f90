@@ -38,9 +38,10 @@ contains
     if (.not. (is_last .or. due)) return
     call find_free_strain(scene, state%step, state%position, free)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, free, &
-      report%mesh_error, report%errors%mesh)
+      scene%finite_strain, report%mesh_error, report%errors%mesh)
     if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
-      report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain)
+      report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain, &
+      state%displacement)
     if (allocated(points%alpha) .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       report%errors%mesh + work_at_distance(points, report%contact)/(2.0_wp*report%energy%strain)
   end subroutine estimate_mesh

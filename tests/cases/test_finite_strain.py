@@ -170,15 +170,6 @@ class Ends(unittest.TestCase):
             self.assertEqual(run.status, 2, run.output)
             self.assertRegex(run.errors, why)
 
-    def test_what_an_accuracy_takes_is_refused(self):
-        bounds = (("--accuracy", "0.1"), ("--time", "2"), ("--refine", "0", "--memory", "1GB"))
-        for options in bounds:
-            with self.subTest(options=options):
-                text = BAR.format(law=NEO, press=-0.1, sides="", increment=1.0)
-                run = Run(text, *options, name="bar")
-                self.assertEqual(run.status, 1, run.output)
-                self.assertIn("NLGEOM does not cover an accuracy, a time or a memory", run.errors)
-
 
 if __name__ == "__main__":
     unittest.main()

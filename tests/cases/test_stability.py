@@ -78,6 +78,36 @@ TOP, 3, 3, {-4 * press!r}
 *END STEP
 """
 
+# A block on a larger one, in plane strain.
+PLANE_PAIR = """\
+*BLOCK, NAME=T, ELSET=T, TYPE=C3D8, NX=2, NY=1, NZ=1
+0.2, 0., 1., 0.8, 0.5, 1.6
+*BLOCK, NAME=B, ELSET=B, TYPE=C3D8, NX=3, NY=1, NZ=2
+0., 0., 0., 1.2, 0.5, 1.
+*MATERIAL, NAME=M
+*HYPERELASTIC, NEO HOOKE
+192., 0.0024
+*SOLID SECTION, ELSET=T, MATERIAL=M
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+T-ZMIN, B-ZMAX
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+B-YMIN, 2, 2
+B-YMAX, 2, 2
+T-YMIN, 2, 2
+T-YMAX, 2, 2
+B-ZMIN, 1, 3
+T-ZMAX, 1, 1
+T-ZMAX, 3, 3, -0.1
+*END STEP
+"""
+
 
 class Columns(unittest.TestCase):
     """Euler's column, held at both ends: 4 pi^2 EI/L^2, and 2.05 times that along each axis."""
@@ -177,6 +207,12 @@ class Free(unittest.TestCase):
             run = Run(STACK.format(load=-part * euler / 4), name="stack")
             self.assertEqual(run.status, 0, run.errors)
             self.assertEqual("may be unstable (2 motions" in run.output, part > 1, run.output)
+
+    def test_supports_on_both_sides_of_a_pair(self):
+        """Plane strain holds both blocks across: where they stick, contact has no row across."""
+        run = Run(PLANE_PAIR, name="pair")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertNotIn("unstable", run.output)
 
 
 def ring(part, radius=1.0, thick=0.05, turned=0.0, length=1.0):

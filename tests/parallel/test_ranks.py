@@ -122,6 +122,18 @@ class SameForces(unittest.TestCase):
                 for run in (alone, two):
                     self.assertEqual(counters(run)["contact_matrix_bytes"], 0)
 
+    def test_finite_strain(self):
+        """Tangents are renewed; products with the compliance; factors in single precision."""
+        text = (INPUT / "rubber.inp").read_text(encoding="utf-8")
+        for card in ("FACTOR=DOUBLE", "FACTOR=SINGLE", "PRODUCTS"):
+            with self.subTest(card=card):
+                deck = with_card(text, f"*PRECISION, {card}")
+                if card == "PRODUCTS":
+                    deck = text.replace("*CONTACT SOLVER,", "*CONTACT SOLVER, COMPLIANCE=PRODUCTS,")
+                _, (two,) = self.check((2,), deck, name="rubber", n=3, steps=4, tolerance=1e-10)
+                with two.result() as result:
+                    self.assertGreater(result.history("tangents").sum(), 0)
+
     def test_no_contact_at_all(self):
         self.check((2, 3), INPUT / "cantilever.inp")
 
