@@ -25,6 +25,7 @@ contains
     integer, allocatable :: key(:, :), of_face(:, :)
     logical, allocatable :: is_outer(:)
 
+    if (mesh%n_elements == 0) return
     associate (cell => mesh%connectivity%cell(:mesh%n_elements))
       if (all(cell == hexahedron_8)) return
       if (any(has_middles(cell))) call check_edges(reader, mesh)
@@ -44,6 +45,7 @@ contains
     logical, allocatable :: is_outer(:)
     integer :: n_outer(mesh%n_elements), i
 
+    if (mesh%n_elements == 0) return
     if (.not. any(mesh%connectivity%cell(:mesh%n_elements) == hexahedron_20_reduced)) return
     call list_faces(mesh, key, of_face, is_outer)
     n_outer = 0
@@ -71,6 +73,7 @@ contains
     allocate (key(face_corners, n), of_face(2, n))
     n = 0
     do e = 1, mesh%n_elements
+      if (is_flawed(mesh, e)) cycle
       do f = 1, cells(mesh%connectivity%cell(e))%n_faces
         n = n + 1
         key(:, n) = nodes_of_face(mesh%connectivity, e, f)
@@ -78,6 +81,8 @@ contains
         of_face(:, n) = [e, f]
       end do
     end do
+    key = key(:, :n)
+    of_face = of_face(:, :n)
     call number_columns(key, number)
     allocate (is_outer(n), source=.true.)
     do f = 1, n
@@ -86,6 +91,16 @@ contains
       is_outer(number(f)) = .false.
     end do
   end subroutine list_faces
+
+  !> Whether an element names undefined nodes, which was reported: it was given one node throughout.
+  pure logical function is_flawed(mesh, e)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: e
+
+    associate (first => mesh%connectivity%first(e), node => mesh%connectivity%node)
+      is_flawed = node(first) == node(first + 1)
+    end associate
+  end function is_flawed
 
   !> Edges whose middle is a node of its own in each element, or of one of them alone.
   subroutine check_edges(reader, mesh)
@@ -98,6 +113,7 @@ contains
     allocate (ends(2, n), middle(n), element(n))
     n = 0
     do e = 1, mesh%n_elements
+      if (is_flawed(mesh, e)) cycle
       associate (cell => cells(mesh%connectivity%cell(e)), &
                  node => mesh%connectivity%node(mesh%connectivity%first(e):))
         do k = 1, cell%n_edges
@@ -109,6 +125,7 @@ contains
         end do
       end associate
     end do
+    ends = ends(:, :n)
     call number_columns(ends, number)
     do k = 1, n
       if (middle(k) == middle(number(k))) cycle
