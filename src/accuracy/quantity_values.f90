@@ -7,6 +7,7 @@ module quantity_values_mod
   use connectivity_mod, only: connectivity_t, nodes_of_element
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
+  use grip_motion_mod, only: held_by_references
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, largest_slip
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
@@ -246,7 +247,7 @@ contains
         largest = maxval(norm2(vectors, dim=1))
       case (accuracy_of_reaction, accuracy_of_contact_force)
         if (scene%accuracy%of == accuracy_of_reaction) then
-          vectors = state%support_force
+          vectors = held_by_references(scene, state%displacement, state%support_force)
           call turn_local(scene, state%support_force, .false., vectors)
         else
           vectors = 0.0_wp*state%displacement

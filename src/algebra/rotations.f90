@@ -1,10 +1,11 @@
 !> Rotations by rotation vectors: along the axis, as long as the angle [rad].
 module rotations_mod
   use kinds_mod, only: wp
+  use dense_mod, only: symmetric_eigenvectors
   implicit none
   private
 
-  public :: rotation_matrix, turn_between
+  public :: rotation_matrix, turn_between, fit_motion
 
 contains
 
@@ -43,6 +44,41 @@ contains
     turn = 0.0_wp
     if (length > 0.0_wp) turn = 2.0_wp*atan2(length, dot_product(p, q))/length*part
   end function turn_between
+
+  !> The rigid motion that takes places nearest to others, x -> R x + t, by the largest eigenvalue
+  !> of Horn's matrix of quaternions; none where places on a line leave the rotation open.
+  subroutine fit_motion(from, to, rotation, shift, is_found)
+    real(wp), intent(in) :: from(:, :), to(:, :)     !! (3,n) [length]
+    real(wp), intent(out) :: rotation(3, 3), shift(3) !! [-], [length]
+    logical, intent(out) :: is_found
+    real(wp), parameter :: open = 1.0e-6_wp
+    !! of the largest eigenvalue: the second as near to it, for places on a line [-]
+    real(wp) :: m(3, 3), horn(0:3, 0:3), q(0:3), values(4), centre(3), goal(3)
+    integer :: i, n
+
+    rotation = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+    shift = 0.0_wp
+    is_found = .false.
+    n = size(from, 2)
+    if (n < 3) return
+    centre = sum(from, dim=2)/real(n, wp)
+    goal = sum(to, dim=2)/real(n, wp)
+    m = matmul(from - spread(centre, 2, n), transpose(to - spread(goal, 2, n)))
+    horn(0, 0) = m(1, 1) + m(2, 2) + m(3, 3)
+    horn(0, 1:) = [m(2, 3) - m(3, 2), m(3, 1) - m(1, 3), m(1, 2) - m(2, 1)]
+    horn(1:, 0) = horn(0, 1:)
+    horn(1:, 1:) = m + transpose(m)
+    do i = 1, 3
+      horn(i, i) = horn(i, i) - horn(0, 0)
+    end do
+    call symmetric_eigenvectors(horn, values, is_found)
+    is_found = is_found .and. values(4) - values(3) > open*values(4)
+    if (.not. is_found) return
+    q = horn(:, 3)
+    m = reshape([0.0_wp, q(3), -q(2), -q(3), 0.0_wp, q(1), q(2), -q(1), 0.0_wp], [3, 3])
+    rotation = rotation + 2.0_wp*(q(0)*m + matmul(m, m))
+    shift = goal - matmul(rotation, centre)
+  end subroutine fit_motion
 
   pure function quaternion(vector) result(q)
     real(wp), intent(in) :: vector(3)  !! [rad]

@@ -13,6 +13,7 @@ module condensed_contact_mod
   use near_stiffness_mod, only: near_stiffness_t, turn_near, scale_near
   use contact_points_mod, only: contact_points_t, master_nodes, is_covered, is_in_middle
   use linearisation_mod, only: linearisation_t
+  use dof_map_mod, only: dof_map_t, is_turned, turn_of
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
   use dependent_rows_mod, only: find_dependent_rows
@@ -247,7 +248,8 @@ contains
       if (allocated(body%inverse%iterative) .and. size(group%motion) > 0) then
         call give_way_at_pins(group%active, block)
       end if
-      nearby = turn_near(body%stiffness, placement%frame, group%active)
+      nearby = turn_near(body%stiffness, frames_of_factor(body%inverse%map, points, &
+        placement%frame), group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
       call soften(rows%softness, row, group, compliance, nearby, block)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
@@ -258,7 +260,8 @@ contains
       call soften(rows%softness, row, group, compliance)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
     else
-      nearby = turn_near(body%stiffness, placement%frame, group%active)
+      nearby = turn_near(body%stiffness, frames_of_factor(body%inverse%map, points, &
+        placement%frame), group%active)
       call scale_near(nearby, rows%left(points%pair(group%active)))
       call soften(rows%softness, row, group, compliance, nearby)
       call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem, &
@@ -387,6 +390,21 @@ contains
     call get_matrix(compliance, w)
     call take_matrix(w, compliance)
   end subroutine take_compliance
+
+  !> The frames along the axes of the equations, which may have turned with the points' bodies.
+  pure function frames_of_factor(map, points, frame) result(frames)
+    type(dof_map_t), intent(in) :: map
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: frame(:, :, :)          !! (3,3,n_points) columns n, t1, t2
+    real(wp) :: frames(3, 3, size(frame, 3))
+    integer :: i
+
+    frames = frame
+    do i = 1, points%n
+      if (is_turned(map, points%node(i))) frames(:, :, i) = matmul(transpose(turn_of(map, &
+        points%node(i))), frame(:, :, i))
+    end do
+  end function frames_of_factor
 
   !> Some points' rows, numbered from 1 on.
   pure function rows_of_group(all_rows, list) result(row)

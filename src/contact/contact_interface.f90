@@ -452,8 +452,9 @@ contains
                  of => scene%pairs(pair))
         if (.not. any(points%in_reach(first:last))) cycle
         wanted = .true.
-        if (of%master > 0) wanted = of%mu > 0.0_wp .or. normal_along(scene%obstacles(of%master), &
-          straight)
+        ! What turns with its body has all directions before a normal.
+        if (of%master > 0 .and. .not. scene%finite_strain) wanted = of%mu > 0.0_wp .or. &
+          normal_along(scene%obstacles(of%master), straight)
         nodes = master_nodes(points, pair)
         nodes = [pack(points%node(first:last), points%in_reach(first:last)), &
           pack(nodes, scene%mesh%body(nodes) > 0)]

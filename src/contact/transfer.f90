@@ -20,7 +20,7 @@ module transfer_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, is_still, &
     is_in_middle, list_slave, of_slave, add_to_slave
-  use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of
+  use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of, is_turned
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
   use placement_mod, only: placement_t, place_undeformed
@@ -273,7 +273,7 @@ contains
     real(wp) :: factor(3)
 
     do k = 1, size(weights%node)
-      master(:, k) = interface_equations_of(map, weights%node(k))
+      master(:, k) = own_equations(weights%node(k))
     end do
     allocate (transfer%first(3*points%n + 1))
     do pass = 1, 2
@@ -281,21 +281,21 @@ contains
       do i = 1, points%n
         call list_slave(points, weights, i, n_slaves, node, factor)
         do k = 1, n_slaves
-          slave(:, k) = interface_equations_of(map, node(k))
+          slave(:, k) = own_equations(node(k))
         end do
         do a = 1, 3
           transfer%first(3*(i - 1) + a) = n + 1
           do k = 1, n_slaves
             if (slave(a, k) > 0) then
               call add(slave(a, k), factor(k))
-            else if (map%constraints%n > 0) then
+            else if (map%constraints%n > 0 .or. is_turned(map)) then
               call add_masters(node(k), a, factor(k))
             end if
           end do
           do k = weights%first(i), weights%first(i + 1) - 1
             if (master(a, k) > 0) then
               call add(master(a, k), -weights%weight(k))
-            else if (map%constraints%n > 0) then
+            else if (map%constraints%n > 0 .or. is_turned(map)) then
               call add_masters(weights%node(k), a, -weights%weight(k))
             end if
           end do
@@ -307,6 +307,15 @@ contains
 
   contains
 
+    !> Equations of a node along x, y, z; 0 where none is, or more than one.
+    pure function own_equations(node) result(equations)
+      integer, intent(in) :: node
+      integer :: equations(3)
+
+      equations = 0
+      if (.not. is_turned(map, node)) equations = interface_equations_of(map, node)
+    end function own_equations
+
     subroutine add(equation, coefficient)
       integer, intent(in) :: equation
       real(wp), intent(in) :: coefficient
@@ -317,7 +326,7 @@ contains
       transfer%coefficient(n) = coefficient
     end subroutine add
 
-    !> What a degree of freedom depends on; nothing where it does not.
+    !> What a degree of freedom depends on, or has turned to; nothing where it does not.
     subroutine add_masters(node, dof, weight)
       integer, intent(in) :: node, dof
       real(wp), intent(in) :: weight

@@ -47,18 +47,18 @@ contains
   end subroutine find_internal_force
 
   !> The tangent at a displacement, as of tangent_t, with the heat of a place in a *STEP.
-  pure function tangent_at(scene, u, step, position, is_projected) result(tangent)
+  pure function tangent_at(scene, u, step, position, projection) result(tangent)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
     integer, intent(in) :: step             !! 0: before the first
     integer(i8), intent(in) :: position     !! in parts of the deck's increments
-    logical, intent(in) :: is_projected
+    real(wp), intent(in) :: projection      !! as of tangent_t [-]
     type(tangent_t) :: tangent
 
     tangent%at = u
     allocate (tangent%free(scene%mesh%n_elements))
     call find_free_strain(scene, max(1, step), position, tangent%free)
-    tangent%is_projected = is_projected
+    tangent%projection = projection
   end function tangent_at
 
   !> What displacements change internal forces by: of small strain where there is no tangent.

@@ -45,9 +45,10 @@ contains
     end if
   end subroutine tangent_of
 
-  !> A positive semi-definite matrix nearby: what is negative is replaced by a small part of its
-  !> size. By nothing, the sum over the elements may be singular.
-  subroutine project(k)
+  !> Replace what is negative in a matrix, or a part of it, by a small part of its size: where that is
+  !> all of it a positive semi-definite one. By nothing, the sum over the elements may be singular.
+  subroutine project(part, k)
+    real(wp), intent(in) :: part          !! [-]
     real(wp), intent(inout) :: k(24, 24)  !! symmetric but for rounding
     real(wp) :: vectors(24, 24), values(24)
     logical :: ok
@@ -58,7 +59,8 @@ contains
     if (.not. ok .or. values(1) >= 0.0_wp) return
     do i = 1, 24
       if (values(i) >= 0.0_wp) exit
-      k = k - (1.0_wp + remnant)*values(i)*spread(vectors(:, i), 2, 24)*spread(vectors(:, i), 1, 24)
+      k = k - (part*(1.0_wp + remnant)*values(i))*spread(vectors(:, i), 2, 24)* &
+        spread(vectors(:, i), 1, 24)
     end do
   end subroutine project
 

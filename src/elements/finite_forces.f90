@@ -26,7 +26,7 @@ module finite_forces_mod
   type :: tangent_t
     real(wp), allocatable :: at(:, :) !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp), allocatable :: free(:)  !! (n_elements) strain by free expansion there [-]
-    logical :: is_projected = .true.  !! of each element, without what is negative in it
+    real(wp) :: projection = 1.0_wp   !! part of what is negative in each element's, left out [-]
   end type tangent_t
 
   real(wp), parameter :: no_modes(3, 3) = 0.0_wp
@@ -176,7 +176,7 @@ contains
     integer :: negative
 
     call find_tangent(mesh, materials, tangent, e, k, negative)
-    if (tangent%is_projected) call project(k)
+    if (tangent%projection > 0.0_wp) call project(tangent%projection, k)
   end subroutine element_tangent
 
   !> Negative pivots that the modes of C3D8I have, summed over the elements.
@@ -209,7 +209,7 @@ contains
     call tangent_of(element, modes, materials(mesh%material(e))%law, k, negative)
   end subroutine find_tangent
 
-  !> What displacements change forces by, by the projected tangents of another displacement.
+  !> What displacements change forces by, by the tangents of another displacement.
   subroutine tangent_force(mesh, materials, tangent, u, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

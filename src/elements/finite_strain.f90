@@ -22,6 +22,8 @@ module finite_strain_mod
   !> An element, and the gradients of its displacement.
   type :: finite_element_t
     integer :: kind = 0            !! kind_c3d8 or its kin
+    real(wp) :: corners(3, 8)      !! less the first [length]
+    real(wp) :: inverse_jacobian(3, 3, 8) !! as of shape_gradients [1/length]
     real(wp) :: gradient(3, 8, 8)  !! of the shape functions, as of shape_gradients [1/length]
     real(wp) :: weight(8)          !! of the Gauss points [length^3]
     real(wp) :: h(3, 3, 8)         !! du/dX of the nodes' displacements [-]
@@ -33,21 +35,42 @@ module finite_strain_mod
 
 contains
 
-  !> An element as its nodes displace it.
+  !> An element as its nodes displace it. What it has of one that is congruent stays.
   pure subroutine finite_element(kind, x, u, element)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    type(finite_element_t), intent(out) :: element
-    real(wp) :: inverse_jacobian(3, 3, 8)
+    type(finite_element_t), intent(inout) :: element !! another one, or none
 
-    element%kind = kind
-    call shape_gradients(x, element%gradient, element%weight, inverse_jacobian)
-    element%h = displacement_gradients(inverse_jacobian, u)
-    if (kind /= kind_c3d8i) return
-    call mode_gradients(x, element%weight, element%mode)
-    element%at_centre = centre_shape_gradients(x)
-    element%h_0 = centre_gradient(x, u)
+    if (.not. is_congruent(kind, x, element)) then
+      element%kind = kind
+      element%corners = x - spread(x(:, 1), 2, 8)
+      call shape_gradients(x, element%gradient, element%weight, element%inverse_jacobian)
+      if (kind == kind_c3d8i) then
+        call mode_gradients(x, element%weight, element%mode)
+        element%at_centre = centre_shape_gradients(x)
+      end if
+    end if
+    element%h = displacement_gradients(element%inverse_jacobian, u)
+    if (kind == kind_c3d8i) element%h_0 = centre_gradient(x, u)
   end subroutine finite_element
+
+  !> Whether an element is of a kind and, but for rounding, of a shape.
+  pure logical function is_congruent(kind, x, element)
+    integer,  intent(in) :: kind
+    real(wp), intent(in) :: x(3, 8)  !! [length]
+    type(finite_element_t), intent(in) :: element
+    real(wp) :: rounding
+    integer :: a
+
+    is_congruent = element%kind == kind
+    if (.not. is_congruent) return
+    rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
+    do a = 7, 2, -1
+      is_congruent = all(abs((x(:, a) - x(:, 1)) - element%corners(:, a)) <= rounding)
+      if (.not. is_congruent) return
+    end do
+    is_congruent = all(abs((x(:, 8) - x(:, 1)) - element%corners(:, 8)) <= rounding)
+  end function is_congruent
 
   !> Whether det F <= 0 at a Gauss point, of the displacements of the nodes.
   pure logical function is_inverted(element)

@@ -3,6 +3,9 @@
 !>
 !> What depends on others by constraints has no equation: forces on it go to the equations of its
 !> masters (T^T f), and it moves as they do (T q). docs/theory.md (11.10).
+!>
+!> Bodies that have turned may be solved for with the factor of where they stood: equations are
+!> along axes that have turned with the body, nodal values along x, y, z. docs/theory.md (8.36).
 module dof_map_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t, constraint_of, follow_masters, give_to_masters, &
@@ -12,7 +15,7 @@ module dof_map_mod
 
   public :: dof_map_t, make_dof_map, map_of_numbers, map_of_matrix, part_of_map, numbers_of, &
     equations_of, interface_equations_of, interface_terms_of, is_unknown, to_equations, &
-    unknowns_of, to_nodes
+    unknowns_of, to_nodes, can_turn, turn_nodes, stop_turning, is_turned, turn_of
 
   !> Equations 1 .. n_free - n_interface are interior, the last n_interface are of the interface.
   type :: dof_map_t
@@ -25,6 +28,8 @@ module dof_map_mod
     !! (n_blocks+1) where each body begins on the interface, counted from there; made with a mesh
     type(constraints_t) :: constraints      !! active ones, chains substituted
     integer, allocatable, private :: constraint(:, :) !! (3,n_nodes) where there are any
+    integer, allocatable, private :: turned_by(:) !! (n_nodes) which of the turns, 0: none
+    real(wp), allocatable, private :: turn(:, :, :) !! (3,3,n) columns: axes of the equations [-]
   end type dof_map_t
 
   !> The interface by its nodes, or by its degrees of freedom.
@@ -224,6 +229,11 @@ contains
     c = 0
     if (allocated(map%constraint)) c = map%constraint(dof, node)
     n = map%n_free - map%n_interface
+    if (is_turned(map, node)) then
+      coefficients = pack(map%turn(dof, :, map%turned_by(node)), map%equation(:, node) > n)
+      equations = pack(map%equation(:, node) - n, map%equation(:, node) > n)
+      return
+    end if
     if (c == 0) then
       k = count(map%equation(dof:dof, node) > n)
       allocate (equations(k), source=map%equation(dof, node) - n)
@@ -249,6 +259,73 @@ contains
 
     unknown = map%equation > 0
   end function is_unknown
+
+  !> Whether equations of some nodes can turn: each has all three, alike on the interface or not, or
+  !> none, and depends on no others, nor others on it.
+  pure logical function can_turn(map, nodes)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: nodes(:)
+    integer :: k
+
+    can_turn = .true.
+    do k = 1, size(nodes)
+      associate (equations => map%equation(:, nodes(k)), n => map%n_free - map%n_interface)
+        can_turn = can_turn .and. (all(equations > n) .or. all(equations > 0 .and. equations <= n) &
+          .or. all(equations == 0))
+      end associate
+    end do
+    if (map%constraints%n == 0 .or. .not. can_turn) return
+    associate (part => map%constraints)
+      do k = 1, size(nodes)
+        can_turn = can_turn .and. all(map%constraint(:, nodes(k)) == 0) .and. .not. &
+          any(part%master(:part%first(part%n + 1) - 1) == nodes(k))
+      end do
+    end associate
+  end function can_turn
+
+  !> Turn the equations of nodes of which that can be.
+  pure subroutine turn_nodes(map, nodes, turn)
+    type(dof_map_t), intent(inout) :: map
+    integer, intent(in) :: nodes(:)
+    real(wp), intent(in) :: turn(3, 3) !! of the body since its factor was made
+    real(wp), allocatable :: turns(:, :, :)
+    integer :: n
+
+    if (.not. allocated(map%turned_by)) allocate (map%turned_by(size(map%equation, 2)), source=0)
+    n = 0
+    if (allocated(map%turn)) n = size(map%turn, 3)
+    allocate (turns(3, 3, n + 1))
+    if (n > 0) turns(:, :, :n) = map%turn
+    turns(:, :, n + 1) = turn
+    call move_alloc(turns, map%turn)
+    map%turned_by(nodes) = merge(n + 1, 0, map%equation(1, nodes) > 0)
+  end subroutine turn_nodes
+
+  !> Equations along x, y, z again.
+  pure subroutine stop_turning(map)
+    type(dof_map_t), intent(inout) :: map
+
+    if (allocated(map%turned_by)) deallocate (map%turned_by, map%turn)
+  end subroutine stop_turning
+
+  !> Whether the equations of a node are along axes of their own; without a node, any.
+  pure logical function is_turned(map, node)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in), optional :: node
+
+    is_turned = allocated(map%turned_by)
+    if (is_turned .and. present(node)) is_turned = map%turned_by(node) > 0
+  end function is_turned
+
+  !> These axes, in columns.
+  pure function turn_of(map, node) result(turn)
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: node
+    real(wp) :: turn(3, 3)
+
+    turn = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+    if (is_turned(map, node)) turn = map%turn(:, :, map%turned_by(node))
+  end function turn_of
 
   !> From nodes to equations, T^T; what is prescribed is left out.
   pure subroutine to_equations(map, nodal, b)
@@ -283,6 +360,10 @@ contains
     integer :: node, i
 
     do node = 1, size(nodal, 2)
+      if (is_turned(map, node)) then
+        b(map%equation(:, node)) = matmul(nodal(:, node), turn_of(map, node))
+        cycle
+      end if
       do i = 1, 3
         if (map%equation(i, node) > 0) b(map%equation(i, node)) = nodal(i, node)
       end do
@@ -298,6 +379,10 @@ contains
 
     nodal = 0.0_wp
     do node = 1, size(nodal, 2)
+      if (is_turned(map, node)) then
+        nodal(:, node) = matmul(turn_of(map, node), b(map%equation(:, node)))
+        cycle
+      end if
       do i = 1, 3
         if (map%equation(i, node) > 0) nodal(i, node) = b(map%equation(i, node))
       end do

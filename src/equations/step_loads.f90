@@ -8,6 +8,7 @@ module step_loads_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_value, start_of_step
   use kinks_mod, only: find_kinks, followed_amplitudes
+  use grips_mod, only: gripped_nodes
   use turns_mod, only: turns_t, turns_of_step
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use mesh_mod, only: joined_nodes
@@ -59,6 +60,7 @@ contains
       end do
     end do
     if (scene%constraints%n_equations > 0) call hold_idle(scene, prescribed)
+    prescribed = prescribed .or. spread(gripped_nodes(scene), 1, 3)
   end function prescribed_dofs
 
   !> Hold what no equation names of nodes that only equations join to a body.
@@ -156,7 +158,8 @@ contains
     integer, intent(in) :: step
     real(wp), intent(in) :: u(:, :)
     real(wp), intent(inout) :: displacement(:, :, pattern_hold:)
-    logical :: prescribed(3, scene%mesh%n_nodes)
+    logical, dimension(3, scene%mesh%n_nodes) :: prescribed, gripped
+    real(wp) :: by_small_turns(3, scene%mesh%n_nodes) !! [length]
     type(constraints_t) :: active
     integer :: g, i, k, first
 
@@ -182,10 +185,16 @@ contains
         end associate
       end do
     end do
-    active = active_constraints(scene%constraints, prescribed)
+    ! Nodes in grips go on from where they are as turns that are small would take them.
+    gripped = spread(gripped_nodes(scene), 1, 3)
+    active = active_constraints(scene%constraints, prescribed .and. .not. gripped)
     do g = pattern_hold, ubound(displacement, 3)
       call follow_masters(active, displacement(:, :, g))
     end do
+    by_small_turns = u
+    call follow_masters(active, by_small_turns)
+    where (gripped) displacement(:, :, pattern_hold) = displacement(:, :, pattern_hold) + &
+      (u - by_small_turns)
   end subroutine resolve_boundary
 
   !> Forces along local directions, from the nodes that stand in for these.

@@ -37,8 +37,9 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, set_gaps, begin_trial, expected_reactions, trend_of
+  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
+  use turned_bodies_mod, only: begin_turned, end_turned
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
@@ -87,6 +88,7 @@ contains
     real(wp) :: clock, on_tangents
     logical :: is_held
     integer :: i
+    logical :: is_given !! where to start from
 
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
@@ -100,10 +102,16 @@ contains
     end associate
     where (.not. trial%forces%prescribed) trial%placed_at = new%displacement
     reaction = new%reaction
+    is_given = scene%finite_strain .and. any(abs(new%displacement - old%displacement) > 0.0_wp)
+    if (is_given) call begin_from(scene, points, solver, new, trial)
     new = old
     call mark_end(increment, new)
     new%reaction = reaction
+    if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
+    if (allocated(error)) return
+    if (trial%has_turned) new%reaction = trial%applied_reaction
     call complete(scene, now, solver, old, trial, new, report, error)
+    call end_turned(scene, now, solver)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
       trial%u_contact_before, new%displacement - trial%u_free)

@@ -127,7 +127,7 @@ contains
       if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
         trial%controls%tolerance) then
         call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
-          is_projected=.false.), trial, report, error)
+          projection=0.0_wp), trial, report, error)
         if (allocated(error) .or. report%ending == ended_indefinite) return
       end if
       call correct(solver, residual, trial, loop, error)
@@ -175,7 +175,7 @@ contains
       trial%controls%tolerance))
     is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
     ! Contact was solved for what acceleration has mixed, not for the mixture.
-    if (loop%depth > 0) is_settled = is_settled .and. loop%apart <= trial%controls%tolerance
+    is_settled = is_settled .and. loop%mixed <= trial%controls%tolerance
   end function is_settled
 
   !> The internal forces of the displacement, which is accelerated first where they are not linear,
@@ -232,6 +232,7 @@ contains
         before = loop%apart
       end associate
       call accelerate(loop%memory, loop%at, image, next)
+      if (way > 0.0_wp) loop%mixed = maxval(abs(next - image))/way
       call to_nodes(map, next(:map%n_free) - image(:map%n_free), step)
       associate (further => next(map%n_free + 1:) - image(map%n_free + 1:))
         do j = 1, motions%n

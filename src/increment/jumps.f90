@@ -98,13 +98,14 @@ contains
     subroutine follow(a, b)
       type(state_t), intent(inout) :: a
       type(state_t), intent(out) :: b
+      logical :: is_taken
 
       call try(a, b)
       if (ok .or. solver%choices%precision%renews_tangent) return
       if (a%tangent_of == retaken .and. a%tangent_position == a%position) return
       call keep_tangent(a)
       a%tangent_of = retaken
-      call take_tangent(scene, points, a, solver, error)
+      call take_tangent(scene, points, a, solver, is_taken, error)
       if (.not. allocated(error)) call try(a, b)
     end subroutine follow
 

@@ -7,6 +7,7 @@ module load_response_mod
   use system_mod, only: wall_seconds
   use controls_mod, only: is_exact, precision_in_words
   use scene_mod, only: scene_t
+  use grip_motion_mod, only: move_grips
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
   use bodies_mod, only: find_tangent_force
@@ -186,6 +187,7 @@ contains
 
     u = weighted_sum(pattern_factors(scene, loads, increment%fraction, increment%step_time), &
       loads%displacement)
+    call move_grips(scene, u)
   end function prescribed_displacement
 
 end module load_response_mod

@@ -52,6 +52,8 @@ module place_and_solve_mod
     !! (n_free+n_motions) where forces were asked for, there [length]
     real(wp) :: apart = 0.0_wp, last_apart = huge(1.0_wp)
     !! how far the displacement is from there, of its way, now and before [-]
+    real(wp) :: mixed = 0.0_wp
+    !! how far acceleration took the displacement from what contact was solved for, likewise [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]
     type(led_t) :: last_led               !! the last of them
     real(wp), allocatable :: begun(:)
@@ -213,7 +215,7 @@ contains
     real(wp) :: no_contact(3, scene%mesh%n_nodes) !! what it displaces [length]
 
     near = points%in_reach
-    if (allocated(solver%body%inverse%iterative)) return
+    if (allocated(solver%body%inverse%iterative) .or. trial%has_turned) return
     no_contact = 0.0_wp
     near = near_points(points, trial%placement, old, old%displacement, reaction, slack) .or. &
       near_points(points, trial%placement, old, displacement_of(scene, solver, trial, &

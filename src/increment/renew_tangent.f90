@@ -39,7 +39,7 @@ contains
 
     call apply_reactions(points, old, trial)
     call renew_tangent(scene, points, solver, tangent_at(scene, old%displacement, old%step, &
-      old%position, is_projected=.false.), trial, report, error)
+      old%position, projection=0.0_wp), trial, report, error)
     if (allocated(error) .or. report%ending == ended_indefinite) return
     moved = 0.0_wp
     where (trial%forces%prescribed) moved = trial%forces%displacement - old%displacement

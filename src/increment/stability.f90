@@ -103,7 +103,7 @@ contains
     contact = pressed_points(scene, points, solver, state)
     pressure = pressures_at(scene, solver%response%loads, fraction, step_time)
     tangent = tangent_at(scene, state%displacement, state%step, state%position, &
-      is_projected=.false.)
+      projection=0.0_wp)
     associate (motions => solver%body%motions)
       map = make_dof_map(scene%mesh%body, solver%body%prescribed, [contact_nodes(points), &
         pressed_nodes(scene, pressure)], solver%body%constraints)

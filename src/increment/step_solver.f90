@@ -99,22 +99,43 @@ contains
     solver%on_tangents = work
   end subroutine linearise_at
 
-  !> At finite strain: the factor of the tangent that a state says, and what loads do by it. A body
-  !> that has turned answers to its loads as it stands.
-  subroutine take_tangent(scene, points, state, solver, error)
+  !> At finite strain: the factor of the tangent that a state says, and what loads do by it; where
+  !> that is not positive definite, with so much left out of what is negative in the elements' that it
+  !> is. Where nothing helps, as in elements that are all but flat, the one before stays. A body that
+  !> has turned answers to its loads as it stands.
+  subroutine take_tangent(scene, points, state, solver, is_taken, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(state_t), intent(in) :: state
+    type(state_t), intent(inout) :: state !! its tangent
     type(step_solver_t), intent(inout) :: solver
+    logical, intent(out) :: is_taken
     type(error_t), allocatable, intent(out) :: error !! as of set_supports
+    real(wp), parameter :: more = 0.5_wp !! that is left out at a time [-]
+    type(tangent_t), allocatable :: tangent, before
+    integer :: before_of
 
-    if (allocated(state%tangent_at)) then
-      call linearise_at(scene, points, tangent_at(scene, state%tangent_at, state%tangent_step, &
-        state%tangent_position, is_projected=.true.), solver, error)
-    else
-      call linearise_at(scene, points, solver=solver, error=error)
-    end if
-    if (allocated(error)) return
+    if (allocated(solver%body%tangent)) before = solver%body%tangent
+    before_of = solver%body%made_after
+    if (allocated(state%tangent_at)) tangent = tangent_at(scene, state%tangent_at, &
+      state%tangent_step, state%tangent_position, state%tangent_projection)
+    is_taken = .true.
+    do
+      call linearise_at(scene, points, tangent, solver, error)
+      if (.not. allocated(error)) exit
+      if (error%exit_status /= exit_not_solved .or. .not. (is_taken .and. allocated(tangent))) &
+        return
+      if (tangent%projection < 1.0_wp) then
+        tangent%projection = tangent%projection + more
+        state%tangent_projection = tangent%projection
+        cycle
+      end if
+      is_taken = .false.
+      state%tangent_of = before_of
+      deallocate (tangent, state%tangent_at)
+      if (.not. allocated(before)) cycle
+      state%tangent_at = before%at
+      tangent = before
+    end do
     solver%body%made_after = state%tangent_of
     call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
       solver%on_tangents, error)

@@ -22,14 +22,15 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, set_gaps, begin_trial, apply_reactions, displacement_of, expected_reactions, &
-    trend_of
+  public :: trial_t, set_gaps, begin_trial, begin_from, apply_reactions, displacement_of, &
+    expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
   !> All that an increment's solution is made from; nothing of it outlives the trial.
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
+    logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
     logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
@@ -158,6 +159,24 @@ contains
     trial%u_contact = moved_by(solver%body%inverse, trial%applied_force)
     trial%u_free = trial%u_free + (old%displacement - loaded) - trial%u_contact
   end subroutine carry_over
+
+  !> At finite strain: begin from other displacements and reactions than those of the increment
+  !> before, that are nearer to the solution.
+  subroutine begin_from(scene, points, solver, start, trial)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: start
+    type(trial_t), intent(inout) :: trial      !! its displacements and applied reactions
+
+    trial%applied_reaction = start%reaction
+    trial%applied_force = nodal_forces(points, trial%began%weights, start%reaction, &
+      scene%mesh%n_nodes)
+    trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
+      trial%applied_force), scene%mesh%n_nodes)
+    trial%u_free = start%displacement - trial%u_contact
+    call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
+  end subroutine begin_from
 
   !> Apply the reactions of the increment before.
   pure subroutine apply_reactions(points, old, trial)

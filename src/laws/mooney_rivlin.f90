@@ -8,7 +8,7 @@
 module mooney_rivlin_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t
-  use small_matrix_mod, only: determinant, inverse
+  use small_matrix_mod, only: cross, determinant, inverse
   use strain_measures_mod, only: deformation_of, growth_of
   implicit none
   private
@@ -27,7 +27,7 @@ contains
     real(wp), intent(in) :: constants(:)
     !! C10, C01 [force/length^2], D1 [length^2/force]
     real(wp) :: p(3, 3)                   !! [force/length^2]
-    real(wp) :: c(3, 3), tau(3, 3), mean, growth
+    real(wp) :: c(3, 3), tau(3, 3), f(3, 3), cofactor(3, 3), mean, growth
     integer :: i
 
     c = h + transpose(h) + matmul(h, transpose(h))
@@ -39,7 +39,12 @@ contains
     do i = 1, 3
       tau(i, i) = tau(i, i) - mean
     end do
-    p = matmul(tau, transpose(inverse(deformation_of(h))))
+    ! F^-T by the columns of F, which are crossed.
+    f = deformation_of(h)
+    cofactor(:, 1) = cross(f(:, 2), f(:, 3))
+    cofactor(:, 2) = cross(f(:, 3), f(:, 1))
+    cofactor(:, 3) = cross(f(:, 1), f(:, 2))
+    p = matmul(tau, cofactor)/(1.0_wp + growth)
   end function first_piola
 
   !> W. With C = m I + D, m a third of its trace, I1 = 3 m, I2 = 3 m^2 (1 - y), J^2 = m^3 (1 - x),

@@ -4,6 +4,7 @@ module finite_strain_limits_mod
   use cells_mod, only: hexahedron_8
   use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
+  use grips_mod, only: is_grip
   implicit none
   private
 
@@ -22,8 +23,9 @@ contains
     if (any(scene%mesh%connectivity%cell /= hexahedron_8)) then
       what = 'elements other than hexahedra (C3D8, C3D8I, C3D8B)'
     else if (turns_by_coupling(scene)) then
-      what = 'couplings whose reference nodes turn or carry moments, or spread forces from '// &
-        'beside the middle of their surface: directions 4 to 6 must be held at 0 in all steps'
+      what = 'couplings whose reference nodes turn freely or carry moments, or spread forces '// &
+        'from beside the middle of their surface: directions 4 to 6 must be held at 0 in all '// &
+        'steps, or of a *KINEMATIC coupling of all directions 1 to 6 prescribed'
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
       what = 'SMALL SLIDING between surfaces of elements'
     else if (scene%precision%iterative) then
@@ -45,7 +47,7 @@ contains
     if (.not. allocated(scene%rotations)) return
     do i = 1, size(scene%rotations)
       associate (of => scene%rotations(i), joints => scene%constraints)
-        if (is_held_at_0(scene, of%rotation_node)) cycle
+        if (is_held_at_0(scene, of%rotation_node) .or. is_grip(scene, i)) cycle
         turns = turns .or. is_loaded(scene, of%rotation_node)
         do c = 1, joints%n
           associate (first => joints%first(c), last => joints%first(c + 1) - 1)

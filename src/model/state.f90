@@ -42,6 +42,7 @@ module state_mod
     !! evaluations of internal forces in the first increment with that factor; 0: none yet
     real(wp), allocatable :: tangent_at(:, :)
     !! (3, n_nodes) the displacement there; not allocated: none [length]
+    real(wp) :: tangent_projection = 0.0_wp !! of the tangent there, as of tangent_t [-]
     integer  :: tangent_step = 0         !! its *STEP and position, for the temperatures there
     integer(i8) :: tangent_position = 0
     real(wp), allocatable :: slip(:, :)
@@ -76,6 +77,9 @@ contains
   pure subroutine keep_tangent(state)
     type(state_t), intent(inout) :: state
 
+    associate (is_new => state%tangent_of /= state%increments_done)
+      if (is_new .and. state%step /= state%tangent_step) state%tangent_projection = 0.0_wp
+    end associate
     state%tangent_of = state%increments_done
     state%tangent_at = state%displacement
     state%tangent_step = state%step
@@ -103,6 +107,7 @@ contains
     call archive(list, state%tangent_of)
     call archive(list, state%first_forces)
     call archive(list, state%tangent_at)
+    call archive(list, state%tangent_projection)
     call archive(list, state%tangent_step)
     call archive(list, state%tangent_position)
     call archive(list, state%slip)

@@ -5,6 +5,7 @@ module nodal_fields_mod
   use small_matrix_mod, only: cross
   use contact_points_mod, only: of_slave
   use scene_mod, only: scene_t, pair_turns, turn_local
+  use grip_motion_mod, only: held_by_references
   use output_field_mod, only: field_source_t
   implicit none
   private
@@ -42,8 +43,11 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
 
-    values = source%state%support_force(:, :size(values, 2))
-    call turn_local(source%scene, source%state%support_force, .false., values)
+    associate (held => held_by_references(source%scene, source%state%displacement, &
+               source%state%support_force))
+      values = held(:, :size(values, 2))
+      call turn_local(source%scene, held, .false., values)
+    end associate
   end subroutine reaction_force
 
   subroutine applied_force(source, values)
@@ -92,8 +96,8 @@ contains
     end do
     if (.not. allocated(source%scene%rotations)) return
     associate (of => source%scene%rotations)
-      values(:, of%node) = of_rotations(source%scene, source%state%support_force, .false.)* &
-        spread(of%length, 1, 3)
+      values(:, of%node) = of_rotations(source%scene, held_by_references(source%scene, &
+        source%state%displacement, source%state%support_force), .false.)*spread(of%length, 1, 3)
     end associate
   end subroutine reaction_moment
 

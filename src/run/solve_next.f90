@@ -57,7 +57,7 @@ contains
     !! stopped by a signal; as of set_supports, prepare_step and advance
     logical :: is_plain !! so are the increments after it: one may look ahead
     logical :: is_cut, is_passed
-    logical :: is_to_repeat !! at finite strain, with another factor
+    logical :: is_to_repeat, is_taken !! at finite strain, with another factor; there is one
     logical :: passes !! an obstacle does, a point or a face
 
     associate (increment => solved%increment)
@@ -72,7 +72,7 @@ contains
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
       if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, &
-        plan%points, progress%state, solver, error)
+        plan%points, progress%state, solver, is_taken, error)
       if (allocated(error)) return
       sizes: do
         call stop_if_signalled(error)
@@ -89,9 +89,11 @@ contains
         if (allocated(error)) return
         if (.not. is_linear(scene) .and. .not. solver%choices%precision%renews_tangent) then
           call follow_tangent(scene, progress%state, solved, is_to_repeat)
-          if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, error)
+          is_taken = .false.
+          if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, &
+            is_taken, error)
           if (allocated(error)) return
-          if (is_to_repeat) cycle sizes
+          if (is_taken) cycle sizes
         end if
         call note_sizes(solver, progress%tally)
         passes = solved%report%ending == ended_passed
@@ -132,6 +134,7 @@ contains
   !> At finite strain: which tangent's factor serves. Where an increment is not solved with one of
   !> elsewhere, that of its beginning, with which it is to be solved again. Where it is, but took
   !> notably longer than the first one with the same factor, that of its end, for those that follow.
+  !> Nothing is left out of a tangent as long as it is positive definite and leads somewhere.
   subroutine follow_tangent(scene, old, solved, is_to_repeat)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(inout) :: old       !! where the increment began
@@ -141,8 +144,11 @@ contains
     is_to_repeat = .false.
     associate (report => solved%report, new => solved%state)
       if (.not. is_solved(scene, report)) then
-        is_to_repeat = old%tangent_of /= old%increments_done .and. report%ending /= ended_passed
-        if (is_to_repeat) call keep_tangent(old)
+        is_to_repeat = report%ending /= ended_passed .and. (old%tangent_of /= &
+          old%increments_done .or. (old%tangent_of > 0 .and. old%tangent_projection < 1.0_wp))
+        if (.not. is_to_repeat) return
+        if (old%tangent_of == old%increments_done) old%tangent_projection = 1.0_wp
+        call keep_tangent(old)
       else if (new%first_forces == 0) then
         new%first_forces = report%force_evaluations
       else if (report%force_evaluations > max(few, new%first_forces + longer)) then
@@ -224,35 +230,57 @@ contains
     type(state_t), intent(in) :: old
     type(solved_t), intent(inout) :: solved  !! not solved; replaced where it is
     integer(i8), parameter :: most_parts = 16
-    type(state_t) :: reached, next
+    type(state_t) :: reached
+    type(solved_t) :: part
     type(increment_report_t) :: report
     type(error_t), allocatable :: failure
     integer(i8) :: length, left
-    logical :: is_done
+    logical :: is_done, is_to_repeat, is_taken, keeps_tangent
 
     associate (increment => solved%increment)
       if (.not. scene%steps(increment%step)%direct) return
       if (any(solved%report%ending == [ended_unbalanced, ended_out_of_reach])) return
+      keeps_tangent = scene%finite_strain .and. .not. solver%choices%precision%renews_tangent
       left = increment%position - increment%start
       length = left/2
       reached = old
       do while (left > 0)
         call advance(scene, plan%points, solver, reached, next_increment(scene%steps, reached, &
-          min(length, left)), next, report, failure)
-        is_done = .not. allocated(failure)
-        if (is_done) is_done = is_solved(scene, report)
+          min(length, left)), part%state, part%report, failure)
+        if (allocated(failure)) return
+        is_done = is_solved(scene, part%report)
+        if (keeps_tangent) then
+          call follow_tangent(scene, reached, part, is_to_repeat)
+          is_taken = .false.
+          if (is_to_repeat) call take_tangent(scene, plan%points, reached, solver, is_taken, &
+            failure)
+          if (allocated(failure)) return
+          if (is_taken) cycle
+        end if
         if (is_done) then
-          reached = next
+          reached = part%state
           left = left - min(length, left)
+          if (keeps_tangent .and. solver%body%made_after /= reached%tangent_of) call &
+            take_tangent(scene, plan%points, reached, solver, is_taken, failure)
+          if (allocated(failure)) return
         else if (length*most_parts > increment%position - increment%start) then
           length = length/2
         else
           return
         end if
       end do
+      if (keeps_tangent) then
+        ! Of where the solution is: slender bodies that turn in an increment want no other.
+        call keep_tangent(reached)
+        call take_tangent(scene, plan%points, reached, solver, is_taken, failure)
+        if (allocated(failure)) return
+      end if
       call advance_from(scene, plan%points, solver, old, increment, reached, report, failure)
       if (allocated(failure)) return
       if (.not. is_solved(scene, report)) return
+      ! The parts have numbered their tangents as increments to come.
+      if (keeps_tangent) call keep_tangent(reached)
+      solver%body%made_after = merge(-1, solver%body%made_after, keeps_tangent)
       report%wall_time = report%wall_time + solved%report%wall_time
       solved%state = reached
       solved%report = report

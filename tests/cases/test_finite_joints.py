@@ -279,7 +279,7 @@ class Couplings(unittest.TestCase):
     def test_what_turns_is_refused(self):
         for grip, load in (
             ("*KINEMATIC\n", "900, 1, 1, 0.1\n"),
-            ("*KINEMATIC\n", "900, 1, 3\n900, 4, 4, 0.1\n900, 5, 6\n"),
+            ("*KINEMATIC\n", "900, 1, 2\n900, 4, 4, 0.1\n900, 5, 6\n"),
             ("*DISTRIBUTING\n", "*CLOAD\n900, 4, 1.\n"),
         ):
             with self.subTest(grip=grip, load=load):
