@@ -98,7 +98,11 @@ contains
 
     if (is_solved(scene, report)) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
-    if (report%ending == ended_unbalanced) then
+    if (report%ending == ended_unbalanced .and. report%solved_in_parts > 0) then
+      where_and_what = where_and_what//': no balance of the loads along '//report%unbalanced// &
+        ' was found in one increment, but in '//to_text(report%solved_in_parts)//' parts of it: '// &
+        'use smaller increments, or leave out DIRECT'
+    else if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '// &
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
     else if (report%ending == ended_passed) then

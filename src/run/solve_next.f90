@@ -232,7 +232,9 @@ contains
 
     associate (increment => solved%increment)
       if (.not. scene%steps(increment%step)%direct) return
-      if (any(solved%report%ending == [ended_unbalanced, ended_out_of_reach])) return
+      if (solved%report%ending == ended_out_of_reach) return
+      ! What nothing balances may be a matter of where curved obstacles and surfaces were met.
+      if (solved%report%ending == ended_unbalanced .and. .not. any(plan%points%is_curved)) return
       left = increment%position - increment%start
       length = left/2
       reached = old
@@ -250,6 +252,7 @@ contains
           return
         end if
       end do
+      solved%report%solved_in_parts = int((increment%position - increment%start - 1)/length) + 1
       call advance_from(scene, plan%points, solver, old, increment, reached, report, failure)
       if (allocated(failure)) return
       if (.not. is_solved(scene, report)) return

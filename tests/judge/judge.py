@@ -159,7 +159,7 @@ def judge_seed(deck, options):
 
 def without_choices(scene, words):
     """The scene without what a message blames: solver, precision, increments; None if nothing."""
-    if scene.finite and "smaller increments may help" in words:
+    if (scene.finite and "smaller increments may help" in words) or "leave out DIRECT" in words:
         if any(step.direct for step in scene.steps):
             return replace(scene, steps=[replace(step, direct=False) for step in scene.steps])
         return None
