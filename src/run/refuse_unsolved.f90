@@ -6,8 +6,8 @@ module refuse_unsolved_mod
   use text_mod, only: to_text
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
-  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, &
-    is_exact, compliance_products
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, solver_auto, &
+    precision_in_words, is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
@@ -128,7 +128,9 @@ contains
       else
         where_and_what = where_and_what//'their master covers one of them at times'
       end if
-      where_and_what = where_and_what//'); smaller increments may help'
+      where_and_what = where_and_what//'); smaller increments '
+      if (scene%contact%solver /= solver_auto) where_and_what = where_and_what//'or SOLVER=AUTO '
+      where_and_what = where_and_what//'may help'
     else if (.not. report%converged) then
       where_and_what = where_and_what//': '//solver_name(report%solver)// &
         ' did not reach the tolerance '//to_text(choices%tolerance)//' in '// &

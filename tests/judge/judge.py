@@ -164,7 +164,8 @@ def without_choices(scene, words):
             return replace(scene, steps=[replace(step, direct=False) for step in scene.steps])
         return None
     solver = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
-    if solver and ("did not reach" in words or "a tolerance of" in words):
+    blamed = ("did not reach", "a tolerance of", "SOLVER=AUTO may help")
+    if solver and any(blame in words for blame in blamed):
         kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
         return replace(scene, controls=kept, precision={})
     if scene.precision and re.search(r"the factor (of|\()", words):
