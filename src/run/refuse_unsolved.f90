@@ -100,8 +100,8 @@ contains
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
     if (report%ending == ended_unbalanced .and. report%solved_in_parts > 0) then
       where_and_what = where_and_what//': no balance of the loads along '//report%unbalanced// &
-        ' was found in one increment, but in '//to_text(report%solved_in_parts)//' parts of it: '// &
-        'use smaller increments, or leave out DIRECT'
+        ' was found in one increment, but in '//to_text(report%solved_in_parts)// &
+        ' parts of it: use smaller increments, or leave out DIRECT'
     else if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '// &
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)

@@ -17,12 +17,18 @@ SIZE = np.array([1.0, 1.5, 2 * HALF])
 def turned(degrees):
     """Turn about x, then about z."""
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    about_x = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ about_x
 
 
 def numbers(*values):
     """A line of numbers."""
     return ", ".join(repr(float(v)) for v in values)
+
+
+def prescribed(nodes, way):
+    """Lines of *BOUNDARY that move nodes."""
+    return [f"{node}, {i}, {i}, {float(way[i - 1])!r}" for node in nodes for i in (1, 2, 3)]
 
 
 class Deck:
@@ -93,10 +99,11 @@ def between_plates(deck, step="*STEP", lid="moved", mu="SMOOTH", cells=(2, 3, 2)
              f"*OBSTACLE, NAME=LID, TYPE=PLANE, REF NODE={node}",
              deck.at(0, 0, SIZE[2]) + ", " + deck.at(0, 0, -1),
              f"*CONTACT PAIR, INTERACTION={mu}", "BL, GROUND",
-             "*CONTACT PAIR, INTERACTION=SMOOTH", "BU, LID", step, "*STATIC", "0.5, 1.")  # fmt: skip
+             "*CONTACT PAIR, INTERACTION=SMOOTH", "BU, LID",
+             step, "*STATIC", "0.5, 1.")  # fmt: skip
     if lid == "moved":
         way = deck.turn @ np.array([0, 0, -0.04])
-        deck.add("*BOUNDARY", *(f"{node}, {i}, {i}, {float(way[i - 1])!r}" for i in (1, 2, 3)))
+        deck.add("*BOUNDARY", *prescribed([node], way))
     else:
         force = deck.turn @ np.array([0, 0, -6.0])
         deck.add("*CLOAD", *(f"{node}, {i}, {float(force[i - 1])!r}" for i in (1, 2, 3)))
@@ -159,7 +166,7 @@ class FreeInPlane(unittest.TestCase):
         self.at_rest(self.both(make)["B"])
 
     def test_two_that_stick(self):
-        """Two blocks that stick to each other between smooth plates stay where they were together."""
+        """Two blocks that stick to each other between smooth plates stay where both were."""
 
         def make(deck):
             deck.block("B", (2, 3, 1), (0, 0, 0), SIZE * [1, 1, 0.5])
@@ -172,23 +179,26 @@ class FreeInPlane(unittest.TestCase):
                      deck.at(0, 0, SIZE[2]) + ", " + deck.at(0, 0, -1),
                      "*CONTACT PAIR, INTERACTION=SMOOTH", "BL, GROUND",
                      "*CONTACT PAIR, INTERACTION=SMOOTH", "CU, LID",
-                     "*CONTACT PAIR, INTERACTION=ROUGH, SMALL SLIDING=YES", "CL, BU", "*STEP", "*STATIC", "1., 1.",
-                     "*BOUNDARY", *(f"{node}, {i}, {i}, {float(way[i - 1])!r}" for i in (1, 2, 3)),
+                     "*CONTACT PAIR, INTERACTION=ROUGH, SMALL SLIDING=YES", "CL, BU",
+                     "*STEP", "*STATIC", "1., 1.", "*BOUNDARY", *prescribed([node], way),
                      f"{node}, 4, 6", "*END STEP")  # fmt: skip
 
         self.both(make)
 
     def test_in_a_bore(self):
-        """A warm block presses a smooth bore with its edges: it may move along and about the axis."""
+        """A warm block presses a smooth bore with its edges: free along and about the axis."""
 
         def make(deck):
             deck.block("B", (2, 2, 2), (-0.5, -0.5, 0), (1, 1, 1))
             deck.add("*OBSTACLE, NAME=BORE, TYPE=CYLINDER, INNER",
                      deck.at(0, 0, 0) + ", " + deck.at(0, 0, 1) + f", {float(np.sqrt(0.5))!r}",
                      "*SURFACE, NAME=EDGES, TYPE=NODE",
-                     *(str(n + 1) for n in deck.body["B"] if n // 9 in (0, 2) and n // 3 % 3 in (0, 2)),
-                     "*CONTACT PAIR, INTERACTION=SMOOTH", "EDGES, BORE", "*INITIAL CONDITIONS, TYPE=TEMPERATURE",
-                     "NB, 0.", "*STEP", "*STATIC", "0.5, 1.", "*TEMPERATURE", "NB, 20.", "*END STEP")  # fmt: skip
+                     *(str(n + 1) for n in deck.body["B"]
+                       if n // 9 in (0, 2) and n // 3 % 3 in (0, 2)),
+                     "*CONTACT PAIR, INTERACTION=SMOOTH", "EDGES, BORE",
+                     "*INITIAL CONDITIONS, TYPE=TEMPERATURE",
+                     "NB, 0.", "*STEP", "*STATIC", "0.5, 1.", "*TEMPERATURE", "NB, 20.",
+                     "*END STEP")  # fmt: skip
 
         self.at_rest(self.both(make)["B"], (0, 1, 2))
 
