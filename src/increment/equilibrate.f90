@@ -109,7 +109,9 @@ contains
       end if
       call displace(scene, points, solver, trial, new, loop%begun, pressed, error)
       if (allocated(error)) return
-      call rest(scene, points, solver, old, loop%led, trial, new)
+      ! Before round obstacles alone turned normals say where motions lead.
+      if (size(loop%follow%node) > 0 .or. .not. any(points%is_curved)) call rest(scene, points, &
+        solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
@@ -466,6 +468,7 @@ contains
       type(contact_group_t), intent(in) :: group
       real(wp), allocatable :: unpressed(:, :)
 
+      allocate (unpressed(0, 0))
       associate (motions => solver%body%motions, list => group%motion, &
                  neutral => group%floating%neutral)
         unpressed = unpressed_motions(group, new%reaction)

@@ -128,7 +128,8 @@ contains
         foreseen%motion = trial%motion
         if (allocated(trial%neutral_residual)) foreseen%neutral_residual = trial%neutral_residual
         foreseen%report%wall_time = wall_seconds() - began
-        if (.not. foreseen%report%converged .or. leaves_free(foreseen%reaction)) exit increments
+        if (.not. foreseen%report%converged) exit increments
+        if (leaves_free(foreseen%reaction)) exit increments
       end associate
       if (goes_on .and. increment%index == ahead%last) exit increments
       work = work + work_of(ahead%of(ahead%n)%report, count_rows(solver%contact))
@@ -161,8 +162,8 @@ contains
 
       leaves_free = .false.
       do i = 1, size(solver%contact%group)
-        if (size(solver%contact%group(i)%motion) > 0) leaves_free = leaves_free .or. &
-          size(unpressed_motions(solver%contact%group(i), reaction), 2) > 0
+        if (leaves_free .or. size(solver%contact%group(i)%motion) == 0) cycle
+        leaves_free = size(unpressed_motions(solver%contact%group(i), reaction), 2) > 0
       end do
     end function leaves_free
 

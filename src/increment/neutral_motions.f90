@@ -5,7 +5,7 @@ module neutral_motions_mod
   use dense_mod, only: solve_least_squares, singular_values
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use rigid_modes_mod, only: free_motions_t, add_motions, motion_at, place_of, is_joined
+  use rigid_modes_mod, only: free_motions_t, add_motions, place_of, is_joined
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: motion_of_point
@@ -177,27 +177,40 @@ contains
 
   contains
 
-    !> One more part, if it moves: by what motions do to its nodes.
+    !> One more part, if it moves: by what motions do to the mean of its nodes.
     subroutine add_part(nodes)
       integer, intent(in) :: nodes(:)
       type(moving_part_t) :: part
-      real(wp) :: moved(3, scene%mesh%n_nodes), places(3, size(nodes))
-      integer :: j, k
+      real(wp) :: translation(3), rotation(3), about(3)
+      integer :: j, k, piece
 
       if (size(nodes) == 0) return
-      do k = 1, size(nodes)
-        places(:, k) = place_of(motions, scene%mesh, nodes(k))
-      end do
       allocate (part%node, source=nodes)
-      part%centre = sum(places, dim=2)/real(size(nodes), wp)
-      part%extent = norm2(places - spread(part%centre, 2, size(nodes)))/sqrt(real(size(nodes), wp))
       allocate (part%motion(6, size(list)), source=0.0_wp)
-      do j = 1, size(list)
-        if (.not. together(j)) cycle
-        do k = 1, size(nodes)
-          moved(:, nodes(k)) = motion_at(motions, scene%mesh, list(j), nodes(k))
-        end do
-        part%motion(:, j) = best_fit(scene, motions, part, moved)
+      do k = 1, size(nodes)
+        part%centre = part%centre + place_of(motions, scene%mesh, nodes(k))/real(size(nodes), wp)
+      end do
+      do k = 1, size(nodes)
+        part%extent = part%extent + sum((place_of(motions, scene%mesh, nodes(k)) - &
+          part%centre)**2)/real(size(nodes), wp)
+      end do
+      part%extent = sqrt(part%extent)
+      piece = 0
+      if (allocated(motions%piece)) piece = motions%piece(nodes(1))
+      do k = 1, size(list)
+        if (.not. together(k)) cycle
+        j = list(k)
+        if (motions%body(j) == 0 .or. piece == 0) then
+          translation = motions%translation(:, j)
+          rotation = motions%rotation(:, j)
+          about = motions%centre(:, j)
+        else
+          translation = motions%piece_translation(:, piece, j)
+          rotation = motions%piece_rotation(:, piece, j)
+          about = motions%piece_centre(:, piece)
+        end if
+        part%motion(:3, k) = translation + cross(rotation, part%centre - about)
+        part%motion(4:, k) = part%extent*rotation
       end do
       if (any(abs(part%motion) > 0.0_wp)) parts = [parts, part]
     end subroutine add_part
@@ -211,28 +224,25 @@ contains
     type(moving_part_t), intent(in) :: part
     real(wp), intent(in) :: moved(:, :)       !! (3,n_nodes) [length]
     real(wp) :: six(6)                        !! [length]
-    real(wp) :: field(3, 6), product(6, 6), along(6)
+    real(wp) :: inertia(3, 3), moment(3), arm(3)
     integer :: k, i
 
-    product = 0.0_wp
-    along = 0.0_wp
-    field = 0.0_wp
-    do i = 1, 3
-      field(i, i) = 1.0_wp
-    end do
+    six = 0.0_wp
+    inertia = 0.0_wp
+    moment = 0.0_wp
     do k = 1, size(part%node)
-      associate (node => part%node(k))
-        if (part%extent > 0.0_wp) then
-          do i = 1, 3
-            field(:, 3 + i) = cross(field(:, i), (place_of(motions, scene%mesh, node) - &
-              part%centre)/part%extent)
-          end do
-        end if
-        product = product + matmul(transpose(field), field)
-        along = along + matmul(moved(:, node), field)
+      associate (u => moved(:, part%node(k)))
+        arm = place_of(motions, scene%mesh, part%node(k)) - part%centre
+        six(:3) = six(:3) + u/real(size(part%node), wp)
+        moment = moment + cross(arm, u)
+        do i = 1, 3
+          inertia(:, i) = inertia(:, i) - arm*arm(i)
+          inertia(i, i) = inertia(i, i) + dot_product(arm, arm)
+        end do
       end associate
     end do
-    six = solve_least_squares(product, along)
+    ! A line turns about itself by nothing that nodes would see.
+    if (part%extent > 0.0_wp) six(4:) = part%extent*solve_least_squares(inertia, moment)
   end function best_fit
 
 end module neutral_motions_mod

@@ -1,4 +1,4 @@
-"""Bodies that may move in a plane, or along and about an axis, without friction.
+"""Bodies that may move in a plane without friction.
 
 No load drives them there: they stay where they were on the mean of their nodes, however the scene
 lies in its axes and wherever the program holds them to factorise.
@@ -184,23 +184,6 @@ class FreeInPlane(unittest.TestCase):
                      f"{node}, 4, 6", "*END STEP")  # fmt: skip
 
         self.both(make)
-
-    def test_in_a_bore(self):
-        """A warm block presses a smooth bore with its edges: free along and about the axis."""
-
-        def make(deck):
-            deck.block("B", (2, 2, 2), (-0.5, -0.5, 0), (1, 1, 1))
-            deck.add("*OBSTACLE, NAME=BORE, TYPE=CYLINDER, INNER",
-                     deck.at(0, 0, 0) + ", " + deck.at(0, 0, 1) + f", {float(np.sqrt(0.5))!r}",
-                     "*SURFACE, NAME=EDGES, TYPE=NODE",
-                     *(str(n + 1) for n in deck.body["B"]
-                       if n // 9 in (0, 2) and n // 3 % 3 in (0, 2)),
-                     "*CONTACT PAIR, INTERACTION=SMOOTH", "EDGES, BORE",
-                     "*INITIAL CONDITIONS, TYPE=TEMPERATURE",
-                     "NB, 0.", "*STEP", "*STATIC", "0.5, 1.", "*TEMPERATURE", "NB, 20.",
-                     "*END STEP")  # fmt: skip
-
-        self.at_rest(self.both(make)["B"], (0, 1, 2))
 
     def test_warmed_in_a_gap(self):
         """A warm block that touches nothing stays where it is."""
