@@ -33,8 +33,8 @@ module condensed_contact_mod
   private
 
   public :: condensed_contact_t, contact_group_t, find_groups, condense_contact, count_points, &
-    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, whole_problem, few_rows, &
-    are_left_out
+    count_rows, count_matrix_entries, is_on_bodies, neutral_motions, unpressed_motions, &
+    whole_problem, few_rows, are_left_out
 
   !> Points that contact couples, and the rigid motions that it sees there.
   type :: contact_group_t
@@ -564,6 +564,25 @@ contains
       end associate
     end do
   end function neutral_motions
+
+  !> The motions of a group that points which press do not see, orthonormal; neutral ones are among
+  !> them.
+  function unpressed_motions(group, reaction) result(unpressed)
+    type(contact_group_t), intent(in) :: group
+    real(wp), intent(in) :: reaction(:, :)     !! (3,n_points) [force]
+    real(wp), allocatable :: unpressed(:, :)   !! (n,k) n motions of the group [-]
+    real(wp), parameter :: unseen = 1.0e-10_wp !! as of see_motions [-]
+    real(wp), allocatable :: g(:, :)
+    logical :: presses(3, size(group%active))
+
+    presses = group%problem%row > 0 .and. spread(any(abs(reaction(:, group%active)) > 0.0_wp, &
+      dim=1), 1, 3)
+    g = group%floating%g(pack(group%problem%row, presses), :)
+    associate (neutral => group%floating%neutral)
+      g = g - matmul(matmul(g, neutral), transpose(neutral))
+    end associate
+    unpressed = null_space(g, unseen)
+  end function unpressed_motions
 
   !> All groups as one problem with one W, as far as it is written to a file: no solver's scales.
   function whole_problem(contact) result(whole)

@@ -10,7 +10,7 @@ module equilibrate_mod
   use constraints_mod, only: constraints_t, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use controls_mod, only: is_exact
+  use controls_mod, only: is_exact, solver_auto
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
@@ -29,8 +29,9 @@ module equilibrate_mod
   use drag_points_mod, only: drag_points
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: has_moved, farthest_point, largest_deformation
-  use transfer_mod, only: nodal_forces
-  use condensed_contact_mod, only: is_on_bodies, neutral_motions, are_left_out
+  use transfer_mod, only: nodal_forces, gap_at
+  use condensed_contact_mod, only: contact_group_t, is_on_bodies, neutral_motions, &
+    unpressed_motions, are_left_out
   use near_points_mod, only: near_points, is_any_missed
   use step_solver_mod, only: step_solver_t
   use load_response_mod, only: follow_surfaces
@@ -108,7 +109,9 @@ contains
       end if
       call displace(scene, points, solver, trial, new, loop%begun, pressed, error)
       if (allocated(error)) return
-      if (size(loop%follow%node) > 0) call rest(scene, solver, old, loop%led, trial, new)
+      ! Before round obstacles alone turned normals say where motions lead.
+      if (size(loop%follow%node) > 0 .or. .not. any(points%is_curved)) call rest(scene, points, &
+        solver, old, loop%led, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
@@ -156,6 +159,8 @@ contains
         trial%placement)
       return
     end if
+    ! Points do not settle by reactions that the solver did not find.
+    if (.not. report%converged .and. scene%contact%solver /= solver_auto) return
     ! Nothing says that reactions found elsewhere hold here.
     report%converged = .false.
     report%ending = ended_moving
@@ -432,28 +437,66 @@ contains
       trial, new%reaction)), scene%mesh%n_nodes))
   end subroutine displace_interface
 
-  !> Let neutral motions go where their bodies were when the increment began, but for what turned
-  !> normals led them.
-  subroutine rest(scene, solver, old, led, trial, new)
+  !> Let motions that nothing which presses sees go where their bodies were when the increment
+  !> began, but for what turned normals led them; neutral ones alone where others would close a gap.
+  subroutine rest(scene, points, solver, old, led, trial, new)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     real(wp), intent(in) :: led(:)        !! (n_motions) [length]
     type(trial_t), intent(inout) :: trial !! gets its motion
     type(state_t), intent(inout) :: new   !! gets displacement
     real(wp) :: moved(3, scene%mesh%n_nodes), way(size(led))
-    real(wp), allocatable :: neutral(:, :)
+    integer :: i
 
     associate (motions => solver%body%motions)
       if (motions%n == 0) return
-      allocate (neutral, source=neutral_motions(solver%contact, motions%n))
-      if (size(neutral, 2) == 0) return
       moved = new%displacement - old%displacement
       call add_motions(motions, scene%mesh, -led, moved)
-      way = way_to_rest(scene, motions, neutral, moved)
+      way = 0.0_wp
+      do i = 1, size(solver%contact%group)
+        if (size(solver%contact%group(i)%motion) > 0) call rest_group(solver%contact%group(i))
+      end do
+      if (all(abs(way) <= 0.0_wp)) return
       trial%motion = trial%motion + way
       call add_motions(motions, scene%mesh, way, new%displacement)
     end associate
+
+  contains
+
+    subroutine rest_group(group)
+      type(contact_group_t), intent(in) :: group
+      real(wp), allocatable :: unpressed(:, :)
+
+      allocate (unpressed(0, 0))
+      associate (motions => solver%body%motions, list => group%motion, &
+                 neutral => group%floating%neutral)
+        unpressed = unpressed_motions(group, new%reaction)
+        if (size(unpressed, 2) == 0) return
+        way(list) = way_to_rest(scene, motions, list, unpressed, moved)
+        if (size(unpressed, 2) == size(neutral, 2)) return
+        if (closes_gap(group, way(list))) way(list) = way_to_rest(scene, motions, list, neutral, &
+          moved)
+      end associate
+    end subroutine rest_group
+
+    !> Whether motions take a point into the obstacle before it.
+    pure logical function closes_gap(group, way)
+      type(contact_group_t), intent(in) :: group
+      real(wp), intent(in) :: way(:) !! of the group's motions [length]
+      real(wp) :: change
+      integer :: k
+
+      closes_gap = .false.
+      do k = 1, size(group%active)
+        if (group%problem%row(1, k) == 0) cycle
+        change = dot_product(group%floating%g(group%problem%row(1, k), :), way)
+        closes_gap = closes_gap .or. (change < 0.0_wp .and. change + gap_at(trial%placement, &
+          points, group%active(k), new%displacement) < 0.0_wp)
+      end do
+    end function closes_gap
+
   end subroutine rest
 
   !> How far the points before curved obstacles are from where they were placed, as of

@@ -27,7 +27,7 @@ module look_ahead_mod
   use increment_report_mod, only: increment_report_t
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: answer_of_interface, at_interface, recover_columns, at_nodes
-  use condensed_contact_mod, only: count_rows
+  use condensed_contact_mod, only: count_rows, neutral_motions, unpressed_motions
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, begin_trial, displacement_of, expected_reactions, trend_of
   use solve_reactions_mod, only: solve_reactions
@@ -63,7 +63,8 @@ module look_ahead_mod
 
 contains
 
-  !> Whether the interface is all that an increment needs of the one before.
+  !> Whether the interface is all that an increment needs of the one before. Where a body stays that
+  !> contact leaves free is a matter of all of its nodes.
   pure logical function can_look_ahead(scene, points, solver)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -71,7 +72,8 @@ contains
 
     can_look_ahead = is_linear(scene) .and. is_exact(solver%choices%precision) .and. .not. &
       (has_interference(scene) .or. any(points%is_curved)) .and. &
-      solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed
+      solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed .and. &
+      size(neutral_motions(solver%contact, solver%body%motions%n), 2) == 0
   end function can_look_ahead
 
   !> Whether an increment of the run is among those that were foreseen.
@@ -127,6 +129,7 @@ contains
         if (allocated(trial%neutral_residual)) foreseen%neutral_residual = trial%neutral_residual
         foreseen%report%wall_time = wall_seconds() - began
         if (.not. foreseen%report%converged) exit increments
+        if (leaves_free(foreseen%reaction)) exit increments
       end associate
       if (goes_on .and. increment%index == ahead%last) exit increments
       work = work + work_of(ahead%of(ahead%n)%report, count_rows(solver%contact))
@@ -148,6 +151,22 @@ contains
         time = time + (wall_seconds() - began)/real(ahead%n, wp)
       end associate
     end do
+
+  contains
+
+    !> Whether motions are left that no point which presses sees: where these end what comes next
+    !> begins.
+    logical function leaves_free(reaction)
+      real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
+      integer :: i
+
+      leaves_free = .false.
+      do i = 1, size(solver%contact%group)
+        if (leaves_free .or. size(solver%contact%group(i)%motion) == 0) cycle
+        leaves_free = size(unpressed_motions(solver%contact%group(i), reaction), 2) > 0
+      end do
+    end function leaves_free
+
   end subroutine look_ahead
 
   !> One increment as far as the interface goes: its reactions and what they do there.

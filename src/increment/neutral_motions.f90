@@ -2,10 +2,10 @@
 module neutral_motions_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use dense_mod, only: solve_least_squares
+  use dense_mod, only: solve_least_squares, singular_values
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use rigid_modes_mod, only: free_motions_t, add_motions, place_of
+  use rigid_modes_mod, only: free_motions_t, add_motions, place_of, is_joined
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_curved
   use transfer_mod, only: motion_of_point
@@ -23,13 +23,14 @@ module neutral_motions_mod
     real(wp), allocatable :: from(:) !! (n_motions) what was left on them before it [force]
   end type led_t
 
-  !> A body, or a piece of one that equations join, that free motions move.
+  !> A body, a piece of one that equations join, or an obstacle, that free motions move.
   type :: moving_part_t
     integer,  allocatable :: node(:)        !! of it
     real(wp), allocatable :: motion(:, :)
-    !! (6,n_motions) translation of its centre, and rotation times its extent, by each motion [-]
-    real(wp) :: centre(3) = 0.0_wp          !! [length]
-    real(wp) :: extent = 0.0_wp             !! 0 of a single node [length]
+    !! (6,n) translation of its centre, and rotation times its extent, by each motion [-]
+    real(wp) :: centre(3) = 0.0_wp          !! mean of the nodes [length]
+    real(wp) :: extent = 0.0_wp
+    !! root of the mean square of distances from it, 0 of a single node [length]
   end type moving_part_t
 
 contains
@@ -104,89 +105,115 @@ contains
   end subroutine neutral_step
 
   !> How far the neutral motions go until bodies are, on the average of their nodes, where they
-  !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there.
+  !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there,
+  !> and where it lay would depend on the axes.
   !>
-  !> The rigid motion that fits best is made up of neutral motions and, where these say nothing, of
-  !> translations and rotations of the body, or of each piece of one that equations join: what leads
-  !> it elsewhere is no neutral motion. Nothing where obstacles move freely.
-  function way_to_rest(scene, motions, neutral, moved) result(a)
+  !> Of the rigid motions that fit best first the rotations are taken back as far as neutral motions
+  !> can, then the translations as far as is left open: what leads a body along is no neutral
+  !> motion, even where a neutral motion would bring it nearer to where it was by turning it.
+  !> docs/theory.md (9.6a).
+  function way_to_rest(scene, motions, list, neutral, moved) result(a)
     type(scene_t), intent(in) :: scene
     type(free_motions_t), intent(in) :: motions
-    real(wp), intent(in) :: neutral(:, :)   !! (n,k) orthonormal [-]
+    integer, intent(in) :: list(:)          !! the motions of a group of bodies
+    real(wp), intent(in) :: neutral(:, :)   !! (n,k) of these, orthonormal [-]
     real(wp), intent(in) :: moved(:, :)     !! (3,n_nodes) since bodies were there [length]
-    real(wp) :: a(motions%n)                !! [length]
+    real(wp) :: a(size(list))               !! [length]
+    real(wp), parameter :: nothing = 1.0e-10_wp !! of what moves most: does not turn [-]
     type(moving_part_t), allocatable :: parts(:)
-    real(wp), allocatable :: basis(:, :), fitted(:), share(:)
-    integer :: i, k, n
+    real(wp), allocatable :: turns(:, :), shifts(:, :), turned(:), shifted(:)
+    real(wp), dimension(size(neutral, 2)) :: share, s
+    real(wp) :: v(size(neutral, 2), size(neutral, 2)), six(6)
+    integer :: i, n
+    logical :: ok
 
     a = 0.0_wp
-    if (any(motions%body == 0)) return
-    parts = moving_parts(scene, motions)
-    n = 6*size(parts)
-    k = size(neutral, 2)
-    allocate (basis(n, max(n, k)), fitted(n), source=0.0_wp)
-    do i = 1, size(parts)
-      basis(6*i - 5:6*i, :k) = matmul(parts(i)%motion, neutral)
-      fitted(6*i - 5:6*i) = best_fit(scene, motions, parts(i), moved)
+    allocate (parts, source=moving_parts(scene, motions, list))
+    n = size(parts)
+    allocate (turns(3*n, size(s)), shifts(3*n, size(s)), turned(3*n), shifted(3*n))
+    do i = 1, n
+      shifts(3*i - 2:3*i, :) = matmul(parts(i)%motion(:3, :), neutral)
+      turns(3*i - 2:3*i, :) = matmul(parts(i)%motion(4:, :), neutral)
+      six = best_fit(scene, motions, parts(i), moved)
+      shifted(3*i - 2:3*i) = six(:3)
+      turned(3*i - 2:3*i) = six(4:)
     end do
-    call complete_basis(basis, k)
-    allocate (share(n), source=solve_least_squares(basis, fitted))
-    a = -matmul(neutral, share(:k))
+    call singular_values(turns, s, v, ok)
+    if (.not. ok) return
+    n = count(s > nothing*max(maxval(abs(turns)), maxval(abs(shifts))))
+    share = matmul(v(:, :n), solve_least_squares(matmul(turns, v(:, :n)), turned))
+    share = share + matmul(v(:, n + 1:), solve_least_squares(matmul(shifts, v(:, n + 1:)), &
+      shifted - matmul(shifts, share)))
+    a = -matmul(neutral, share)
   end function way_to_rest
 
-  !> The bodies that move freely, of one that equations join its pieces.
-  function moving_parts(scene, motions) result(parts)
+  !> The bodies that motions move, of one that equations join its pieces, and the reference nodes of
+  !> obstacles.
+  function moving_parts(scene, motions, list) result(parts)
     type(scene_t), intent(in) :: scene
     type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: list(:)   !! the motions
     type(moving_part_t), allocatable :: parts(:)
-    type(moving_part_t) :: part
-    integer :: body, p, j
-    logical :: of_body(scene%mesh%n_nodes)
+    integer :: first, p, i
+    logical :: together(size(list))
 
     allocate (parts(0))
-    do body = 1, scene%mesh%n_bodies
-      if (.not. any(motions%body == body)) cycle
-      of_body = scene%mesh%body == body
-      if (.not. motions%is_joined(body)) then
-        j = findloc(motions%body, body, dim=1)
-        part%centre = motions%centre(:, j)
-        part%extent = motions%extent(j)
-        part%node = nodes_where(of_body)
-        part%motion = six_of(motions%translation, motions%rotation, part%extent)
-        do j = 1, motions%n
-          if (motions%body(j) /= body) part%motion(:, j) = 0.0_wp
-        end do
-        parts = [parts, part]
-        cycle
-      end if
-      do p = 1, size(motions%piece_extent)
-        part%node = nodes_where(of_body .and. motions%piece(:scene%mesh%n_nodes) == p)
-        if (size(part%node) == 0) cycle
-        part%centre = motions%piece_centre(:, p)
-        part%extent = motions%piece_extent(p)
-        part%motion = six_of(motions%piece_translation(:, p, :), motions%piece_rotation(:, p, :), &
-          part%extent)
-        if (any(abs(part%motion) > 0.0_wp)) parts = [parts, part]
-      end do
+    do first = 1, size(list)
+      associate (body => motions%body(list(first)), node => motions%node(list(first)))
+        together = motions%body(list) == body .and. (body > 0 .or. motions%node(list) == node)
+        if (any(together(:first - 1))) cycle
+        if (body == 0) then
+          call add_part([node])
+        else if (.not. is_joined(motions, body)) then
+          call add_part(pack([(i, i=1, scene%mesh%n_nodes)], scene%mesh%body == body))
+        else
+          do p = 1, size(motions%piece_extent)
+            call add_part(pack([(i, i=1, scene%mesh%n_nodes)], scene%mesh%body == body .and. &
+              motions%piece(:scene%mesh%n_nodes) == p))
+          end do
+        end if
+      end associate
     end do
 
   contains
 
-    pure function nodes_where(is_in) result(nodes)
-      logical, intent(in) :: is_in(:)
-      integer, allocatable :: nodes(:)
-      integer :: i
+    !> One more part, if it moves: by what motions do to the mean of its nodes.
+    subroutine add_part(nodes)
+      integer, intent(in) :: nodes(:)
+      type(moving_part_t) :: part
+      real(wp) :: translation(3), rotation(3), about(3)
+      integer :: j, k, piece
 
-      nodes = pack([(i, i=1, size(is_in))], is_in)
-    end function nodes_where
-
-    pure function six_of(translation, rotation, extent) result(six)
-      real(wp), intent(in) :: translation(:, :), rotation(:, :), extent
-      real(wp) :: six(6, size(translation, 2))
-
-      six(:3, :) = translation
-      six(4:, :) = extent*rotation
-    end function six_of
+      if (size(nodes) == 0) return
+      allocate (part%node, source=nodes)
+      allocate (part%motion(6, size(list)), source=0.0_wp)
+      do k = 1, size(nodes)
+        part%centre = part%centre + place_of(motions, scene%mesh, nodes(k))/real(size(nodes), wp)
+      end do
+      do k = 1, size(nodes)
+        part%extent = part%extent + sum((place_of(motions, scene%mesh, nodes(k)) - &
+          part%centre)**2)/real(size(nodes), wp)
+      end do
+      part%extent = sqrt(part%extent)
+      piece = 0
+      if (allocated(motions%piece)) piece = motions%piece(nodes(1))
+      do k = 1, size(list)
+        if (.not. together(k)) cycle
+        j = list(k)
+        if (motions%body(j) == 0 .or. piece == 0) then
+          translation = motions%translation(:, j)
+          rotation = motions%rotation(:, j)
+          about = motions%centre(:, j)
+        else
+          translation = motions%piece_translation(:, piece, j)
+          rotation = motions%piece_rotation(:, piece, j)
+          about = motions%piece_centre(:, piece)
+        end if
+        part%motion(:3, k) = translation + cross(rotation, part%centre - about)
+        part%motion(4:, k) = part%extent*rotation
+      end do
+      if (any(abs(part%motion) > 0.0_wp)) parts = [parts, part]
+    end subroutine add_part
 
   end function moving_parts
 
@@ -197,58 +224,25 @@ contains
     type(moving_part_t), intent(in) :: part
     real(wp), intent(in) :: moved(:, :)       !! (3,n_nodes) [length]
     real(wp) :: six(6)                        !! [length]
-    real(wp) :: field(3, 6), product(6, 6), along(6)
+    real(wp) :: inertia(3, 3), moment(3), arm(3)
     integer :: k, i
 
-    product = 0.0_wp
-    along = 0.0_wp
-    field = 0.0_wp
-    do i = 1, 3
-      field(i, i) = 1.0_wp
-    end do
+    six = 0.0_wp
+    inertia = 0.0_wp
+    moment = 0.0_wp
     do k = 1, size(part%node)
-      associate (node => part%node(k))
-        if (part%extent > 0.0_wp) then
-          do i = 1, 3
-            field(:, 3 + i) = cross(field(:, i), (place_of(motions, scene%mesh, node) - &
-              part%centre)/part%extent)
-          end do
-        end if
-        product = product + matmul(transpose(field), field)
-        along = along + matmul(moved(:, node), field)
+      associate (u => moved(:, part%node(k)))
+        arm = place_of(motions, scene%mesh, part%node(k)) - part%centre
+        six(:3) = six(:3) + u/real(size(part%node), wp)
+        moment = moment + cross(arm, u)
+        do i = 1, 3
+          inertia(:, i) = inertia(:, i) - arm*arm(i)
+          inertia(i, i) = inertia(i, i) + dot_product(arm, arm)
+        end do
       end associate
     end do
-    six = solve_least_squares(product, along)
+    ! A line turns about itself by nothing that nodes would see.
+    if (part%extent > 0.0_wp) six(4:) = part%extent*solve_least_squares(inertia, moment)
   end function best_fit
-
-  !> Make a basis of the first columns and of unit vectors, the first that are independent of what
-  !> is there.
-  pure subroutine complete_basis(basis, k)
-    real(wp), intent(inout) :: basis(:, :) !! (n,n) the first `k` columns given
-    integer, intent(in) :: k
-    real(wp), parameter :: independent = 1.0e-3_wp !! of a column: what is left of it [-]
-    real(wp) :: q(size(basis, 1), size(basis, 1)), column(size(basis, 1))
-    integer :: m, i, l, candidate
-
-    m = 0
-    do candidate = 1, k + size(basis, 1)
-      if (m == size(basis, 1)) return
-      if (candidate <= k) then
-        column = basis(:, candidate)
-      else
-        column = 0.0_wp
-        column(candidate - k) = 1.0_wp
-      end if
-      basis(:, m + 1) = column
-      do i = 1, 2
-        do l = 1, m
-          column = column - dot_product(column, q(:, l))*q(:, l)
-        end do
-      end do
-      if (candidate > k .and. norm2(column) <= independent) cycle
-      m = m + 1
-      q(:, m) = column/max(norm2(column), tiny(1.0_wp))
-    end do
-  end subroutine complete_basis
 
 end module neutral_motions_mod

@@ -119,6 +119,7 @@ module increment_report_mod
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
     integer  :: passed_point = 0        !! that an obstacle would press from behind, 0 if none
     real(wp) :: part_to_try = 1.0_wp    !! of the increment: there it passes no point [-]
+    integer  :: solved_in_parts = 0     !! as many equal ones, 0 if none are known
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
     real(wp) :: face_penetration = 0.0_wp

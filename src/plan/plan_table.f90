@@ -194,7 +194,7 @@ contains
     column = name
     meant = ''
     if (bound > 0) meant = bound_in_words(bound)
-    plan%lines = [plan%lines, string_t(column//meant//trim(words))]
+    call append_text(plan%lines, column//meant//trim(words))
     if (present(brief)) call add_brief(plan, name, brief)
   end subroutine add_line
 
@@ -205,8 +205,23 @@ contains
     character(name_width) :: column
 
     column = name
-    plan%brief = [plan%brief, string_t(column//words)]
+    call append_text(plan%brief, column//words)
   end subroutine add_brief
+
+  !> One more text behind a list. (With gfortran 12 texts of constructors within a list leak.)
+  pure subroutine append_text(list, text)
+    type(string_t), allocatable, intent(inout) :: list(:)
+    character(*), intent(in) :: text
+    type(string_t), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      call move_alloc(list(i)%text, longer(i)%text)
+    end do
+    longer(size(longer))%text = text
+    call move_alloc(longer, list)
+  end subroutine append_text
 
   !> Which bodies their supports hold, which contact must hold, and which nothing can.
   subroutine describe_bodies(scene, motions, plan)

@@ -6,8 +6,8 @@ module refuse_unsolved_mod
   use text_mod, only: to_text
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
-  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, precision_in_words, &
-    is_exact, compliance_products
+  use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, solver_auto, &
+    precision_in_words, is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t
@@ -98,7 +98,11 @@ contains
 
     if (is_solved(scene, report)) return
     where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
-    if (report%ending == ended_unbalanced) then
+    if (report%ending == ended_unbalanced .and. report%solved_in_parts > 0) then
+      where_and_what = where_and_what//': no balance of the loads along '//report%unbalanced// &
+        ' was found in one increment, but in '//to_text(report%solved_in_parts)// &
+        ' parts of it: use smaller increments, or leave out DIRECT'
+    else if (report%ending == ended_unbalanced) then
       where_and_what = where_and_what//': nothing balances the loads along '// &
         report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
     else if (report%ending == ended_passed) then
@@ -124,7 +128,9 @@ contains
       else
         where_and_what = where_and_what//'their master covers one of them at times'
       end if
-      where_and_what = where_and_what//'); smaller increments may help'
+      where_and_what = where_and_what//'); smaller increments '
+      if (scene%contact%solver /= solver_auto) where_and_what = where_and_what//'or SOLVER=AUTO '
+      where_and_what = where_and_what//'may help'
     else if (.not. report%converged) then
       where_and_what = where_and_what//': '//solver_name(report%solver)// &
         ' did not reach the tolerance '//to_text(choices%tolerance)//' in '// &

@@ -239,7 +239,9 @@ contains
 
     associate (increment => solved%increment)
       if (.not. scene%steps(increment%step)%direct) return
-      if (any(solved%report%ending == [ended_unbalanced, ended_out_of_reach])) return
+      if (solved%report%ending == ended_out_of_reach) return
+      ! What nothing balances may be a matter of where curved obstacles and surfaces were met.
+      if (solved%report%ending == ended_unbalanced .and. .not. any(plan%points%is_curved)) return
       keeps_tangent = scene%finite_strain .and. .not. solver%choices%precision%renews_tangent
       left = increment%position - increment%start
       length = left/2
@@ -269,6 +271,7 @@ contains
           return
         end if
       end do
+      solved%report%solved_in_parts = int((increment%position - increment%start - 1)/length) + 1
       if (keeps_tangent) then
         ! Of where the solution is: slender bodies that turn in an increment want no other.
         call keep_tangent(reached)

@@ -159,12 +159,13 @@ def judge_seed(deck, options):
 
 def without_choices(scene, words):
     """The scene without what a message blames: solver, precision, increments; None if nothing."""
-    if scene.finite and "smaller increments may help" in words:
+    if (scene.finite and "smaller increments may help" in words) or "leave out DIRECT" in words:
         if any(step.direct for step in scene.steps):
             return replace(scene, steps=[replace(step, direct=False) for step in scene.steps])
         return None
     solver = {k: v for k, v in scene.controls.items() if k != "TOLERANCE"}
-    if solver and ("did not reach" in words or "a tolerance of" in words):
+    blamed = ("did not reach", "a tolerance of", "SOLVER=AUTO may help")
+    if solver and any(blame in words for blame in blamed):
         kept = {k: v for k, v in scene.controls.items() if k == "TOLERANCE"}
         return replace(scene, controls=kept, precision={})
     if scene.precision and re.search(r"the factor (of|\()", words):

@@ -277,7 +277,8 @@ class Judge:
                 pressed[p["reference"]] -= p["force"].sum(axis=0)
             if p["master"] is not None:
                 pressed -= p["master"].T @ p["force"]
-                doubt += (p["doubt"] * np.linalg.norm(p["force"], axis=1)).sum()
+                strength = np.linalg.norm(p["force"], axis=1)
+                doubt += ((p["doubt"] + p["either"]) * strength).sum()
         if any(p["master"] is not None for p in points):
             # What is on the masters is the file's, after it was found to be that, nearly.
             self.check_contact_forces(row, pressed, doubt, points)
@@ -459,7 +460,8 @@ class Judge:
             "held": np.linalg.norm(across_held(fixed, frame[:, 0]), axis=(1, 2)) > 1e-9,
             "still": still, "stored": kept, "status": read("status"), "has_row": has_row,
             "master": master, "placed": placed, "own_gap": own, "own_slip": own_slip,
-            "doubt": placed.doubt(size), "apart": placed.apart, "area": stored["area"][order],
+            "doubt": placed.doubt(size), "either": placed.either, "apart": placed.apart,
+            "area": stored["area"][order],
             "covered": read("covered_area"), "least": read("least_gap"),
             "added": self.added[rows], "far": size, "moved": np.abs(moved).max(initial=0.0),
         }  # fmt: skip
@@ -549,6 +551,9 @@ class Judge:
             best = np.where(near, off, best)
             placed.weights[near], placed.normal[near] = weights[near], of.normal[near]
             placed.apart[near], placed.covered[near] = apart[near], of.covered[near]
+        # Of little motion gaps do not say whether it is one node alone.
+        alike = alone & (first.covered > 0) & (off <= best + 1e-9)
+        placed.either = np.where(alike, np.abs(one - placed.weights).sum(axis=1), 0.0)
 
     def joints_of(self, surface):
         """Whether equations, couplings or ties have nodes of a pair."""

@@ -132,6 +132,7 @@ class Placed:
     most: np.ndarray  # (P,) largest
     bend: float  # how far the faces are from parallelograms
     folded: int = 0  # faces in contact of which a corner points inwards
+    either: float | np.ndarray = 0.0  # (P,) how much other weights are that explain as much
 
     @property
     def share(self):

@@ -175,7 +175,11 @@ class Ties:
             tied = placed.share > LEAST_SHARE
             doubt = ROUNDING + BENT * placed.bend**2
             reached = np.concatenate([placed.rows, np.unique(master)])
-            self.all.append(Tied(placed.rows[tied], placed.weights[tied], reached, doubt))
+            # Weights are as large as little of a node is covered, and so is what they round by;
+            # what moves as one is tied to itself exactly.
+            weights = placed.weights[tied]
+            weights = weights / weights.sum(axis=1, keepdims=True)
+            self.all.append(Tied(placed.rows[tied], weights, reached, doubt))
 
     def hand_over(self, force, held):
         """Forces (N, 3) on tied directions go to their masters; (forces, doubt about them)."""

@@ -189,7 +189,8 @@ contains
   !> Weights that give the places of the slave nodes exactly as far as they lie along their master,
   !> for what is tied must turn with it: the least change of the weights that takes up the shift
   !> along the master's faces. What is left of `apart` is across them. Of a flat master nothing
-  !> changes. docs/theory.md (11.12).
+  !> changes but rounding, which grows where little of a node is covered: what is tied goes where
+  !> its master goes, however far. docs/theory.md (11.12).
   pure subroutine take_up_shifts(slave_nodes, x, mortar)
     integer, intent(in) :: slave_nodes(:) !! (n) as of `make_mortar`
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
@@ -203,7 +204,9 @@ contains
       associate (first => mortar%weights%first(i), last => mortar%weights%first(i + 1) - 1, &
                  node => mortar%weights%node, weight => mortar%weights%weight, &
                  apart => mortar%apart(:, i), normal => mortar%normal(:, i))
-        if (last <= first) cycle
+        if (last < first) cycle
+        weight(first:last) = weight(first:last)/sum(weight(first:last))
+        if (last == first) cycle
         passes: do pass = 1, 3
           if (norm2(apart - dot_product(apart, normal)*normal) <= rounding) exit passes
           middle = sum(x(:, node(first:last)), dim=2)/real(last - first + 1, wp)
@@ -225,6 +228,7 @@ contains
           do k = first, last
             weight(k) = weight(k) + dot_product(slope, x(:, node(k)) - middle)
           end do
+          weight(first:last) = weight(first:last)/sum(weight(first:last))
           apart = x(:, slave_nodes(i)) - matmul(x(:, node(first:last)), weight(first:last))
         end do passes
       end associate
