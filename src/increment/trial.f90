@@ -172,8 +172,7 @@ contains
     trial%applied_reaction = start%reaction
     trial%applied_force = nodal_forces(points, trial%began%weights, start%reaction, &
       scene%mesh%n_nodes)
-    trial%u_contact = at_interface(solver%body%inverse, answer_of_interface(solver%body%inverse, &
-      trial%applied_force), scene%mesh%n_nodes)
+    trial%u_contact = moved_by(solver%body%inverse, trial%applied_force)
     trial%u_free = start%displacement - trial%u_contact
     call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
   end subroutine begin_from

@@ -16,7 +16,7 @@ module turned_bodies_mod
   use rigid_modes_mod, only: add_motions
   use load_response_mod, only: follow_surfaces
   use transfer_mod, only: nodal_forces
-  use stiffness_inverse_mod, only: apply_inverse, answer_of_interface, at_interface
+  use stiffness_inverse_mod, only: apply_inverse, moved_by
   use condensed_contact_mod, only: condense_contact
   use placement_mod, only: placement_t
   use step_solver_mod, only: step_solver_t
@@ -74,8 +74,7 @@ contains
         shape(added)), correction, error)
       if (allocated(error)) return
       ! On the interface u_free must be what the contact problem adds W r to.
-      trial%u_contact = at_interface(body%inverse, answer_of_interface(body%inverse, &
-        trial%applied_force), mesh%n_nodes)
+      trial%u_contact = moved_by(body%inverse, trial%applied_force)
       trial%u_free = u + moved + correction(:, :, 1) - trial%u_contact
       call add_motions(body%motions, mesh, -trial%motion, trial%u_free)
     end associate
