@@ -26,7 +26,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.element_faces import ELEMENT_FACES, face_nodes, outer_faces
+from bipot.element_faces import ELEMENT_FACES, outer_faces_of, split_faces
 from bipot.errors import ResultError
 from bipot.mesh_sequence import GROUP as ACCURACY
 from bipot.mesh_sequence import MeshSequence
@@ -274,11 +274,27 @@ class Result:
     def elements(self) -> Array:
         """Nodes of the elements as rows of `points`, (E, 8), where all are hexahedra.
 
-        Raises ResultError where any is of another shape: `to_pyvista` has them all.
+        Raises ResultError where any is of another shape: `cells` has them all.
         """
         if (self._dataset("/VTKHDF/Types")[()] != 12).any():
-            raise ResultError(f"{self.path}: not all elements are C3D8; ParaView shows the others")
+            raise ResultError(f"{self.path}: not all elements are C3D8; result.cells has them all")
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
+
+    @cached_property
+    def cells(self) -> dict[int, tuple[Array, Array]]:
+        """The elements by their types in VTK: rows of `element_ids` (n,), and nodes (n, k).
+
+        The nodes are rows of `points`, in the order of the deck, which is VTK's.
+        """
+        types = self._dataset("/VTKHDF/Types")[()]
+        first = self._dataset("/VTKHDF/Offsets")[()]
+        nodes = self._dataset("/VTKHDF/Connectivity")[()]
+        found = {}
+        for number in np.unique(types):
+            rows = np.flatnonzero(types == number)
+            count = first[rows[0] + 1] - first[rows[0]]
+            found[int(number)] = (rows, nodes[first[rows][:, None] + np.arange(count)])
+        return found
 
     @cached_property
     def _n_elements(self) -> int:
@@ -313,9 +329,27 @@ class Result:
 
     @cached_property
     def boundary(self) -> tuple[Array, Array]:
-        """Faces that belong to one element only: (nodes (F, 4) counterclockwise, element (F,))."""
-        faces = outer_faces(self.elements)
-        return face_nodes(self.elements, faces), faces[:, 0]
+        """Faces that belong to one element only: (nodes (F, 4) counterclockwise, element (F,)).
+
+        A triangle has its last node twice. Faces with nodes in the middles of their edges are split
+        between all their nodes.
+        """
+        nodes, elements, _ = self._outer_pieces
+        return nodes, elements
+
+    @cached_property
+    def boundary_edges(self) -> Array:
+        """Which of the four sides of each face of `boundary` are edges of elements, (F, 4)."""
+        return self._outer_pieces[2]
+
+    @cached_property
+    def _outer_pieces(self) -> tuple[Array, Array, Array]:
+        blocks = list(self.cells.values())
+        faces, nodes = outer_faces_of([cell for _, cell in blocks])
+        rows = np.concatenate([rows for rows, _ in blocks])[faces[:, 0]]
+        order = np.lexsort((faces[:, 1], rows))
+        pieces, parent, edges = split_faces(nodes[order])
+        return pieces, rows[order][parent], edges
 
     # --- Sets ---------------------------------------------------------------------------------
 
