@@ -2,7 +2,8 @@
 !>
 !> The table has six parts: history_fields, one number an increment; pair_fields, at the points of
 !> a contact pair; reference_fields, of reference nodes; print_fields, of a set that the deck
-!> prints; view_fields, over the mesh; gauss_fields, at Gauss points. A new field is one entry in one of them and, but for a
+!> prints; view_fields, over the mesh; gauss_fields, at Gauss points.
+!> A new field is one entry in one of them and, but for a
 !> history, the procedure that computes it; what nodes have is computed at all of them
 !> (nodal_fields), and an entry says at which it is written. The result file, its XDMF sidecar, the
 !> plan's list of fields and the estimate of the file's size are made from the table.

@@ -2,16 +2,19 @@
 
 import csv
 import itertools
+import subprocess
 import unittest
 
+import h5py
 import numpy as np
-from program import Run
+from program import PROGRAM, Run
 from test_free_meshes import CORNERS, EDGES, MATERIAL, Box
 
 from bipot.errors import ResultError
 
 FIELDS = "*EL FILE, POSITION=CENTROIDAL\nS, E, MISES, SP\n*EL FILE, POSITION=INTEGRATION POINTS\n"
-POINTS = {"C3D8": 8, "C3D10": 4, "C3D15": 18, "C3D20": 27, "C3D20R": 8, "C3D4": 8, "C3D6": 8}
+POINTS = {"C3D8": 8, "C3D10": 4, "C3D15": 18, "C3D20": 27, "C3D20R": 8, "C3D20R_14": 14,
+          "C3D4": 8, "C3D6": 8}
 
 
 def clamped(box, cards=FIELDS):
@@ -127,6 +130,7 @@ class GaussPoints(unittest.TestCase):
                     result.field("stress", on="gauss points")
 
     def test_tables_have_as_many_points_as_each_element_has(self):
+        """A chain of C3D20R has 14 points."""
         for kinds in (("C3D10",), ("C3D20", "C3D15"), ("C3D20R",)):
             with self.subTest(kinds=kinds):
                 box = Box("B", (2, 1, 1), kinds)
@@ -134,20 +138,48 @@ class GaussPoints(unittest.TestCase):
                 run, result = self.solve(clamped(box, cards))
                 with (run.folder / "deck.element.csv").open(newline="") as file:
                     lines = list(csv.DictReader(file))
-                count = sum(POINTS[kind] * len(box.elements[kind]) for kind in box.elements)
+                types = {name.split("_")[0]: name for name in result.gauss_types}
+                if kinds == ("C3D20R",):
+                    self.assertEqual(types, {"C3D20R": "C3D20R_14"})
+                count = sum(POINTS[types[kind]] * len(box.elements[kind]) for kind in types)
                 self.assertEqual(len(lines), 2 * count)
                 last = {
                     (int(line["element"]), int(line["point"])): line for line in lines[count:]
                 }
-                for kind in box.elements:
-                    stress = result.field("stress", on="gauss points", type=kind)
+                for kind, name in types.items():
+                    stress = result.field("stress", on="gauss points", type=name)
                     for i, (element, *_) in enumerate(box.elements[kind]):
-                        for point in range(POINTS[kind]):
+                        for point in range(POINTS[name]):
                             line = last[element, point + 1]
                             self.assertEqual(float(line["stress XX [pressure]"]),
                                              stress[i, point, 0])
                             self.assertEqual(float(line["stress XZ [pressure]"]),
                                              stress[i, point, 5])
+
+    def test_a_continued_run_has_them(self):
+        run = Run(clamped(Box("B", (2, 2, 2), ("C3D20", "C3D15"))), name="deck")
+        with run.result() as result:
+            before = {kind: result.field("stress", on="gauss points", type=kind)
+                      for kind in result.gauss_types}
+        with h5py.File(run.file, "r+") as file:
+            file["run"].attrs.modify("status", b"running")
+        done = subprocess.run([PROGRAM, run.deck, "--continue"], cwd=run.folder,
+                              capture_output=True, text=True, timeout=60, check=False)  # fmt: skip
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with run.result() as result:
+            self.assertIn("continued", result.run)
+            for kind, stress in before.items():
+                np.testing.assert_array_equal(
+                    result.field("stress", on="gauss points", type=kind), stress
+                )
+        # Damage of what was written is noticed.
+        with h5py.File(run.file, "r+") as file:
+            file["run"].attrs.modify("status", b"running")
+            file["gauss/C3D15/stress"][0, 0, 0, 0] += 1
+        done = subprocess.run([PROGRAM, run.deck, "--continue"], cwd=run.folder,
+                              capture_output=True, text=True, timeout=60, check=False)  # fmt: skip
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("damaged: increment 1 of 2 is not what was written", done.stderr)
 
 
 if __name__ == "__main__":

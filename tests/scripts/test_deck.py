@@ -16,11 +16,12 @@ except ImportError as error:
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE), str(HERE.parent / "cases")]
 
+from test_free_meshes import Box  # noqa: E402
+
 import synthetic_result  # noqa: E402
 from bipot.element_faces import CELLS, outer_faces_of  # noqa: E402
 from bipot.meshes import TYPES  # noqa: E402
 from package import BLOCK, ROOT, WithFolder, bipot, needs, pressed_block  # noqa: E402
-from test_free_meshes import Box  # noqa: E402
 
 # As Gmsh 4 writes it: an element, and its lower face.
 GMSH_41 = """$MeshFormat
@@ -371,34 +372,36 @@ class Meshes(WithFolder):
         """A mesh as a deck: its types of elements, and that it is solved and certified."""
         deck = self.press(source, "any", **options)
         text = deck.text()
-        self.assertEqual([kind for kind in re.findall("TYPE=(C3D[0-9A-Z]+)", text)], types)
+        self.assertEqual(re.findall("TYPE=(C3D[0-9A-Z]+)", text), types)
         with bipot.run(deck, quiet=True, overwrite=True) as result:
             self.assertTrue(result.certified)
             self.assertGreater(result.pairs[0].resultant[-1, 2], 0)
 
     @needs("meshio")
     def test_meshes_of_every_kind_of_gmsh(self):
-        """Written as Gmsh does, in its order of the nodes, and read; groups of faces as surfaces."""
+        """Written as Gmsh does, in its order of the nodes; groups of faces become surfaces."""
         import meshio
 
         for kinds in (("C3D4",), ("C3D6",), ("C3D5",), ("C3D10",), ("C3D20",),
                       ("C3D8", "C3D6")):
             box = Box("B", (2, 2, 2), kinds)
-            cells, low = [], []
+            cells = []
             for kind, elements in box.elements.items():
                 nodes = np.array([cell for _, *cell in elements]) - box.first
                 (name,) = (name for name, types in TYPES.items() if kind in types)
                 cells.append((name, nodes))
-            faces, of_faces = outer_faces_of([nodes for _, nodes in cells])
+            _, of_faces = outer_faces_of([nodes for _, nodes in cells])
             below = [row for row in of_faces if (box.x[row[row >= 0], 2] < 1e-9).all()]
             kept = {}
             for row in below:
                 kept.setdefault(int((row >= 0).sum()), []).append(row[row >= 0])
             shapes = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
             cells += [(shapes[n], np.array(rows)) for n, rows in kept.items()]
-            low = [np.full(len(rows), 7 if shape in shapes.values() else 1) for shape, rows in cells]
+            physical = [
+                np.full(len(rows), 7 if name in shapes.values() else 1) for name, rows in cells
+            ]
             mesh = meshio.Mesh(
-                box.x, cells, cell_data={"gmsh:physical": low, "gmsh:geometrical": low},
+                box.x, cells, cell_data={"gmsh:physical": physical, "gmsh:geometrical": physical},
                 field_data={"FOOT": np.array([7, 2]), "ALL": np.array([1, 3])},
             )
             mesh.write("any.msh", file_format="gmsh22", binary=False)

@@ -68,7 +68,8 @@ class Bodies:
         self.scale = self.choose_scale() if scale is None else scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
         self.offset = np.zeros(result.points.shape)
-        self.body = views.components([nodes for _, nodes in result.cells.values()], len(result.points))
+        blocks = [nodes for _, nodes in result.cells.values()]
+        self.body = views.components(blocks, len(result.points))
         self.box = self.box_about_the_contact() if close else None
         self.direction = self.choose_direction(apart)
         self.eye = views.towards_the_eye(*self.direction)
