@@ -33,9 +33,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.element_faces import face_nodes, face_normals, outer_faces
-from bipot.errors import RefusedError
-from bipot.meshes import HexahedralMesh, read_mesh
+from bipot.element_faces import face_normals
+from bipot.errors import MeshError, RefusedError
+from bipot.meshes import TYPES, SolidMesh, read_mesh
 
 Array = NDArray[Any]
 Number = float | int | str
@@ -92,9 +92,9 @@ def _members(members: Members) -> list[str]:
 class MeshPart:
     """A mesh as it stands in a deck: `faces` and `nodes` choose from it by place."""
 
-    mesh: HexahedralMesh
+    mesh: SolidMesh
     node_ids: Array  #: of the rows of `mesh.points`, (N,)
-    element_ids: Array  #: of the rows of `mesh.elements`, (E,)
+    element_ids: Array  #: of the elements, block after block of `mesh.blocks`, (E,)
 
     def nodes(self, where: Callable[[Array], ArrayLike]) -> Array:
         """Return the ids of nodes: `where` takes coordinates (N, 3) and returns a mask (N,)."""
@@ -106,9 +106,13 @@ class MeshPart:
         `where` takes the middles (F, 3) of all outer faces and their outward unit normals (F, 3),
         and returns a mask (F,).
         """
-        faces = outer_faces(self.mesh.elements)
-        corners = self.mesh.points[face_nodes(self.mesh.elements, faces)]
-        chosen = faces[np.asarray(where(corners.mean(axis=1), face_normals(corners)), bool)]
+        faces, nodes = self.mesh.outer_faces()
+        count = (nodes >= 0).sum(axis=1)
+        corners = nodes[:, :4].copy()  # of triangles the third one twice
+        corners[(count == 3) | (count == 6), 3] = corners[(count == 3) | (count == 6), 2]
+        x = self.mesh.points[corners]
+        middles = self.mesh.points[nodes].sum(axis=1, where=(nodes >= 0)[:, :, None])
+        chosen = faces[np.asarray(where(middles / count[:, None], face_normals(x)), bool)]
         return [(int(self.element_ids[element]), f"S{face + 1}") for element, face in chosen]
 
 
@@ -346,23 +350,37 @@ class Deck:
         return found
 
     def mesh(
-        self, source: Any, name: str = "BODY", type: str = "C3D8",
+        self, source: Any, name: str = "BODY", type: str | None = None,
         element_sets: Mapping[str, ArrayLike] | None = None,
         node_sets: Mapping[str, ArrayLike] | None = None,
     ) -> MeshPart:
-        """Add a mesh of hexahedra: from a file by meshio, meshio, PyVista, or (points, elements).
+        """Add a mesh of solids: from a file by meshio, meshio, PyVista, or (points, elements).
 
         name          of the set of all its nodes, and of all its elements
-        type          C3D8, C3D8I or C3D8B
+        type          of hexahedra: C3D8, C3D8I or C3D8B with 8 nodes, C3D20 or C3D20R with 20, the
+                      first of these where it is left out; others have one type (C3D10, ...)
         element_sets  more sets: rows or masks of the elements
         node_sets     more sets: rows or masks of the points
 
-        Named groups become sets; those of quadrilaterals surfaces and sets of nodes. Returns what
-        chooses nodes and faces by place. MeshError where the mesh is not of hexahedra with 8 nodes.
+        Named groups become sets; those of faces surfaces and sets of nodes. Returns what chooses
+        nodes and faces by place. MeshError where the mesh has solids that no element is, or none
+        that can be of the type.
         """
         mesh = read_mesh(source, element_sets, node_sets)
+        types = [
+            type if type in TYPES[kind] else TYPES[kind][0] for kind, _ in mesh.blocks
+        ]
+        if type is not None and type not in types:
+            there = ", ".join(
+                f"{len(nodes)} of kind {kind} ({' or '.join(TYPES[kind])})"
+                for kind, nodes in mesh.blocks
+            )
+            raise MeshError(f"no element of the mesh can be of type {type}: it has {there}")
         node_ids = self.nodes(mesh.points, set=name)
-        element_ids = self.elements(node_ids[mesh.elements], set=name, type=type)
+        element_ids = np.concatenate([
+            self.elements(node_ids[nodes], set=name, type=of_type)
+            for (_, nodes), of_type in zip(mesh.blocks, types, strict=True)
+        ])
         for set_name, rows in mesh.element_sets.items():
             self.element_set(set_name, element_ids[rows])
         for set_name, rows in mesh.node_sets.items():

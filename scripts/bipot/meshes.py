@@ -1,8 +1,8 @@
 """Meshes of elements from meshio, PyVista, files and arrays, for bipot.Deck.
 
-`read_mesh` makes one kind of mesh of them: nodes, hexahedra with 8 nodes, and named sets. Physical
-groups of a Gmsh file become sets: groups of volumes sets of elements, groups of quadrilaterals
-surfaces, groups of lines and points sets of nodes.
+`read_mesh` makes one kind of mesh of them: nodes, elements, and named sets. Physical groups of a
+Gmsh file become sets: groups of volumes sets of elements, groups of faces surfaces, groups of lines
+and points sets of nodes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.element_faces import face_nodes, outer_faces
+from bipot.element_faces import CELLS, outer_faces_of
 from bipot.errors import MeshError
 
 Array = NDArray[Any]
@@ -31,24 +31,51 @@ VTK_KINDS = {
 }
 FLAT = ("vertex", "line", "triangle", "quad", "polygon", "pixel")
 FROM_VOXEL = [0, 1, 3, 2, 4, 5, 7, 6]
-UPSIDE_DOWN = [4, 5, 6, 7, 0, 1, 2, 3]
-HOW_TO = (
-    "hexahedra with 8 nodes are needed. In Gmsh: extrude a surface with Layers and Recombine, or"
-    " make surfaces and volumes transfinite; Mesh.SubdivisionAlgorithm = 2 cuts tetrahedra into"
-    " hexahedra; Mesh.ElementOrder = 1 gives 8 nodes"
+# The type of element that each kind of cell becomes, and the others that it may.
+TYPES = {
+    "hexahedron": ("C3D8", "C3D8I", "C3D8B"), "hexahedron20": ("C3D20", "C3D20R"),
+    "tetra": ("C3D4",), "tetra10": ("C3D10",), "wedge": ("C3D6",), "wedge15": ("C3D15",),
+    "pyramid": ("C3D5",),
+}
+INCOMPLETE = "in Gmsh, Mesh.SecondOrderIncomplete = 1 leaves out the nodes within faces and solids"
+NO_PYRAMIDS = (
+    "there is no element of second order for them: in Gmsh, Mesh.ElementOrder = 1, or no recombined"
+    " surfaces beside tetrahedra"
 )
+ADVICE = {
+    "hexahedron27": INCOMPLETE, "hexahedron24": INCOMPLETE, "wedge18": INCOMPLETE,
+    "pyramid14": NO_PYRAMIDS, "pyramid13": NO_PYRAMIDS,
+}
+HIGHER = "in Gmsh, Mesh.ElementOrder = 1 or 2"
 
 
 @dataclass
-class HexahedralMesh:
-    """Nodes (N, 3), elements (E, 8) as rows of the nodes, and named sets of both."""
+class SolidMesh:
+    """Nodes (N, 3), elements of one kind of cell or several, and named sets of both."""
 
     points: Array
-    elements: Array
+    blocks: list[tuple[str, Array]]  #: kind of cell, and nodes (n, k) as rows of the points
     rows: Array  #: row of each node in the mesh that it was made of, (N,)
     element_sets: dict[str, Array] = field(default_factory=dict)  #: rows of elements
     node_sets: dict[str, Array] = field(default_factory=dict)  #: rows of nodes
     surfaces: dict[str, Array] = field(default_factory=dict)  #: (F, 2): element, face 0 to 5
+
+    @property
+    def n_elements(self) -> int:
+        """How many elements there are; they are counted through all blocks."""
+        return sum(len(nodes) for _, nodes in self.blocks)
+
+    @property
+    def elements(self) -> Array:
+        """Nodes of the elements (E, k), where all are of one kind: else MeshError."""
+        if len(self.blocks) > 1:
+            kinds = ", ".join(kind for kind, _ in self.blocks)
+            raise MeshError(f"elements of several kinds: {kinds}; `blocks` has each")
+        return self.blocks[0][1]
+
+    def outer_faces(self) -> tuple[Array, Array]:
+        """Return the outer faces as of element_faces.outer_faces_of."""
+        return outer_faces_of([nodes for _, nodes in self.blocks])
 
 
 @dataclass
@@ -64,23 +91,24 @@ class _Cells:
 def read_mesh(
     source: Any, element_sets: Mapping[str, ArrayLike] | None = None,
     node_sets: Mapping[str, ArrayLike] | None = None,
-) -> HexahedralMesh:
+) -> SolidMesh:
     """Return the elements of a mesh.
 
     source        the path of a file that meshio reads (.msh, .vtu, ...), a meshio.Mesh, a grid of
-                  PyVista, or arrays (points (N, 3), elements (E, 8) as rows of points from 0)
+                  PyVista, or arrays (points (N, 3), elements (E, k) as rows of points from 0)
     element_sets  more sets: rows, or a mask, of the elements, in their order in the source
     node_sets     more sets: rows, or a mask, of the points
 
-    Nodes that no element has are left out. Those that stand inside out are turned. Raises MeshError
-    where there are other solids than elements, or none, or the file cannot be read.
+    Nodes that no element has are left out. Elements that stand inside out are turned. They come in
+    the order of the source, one kind after the other. Raises MeshError where there are solids that
+    no element is, or none, or the file cannot be read.
     """
     cells = _cells_of(source)
     for name, members in (node_sets or {}).items():
         cells.node_sets[name] = _chosen(members, len(cells.points), f"node set {name}")
     found = _elements_of(cells)
     for name, members in (element_sets or {}).items():
-        found.element_sets[name] = _chosen(members, len(found.elements), f"element set {name}")
+        found.element_sets[name] = _chosen(members, found.n_elements, f"element set {name}")
     return found
 
 
@@ -114,9 +142,16 @@ def _cells_of(source: Any) -> _Cells:
         ) from None
     elements = np.asarray(elements)
     kind, shape = elements.dtype, elements.shape
-    if len(shape) != 2 or shape[1] != 8 or not np.issubdtype(kind, np.integer):
-        raise MeshError(f"elements are rows of 8 whole numbers, not {kind} {shape}")
-    return _Cells(np.asarray(points, float), [("hexahedron", elements)], {}, {})
+    name = {
+        8: "hexahedron", 20: "hexahedron20", 4: "tetra", 10: "tetra10", 6: "wedge", 15: "wedge15",
+        5: "pyramid",
+    }.get(shape[1] if len(shape) == 2 else 0)
+    if name is None or not np.issubdtype(kind, np.integer):
+        raise MeshError(
+            "elements are rows of as many whole numbers as they have nodes (4, 5, 6, 8, 10, 15 or"
+            f" 20), not {kind} {shape}"
+        )
+    return _Cells(np.asarray(points, float), [(name, elements)], {}, {})
 
 
 def _read_file(path: Path) -> Any:
@@ -129,6 +164,12 @@ def _read_file(path: Path) -> Any:
         raise MeshError(f"{path}: no such file")
     try:
         return meshio.read(path)
+    except KeyError as error:
+        # It looks the kinds of cells up in a table.
+        raise MeshError(
+            f"{path}: meshio has no cells of kind {error.args[0]}; Gmsh's .inp may be read by"
+            " the card *INCLUDE of a deck, or PyVista may read the mesh"
+        ) from error
     # meshio ends the program where it knows no reader for a file.
     except (Exception, SystemExit) as error:
         raise MeshError(f"{path}: meshio cannot read it: {error}") from error
@@ -191,7 +232,7 @@ def _from_pyvista(grid: Any) -> _Cells:
     return _Cells(np.asarray(grid.points, float), blocks, {}, {})
 
 
-def _elements_of(cells: _Cells) -> HexahedralMesh:
+def _elements_of(cells: _Cells) -> SolidMesh:
     """Return the elements of a mesh with their groups."""
     if cells.points.ndim != 2 or cells.points.shape[1] != 3:
         raise MeshError(f"nodes have 3 coordinates each, and these are {cells.points.shape}")
@@ -200,32 +241,47 @@ def _elements_of(cells: _Cells) -> HexahedralMesh:
     counted: dict[str, int] = {}
     for kind, corners in cells.blocks:
         counted[kind] = counted.get(kind, 0) + len(corners)
-    solids = {kind: n for kind, n in counted.items() if n and _dimension(kind) == 3}
-    elements = solids.pop("hexahedron", 0)
-    if solids:
-        words = ", ".join(f"{n} of kind {kind}" for kind, n in solids.items())
-        raise MeshError(f"the mesh has solids that are no hexahedra: {words}; {HOW_TO}")
-    if not elements:
+    others = {
+        kind: n for kind, n in counted.items() if n and _dimension(kind) == 3 and kind not in TYPES
+    }
+    if others:
+        words = "; ".join(
+            f"{n} of kind {kind}: {ADVICE.get(kind, HIGHER)}" for kind, n in others.items()
+        )
+        raise MeshError(f"the mesh has solids that no element is: {words}")
+    kinds = [kind for kind in dict.fromkeys(kind for kind, _ in cells.blocks) if kind in TYPES]
+    kinds = [kind for kind in kinds if counted[kind]]
+    if not kinds:
         there = ", ".join(f"{n} of kind {kind}" for kind, n in counted.items() if n) or "no cells"
-        raise MeshError(f"the mesh has no elements, but {there}; {HOW_TO}")
+        raise MeshError(
+            f"the mesh has no elements, but {there}; in Gmsh, Mesh 3D, and physical groups of"
+            " volumes where there are any groups"
+        )
 
     first: dict[int, int] = {}  # row of the first element of each block
-    parts: list[Array] = []
-    for number, (kind, corners) in enumerate(cells.blocks):
-        if kind == "hexahedron":
-            first[number] = sum(len(part) for part in parts)
-            parts.append(corners)
-    old = np.concatenate(parts)
-    if old.min() < 0 or old.max() >= len(cells.points):
+    before, blocks = 0, []
+    for kind in kinds:
+        parts = []
+        for number, (other, corners) in enumerate(cells.blocks):
+            if other == kind and len(corners):
+                first[number] = before
+                before += len(corners)
+                parts.append(np.asarray(corners))
+        blocks.append((kind, np.concatenate(parts)))
+    low = min(int(nodes.min()) for _, nodes in blocks)
+    high = max(int(nodes.max()) for _, nodes in blocks)
+    if low < 0 or high >= len(cells.points):
         raise MeshError(
             f"elements name rows of the points, 0 to {len(cells.points) - 1}; these go from"
-            f" {old.min()} to {old.max()}"
+            f" {low} to {high}"
         )
-    old = _upright(cells.points, old)
-    rows, corners = np.unique(old, return_inverse=True)
+    rows = np.unique(np.concatenate([nodes.ravel() for _, nodes in blocks]))
     new = np.full(len(cells.points), -1)
     new[rows] = np.arange(len(rows))
-    mesh = HexahedralMesh(cells.points[rows], corners.reshape(-1, 8), rows)
+    mesh = SolidMesh(
+        cells.points[rows], [(kind, new[_upright(cells.points, nodes)]) for kind, nodes in blocks],
+        rows,
+    )
     for name, members in cells.node_sets.items():
         kept = new[members]
         mesh.node_sets[name] = kept[kept >= 0]
@@ -235,34 +291,55 @@ def _elements_of(cells: _Cells) -> HexahedralMesh:
 
 def _upright(points: Array, elements: Array) -> Array:
     """Return elements none of which stands inside out, by the edges about each one's middle."""
-    x = points[elements]
-    along = x[:, [1, 2, 5, 6]].mean(axis=1) - x[:, [0, 3, 4, 7]].mean(axis=1)
-    across = x[:, [2, 3, 6, 7]].mean(axis=1) - x[:, [0, 1, 4, 5]].mean(axis=1)
-    up = x[:, 4:].mean(axis=1) - x[:, :4].mean(axis=1)
+    cell = CELLS[elements.shape[1]]
+    x = points[elements[:, : cell.corners]]
+
+    def mean(corners: list[int]) -> Array:
+        return x[:, corners].mean(axis=1)
+
+    if cell.corners == 8:
+        along = mean([1, 2, 5, 6]) - mean([0, 3, 4, 7])
+        across = mean([2, 3, 6, 7]) - mean([0, 1, 4, 5])
+        up = mean([4, 5, 6, 7]) - mean([0, 1, 2, 3])
+    elif cell.corners == 6:
+        along, across = mean([1, 4]) - mean([0, 3]), mean([2, 5]) - mean([0, 3])
+        up = mean([3, 4, 5]) - mean([0, 1, 2])
+    elif cell.corners == 5:
+        along, across = mean([1, 2]) - mean([0, 3]), mean([2, 3]) - mean([0, 1])
+        up = mean([4]) - mean([0, 1, 2, 3])
+    else:
+        along, across, up = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], x[:, 3] - x[:, 0]
     inverted = np.einsum("ei,ei->e", np.cross(along, across), up) < 0
+    order = list(cell.mirrored)
+    if elements.shape[1] > cell.corners:
+        edge_of = {frozenset(edge): i for i, edge in enumerate(cell.edges)}
+        order += [
+            cell.corners + edge_of[frozenset(cell.mirrored[k] for k in edge)]
+            for edge in cell.edges
+        ]
     elements = elements.copy()
-    elements[inverted] = elements[inverted][:, UPSIDE_DOWN]
+    elements[inverted] = elements[inverted][:, order]
     return elements
 
 
-def _add_groups(mesh: HexahedralMesh, cells: _Cells, first: dict[int, int], new: Array) -> None:
+def _add_groups(mesh: SolidMesh, cells: _Cells, first: dict[int, int], new: Array) -> None:
     """Make sets and surfaces of the named groups."""
     if not cells.groups:
         return
-    outer = outer_faces(mesh.elements)
-    keys = np.sort(face_nodes(mesh.elements, outer), axis=1)
-    table = dict(zip(map(tuple, keys.tolist()), outer.tolist(), strict=True))
+    outer, nodes_of_faces = mesh.outer_faces()
+    table = dict(zip(map(_corners, nodes_of_faces.tolist()), outer.tolist(), strict=True))
     for name, parts in cells.groups.items():
         elements, faces, nodes, lost = [], [], [], 0
         for number, rows in parts.items():
             kind, corners = cells.blocks[number]
-            if kind == "hexahedron":
+            if kind in TYPES:
                 elements.append(first[number] + rows)
                 continue
             members = new[corners[rows]]
             nodes.append(members[members >= 0])
-            if kind == "quad":
-                matched = [table.get(tuple(sorted(quad))) for quad in members.tolist()]
+            if kind.startswith(("triangle", "quad")):
+                count = 3 if kind.startswith("triangle") else 4
+                matched = [table.get(tuple(sorted(face))) for face in members[:, :count].tolist()]
                 faces += [face for face in matched if face is not None]
                 lost += sum(face is None for face in matched)
             elif _dimension(kind) == 2:
@@ -278,3 +355,10 @@ def _add_groups(mesh: HexahedralMesh, cells: _Cells, first: dict[int, int], new:
             mesh.node_sets.setdefault(name, np.unique(np.concatenate(nodes)))
         if faces:
             mesh.surfaces[name] = np.array(faces)
+
+
+def _corners(nodes: list[int]) -> tuple[int, ...]:
+    """Return the corners of a face as of outer_faces_of, sorted: those without mid-side nodes."""
+    there = [node for node in nodes if node >= 0]
+    count = len(there) // 2 if len(there) > 4 else len(there)
+    return tuple(sorted(there[:count]))

@@ -26,7 +26,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.element_faces import ELEMENT_FACES, face_nodes, outer_faces
+from bipot.element_faces import ELEMENT_FACES, outer_faces_of, split_faces
 from bipot.errors import ResultError
 from bipot.mesh_sequence import GROUP as ACCURACY
 from bipot.mesh_sequence import MeshSequence
@@ -274,11 +274,27 @@ class Result:
     def elements(self) -> Array:
         """Nodes of the elements as rows of `points`, (E, 8), where all are hexahedra.
 
-        Raises ResultError where any is of another shape: `to_pyvista` has them all.
+        Raises ResultError where any is of another shape: `cells` has them all.
         """
         if (self._dataset("/VTKHDF/Types")[()] != 12).any():
-            raise ResultError(f"{self.path}: not all elements are C3D8; ParaView shows the others")
+            raise ResultError(f"{self.path}: not all elements are C3D8; result.cells has them all")
         return self._dataset("/VTKHDF/Connectivity")[()].reshape(-1, 8)
+
+    @cached_property
+    def cells(self) -> dict[int, tuple[Array, Array]]:
+        """The elements by their types in VTK: rows of `element_ids` (n,), and nodes (n, k).
+
+        The nodes are rows of `points`, in the order of the deck, which is VTK's.
+        """
+        types = self._dataset("/VTKHDF/Types")[()]
+        first = self._dataset("/VTKHDF/Offsets")[()]
+        nodes = self._dataset("/VTKHDF/Connectivity")[()]
+        found = {}
+        for number in np.unique(types):
+            rows = np.flatnonzero(types == number)
+            count = first[rows[0] + 1] - first[rows[0]]
+            found[int(number)] = (rows, nodes[first[rows][:, None] + np.arange(count)])
+        return found
 
     @cached_property
     def _n_elements(self) -> int:
@@ -313,9 +329,27 @@ class Result:
 
     @cached_property
     def boundary(self) -> tuple[Array, Array]:
-        """Faces that belong to one element only: (nodes (F, 4) counterclockwise, element (F,))."""
-        faces = outer_faces(self.elements)
-        return face_nodes(self.elements, faces), faces[:, 0]
+        """Faces that belong to one element only: (nodes (F, 4) counterclockwise, element (F,)).
+
+        A triangle has its last node twice. Faces with nodes in the middles of their edges are split
+        between all their nodes.
+        """
+        nodes, elements, _ = self._outer_pieces
+        return nodes, elements
+
+    @cached_property
+    def boundary_edges(self) -> Array:
+        """Which of the four sides of each face of `boundary` are edges of elements, (F, 4)."""
+        return self._outer_pieces[2]
+
+    @cached_property
+    def _outer_pieces(self) -> tuple[Array, Array, Array]:
+        blocks = list(self.cells.values())
+        faces, nodes = outer_faces_of([cell for _, cell in blocks])
+        rows = np.concatenate([rows for rows, _ in blocks])[faces[:, 0]]
+        order = np.lexsort((faces[:, 1], rows))
+        pieces, parent, edges = split_faces(nodes[order])
+        return pieces, rows[order][parent], edges
 
     # --- Sets ---------------------------------------------------------------------------------
 
@@ -372,6 +406,7 @@ class Result:
     def field(
         self, name: str, index: int = -1, on: str | None = None, *,
         nodes: str | ArrayLike | None = None, elements: str | ArrayLike | None = None,
+        type: str | None = None,
     ) -> Array:
         """Return a field of the stored increment `index` (0 to S-1): (N, ...) or (E, ...).
 
@@ -380,7 +415,21 @@ class Result:
         the deck, or rows, of which the values are wanted. Negative indices count from the end;
         `field_rows[index]` is the increment of the run. Raises ResultError where there is no such
         field, increment or set, or where `on` is needed.
+
+        With `on="gauss points"` these are the values at the points of all elements of a `type`,
+        one of `gauss_types`, which may be left out where there is one only: (elements, points,
+        ...), the elements those of `gauss_elements(type)`.
         """
+        if on == "gauss points":
+            if nodes is not None or elements is not None:
+                raise ValueError("at Gauss points, all elements of a type: no nodes or elements")
+            self.field_row(index)
+            group = self._gauss_group(type)
+            if name not in self.file[group]:
+                raise ResultError(self._missing_field(name, on))
+            return self._dataset(f"{group}/{name}")[index % len(self.field_rows)]
+        if type is not None:
+            raise ValueError("a type of elements is for on='gauss points'")
         if nodes is not None and elements is not None:
             raise ValueError("nodes or elements, not both")
         for place, chosen, sets in (
@@ -394,7 +443,7 @@ class Result:
         self.field_row(index)
         places = ("nodes", "elements")
         if on not in (None, *places):
-            raise ValueError(f"on must be 'nodes' or 'elements', not {on!r}")
+            raise ValueError(f"on must be 'nodes', 'elements' or 'gauss points', not {on!r}")
         found = [place for place, names in zip(places, self.field_names, strict=True)
                  if name in names and on in (None, place)]
         if not found:
@@ -411,6 +460,39 @@ class Result:
         start = int(offsets[index % len(self.field_rows)])
         return self._dataset(f"/VTKHDF/{kind}Data/{name}")[start : start + size]
 
+    @cached_property
+    def gauss_types(self) -> list[str]:
+        """The types of elements whose Gauss points the result has, such as "C3D10"."""
+        return list(self.file.get("gauss", ()))
+
+    def gauss_elements(self, type: str | None = None) -> Array:
+        """Return the elements of a type, rows of `element_ids`, in the order of their fields."""
+        ids = self._dataset(f"{self._gauss_group(type)}/element_id")[()]
+        order = np.argsort(self.element_ids)
+        return order[np.searchsorted(self.element_ids, ids, sorter=order)]
+
+    def gauss_coordinates(self, type: str | None = None) -> Array:
+        """Return the natural coordinates of the Gauss points of a type: (points, 3).
+
+        Those of a hexahedron for C3D4, C3D5 and C3D6, which are computed as one.
+        """
+        return self._dataset(f"{self._gauss_group(type)}/natural_coordinates")[()]
+
+    def _gauss_group(self, type: str | None) -> str:
+        """Return the path of the group of a type."""
+        types = self.gauss_types
+        if not types:
+            raise ResultError(
+                f"{self.path}: no fields at Gauss points; *EL FILE, POSITION=INTEGRATION POINTS in"
+                " the deck asks for them"
+            )
+        if type is None and len(types) == 1:
+            type = types[0]
+        if type is None or type.upper() not in types:
+            say = "say type=..." if type is None else f"no type {type}"
+            raise ResultError(f"{self.path}: {say}; it has {', '.join(types)}")
+        return f"/gauss/{type.upper()}"
+
     def _missing_field(self, name: str, on: str | None) -> str:
         """Return words for a field that is not there: those that are, and how to ask for it."""
         words = f"{self.path}: no field '{name}'" + (f" on {on}" if on else "")
@@ -419,10 +501,12 @@ class Result:
                  if names and on in (None, place)]
         if there:
             words += f"; it has {'; '.join(there)}"
-        plain = name.removesuffix("_gauss_points")
+        plain = name.removesuffix("_gauss_points")  # older files call those at Gauss points so
+        if plain in ASKED_BY and plain != name and self.gauss_types:
+            return words + f"; field('{plain}', on='gauss points') has it"
         if plain in ASKED_BY:
             words += f"; {ASKED_BY[plain]} in the deck asks for it"
-            if plain != name:
+            if plain != name or on == "gauss points":
                 words += ", with POSITION=INTEGRATION POINTS"
             elif on == "nodes" and ASKED_BY[plain].endswith("*EL FILE"):
                 words += ", with POSITION=AVERAGED AT NODES"

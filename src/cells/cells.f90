@@ -20,7 +20,8 @@ module cells_mod
   implicit none
   private
 
-  public :: cell_t, cells, face_corners, face_nodes, most_nodes, most_points, has_middles
+  public :: cell_t, cells, face_corners, face_nodes, most_nodes, most_points, has_middles, &
+    computed_as
   public :: hexahedron_nodes, hexahedron_points
   public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15, &
     pyramid_5, hexahedron_20_reduced, hexahedron_20_of_14
@@ -204,5 +205,13 @@ contains
 
     has_middles = cells(cell)%n_nodes > cells(cell)%n_corners
   end function has_middles
+
+  !> The row whose shape functions and quadrature an element has: those without mid-side nodes are
+  !> computed as hexahedra.
+  pure elemental integer function computed_as(cell) result(row)
+    integer, intent(in) :: cell !! row of the table
+
+    row = merge(cell, hexahedron_8, has_middles(cell))
+  end function computed_as
 
 end module cells_mod

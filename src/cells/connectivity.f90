@@ -1,14 +1,13 @@
 !> Which nodes the elements of a mesh have: a row an element, as long as its cell has nodes.
 module connectivity_mod
   use growing_lists_mod, only: enlarge
-  use cells_mod, only: cells, face_corners, face_nodes, has_middles, hexahedron_8, &
-    hexahedron_nodes, hexahedron_points
+  use cells_mod, only: cells, computed_as, face_corners, face_nodes, hexahedron_8, hexahedron_nodes
   implicit none
   private
 
   public :: connectivity_t, make_connectivity, make_hexahedra, add_elements, some_elements
   public :: nodes_of_element, nodes_of_hexahedron, table_of_hexahedra, nodes_of_face, corners_in, &
-    all_nodes_of_face, most_points_in
+    all_nodes_of_face, first_points
 
   !> The nodes of element e are node(first(e):first(e + 1) - 1), in the order of its cell. There may
   !> be more room in the arrays.
@@ -105,14 +104,18 @@ contains
     nodes = connectivity%node(connectivity%first(e) - 1 + cells(connectivity%cell(e))%as_hexahedron)
   end function nodes_of_hexahedron
 
-  !> The most points of quadrature that an element of a mesh has; those without mid-side nodes are
-  !> computed as hexahedra.
-  pure integer function most_points_in(connectivity) result(n)
-    type(connectivity_t), intent(in) :: connectivity
+  !> Where the points of quadrature of each element begin in a list of all, element by element;
+  !> behind the last element, where they end.
+  pure function first_points(connectivity) result(first)
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
+    integer :: first(size(connectivity%cell) + 1)
+    integer :: e
 
-    n = max(hexahedron_points, maxval(cells(connectivity%cell)%n_points, &
-      mask=has_middles(connectivity%cell)))
-  end function most_points_in
+    first(1) = 1
+    do e = 1, size(connectivity%cell)
+      first(e + 1) = first(e) + cells(computed_as(connectivity%cell(e)))%n_points
+    end do
+  end function first_points
 
   !> The nodes of the first n elements of a mesh of 8-node hexahedra alone.
   pure function table_of_hexahedra(connectivity, n) result(nodes)

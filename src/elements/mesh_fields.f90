@@ -2,7 +2,7 @@
 !> largest strain and rotation.
 module mesh_fields_mod
   use kinds_mod, only: wp
-  use cells_mod, only: has_middles
+  use cells_mod, only: cells, has_middles
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
@@ -65,16 +65,18 @@ contains
     logical, intent(in) :: is_finite               !! strain
     logical, intent(in), optional :: is_undeformed !! Green's strain, second Piola-Kirchhoff stress
     real(wp) :: x(3, 8), values(6, 8), stresses(6, 8)
-    integer :: e, nodes(8)
+    integer :: e, nodes(8), place
     logical :: takes_undeformed
 
     takes_undeformed = .false.
     if (present(is_undeformed)) takes_undeformed = is_undeformed
     if (allocated(strain%at_nodes)) strain%at_nodes = 0.0_wp
     if (allocated(stress%at_nodes)) stress%at_nodes = 0.0_wp
+    place = 0
     do e = 1, mesh%n_elements
       if (has_middles(mesh%connectivity%cell(e))) then
-        call store_second_order(mesh, materials, u, free(e), e, strain, stress)
+        call store_second_order(mesh, materials, u, free(e), e, place, strain, stress)
+        place = place + cells(mesh%connectivity%cell(e))%n_points
         cycle
       end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
@@ -90,20 +92,21 @@ contains
           stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
         end if
       end associate
-      call store_element(e, nodes, x, values, strain)
-      call store_element(e, nodes, x, stresses, stress)
+      call store_element(e, nodes, place, x, values, strain)
+      call store_element(e, nodes, place, x, stresses, stress)
+      place = place + size(values, 2)
     end do
     if (allocated(strain%at_nodes)) call divide_by_elements(mesh, strain%at_nodes)
     if (allocated(stress%at_nodes)) call divide_by_elements(mesh, stress%at_nodes)
   end subroutine fill_tensor_fields
 
   !> Strain and stress of an element of second order, at small strain.
-  pure subroutine store_second_order(mesh, materials, u, free, e, strain, stress)
+  pure subroutine store_second_order(mesh, materials, u, free, e, place, strain, stress)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement [length]
     real(wp), intent(in) :: free        !! [-]
-    integer, intent(in) :: e
+    integer, intent(in) :: e, place     !! the element, and the points of those before it
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
     type(second_order_t) :: element
@@ -129,10 +132,8 @@ contains
         if (allocated(field%at_centroids)) field%at_centroids(:, e) = matmul(values, weight)/ &
           sum(weight)
       end associate
-      if (allocated(field%at_gauss_points)) then
-        field%at_gauss_points(:, :, e) = 0.0_wp
-        field%at_gauss_points(:, :element%n_points, e) = values
-      end if
+      if (allocated(field%at_gauss_points)) field%at_gauss_points(:, place + 1: &
+        place + size(values, 2)) = values
       if (allocated(field%at_nodes)) then
         associate (nodes => nodes_of_element(mesh%connectivity, e))
           field%at_nodes(:, nodes) = field%at_nodes(:, nodes) + nodal_values(element%cell, values)
@@ -166,8 +167,9 @@ contains
   end subroutine find_largest_deformation
 
   !> Put an element's values where they belong; at the nodes they are summed.
-  pure subroutine store_element(e, nodes, x, values, field)
+  pure subroutine store_element(e, nodes, place, x, values, field)
     integer,  intent(in) :: e, nodes(8)          !! the element and its nodes
+    integer,  intent(in) :: place                !! Gauss points of the elements before it
     real(wp), intent(in) :: x(3, 8)              !! coordinates of these [length]
     real(wp), intent(in) :: values(6, 8)         !! at the Gauss points
     type(tensor_field_t), intent(inout) :: field
@@ -175,7 +177,8 @@ contains
     integer :: a
 
     if (allocated(field%at_centroids)) field%at_centroids(:, e) = volume_mean(x, values)
-    if (allocated(field%at_gauss_points)) field%at_gauss_points(:, :size(values, 2), e) = values
+    if (allocated(field%at_gauss_points)) field%at_gauss_points(:, place + 1:place + &
+      size(values, 2)) = values
     if (allocated(field%at_nodes)) then
       at_corners = extrapolate_to_nodes(values)
       do a = 1, size(nodes)

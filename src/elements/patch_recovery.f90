@@ -6,6 +6,10 @@
 !> Where a mesh has nothing inside (a plate of one layer), nodes where more elements meet stand for
 !> those inside.
 !>
+!> Elements of second order give several places each where their stress is more accurate than
+!> elsewhere; around a node inside the body a quadratic stress is fitted to these. Mid-side nodes
+!> take what the fits around corners say of them.
+!>
 !> Source: O.C. Zienkiewicz, J.Z. Zhu, Int. J. Numer. Methods Engrg. 33 (1992) 1331-1364.
 module patch_recovery_mod
   use kinds_mod, only: wp
@@ -19,20 +23,30 @@ module patch_recovery_mod
   implicit none
   private
 
-  public :: recover_at_nodes
+  public :: recover_at_nodes, samples_t
+
+  integer, parameter :: n_linear = 4, n_quadratic = 10 !! terms of polynomials in space
+
+  !> Stresses at places in the elements; none of those whose mean is taken.
+  type :: samples_t
+    integer, allocatable :: first(:)     !! (n_elements+1) where those of each begin
+    real(wp), allocatable :: place(:, :)  !! (3,n) [length]
+    real(wp), allocatable :: stress(:, :) !! (6,n) [force/length^2]
+  end type samples_t
 
 contains
 
   !> Smooth stresses at the nodes of the elements of one material; 0 at other nodes.
-  subroutine recover_at_nodes(mesh, of_material, means, smooth)
+  subroutine recover_at_nodes(mesh, of_material, means, smooth, samples)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: of_material
     real(wp), intent(in) :: means(:, :)   !! (6,n_elements) mean stress of each [force/length^2]
     real(wp), intent(out) :: smooth(:, :) !! (6,n_nodes) [force/length^2]
-    real(wp), allocatable :: fit(:, :, :) !! (4,6,n_nodes) value and gradient
+    type(samples_t), intent(in), optional :: samples !! of elements of second order
+    real(wp), allocatable :: fit(:, :, :) !! (4 or 10,6,n_nodes) as of make_fit or fit_samples
     real(wp), allocatable :: middle(:, :) !! (3,n_nodes) where that value is [length]
     type(lists_t) :: at
-    integer :: n_elements(mesh%n_nodes), node
+    integer :: n_elements(mesh%n_nodes), node, n_terms
     logical :: is_inside(mesh%n_nodes), has_fit(mesh%n_nodes)
 
     at = elements_at_nodes(mesh, mesh%material == of_material)
@@ -47,10 +61,21 @@ contains
         call mark_centres(nodes_of(elements), node)
       end associate
     end do
-    allocate (fit(4, 6, mesh%n_nodes), middle(3, mesh%n_nodes))
+    n_terms = n_linear
+    if (present(samples)) then
+      if (size(samples%place, 2) > 0) n_terms = n_quadratic
+    end if
+    allocate (fit(n_terms, 6, mesh%n_nodes), source=0.0_wp)
+    allocate (middle(3, mesh%n_nodes))
     do node = 1, mesh%n_nodes
-      if (has_fit(node)) call make_fit(mesh, at%item(at%first(node):at%first(node + 1) - 1), &
-        means, fit(:, :, node), middle(:, node))
+      if (.not. has_fit(node)) cycle
+      associate (elements => at%item(at%first(node):at%first(node + 1) - 1))
+        if (has_samples(elements)) then
+          call fit_samples(samples, elements, is_inside(node), fit(:, :, node), middle(:, node))
+        else
+          call make_fit(mesh, elements, means, fit(:n_linear, :, node), middle(:, node))
+        end if
+      end associate
     end do
     smooth = 0.0_wp
     do node = 1, mesh%n_nodes
@@ -60,6 +85,14 @@ contains
     end do
 
   contains
+
+    !> Whether all of some elements have samples.
+    pure logical function has_samples(elements)
+      integer, intent(in) :: elements(:)
+
+      has_samples = present(samples)
+      if (has_samples) has_samples = all(samples%first(elements + 1) > samples%first(elements))
+    end function has_samples
 
     !> The nodes of some elements, one element after the other.
     pure function nodes_of(elements) result(nodes)
@@ -115,14 +148,61 @@ contains
       stress = 0.0_wp
       do i = 1, n
         associate (centre => list(i))
-          stress = stress + matmul([1.0_wp, mesh%coordinates(:, node) - middle(:, centre)], &
-            fit(:, :, centre))
+          if (size(fit, 1) == n_linear) then
+            stress = stress + matmul([1.0_wp, mesh%coordinates(:, node) - middle(:, centre)], &
+              fit(:, :, centre))
+          else
+            stress = stress + matmul(terms(mesh%coordinates(:, node) - middle(:, centre)), &
+              fit(:, :, centre))
+          end if
         end associate
       end do
       stress = stress/real(n, wp)
     end function mean_of_fits
 
   end subroutine recover_at_nodes
+
+  !> The terms of a quadratic polynomial.
+  pure function terms(x) result(t)
+    real(wp), intent(in) :: x(3)
+    real(wp) :: t(n_quadratic)
+
+    t = [1.0_wp, x, x**2, x(1)*x(2), x(2)*x(3), x(3)*x(1)]
+  end function terms
+
+  !> The quadratic or linear stress closest to the samples in some elements.
+  subroutine fit_samples(samples, elements, is_quadratic, fit, middle)
+    type(samples_t), intent(in) :: samples
+    integer, intent(in) :: elements(:)
+    logical, intent(in) :: is_quadratic
+    real(wp), intent(out) :: fit(:, :)  !! (10,6) factors of the terms, from the samples' middle
+    real(wp), intent(out) :: middle(3)  !! [length]
+    real(wp), allocatable :: a(:, :)
+    real(wp) :: extent
+    integer, allocatable :: at(:)
+    integer :: i, k, n
+
+    allocate (at(sum(samples%first(elements + 1) - samples%first(elements))))
+    n = 0
+    do i = 1, size(elements)
+      do k = samples%first(elements(i)), samples%first(elements(i) + 1) - 1
+        n = n + 1
+        at(n) = k
+      end do
+    end do
+    middle = sum(samples%place(:, at), dim=2)/real(n, wp)
+    extent = maxval(abs(samples%place(:, at) - spread(middle, 2, n)))
+    allocate (a(n, merge(n_quadratic, n_linear, is_quadratic)))
+    do i = 1, n
+      associate (all_terms => terms((samples%place(:, at(i)) - middle)/extent))
+        a(i, :) = all_terms(:size(a, 2))
+      end associate
+    end do
+    fit = 0.0_wp
+    fit(:size(a, 2), :) = solve_least_squares(a, transpose(samples%stress(:, at)))
+    fit(2:n_linear, :) = fit(2:n_linear, :)/extent
+    fit(n_linear + 1:, :) = fit(n_linear + 1:, :)/extent**2
+  end subroutine fit_samples
 
   !> One more in a list.
   pure subroutine take(centre, list, n)

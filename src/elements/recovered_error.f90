@@ -5,24 +5,28 @@
 !> on the logarithmic strain, which do not turn with the body. docs/theory.md section 10.
 module recovered_error_mod
   use kinds_mod, only: wp
-  use cells_mod, only: cells, has_middles
+  use cells_mod, only: cells, has_middles, hexahedron_8, hexahedron_20, hexahedron_nodes, &
+    tetrahedron_10, wedge_6, wedge_15
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use elasticity_mod, only: stress_of, thermal_stress_of, complementary_energy
+  use elasticity_mod, only: elasticity_t, stress_of, thermal_stress_of, complementary_energy
+  use small_matrix_mod, only: determinant
   use material_law_mod, only: law_t, finite_energy
   use logarithmic_stress_mod, only: energy_of_change
   use hexahedron8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
   use finite_forces_mod, only: logarithmic_stresses
   use expansion_mod, only: thermal_energy
-  use patch_recovery_mod, only: recover_at_nodes
-  use cell_shapes_mod, only: shape_functions
-  use second_order_mod, only: second_order_t, second_order, strain_of
+  use patch_recovery_mod, only: recover_at_nodes, samples_t
+  use cell_shapes_mod, only: shape_functions, shape_gradients_at
+  use second_order_mod, only: second_order_t, make_at_points, strain_of
   implicit none
   private
 
   public :: estimate_mesh_error
+
+  integer, parameter :: n_dense = cells(hexahedron_20)%n_points
 
 contains
 
@@ -42,31 +46,19 @@ contains
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
     real(wp), parameter :: rounding = 1.0e-20_wp !! of the energy of thermal stresses: none left
     real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :), gradient(:, :, :, :)
-    type(second_order_t) :: element
+    type(samples_t) :: samples
     real(wp) :: weight(16), energy
-    integer :: material, e, nodes(8), n
+    integer :: material, e, nodes(8)
 
-    n = max(8, maxval(cells(mesh%connectivity%cell(:mesh%n_elements))%n_points))
-    allocate (stress(6, n, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
+    allocate (stress(6, 8, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
     allocate (gradient(3, 3, 8, merge(mesh%n_elements, 0, is_finite)))
     allocate (of_elements(mesh%n_elements), source=0.0_wp)
+    call make_samples(mesh, materials, u, free, samples)
     energy = 0.0_wp
     do material = 1, size(materials)
       associate (law => materials(material)%law)
         do e = 1, mesh%n_elements
-          if (mesh%material(e) /= material) cycle
-          if (has_middles(mesh%connectivity%cell(e))) then
-            call make_element(e)
-            associate (all_nodes => nodes_of_element(mesh%connectivity, e), &
-                       w => element%weight(:element%n_points))
-              stress(:, :size(w), e) = stress_of(strain_of(element, u(:, all_nodes)), &
-                law%elastic)
-              stress(:3, :size(w), e) = stress(:3, :size(w), e) - thermal_stress_of(free(e), &
-                law%elastic)
-              means(:, e) = matmul(stress(:, :size(w), e), w)/sum(w)
-            end associate
-            cycle
-          end if
+          if (mesh%material(e) /= material .or. has_middles(mesh%connectivity%cell(e))) cycle
           nodes = nodes_of_hexahedron(mesh%connectivity, e)
           if (is_finite) then
             call logarithmic_stresses(mesh, materials, free(e), u, e, gradient(:, :, :, e), &
@@ -78,17 +70,11 @@ contains
           end if
           means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :8, e))
         end do
-        call recover_at_nodes(mesh, material, means, smooth)
+        call recover_at_nodes(mesh, material, means, smooth, samples)
         do e = 1, mesh%n_elements
           if (mesh%material(e) /= material) cycle
           if (has_middles(mesh%connectivity%cell(e))) then
-            call make_element(e)
-            associate (w => element%weight(:element%n_points), smoothed => interpolate_in( &
-                       element%cell, smooth(:, nodes_of_element(mesh%connectivity, e))))
-              energy = energy + complementary_energy(stress(:, :size(w), e), w, law%elastic)
-              of_elements(e) = complementary_energy(smoothed - stress(:, :size(w), e), w, &
-                law%elastic)
-            end associate
+            call add_second_order(e, law%elastic)
             cycle
           end if
           nodes = nodes_of_hexahedron(mesh%connectivity, e)
@@ -110,26 +96,114 @@ contains
 
   contains
 
-    subroutine make_element(e)
+    !> Of an element of second order. At its own points the stresses may be better than anywhere
+    !> else: the difference is integrated by more.
+    subroutine add_second_order(e, elastic)
       integer, intent(in) :: e
+      type(elasticity_t), intent(in) :: elastic
+      real(wp) :: point(3, n_dense), dense_weight(n_dense), smoothed(6, n_dense)
+      type(second_order_t) :: element
+      integer :: g
 
-      call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes_of_element( &
-        mesh%connectivity, e)), element)
-    end subroutine make_element
+      associate (its => nodes_of_element(mesh%connectivity, e), &
+                 cell => mesh%connectivity%cell(e))
+        call dense_quadrature(cell, point, dense_weight)
+        call make_at_points(cell, mesh%coordinates(:, its), point, dense_weight, element)
+        do g = 1, n_dense
+          smoothed(:, g) = matmul(smooth(:, its), shape_functions(cells(cell), point(:, g)))
+        end do
+        associate (found => stress_at(element, u(:, its), free(e), elastic))
+          energy = energy + complementary_energy(found, element%weight, elastic)
+          of_elements(e) = complementary_energy(smoothed - found, element%weight, elastic)
+        end associate
+      end associate
+    end subroutine add_second_order
 
   end subroutine estimate_mesh_error
 
-  !> Nodal values at the points of an element of second order.
-  pure function interpolate_in(cell, at_nodes) result(values)
-    integer,  intent(in) :: cell           !! row of the table of cells
-    real(wp), intent(in) :: at_nodes(:, :) !! (6,n_nodes)
-    real(wp) :: values(6, cells(cell)%n_points)
+  !> The stresses of elements of second order where they are most accurate: at the points of the
+  !> quadrature that has no more than it needs to hold the element.
+  !>
+  !> Source: J. Barlow, Int. J. Numer. Methods Engrg. 10 (1976) 243-251.
+  subroutine make_samples(mesh, materials, u, free, samples)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) displacement [length]
+    real(wp), intent(in) :: free(:)  !! (n_elements) as of find_free_strain [-]
+    type(samples_t), intent(out) :: samples
+    type(second_order_t) :: element
+    integer :: e, g
+
+    allocate (samples%first(mesh%n_elements + 1))
+    samples%first(1) = 1
+    do e = 1, mesh%n_elements
+      samples%first(e + 1) = samples%first(e)
+      if (has_middles(mesh%connectivity%cell(e))) samples%first(e + 1) = samples%first(e) + &
+        cells(least_quadrature(mesh%connectivity%cell(e)))%n_points
+    end do
+    associate (n => samples%first(mesh%n_elements + 1) - 1)
+      allocate (samples%place(3, n), samples%stress(6, n))
+    end associate
+    do e = 1, mesh%n_elements
+      if (.not. has_middles(mesh%connectivity%cell(e))) cycle
+      associate (cell => mesh%connectivity%cell(e), its => nodes_of_element(mesh%connectivity, e), &
+                 n => samples%first(e + 1) - samples%first(e), before => samples%first(e) - 1, &
+                 rule => least_quadrature(mesh%connectivity%cell(e)))
+        call make_at_points(cell, mesh%coordinates(:, its), cells(rule)%point(:, :n), &
+          cells(rule)%weight(:n), element)
+        samples%stress(:, before + 1:before + n) = stress_at(element, u(:, its), free(e), &
+          materials(mesh%material(e))%law%elastic)
+        do g = 1, n
+          samples%place(:, before + g) = matmul(mesh%coordinates(:, its), &
+            shape_functions(cells(cell), cells(rule)%point(:, g)))
+        end do
+      end associate
+    end do
+  end subroutine make_samples
+
+  !> The cell whose quadrature that is: 4 points of a tetrahedron, 3 x 2 of a wedge, 2 x 2 x 2.
+  pure integer function least_quadrature(cell) result(row)
+    integer, intent(in) :: cell !! row of the table of cells, with mid-side nodes
+
+    select case (cell)
+    case (tetrahedron_10)
+      row = tetrahedron_10
+    case (wedge_15)
+      row = wedge_6
+    case default
+      row = hexahedron_8
+    end select
+  end function least_quadrature
+
+  !> Gauss's 3 x 3 x 3 points in the hexahedron that a cell is where some corners are one.
+  pure subroutine dense_quadrature(cell, point, weight)
+    integer, intent(in) :: cell              !! row of the table of cells
+    real(wp), intent(out) :: point(:, :)     !! (3,27) natural coordinates [-]
+    real(wp), intent(out) :: weight(:)       !! (27) [-]
+    real(wp) :: corner(3, hexahedron_nodes)
     integer :: g
 
-    do g = 1, cells(cell)%n_points
-      values(:, g) = matmul(at_nodes, shape_functions(cells(cell), cells(cell)%point(:, g)))
-    end do
-  end function interpolate_in
+    corner = cells(cell)%place(:, cells(cell)%as_hexahedron)
+    associate (cube => cells(hexahedron_8), rule => cells(hexahedron_20))
+      do g = 1, n_dense
+        point(:, g) = matmul(corner, shape_functions(cube, rule%point(:, g)))
+        weight(g) = rule%weight(g)*determinant(matmul(corner, transpose(shape_gradients_at(cube, &
+          rule%point(:, g)))))
+      end do
+    end associate
+  end subroutine dense_quadrature
+
+  !> Stresses at the points of an element of second order, thermal expansion included.
+  pure function stress_at(element, u, free, elastic) result(stress)
+    type(second_order_t), intent(in) :: element
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
+    real(wp), intent(in) :: free              !! [-]
+    type(elasticity_t), intent(in) :: elastic
+    real(wp) :: stress(6, element%n_points)   !! [force/length^2]
+
+    stress = stress_of(strain_of(element, u), elastic)
+    stress(:3, :) = stress(:3, :) - thermal_stress_of(free, elastic)
+  end function stress_at
 
   !> Twice the strain energy of an element, and the energy of what its stresses change by.
   subroutine add_finite_energies(law, h, weight, change, energy, of_change)

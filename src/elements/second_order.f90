@@ -1,5 +1,5 @@
-!> Elements of second order: cells with nodes in the middles of their edges, where these are, straight
-!> or not. C3D10, C3D15, C3D20, C3D20R.
+!> Elements of second order: cells with nodes in the middles of their edges, where these are,
+!> straight or not. C3D10, C3D15, C3D20, C3D20R.
 !>
 !> All of them are isoparametric, from the table of cells: x = sum N_a x_a with the shape functions
 !> of the cell, integrals by its quadrature. Derivatives are of vectors less that of the first node,
@@ -14,8 +14,8 @@ module second_order_mod
   implicit none
   private
 
-  public :: second_order_t, second_order, displacement_gradients, strain_of, force_of, stiffness, &
-    nodal_force, node_volumes, stiffness_length, extrapolate_to_nodes
+  public :: second_order_t, second_order, make_at_points, displacement_gradients, strain_of, &
+    stiffness, nodal_force, node_volumes, stiffness_length, extrapolate_to_nodes
 
   !> An element: what its integrals need of its shape functions.
   type :: second_order_t
@@ -32,20 +32,33 @@ contains
     integer,  intent(in) :: cell     !! row of the table of cells
     real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
     type(second_order_t), intent(out) :: element
+
+    associate (n => cells(cell)%n_points)
+      call make_at_points(cell, x, cells(cell)%point(:, :n), cells(cell)%weight(:n), element)
+    end associate
+  end subroutine second_order
+
+  !> An element of a cell, with points of another quadrature.
+  pure subroutine make_at_points(cell, x, point, weight, element)
+    integer,  intent(in) :: cell        !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
+    real(wp), intent(in) :: point(:, :) !! (3,n_points) natural coordinates [-]
+    real(wp), intent(in) :: weight(:)   !! (n_points) [-]
+    type(second_order_t), intent(out) :: element
     real(wp) :: natural(3, size(x, 2)), from_first(3, size(x, 2)), jacobian(3, 3)
     integer :: g
 
     element%cell = cell
     element%n_nodes = size(x, 2)
-    element%n_points = cells(cell)%n_points
+    element%n_points = size(weight)
     from_first = x - spread(x(:, 1), 2, size(x, 2))
     do g = 1, element%n_points
-      natural = shape_gradients_at(cells(cell), cells(cell)%point(:, g))
+      natural = shape_gradients_at(cells(cell), point(:, g))
       jacobian = matmul(from_first, transpose(natural))
-      element%weight(g) = cells(cell)%weight(g)*determinant(jacobian)
+      element%weight(g) = weight(g)*determinant(jacobian)
       element%gradient(:, :size(x, 2), g) = matmul(transpose(inverse(jacobian)), natural)
     end do
-  end subroutine second_order
+  end subroutine make_at_points
 
   !> du_i/dx_j at the points.
   pure function displacement_gradients(element, u) result(h)

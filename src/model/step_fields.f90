@@ -9,7 +9,7 @@ module step_fields_mod
   !> A symmetric tensor over the bodies, XX YY ZZ XY YZ XZ. What is not asked for is not allocated.
   type :: tensor_field_t
     real(wp), allocatable :: at_centroids(:, :)       !! (6, n_elements) mean of each element
-    real(wp), allocatable :: at_gauss_points(:, :, :) !! (6, 8, n_elements) points as the nodes
+    real(wp), allocatable :: at_gauss_points(:, :)    !! (6, points) element by element
     real(wp), allocatable :: at_nodes(:, :)           !! (6, n_nodes) averaged over the elements
   end type tensor_field_t
 

@@ -3,7 +3,8 @@ module print_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_byte, of_long, of_real
   use controls_mod, only: print_t
-  use connectivity_mod, only: most_points_in, some_elements
+  use cells_mod, only: cells, computed_as
+  use connectivity_mod, only: some_elements
   use mesh_mod, only: mesh_t, shown_nodes
   use scene_mod, only: scene_t
   use increments_mod, only: asked_number, ends_step
@@ -40,7 +41,7 @@ contains
       call add_field(list, field_t('is_due', of_byte, one_number, 'code', &
         '1 where FREQUENCY asks for lines in the table of text, else 0', compute=is_due))
       if (asked%of_elements) then
-        call list_tensors(asked, most_points_in(scene%mesh%connectivity), list)
+        call list_tensors(asked, max(1, maxval(points_of(scene%mesh, asked%members))), list)
       else
         call list_vectors(asked, list)
       end if
@@ -82,6 +83,9 @@ contains
     integer, intent(in) :: n_points !! of an element, at most
     type(field_list_t), intent(inout) :: list
 
+    if (asked%at_gauss_points) call add_field(list, field_t('n_points', of_long, &
+      [size(asked%members)], 'number', 'Gauss points of the element; 0 stands behind them', &
+      at_start, compute=n_points_of_set))
     if (asked%stress) call add('stress', 6, 'pressure', 'XX, YY, ZZ, XY, YZ, XZ', stress_of_set)
     if (asked%strain) call add('strain', 6, 'strain', &
       'XX, YY, ZZ, XY, YZ, XZ as tensor components', strain_of_set)
@@ -119,6 +123,13 @@ contains
 
     values(1, :) = source%scene%mesh%element_id(source%scene%output%prints(source%print)%members)
   end subroutine element_id
+
+  subroutine n_points_of_set(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, members)
+
+    values(1, :) = points_of(source%scene%mesh, source%scene%output%prints(source%print)%members)
+  end subroutine n_points_of_set
 
   subroutine is_due(source, values)
     type(field_source_t), intent(inout) :: source
@@ -218,14 +229,14 @@ contains
     type(mesh_t) :: part
     type(tensor_field_t) :: of_strain, of_stress
     real(wp) :: free(source%scene%mesh%n_elements)
-    integer, allocatable :: nodes(:)
-    integer :: n, n_points, i
+    integer, allocatable :: nodes(:), n_points(:)
+    integer :: n, i
 
     if (source%tensors_of == source%print) return
     source%tensors_of = source%print
     associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
       n = size(asked%members)
-      n_points = most_points_in(mesh%connectivity)
+      n_points = points_of(mesh, asked%members)
       part%connectivity = some_elements(mesh%connectivity, asked%members)
       nodes = part%connectivity%node
       part%n_nodes = size(nodes)
@@ -237,21 +248,47 @@ contains
       part%material = mesh%material(asked%members)
       call find_free_strain(source%scene, source%state%step, source%state%position, free)
       if (asked%at_gauss_points) then
-        allocate (of_strain%at_gauss_points(6, n_points, n))
-        allocate (of_stress%at_gauss_points(6, n_points, n))
+        allocate (of_strain%at_gauss_points(6, sum(n_points)))
+        allocate (of_stress%at_gauss_points(6, sum(n_points)))
       else
         allocate (of_strain%at_centroids(6, n), of_stress%at_centroids(6, n))
       end if
       call fill_tensor_fields(part, source%scene%materials, source%state%displacement(:, nodes), &
         of_strain, of_stress, free(asked%members), source%scene%finite_strain)
       if (asked%at_gauss_points) then
-        source%set_strain = reshape(of_strain%at_gauss_points, [6, n_points*n])
-        source%set_stress = reshape(of_stress%at_gauss_points, [6, n_points*n])
+        source%set_strain = with_room(of_strain%at_gauss_points, n_points)
+        source%set_stress = with_room(of_stress%at_gauss_points, n_points)
       else
         source%set_strain = of_strain%at_centroids
         source%set_stress = of_stress%at_centroids
       end if
     end associate
   end subroutine make_tensors
+
+  !> Gauss points of each of some elements.
+  pure function points_of(mesh, elements) result(n)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: elements(:)
+    integer :: n(size(elements))
+
+    n = cells(computed_as(mesh%connectivity%cell(elements)))%n_points
+  end function points_of
+
+  !> The same room for the points of each element, 0 behind those of one that has fewer.
+  pure function with_room(values, n_points) result(spread_out)
+    real(wp), intent(in) :: values(:, :)  !! (6, all points)
+    integer, intent(in) :: n_points(:)    !! of each element
+    real(wp) :: spread_out(6, maxval(n_points)*size(n_points))
+    integer :: e, before
+
+    spread_out = 0.0_wp
+    before = 0
+    do e = 1, size(n_points)
+      associate (room => (e - 1)*maxval(n_points))
+        spread_out(:, room + 1:room + n_points(e)) = values(:, before + 1:before + n_points(e))
+      end associate
+      before = before + n_points(e)
+    end do
+  end function with_room
 
 end module print_fields_mod

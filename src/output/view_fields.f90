@@ -1,15 +1,13 @@
 !> The fields over the mesh, which ParaView shows: entries, and how each is computed.
 module view_fields_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: most_points_in
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use scene_mod, only: scene_t
-  use step_fields_mod, only: tensor_field_t
   use invariants_mod, only: von_mises, principal_values
   use local_refinement_mod, only: parents_of
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
-  use mesh_fields_mod, only: fill_tensors_of, fill_undeformed_tensors
+  use state_tensors_mod, only: make_tensors, make_undeformed_tensors
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact, of_elements
   use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
@@ -23,8 +21,6 @@ module view_fields_mod
   character(*), parameter :: of_mean = '; mean of the element'
   character(*), parameter :: largest_first = 'the largest first'
   character(*), parameter :: of_averages = '; of the average at the node'
-  character(*), parameter :: at_gauss_points = &
-    ' at each of the eight Gauss points, placed like the nodes'
   character(*), parameter :: from_gauss_points = &
     '; extrapolated from the Gauss points, averaged over the elements at the node'
   integer, parameter :: no_contact = -1 !! status of a node without a contact point
@@ -79,14 +75,6 @@ contains
         call add_undeformed('CellData/', '', [6, n], of_mean, mean_pk2, mean_green)
         call add_invariants('CellData/', '', [1, n], '; of the mean of the element', mean_mises, &
           mean_principal_stress, mean_principal_strain)
-      end if
-      if (asked%at_gauss_points) then
-        call add_tensors('CellData/', '_gauss_points', [6*most_points_in(scene%mesh%connectivity), n], &
-          at_gauss_points, gauss_stress, gauss_strain)
-        call add_undeformed('CellData/', '_gauss_points', [6*most_points_in(scene%mesh%connectivity), n], &
-          at_gauss_points, gauss_pk2, gauss_green)
-        call add_invariants('CellData/', '_gauss_points', [most_points_in(scene%mesh%connectivity), n], &
-          at_gauss_points, gauss_mises, gauss_principal_stress, gauss_principal_strain)
       end if
       if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
         'energy', 'error of the stresses in the energy norm, squared, by recovery', &
@@ -230,22 +218,6 @@ contains
     values = source%strain%at_centroids
   end subroutine mean_strain
 
-  subroutine gauss_stress(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
-
-    call make_tensors(source)
-    values = reshape(source%stress%at_gauss_points, shape(values))
-  end subroutine gauss_stress
-
-  subroutine gauss_strain(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
-
-    call make_tensors(source)
-    values = reshape(source%strain%at_gauss_points, shape(values))
-  end subroutine gauss_strain
-
   subroutine nodal_pk2(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
@@ -277,22 +249,6 @@ contains
     call make_undeformed_tensors(source)
     values = source%green%at_centroids
   end subroutine mean_green
-
-  subroutine gauss_pk2(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
-
-    call make_undeformed_tensors(source)
-    values = reshape(source%pk2%at_gauss_points, shape(values))
-  end subroutine gauss_pk2
-
-  subroutine gauss_green(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6 n_points, n_elements)
-
-    call make_undeformed_tensors(source)
-    values = reshape(source%green%at_gauss_points, shape(values))
-  end subroutine gauss_green
 
   subroutine nodal_mises(source, values)
     type(field_source_t), intent(inout) :: source
@@ -342,46 +298,6 @@ contains
     call principal_values(source%strain%at_centroids, values)
   end subroutine mean_principal_strain
 
-  subroutine gauss_mises(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (n_points, n_elements)
-    integer :: e
-
-    call make_tensors(source)
-    do e = 1, size(values, 2)
-      values(:, e) = von_mises(source%stress%at_gauss_points(:, :, e))
-    end do
-  end subroutine gauss_mises
-
-  subroutine gauss_principal_stress(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3 n_points, n_elements)
-
-    call make_tensors(source)
-    call at_each_point(source%stress%at_gauss_points, values)
-  end subroutine gauss_principal_stress
-
-  subroutine gauss_principal_strain(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3 n_points, n_elements)
-
-    call make_tensors(source)
-    call at_each_point(source%strain%at_gauss_points, values)
-  end subroutine gauss_principal_strain
-
-  !> Principal values of the tensors of an element, one point after the other.
-  subroutine at_each_point(tensor, values)
-    real(wp), intent(in) :: tensor(:, :, :)   !! (6, n_points, n_elements)
-    real(wp), intent(inout) :: values(:, :)   !! (3 n_points, n_elements)
-    real(wp) :: of_element(3, size(tensor, 2))
-    integer :: e
-
-    do e = 1, size(values, 2)
-      call principal_values(tensor(:, :, e), of_element)
-      values(:, e) = reshape(of_element, [size(of_element)])
-    end do
-  end subroutine at_each_point
-
   !> Of points that share a node the deepest.
   subroutine contact_penetration(source, values)
     type(field_source_t), intent(inout) :: source
@@ -413,55 +329,5 @@ contains
 
     values(1, :) = source%scene%mesh%element_id
   end subroutine element_id
-
-  ! ------------------------------------------------------------------ what fields share
-
-  !> Stress and strain wherever the deck asks for them, in one sweep over the elements.
-  subroutine make_tensors(source)
-    type(field_source_t), intent(inout) :: source
-
-    if (is_made(source%stress) .or. is_made(source%strain)) return
-    associate (scene => source%scene)
-      associate (asked => scene%output)
-        if (asked%stress .or. asked%mises .or. asked%principal_stress) then
-          call allocate_tensors(scene, source%stress)
-        end if
-        if (asked%strain .or. asked%principal_strain) then
-          call allocate_tensors(scene, source%strain)
-        end if
-      end associate
-      call fill_tensors_of(scene, source%state, source%strain, source%stress)
-    end associate
-  end subroutine make_tensors
-
-  !> The same of those that refer to the undeformed body.
-  subroutine make_undeformed_tensors(source)
-    type(field_source_t), intent(inout) :: source
-
-    if (is_made(source%pk2) .or. is_made(source%green)) return
-    if (source%scene%output%pk2_stress) call allocate_tensors(source%scene, source%pk2)
-    if (source%scene%output%green_strain) call allocate_tensors(source%scene, source%green)
-    call fill_undeformed_tensors(source%scene, source%state, source%green, source%pk2)
-  end subroutine make_undeformed_tensors
-
-  pure logical function is_made(field)
-    type(tensor_field_t), intent(in) :: field
-
-    is_made = allocated(field%at_centroids) .or. allocated(field%at_gauss_points) .or. &
-      allocated(field%at_nodes)
-  end function is_made
-
-  !> Room for a tensor wherever the deck wants it.
-  subroutine allocate_tensors(scene, field)
-    type(scene_t), intent(in) :: scene
-    type(tensor_field_t), intent(inout) :: field
-
-    associate (mesh => scene%mesh, output => scene%output)
-      if (output%at_centroids) allocate (field%at_centroids(6, mesh%n_elements))
-      if (output%at_gauss_points) allocate (field%at_gauss_points(6, &
-        most_points_in(mesh%connectivity), mesh%n_elements))
-      if (output%at_nodes) allocate (field%at_nodes(6, mesh%n_nodes))
-    end associate
-  end subroutine allocate_tensors
 
 end module view_fields_mod

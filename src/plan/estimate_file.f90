@@ -11,6 +11,7 @@ module estimate_file_mod
   use reference_fields_mod, only: list_reference_fields
   use print_fields_mod, only: list_print_fields
   use view_fields_mod, only: list_view_fields
+  use gauss_fields_mod, only: list_gauss_fields
   use count_sizes_mod, only: sizes_t
   implicit none
   private
@@ -60,6 +61,8 @@ contains
     call list_view_fields(scene, plan%points%n > 0, fields)
     file%datasets = file%datasets + size(fields) ! their offsets
     call add_fields(fields, nonzero_bytes(fields, scene, sizes), sizes%outputs, once, file)
+    call list_gauss_fields(scene, fields)
+    call add_fields(fields, block_bytes(fields), sizes%outputs, once, file)
     file%fields = file%dense + squeezed*file%varying + file%zeros/200.0_wp
     do i = 1, size(scene%pairs)
       call list_pair_fields(scene, i, count(plan%points%pair(:plan%points%n) == i), fields)

@@ -12,6 +12,7 @@ module plan_table_mod
                           precision_in_words
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
+  use gauss_fields_mod, only: list_gauss_fields
   use compliance_mod, only: rows_worth_rounding
   use contact_points_mod, only: contact_nodes, n_sides
   use plan_mod, only: plan_t, bound_fixed, bound_at_most, bound_about, bound_in_words
@@ -348,26 +349,40 @@ contains
   function fields_in_words(scene, plan) result(words)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    character(:), allocatable :: words, name
+    character(:), allocatable :: words
     type(field_t), allocatable :: fields(:)
-    integer :: i, k
 
     words = ''
     call list_view_fields(scene, plan%points%n > 0, fields)
-    do i = 1, size(fields)
-      if (fields(i)%written == at_start) cycle
-      name = fields(i)%name(index(fields(i)%name, '/') + 1:)
-      do k = 1, len(name)
-        if (name(k:k) == '_') name(k:k) = ' '
-      end do
-      if (index(words//',', ', '//name//',') == 0) words = words//', '//name
-    end do
+    call add_names(fields, '')
+    call list_gauss_fields(scene, fields)
+    call add_names(fields, ' at Gauss points')
     if (words == '' .or. plan%n_outputs == 0) then
       words = 'none'
     else
       words = words(3:)//', at '//to_text(plan%n_outputs)//plural(' increment', ' increments', &
         plan%n_outputs)
     end if
+
+  contains
+
+    !> The names of fields that are not there yet.
+    subroutine add_names(of, place)
+      type(field_t), intent(in) :: of(:)
+      character(*), intent(in) :: place !! said behind each
+      character(:), allocatable :: name
+      integer :: i, k
+
+      do i = 1, size(of)
+        if (of(i)%written == at_start) cycle
+        name = of(i)%name(index(of(i)%name, '/') + 1:)
+        do k = 1, len(name)
+          if (name(k:k) == '_') name(k:k) = ' '
+        end do
+        if (index(words//',', ', '//name//place//',') == 0) words = words//', '//name//place
+      end do
+    end subroutine add_names
+
   end function fields_in_words
 
   pure function plural(one, many, n) result(word)

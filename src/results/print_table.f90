@@ -6,7 +6,6 @@ module print_table_mod
   use kinds_mod, only: wp, i4, i8
   use errors_mod, only: error_t
   use text_mod, only: to_text
-  use cells_mod, only: hexahedron_points
   use hdf5_files_mod, only: hdf5_file_t, exists
   use hdf5_datasets_mod, only: read_dataset
   use result_print_mod, only: print_rows_t
@@ -138,10 +137,11 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     type(numbers_t) :: each(size(columns)), total(size(columns))
     integer(i4), allocatable :: step(:), increment(:), is_due(:)
-    integer(i8), allocatable :: id(:)
+    integer(i8), allocatable :: id(:), of_element(:)
     real(wp), allocatable :: time(:)
     character(:), allocatable :: start
     integer :: row, place, n_points
+    logical :: has_points
 
     call read_dataset(file, '/history/step', step, error)
     call read_dataset(file, '/history/increment', increment, error)
@@ -151,14 +151,20 @@ contains
       of%asked%of_elements)), id, error)
     call read_columns(file, of%path//'/', columns, each, error)
     call read_columns(file, of%path//'/total_', columns, total, error)
+    has_points = of%asked%of_elements .and. of%asked%at_gauss_points
+    allocate (of_element(0))
+    if (has_points) call read_dataset(file, of%path//'/n_points', of_element, error)
     if (allocated(error)) return
     n_points = 1
-    if (of%asked%of_elements .and. of%asked%at_gauss_points) n_points = hexahedron_points
+    if (has_points) n_points = int(maxval(of_element))
     start = ''
     do row = 1, n_rows
       if (is_due(row) == 0) cycle
       start = start_of_line(step(row), increment(row), time(row), of%asked%set)
       do place = 1, merge(size(id)*n_points, 0, of%asked%each)
+        if (has_points) then
+          if (1 + modulo(place - 1, n_points) > of_element(1 + (place - 1)/n_points)) cycle
+        end if
         call write_line(table, start//words_of_place(place)//numbers_of(each, (row - 1)* &
           size(id)*n_points + place))
       end do
@@ -175,7 +181,7 @@ contains
       words = to_text(int(id(1 + (place - 1)/n_points)))
       if (.not. of%asked%of_elements) return
       words = words//','
-      if (n_points > 1) words = words//to_text(1 + modulo(place - 1, n_points))
+      if (has_points) words = words//to_text(1 + modulo(place - 1, n_points))
     end function words_of_place
 
     !> What stands at a place of the datasets; nothing where a set has none.

@@ -56,6 +56,7 @@ module result_file_mod
   use result_fields_mod, only: open_field_t, append_fields
   use result_limit_mod, only: check_limit
   use result_references_mod, only: create_references
+  use result_gauss_mod, only: create_gauss
   use result_sets_mod, only: write_sets
   use result_print_mod, only: print_rows_t, create_prints, append_prints
   use print_table_mod, only: node_table_path, element_table_path, write_print_tables
@@ -82,10 +83,11 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(print_rows_t), private, allocatable :: prints(:)
-    type(open_field_t), private, allocatable :: references(:)
+    type(open_field_t), private, allocatable :: references(:), gauss(:)
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
-    integer,           private :: mesh_size(2) = 0    !! nodes, elements
+    integer,           private :: mesh_size(3) = 0
+    !! nodes, elements, numbers that a mixed mesh has in XDMF
     integer,           private :: cell = 0            !! of all elements; 0: they are several
     integer,           private :: row = 0             !! of the increment appended last
     real(wp),          private :: time = 0.0_wp       !! and its end
@@ -267,7 +269,8 @@ contains
     integer :: n_steps
 
     file%n_rows = n_rows
-    file%mesh_size = [size(scene%mesh%element_nodes), scene%mesh%n_elements]
+    file%mesh_size = [size(scene%mesh%element_nodes), scene%mesh%n_elements, &
+      scene%mesh%n_elements + size(scene%mesh%connectivity%node)]
     file%cell = minval(scene%mesh%connectivity%cell)
     if (any(scene%mesh%connectivity%cell /= file%cell)) file%cell = 0
     n_steps = 0
@@ -281,6 +284,7 @@ contains
     call create_references(file%hdf5, scene, n_rows, file%references, error)
     call create_prints(file%hdf5, scene, n_rows, file%prints, error)
     call write_sets(file%hdf5, scene, error)
+    call create_gauss(file%hdf5, scene, n_steps, file%gauss, error)
     if (allocated(error)) return
     call create_view(file%hdf5, scene, plan%points%n > 0, rows_at_most(scene, plan), n_steps, &
       file%view, error)
@@ -319,6 +323,7 @@ contains
 
     if (due) file%n_outputs = file%n_outputs + 1
     due = due .and. file%n_outputs > file%view%n_steps
+    if (due) call append_fields(file%gauss, source, checksum, error)
     if (due) call append_step(file%view, source, checksum, error)
     if (state%increments_done > file%n_rows) then
       call append_contact(file%pairs, source, checksum, error)
@@ -452,8 +457,7 @@ contains
     call check_in_place(file, error)
     if (allocated(error)) return
     call write_contact_table(contact_table_path(file%path), table, error)
-    ! XDMF counts all elements of a list by one size.
-    if (allocated(error) .or. file%view%n_steps == 0 .or. file%cell == 0) return
+    if (allocated(error) .or. file%view%n_steps == 0) return
     call write_xdmf(file%path, time, file%view%fields, file%mesh_size, file%cell, error)
   end subroutine finish_result
 

@@ -10,6 +10,7 @@ module result_limit_mod
   use output_field_mod, only: field_t, block_bytes, at_start
   use pair_fields_mod, only: list_pair_fields
   use view_fields_mod, only: list_view_fields
+  use gauss_fields_mod, only: list_gauss_fields
   use reference_fields_mod, only: list_reference_fields
   use print_fields_mod, only: list_print_fields
   implicit none
@@ -55,6 +56,8 @@ contains
     call list_view_fields(scene, plan%points%n > 0, fields)
     bytes = tables + bytes_to_continue(scene%mesh%n_nodes, plan%points%n, &
       elements_with_modes(scene)) + growing_bytes(fields)
+    call list_gauss_fields(scene, fields)
+    bytes = bytes + growing_bytes(fields)
     call list_reference_fields(scene, fields)
     bytes = bytes + growing_bytes(fields)
     if (allocated(scene%output%prints)) then

@@ -18,6 +18,7 @@ module result_view_mod
   use hdf5_datasets_mod, only: write_dataset
   use hdf5_rows_mod, only: rows_t, create_rows, create_list, keep_rows, cut_rows, append_list, &
     append_and_flush, add_checksum
+  use xdmf_mod, only: mixed_path, mixed_topology
   use result_fields_mod, only: open_field_t, open_blocks, append_fields, write_at_start
   implicit none
   private
@@ -159,6 +160,9 @@ contains
                        'where the nodes of each element begin in Connectivity', 'number', error)
     call write_dataset(file, '/VTKHDF/Types', types, 'cell types of VTK: 12 is a hexahedron', &
                        'code', error)
+    if (any(mesh%connectivity%cell /= mesh%connectivity%cell(1))) call write_dataset(file, &
+      mixed_path, int(mixed_topology(mesh%connectivity%cell, row(mesh%connectivity%node) - 1), &
+      i8), 'number of the cell in XDMF and its nodes, element by element', 'number', error)
   end subroutine write_mesh
 
   !> Append the fields of an increment. It is seen by readers after `count_step` only.

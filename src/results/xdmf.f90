@@ -5,7 +5,7 @@
 !> file is relative: the two stay together.
 module xdmf_mod
   use kinds_mod, only: wp, i8
-  use cells_mod, only: cells
+  use cells_mod, only: cells, has_middles
   use errors_mod, only: error_t
   use text_mod, only: to_text, upper
   use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
@@ -14,8 +14,10 @@ module xdmf_mod
   implicit none
   private
 
-  public :: write_xdmf, xdmf_path
+  public :: write_xdmf, xdmf_path, mixed_topology, mixed_path
 
+  character(*), parameter :: mixed_path = '/VTKHDF/MixedConnectivity'
+  !! dataset with the nodes of elements of several cells, which VTKHDF does not know
   character, parameter :: mark = achar(1) !! in no text of a file of XML
   character(2), parameter :: component(6) = ['XX', 'YY', 'ZZ', 'XY', 'YZ', 'XZ'] !! of a tensor
 
@@ -36,14 +38,12 @@ contains
   end function xdmf_path
 
   !> Write the sidecar of a result file.
-  !>
-  !> Tensors at Gauss points stay out: no XDMF reader knows them, and as scalars they would be 48.
   subroutine write_xdmf(result_path, time, fields, mesh_size, cell, error)
     character(*), intent(in) :: result_path
     real(wp), intent(in) :: time(:)        !! of each increment with fields
     type(field_t), intent(in) :: fields(:) !! in the file, over the nodes and the elements
-    integer, intent(in) :: mesh_size(2)    !! nodes, elements
-    integer, intent(in) :: cell            !! of all elements, a row of the table of cells
+    integer, intent(in) :: mesh_size(3)    !! nodes, elements, numbers of `mixed_topology`
+    integer, intent(in) :: cell            !! of all elements, row of the table of cells; 0: several
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: source
     type(piece_t), allocatable :: pieces(:)
@@ -72,36 +72,74 @@ contains
     type(field_t), intent(in) :: fields(:)
     integer, intent(in) :: n_steps
     character(*), intent(in) :: source   !! name of the result file, escaped
-    integer, intent(in) :: mesh_size(2)  !! nodes, elements
+    integer, intent(in) :: mesh_size(3)  !! as above
     integer, intent(in) :: cell
     character(:), allocatable :: xml
+    character(:), allocatable :: list_of_nodes
     character(*), parameter :: end_of_line = new_line('a')
     integer :: i
 
+    if (cell > 0) then
+      list_of_nodes = item(to_text(mesh_size(2))//' '//to_text(cells(cell)%n_nodes), of_long, &
+        source//':/VTKHDF/Connectivity')
+    else
+      list_of_nodes = item(to_text(mesh_size(3)), of_long, source//':'//mixed_path)
+    end if
     xml = '<Grid Name="'//source//'" GridType="Uniform">'//end_of_line// &
       '<Time Value="'//mark//mark//'"/>'//end_of_line// &
       '<Topology TopologyType="'//topology(cell)//'" NumberOfElements="'// &
-      to_text(mesh_size(2))//'">'//end_of_line//item(to_text(mesh_size(2))//' '// &
-      to_text(cells(cell)%n_nodes), of_long, source//':/VTKHDF/Connectivity')// &
-      end_of_line//'</Topology>'//end_of_line//'<Geometry GeometryType="XYZ">'//end_of_line// &
+      to_text(mesh_size(2))//'">'//end_of_line//list_of_nodes//end_of_line// &
+      '</Topology>'//end_of_line//'<Geometry GeometryType="XYZ">'//end_of_line// &
       item(to_text(mesh_size(1))//' 3', of_real, source//':/VTKHDF/Points')//end_of_line// &
       '</Geometry>'//end_of_line
     do i = 1, size(fields)
-      if (n_components(fields(i)) > size(component)) cycle
       xml = xml//attribute_element(fields(i), n_steps, source)//end_of_line
     end do
     xml = xml//'</Grid>'
   end function increment
 
-  !> Tetrahedron, Pyramid, Wedge or Hexahedron: the last word of the cell's name.
+  !> Tetrahedron, Pyramid, Wedge or Hexahedron: the last word of the cell's name; Tetrahedron_10 and
+  !> the like where there are mid-side nodes; Mixed.
   pure function topology(cell) result(word)
-    integer, intent(in) :: cell
+    integer, intent(in) :: cell !! 0: there are several
     character(:), allocatable :: word
 
+    word = 'Mixed'
+    if (cell == 0) return
     word = trim(cells(cell)%name)
     word = word(index(word, ' ', back=.true.) + 1:)
     word(:1) = upper(word(:1))
+    if (has_middles(cell)) word = word//'_'//to_text(cells(cell)%n_nodes)
   end function topology
+
+  !> The nodes of all elements as XDMF counts them where cells differ: the number of each element's
+  !> cell, its nodes, and so on.
+  pure function mixed_topology(cell, nodes) result(numbers)
+    integer, intent(in) :: cell(:)  !! (n_elements) row of the table of cells
+    integer, intent(in) :: nodes(:) !! of all elements, element by element
+    integer, allocatable :: numbers(:)
+    integer :: e, n, first
+
+    allocate (numbers(size(cell) + size(nodes)))
+    n = 0
+    first = 1
+    do e = 1, size(cell)
+      associate (its => nodes(first:first + cells(cell(e))%n_nodes - 1))
+        numbers(n + 1:n + 1 + size(its)) = [xdmf_number(cells(cell(e))%vtk_type), its]
+        n = n + 1 + size(its)
+        first = first + size(its)
+      end associate
+    end do
+  end function mixed_topology
+
+  !> The number of a cell in XDMF.
+  pure integer function xdmf_number(vtk_type) result(number)
+    integer, intent(in) :: vtk_type
+    integer, parameter :: vtk(7) = [10, 14, 13, 12, 24, 26, 25]
+    integer, parameter :: xdmf(7) = [6, 7, 8, 9, 38, 40, 48]
+
+    number = xdmf(findloc(vtk, vtk_type, dim=1))
+  end function xdmf_number
 
   !> Cut an increment's XML where something follows that differs from one to the next. A mark, the
   !> rows of a block and a mark stand for where the block begins; two marks for the time.

@@ -11,6 +11,7 @@ module run_increments_mod
   use step_fields_mod, only: fields_due
   use output_field_mod, only: field_t, block_bytes
   use view_fields_mod, only: list_view_fields
+  use gauss_fields_mod, only: list_gauss_fields
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: mark_touched
   use quantity_values_mod, only: measure_quantities
@@ -155,13 +156,17 @@ contains
     type(plan_t), intent(in) :: plan
     integer(i8) :: bytes
     integer(i8), parameter :: tables = 16000000_i8, copies = 4, tensor = 48
-    type(field_t), allocatable :: fields(:)
+    type(field_t), allocatable :: fields(:), at_points(:)
     integer :: i
 
     bytes = tensor*max(scene%mesh%n_nodes, scene%mesh%n_elements)
     call list_view_fields(scene, plan%points%n > 0, fields)
+    call list_gauss_fields(scene, at_points)
     do i = 1, size(fields)
       bytes = max(bytes, int(block_bytes(fields(i)), i8))
+    end do
+    do i = 1, size(at_points)
+      bytes = max(bytes, int(block_bytes(at_points(i)), i8))
     end do
     bytes = tables + copies*bytes
   end function room_to_write

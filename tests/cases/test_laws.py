@@ -84,11 +84,10 @@ class ClosedForms(unittest.TestCase):
         along, stress = (0.8**2 - 1) / 2, E * (0.8**2 - 1) / 2
         wanted = np.array([-NU * along, -NU * along, along, 0, 0, 0])
         with run.result() as result:
-            for name in ("green_strain", "green_strain_gauss_points"):
-                found = result.field(name, -1, on="elements").reshape(-1, 6)
+            for on in ("elements", "gauss points"):
+                found = result.field("green_strain", -1, on=on).reshape(-1, 6)
                 np.testing.assert_allclose(found, [wanted] * len(found), atol=1e-7)
-                found = result.field(name.replace("green_strain", "pk2_stress"), -1, on="elements")
-                found = found.reshape(-1, 6)
+                found = result.field("pk2_stress", -1, on=on).reshape(-1, 6)
                 np.testing.assert_allclose(
                     found, [[0, 0, stress, 0, 0, 0]] * len(found), atol=1e-5
                 )

@@ -261,10 +261,13 @@ class WhatIsWritten(unittest.TestCase):
             self.assertEqual(elements, {"element_id"}, output)
 
     def test_stress_brings_von_mises(self):
-        _, nodes, elements = self.fields("*EL FILE, POSITION=AVERAGED AT NODES\nS\n"
-                                         "*EL FILE, POSITION=INTEGRATION POINTS\n")
+        result, nodes, elements = self.fields("*EL FILE, POSITION=AVERAGED AT NODES\nS\n"
+                                              "*EL FILE, POSITION=INTEGRATION POINTS\n")
         self.assertLessEqual({"stress", "von_mises"}, nodes)
-        self.assertEqual(elements, {"stress_gauss_points", "von_mises_gauss_points", "element_id"})
+        self.assertEqual(elements, {"element_id"})
+        self.assertEqual(result.gauss_types, ["C3D8"])
+        self.assertEqual(set(result.file["gauss/C3D8"]),
+                         {"stress", "von_mises", "element_id", "natural_coordinates"})
         _, nodes, elements = self.fields("*EL FILE\nE\n")
         self.assertEqual(elements, {"strain", "element_id"})
 
@@ -277,6 +280,7 @@ class WhatIsWritten(unittest.TestCase):
             ("strain", "nodes", "it has contact_force, [^;]* on nodes; E of .EL FILE in the deck "
              "asks for it, with POSITION=AVERAGED AT NODES$"),
             ("stress_gauss_points", None, "S of .EL FILE .*, with POSITION=INTEGRATION POINTS$"),
+            ("stress", "gauss points", "no fields at Gauss points; .EL FILE, POSITION=INTEGR.*"),
             ("colour", None, "no field 'colour'; it has [^;]*; element_id, strain on elements$"),
         ):
             with self.assertRaisesRegex(ResultError, words):

@@ -229,19 +229,28 @@ class Hints(unittest.TestCase):
         )
         self.assertIn("better slave", self.solved(TWO, finer, graded))
 
-    def test_elements_that_are_no_hexahedra(self):
+    def test_elements_that_are_not_available(self):
         mesh = "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE={}, ELSET=T\n1, 1\n" + DECK
         for kind, hint in (
-            ("C3D4H", "hexahedra from Gmsh: Mesh.SubdivisionAlgorithm=2"),
-            ("C3D10", "Mesh.ElementOrder=1, and Mesh.SubdivisionAlgorithm=2"),
-            ("C3D20R", "Mesh.ElementOrder=1; C3D8I bends as quadratic ones do"),
-            ("C3D27", "Mesh.ElementOrder=1; C3D8I bends"),
-            ("C3D6H", "hexahedra from Gmsh"),
+            ("C3D4H", "C3D10 does not lock"),
+            ("C3D10M", "C3D10 does not lock near incompressibility; from Gmsh: Mesh.ElementOrder"),
+            ("C3D20RH", "C3D20R does not lock near incompressibility"),
+            ("C3D27", "C3D20 from Gmsh: Mesh.SecondOrderIncomplete=1"),
+            ("C3D13", "Mesh.ElementOrder=1, or no recombined surfaces"),
+            ("C3D6H", "C3D10 does not lock"),
             ("C3D8Q", "did you mean C3D8?"),
         ):
             with self.subTest(kind=kind):
                 self.refused(hint, mesh.format(kind),
                              message=f"element type '{kind}' is not available")
+
+    def test_wedges_of_eighteen_nodes(self):
+        """As Gmsh writes them: called C3D6, 16 numbers a line."""
+        nodes = "".join(f"{i}, 0., 0., {i}.\n" for i in range(1, 19))
+        first = ", ".join(map(str, [1, *range(1, 16)]))
+        mesh = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D6, ELSET=T\n{first},\n16, 17, 18\n" + DECK
+        self.refused("C3D15 from Gmsh: Mesh.SecondOrderIncomplete=1", mesh,
+                     message="an id and 6 nodes")
 
 
 if __name__ == "__main__":

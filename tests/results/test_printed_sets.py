@@ -152,10 +152,11 @@ class PrintedSets(unittest.TestCase):
             for name, parts, unit in (("stress", TENSOR, "pressure"), ("strain", TENSOR, "strain"),
                                       ("principal stress", "123", "pressure"),
                                       ("principal strain", "123", "strain")):
-                field = self.result.field(f"{name}_gauss_points".replace(" ", "_"), row)[at]
+                field = self.result.field(name.replace(" ", "_"), row, on="gauss points")[at]
                 want = field.reshape(8, -1)[int(line["point"]) - 1]
                 np.testing.assert_array_equal(numbers(line, name, parts, unit), want)
-            want = self.result.field("von_mises_gauss_points", row)[at][int(line["point"]) - 1]
+            field = self.result.field("von_mises", row, on="gauss points")[at]
+            want = field[int(line["point"]) - 1]
             self.assertEqual(float(line["von Mises [pressure]"]), want)
         for line in means:
             at = ids.index(int(line["element"]))

@@ -1,5 +1,6 @@
 """bipot.Deck: decks and meshes made in Python are texts that the program reads."""
 
+import re
 import sys
 import unittest
 import warnings
@@ -13,9 +14,13 @@ except ImportError as error:
     sys.exit(77)
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
+sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE), str(HERE.parent / "cases")]
+
+from test_free_meshes import Box  # noqa: E402
 
 import synthetic_result  # noqa: E402
+from bipot.element_faces import CELLS, outer_faces_of  # noqa: E402
+from bipot.meshes import TYPES  # noqa: E402
 from package import BLOCK, ROOT, WithFolder, bipot, needs, pressed_block  # noqa: E402
 
 # As Gmsh 4 writes it: an element, and its lower face.
@@ -313,7 +318,7 @@ class Meshes(WithFolder):
     def test_what_is_no_mesh_of_elements(self):
         points, elements = synthetic_result.element_mesh(1, 1, 1)
         for wrong, words in (
-            ((points, elements[:, :4]), "rows of 8 whole numbers"),
+            ((points, elements[:, :7]), "as many whole numbers as they have nodes"),
             ((points[:, :2], elements), "3 coordinates"),
             ((points, elements + 1), "these go from 1 to 8"),
             ((points * np.nan, elements), "no numbers"),
@@ -363,18 +368,96 @@ class Meshes(WithFolder):
         self.assertEqual({name: rows.tolist() for name, rows in part.mesh.element_sets.items()},
                          {"block": [0]})
 
+    def check_solved(self, source, types, **options):
+        """A mesh as a deck: its types of elements, and that it is solved and certified."""
+        deck = self.press(source, "any", **options)
+        text = deck.text()
+        self.assertEqual(re.findall("TYPE=(C3D[0-9A-Z]+)", text), types)
+        with bipot.run(deck, quiet=True, overwrite=True) as result:
+            self.assertTrue(result.certified)
+            self.assertGreater(result.pairs[0].resultant[-1, 2], 0)
+
     @needs("meshio")
-    def test_meshes_of_other_solids_say_how_to_get_elements(self):
+    def test_meshes_of_every_kind_of_gmsh(self):
+        """Written as Gmsh does, in its order of the nodes; groups of faces become surfaces."""
         import meshio
 
-        points, _ = synthetic_result.element_mesh(1, 1, 1)
-        tetrahedra = meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 4]]))])
-        tetrahedra.write("tetra.msh", file_format="gmsh22", binary=False)
-        for source in ("tetra.msh", tetrahedra):
-            with self.assertRaisesRegex(
-                bipot.MeshError, "1 of kind tetra; .*Mesh.SubdivisionAlgorithm = 2"
-            ):
-                bipot.Deck().mesh(source)
+        for kinds in (("C3D4",), ("C3D6",), ("C3D5",), ("C3D10",), ("C3D20",),
+                      ("C3D8", "C3D6")):
+            box = Box("B", (2, 2, 2), kinds)
+            cells = []
+            for kind, elements in box.elements.items():
+                nodes = np.array([cell for _, *cell in elements]) - box.first
+                (name,) = (name for name, types in TYPES.items() if kind in types)
+                cells.append((name, nodes))
+            _, of_faces = outer_faces_of([nodes for _, nodes in cells])
+            below = [row for row in of_faces if (box.x[row[row >= 0], 2] < 1e-9).all()]
+            kept = {}
+            for row in below:
+                kept.setdefault(int((row >= 0).sum()), []).append(row[row >= 0])
+            shapes = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
+            cells += [(shapes[n], np.array(rows)) for n, rows in kept.items()]
+            physical = [
+                np.full(len(rows), 7 if name in shapes.values() else 1) for name, rows in cells
+            ]
+            mesh = meshio.Mesh(
+                box.x, cells, cell_data={"gmsh:physical": physical, "gmsh:geometrical": physical},
+                field_data={"FOOT": np.array([7, 2]), "ALL": np.array([1, 3])},
+            )
+            mesh.write("any.msh", file_format="gmsh22", binary=False)
+            with self.subTest(kinds=kinds):
+                self.check_solved("any.msh", list(box.elements))
+                part = bipot.Deck().mesh("any.msh")
+                self.assertEqual(len(part.mesh.surfaces["FOOT"]), len(below))
+                self.assertEqual(len(part.mesh.element_sets["ALL"]), part.mesh.n_elements)
+                # The middles of straight edges are where the cell has them.
+                for _, nodes in part.mesh.blocks:
+                    cell = CELLS[nodes.shape[1]]
+                    if nodes.shape[1] > cell.corners:
+                        x = part.mesh.points[nodes]
+                        for i, edge in enumerate(cell.edges):
+                            np.testing.assert_allclose(
+                                x[:, cell.corners + i], x[:, list(edge)].mean(axis=1), atol=1e-12
+                            )
+
+    def test_every_kind_of_element_is_turned(self):
+        for kind in ("C3D4", "C3D6", "C3D5", "C3D10", "C3D15", "C3D20"):
+            box = Box("B", (1, 1, 1), (kind,))
+            nodes = np.array([cell for _, *cell in box.elements[kind]]) - box.first
+            mirrored = box.x * [1.0, -1.0, 1.0] + [0.0, 1.0, 0.0]
+            with self.subTest(kind=kind):
+                self.check_solved((mirrored, nodes), [kind])
+
+    @needs("meshio")
+    def test_wedges_of_second_order_that_meshio_does_not_know(self):
+        Path("wedge.msh").write_text(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n15\n"
+            + "".join(f"{i} 0 0 {i}\n" for i in range(1, 16)) + "$EndNodes\n$Elements\n1\n"
+            + "1 18 2 1 1 " + " ".join(map(str, range(1, 16))) + "\n$EndElements\n"
+        )
+        with self.assertRaisesRegex(bipot.MeshError, r"kind wedge15; .*\.inp.*INCLUDE"):
+            bipot.Deck().mesh("wedge.msh")
+
+    def test_types_of_hexahedra(self):
+        box = Box("B", (2, 2, 1), ("C3D20",))
+        nodes = np.array([cell for _, *cell in box.elements["C3D20"]]) - box.first
+        self.check_solved((box.x, nodes), ["C3D20R"], type="C3D20R")
+        with self.assertRaisesRegex(bipot.MeshError, r"type C3D8I: it has 4 .*C3D20 or C3D20R"):
+            bipot.Deck().mesh((box.x, nodes), type="C3D8I")
+
+    @needs("meshio")
+    def test_what_cannot_be_read_and_solids_that_no_element_is(self):
+        import meshio
+
+        points = np.zeros((27, 3))
+        for kind, nodes, words in (
+            ("hexahedron27", 27, "Mesh.SecondOrderIncomplete = 1"),
+            ("wedge18", 18, "Mesh.SecondOrderIncomplete = 1"),
+            ("pyramid14", 14, "Mesh.ElementOrder = 1"), ("tetra20", 20, "ElementOrder = 1 or 2"),
+        ):
+            mesh = meshio.Mesh(points, [(kind, np.arange(nodes)[None])])
+            with self.assertRaisesRegex(bipot.MeshError, f"1 of kind {kind}: .*{words}"):
+                bipot.Deck().mesh(mesh)
         Path("broken.msh").write_text("$MeshFormat\n")
         for name, words in (("broken.msh", "cannot read"), ("none.msh", "no such file")):
             with self.assertRaisesRegex(bipot.MeshError, words):
@@ -391,8 +474,7 @@ class Meshes(WithFolder):
                     result.pairs[0].resultant, self.reference().pairs[0].resultant,
                     rtol=1e-9, atol=1e-6,
                 )
-        with self.assertRaisesRegex(bipot.MeshError, "of kind tetra"):
-            bipot.Deck().mesh(grid.to_tetrahedra())
+        self.check_solved(grid.to_tetrahedra(), ["C3D4"])
 
 
 if __name__ == "__main__":

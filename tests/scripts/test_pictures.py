@@ -199,7 +199,7 @@ class Obstacles(WithFolder):
         bodies = Bodies(result, apart=True)
         self.assertTrue(bodies.apart)
         # On the screen the two have nothing in common: what is drawn across the pull is apart.
-        body = views.components(result.elements, len(result.points))
+        body = views.components([result.elements], len(result.points))
         places = bodies.places(-1)
         pull = bodies.offset[pair.nodes[0]] - bodies.offset[pair.master_nodes[0]]
         across = pull - bodies.eye * (pull @ bodies.eye)
@@ -276,7 +276,7 @@ class Views(WithFolder):
 
     def test_bodies_are_counted(self):
         elements = np.array([np.arange(8), np.arange(4, 12), np.arange(12, 20)])
-        body = views.components(elements, 20)
+        body = views.components([elements], 20)
         self.assertEqual(body.tolist(), [0] * 12 + [1] * 8)
 
 

@@ -42,7 +42,9 @@ def sharp_edges(corners, faces):
     normals = np.repeat(face_normals(corners), 4, axis=0)
     total = np.zeros((len(edges), 3))
     np.add.at(total, where.ravel(), normals)
-    # Two unit normals at an angle a add up to 2 cos(a/2): sharp from 40 degrees on.
+    # Two unit normals at an angle a add up to 2 cos(a/2): sharp from 40 degrees on. The side of a
+    # triangle that has no length is none.
+    total[edges[:, 0] == edges[:, 1]] = np.inf
     return edges[np.linalg.norm(total, axis=1) < 2 * np.cos(np.radians(20))]
 
 
@@ -66,7 +68,8 @@ class Bodies:
         self.scale = self.choose_scale() if scale is None else scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
         self.offset = np.zeros(result.points.shape)
-        self.body = views.components(result.elements, len(result.points))
+        blocks = [nodes for _, nodes in result.cells.values()]
+        self.body = views.components(blocks, len(result.points))
         self.box = self.box_about_the_contact() if close else None
         self.direction = self.choose_direction(apart)
         self.eye = views.towards_the_eye(*self.direction)
@@ -261,7 +264,7 @@ class Bodies:
 
     def draw(self, axes, index, quantity, norm, colour_map):
         """Draw bodies and obstacles at a stored increment, coloured by `quantity`."""
-        corners, values = self.drawn_faces(index, quantity)
+        corners, values, edges = self.drawn_faces(index, quantity)
         pieces = int(np.clip(np.sqrt(PIECES / max(len(corners), 1)), 1, 8))
         parts = subdivide(np.concatenate([corners, values[:, :, None]], axis=2), pieces)
         parts = self.cut_out(parts)
@@ -275,7 +278,7 @@ class Bodies:
         # goes by the middle of each polygon.
         s = np.linspace(0, 1, pieces + 1)[:, None, None, None]
         along = (1 - s) * corners + s * np.roll(corners, -1, axis=1)
-        first, last = along[:-1].reshape(-1, 6), along[1:].reshape(-1, 6)
+        first, last = along[:-1, edges].reshape(-1, 6), along[1:, edges].reshape(-1, 6)
         lines = self.cut_out(np.stack([first, first, last, last], axis=1))
         lines = lines[:, :, :3] + 0.02 * self.size * self.eye
         line_colour = np.array([0.1, 0.1, 0.1, 0.6 if len(corners) < 2000 else 0.2])
@@ -299,7 +302,10 @@ class Bodies:
         self.frame(axes)
 
     def drawn_faces(self, index, quantity):
-        """Return the faces turned to the eye: corners and offsets (F, 4, 6), values (F, 4)."""
+        """Return the faces turned to the eye.
+
+        Corners and offsets (F, 4, 6), values (F, 4), and which sides are edges of elements (F, 4).
+        """
         offset = self.offset[self.faces]
         corners = self.places(index)[self.faces] - offset
         seen = face_normals(corners) @ self.eye > 0
@@ -307,7 +313,8 @@ class Bodies:
             seen &= (corners.max(axis=1) >= self.box[0]).all(axis=1)
             seen &= (corners.min(axis=1) <= self.box[1]).all(axis=1)
         corners = np.concatenate([corners, offset], axis=2)
-        return corners[seen], self.face_values(index, quantity)[seen]
+        edges = self.result.boundary_edges[seen]
+        return corners[seen], self.face_values(index, quantity)[seen], edges
 
     def cut_out(self, pieces):
         """Return the pieces (F, 4, 6 or more) that are shown, moved by their offsets."""

@@ -17,12 +17,16 @@ def towards_the_eye(elevation, azimuth):
     return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
 
 
-def components(elements, count):
-    """Return the number of the body (0, 1, ...) of each of `count` nodes."""
+def components(blocks, count):
+    """Return the number of the body (0, 1, ...) of each of `count` nodes.
+
+    `blocks` are nodes of elements (n, k), an array for each cell.
+    """
     label = np.arange(count)
     while True:
         least = label.copy()
-        np.minimum.at(least, elements, label[elements].min(axis=1)[:, None])
+        for nodes in blocks:
+            np.minimum.at(least, nodes, label[nodes].min(axis=1)[:, None])
         least = least[least]
         if np.array_equal(least, label):
             break

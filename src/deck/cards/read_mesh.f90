@@ -5,7 +5,7 @@
 !>     *ELEMENT, TYPE=C3D8, ELSET=BODY
 !>     1,  1, 2, 4, 3,  5, 6, 8, 7
 module read_mesh_mod
-  use cells_mod, only: cells, hexahedron_8
+  use cells_mod, only: cells, hexahedron_8, wedge_6, wedge_15
   use cards_mod, only: keep_reading, note, reader_t, report
   use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
@@ -27,6 +27,8 @@ module read_mesh_mod
 
   ! What a type of element is to us, beside the kinds of elements.
   integer, parameter :: unknown_type = 0, skipped_type = -1
+  character(*), parameter :: no_inner_nodes = 'Mesh.SecondOrderIncomplete=1 leaves out nodes '// &
+    'within faces and solids'
 
   integer, parameter :: max_wrong = 5     !! elements with undefined nodes told one by one
 
@@ -147,7 +149,7 @@ contains
           return
         end if
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
-          ' is not available; use '//one_of(element_types%name), how_to_get_hexahedra(name, &
+          ' is not available; use '//one_of(element_types%name), what_instead(name, &
           as_list(element_types%name)))
       end if
     end select
@@ -167,27 +169,27 @@ contains
     end do
   end function is_of_other_field
 
-  !> How a mesh of elements that are not available is made one of hexahedra.
-  pure function how_to_get_hexahedra(name, known) result(hint)
+  !> What to mesh with where a type of elements is not available.
+  pure function what_instead(name, known) result(hint)
     character(*), intent(in) :: name !! of the type that is not available
     type(string_t), intent(in) :: known(:)
     character(:), allocatable :: hint
-    character(*), parameter :: any_shape = 'Mesh.SubdivisionAlgorithm=2 cuts tetrahedra of any '// &
-      'shape into hexahedra; extruded ones (Layers, Recombine) and transfinite ones are better'
 
     select case (name)
-    case ('C3D4H', 'C3D5H', 'C3D6H')
-      hint = 'hexahedra from Gmsh: '//any_shape
-    case ('C3D10', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I', 'C3D15', &
-      'C3D15H', 'C3D15V')
-      hint = 'hexahedra with 8 nodes from Gmsh: Mesh.ElementOrder=1, and '//any_shape
-    case ('C3D20', 'C3D20R', 'C3D20H', 'C3D20RH', 'C3D20RI', 'C3D27', 'C3D27R', 'C3D27H')
-      hint = 'hexahedra with 8 nodes from Gmsh: Mesh.ElementOrder=1; C3D8I bends as '// &
-        'quadratic ones do'
+    case ('C3D27', 'C3D27R', 'C3D27H')
+      hint = 'C3D20 from Gmsh: '//no_inner_nodes
+    case ('C3D13', 'C3D14')
+      hint = 'in Gmsh Mesh.ElementOrder=1, or no recombined surfaces beside tetrahedra'
+    case ('C3D4H', 'C3D5H', 'C3D6H', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I')
+      hint = 'C3D10 does not lock near incompressibility; from Gmsh: Mesh.ElementOrder=2'
+    case ('C3D15H', 'C3D15V')
+      hint = 'C3D15 from Gmsh: '//no_inner_nodes
+    case ('C3D20H', 'C3D20RH', 'C3D20RI')
+      hint = 'C3D20R does not lock near incompressibility'
     case default
       hint = guess(name, known)
     end select
-  end function how_to_get_hexahedra
+  end function what_instead
 
   !> Whether a type is one of facets, of which rigid bodies consist, and how many corners it has.
   pure subroutine find_facet(name, facet, corners)
@@ -259,7 +261,13 @@ contains
       if (have == 0) then
         position = fields%start
         all_ok = .true.
-        call limit_fields(reader, fields, size(entries), what)
+        ! Gmsh's wedges of 18 nodes are called so.
+        if (cell == wedge_6 .and. fields%n > cells(wedge_15)%n_nodes) then
+          call limit_fields(reader, fields, size(entries), what//'; C3D15 from Gmsh: '// &
+            no_inner_nodes)
+        else
+          call limit_fields(reader, fields, size(entries), what)
+        end if
       end if
       do i = 1, min(fields%n, size(entries) - have)
         if (have + i == 1) then
