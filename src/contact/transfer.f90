@@ -180,7 +180,7 @@ contains
       if (.not. points%in_reach(i)) cycle
       if (.not. is_covered(points, weights, i)) cycle
       free = movable(:, points%node(i))
-      if (.not. is_in_middle(points, weights, i)) then
+      if (points%on_surface(i) .or. .not. is_in_middle(points, weights, i)) then
         do k = weights%first(i), weights%first(i + 1) - 1
           if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
         end do
