@@ -13,7 +13,7 @@ module face_integrals_mod
 
   !> Integrals of the slave's shape functions N and the master's over what two faces share.
   type :: shared_t
-    real(wp) :: area = 0.0_wp        !! [length^2]
+    real(wp) :: area = 0.0_wp        !! in the plane [length^2]
     real(wp) :: lumped(8) = 0.0_wp   !! int N_a [length^2]
     real(wp) :: mass(8, 8) = 0.0_wp  !! int N_a N_b [length^2]
     real(wp) :: mixed(8, 8) = 0.0_wp !! int N_a N_k, k of the master's nodes [length^2]
@@ -127,7 +127,7 @@ contains
           call find_place(master, x, m, normal)
         end associate
         normal = normal/norm2(normal)
-        shared%area = shared%area + part
+        shared%area = shared%area + twice*weight(i)*weight(j)*point(i)
         shared%lumped(:size(n)) = shared%lumped(:size(n)) + part*n
         do b = 1, size(n)
           shared%mass(:size(n), b) = shared%mass(:size(n), b) + part*n(b)*n

@@ -13,7 +13,7 @@ module candidate_points_mod
   use mesh_forces_mod, only: add_nodal_areas
   use master_sides_mod, only: find_sides, area_of_face
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: all_nodes_of, find_middles, nodes_of
+  use surfaces_mod, only: all_nodes_of, find_middles, nodes_of, split_faces
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
@@ -208,7 +208,7 @@ contains
   subroutine divide_masters(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
-    integer, allocatable :: side(:)
+    integer, allocatable :: side(:), parts(:, :), whole(:)
     integer :: pair
 
     allocate (points%sides(size(scene%pairs)))
@@ -218,8 +218,12 @@ contains
           call find_sides(scene%obstacles(of%master)%facet, scene%obstacles(of%master)%corner, &
             side, mean_face(scene, of%surface))
         else if (of%master == 0) then
-          call find_sides(nodes_of(scene%surfaces(of%master_surface)%faces, &
-            scene%mesh%connectivity), scene%mesh%coordinates, side, mean_face(scene, of%surface))
+          ! Curved faces lean at their edges by less than their corners say. Of a face the last part
+          ! is that in the middle.
+          call split_faces(scene%surfaces(of%master_surface)%faces, scene%mesh%connectivity, &
+            parts, whole)
+          call find_sides(parts, scene%mesh%coordinates, side, mean_face(scene, of%surface))
+          side = pack(side, [whole(:size(whole) - 1) /= whole(2:), .true.])
         else
           cycle
         end if
