@@ -97,7 +97,7 @@ contains
 
   pure logical function is_straight_triangle(x) result(is)
     real(wp), intent(in) :: x(:, :)         !! (3,n) corners first [length]
-    real(wp), parameter :: off = 1.0e-6_wp  !! of an edge [-]
+    real(wp), parameter :: off = 1.0e-2_wp  !! of an edge [-]
 
     is = size(x, 2) == 3
     if (size(x, 2) /= 6) return

@@ -6,7 +6,7 @@
 module curved_overlap_mod
   use kinds_mod, only: wp
   use cells_mod, only: face_nodes
-  use face_shapes_mod, only: face_functions, face_gradients, is_triangle
+  use face_shapes_mod, only: evaluate_face, is_triangle
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, clip, area_of, smallest, max_corners, &
     few_points, few_weights, many_points, many_weights
@@ -20,7 +20,7 @@ module curved_overlap_mod
     integer :: n = 0                            !! nodes
     real(wp) :: x(3, face_nodes) = 0.0_wp       !! where they are [length]
     logical :: is_affine = .false.
-    !! shape functions are polynomials in the plane: of triangles whose edges are straight
+    !! shape functions are nearly polynomials in the plane: of triangles with edges nearly straight
   end type whole_face_t
 
 contains
@@ -28,7 +28,8 @@ contains
   !> A face from its nodes.
   pure type(whole_face_t) function whole_face(x) result(face)
     real(wp), intent(in) :: x(:, :) !! (3,n) corners, then the middles of edges [length]
-    real(wp), parameter :: straight = 1.0e-6_wp !! of an edge [-]
+    ! Of an edge. The rule of few points then gives weights to 1e-6 [-]
+    real(wp), parameter :: straight = 1.0e-2_wp
     integer :: k, next, corners
 
     face%n = size(x, 2)
@@ -127,25 +128,36 @@ contains
     real(wp), intent(out) :: n(:)           !! [-]
     real(wp), intent(out) :: normal(3)      !! not of unit length
     ! Newton's method squares what is left: behind a step of this nothing is but rounding.
-    real(wp), parameter :: settled = 1.0e-9_wp
+    real(wp), parameter :: settled = 1.0e-8_wp
     integer,  parameter :: max_newton = 30
-    real(wp) :: xi(2), step(2), left(2), slope(2, 2), gradient(2, size(n)), tangent(3, 2), det
-    integer :: i
+    real(wp), dimension(face_nodes) :: functions
+    real(wp) :: xi(2), step(2), left(2), a(2), b(2), gradient(2, face_nodes), tangent(3, 2), det
+    integer :: i, k
 
     xi = merge(1.0_wp/3.0_wp, 0.0_wp, is_triangle(face%n))
+    step = 1.0_wp
     do i = 1, max_newton
-      left = x - matmul(flat, face_functions(face%n, xi))
-      gradient = face_gradients(face%n, xi)
-      slope = matmul(flat, transpose(gradient))
-      det = slope(1, 1)*slope(2, 2) - slope(1, 2)*slope(2, 1)
-      if (.not. abs(det) > 0.0_wp) exit
-      step = [left(1)*slope(2, 2) - left(2)*slope(1, 2), slope(1, 1)*left(2) - slope(2, 1)* &
-        left(1)]/det
-      xi = xi + step
+      call evaluate_face(face%n, xi, functions, gradient)
       if (maxval(abs(step)) < settled) exit
+      left = x
+      a = 0.0_wp
+      b = 0.0_wp
+      do k = 1, face%n
+        left = left - functions(k)*flat(:, k)
+        a = a + gradient(1, k)*flat(:, k)
+        b = b + gradient(2, k)*flat(:, k)
+      end do
+      det = a(1)*b(2) - a(2)*b(1)
+      if (.not. abs(det) > 0.0_wp) exit
+      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      xi = xi + step
     end do
-    n = face_functions(face%n, xi)
-    tangent = matmul(face%x(:, :face%n), transpose(face_gradients(face%n, xi)))
+    n = functions(:face%n)
+    tangent = 0.0_wp
+    do k = 1, face%n
+      tangent(:, 1) = tangent(:, 1) + gradient(1, k)*face%x(:, k)
+      tangent(:, 2) = tangent(:, 2) + gradient(2, k)*face%x(:, k)
+    end do
     normal = cross(tangent(:, 1), tangent(:, 2))
   end subroutine locate
 
