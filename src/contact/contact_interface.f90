@@ -312,7 +312,7 @@ contains
     call place_undeformed(scene, whole, undeformed)
     reached = points%in_reach
     do i = 1, points%n
-      if (.not. points%alpha(i) > 0.0_wp) cycle
+      if (points%on_surface(i) .or. .not. points%alpha(i) > 0.0_wp) cycle ! faces are in reach whole
       associate (ends => points%end_point(:, i), alpha => points%alpha(i))
         reached(i) = reached(i) .or. any(points%in_reach(ends)) .or. undeformed%gap(i) <= &
           travel(scene%mesh%body(points%node(i)))*(1.0_wp + 2.0_wp*alpha)/(1.0_wp - 2.0_wp*alpha)
@@ -320,6 +320,7 @@ contains
     end do
     points%in_reach = reached
     do i = 1, points%n
+      if (points%on_surface(i)) cycle
       if (points%alpha(i) > 0.0_wp .and. reached(i)) points%in_reach(points%end_point(:, i)) = .true.
     end do
   end subroutine reach_along_edges
