@@ -30,7 +30,7 @@ module shared_faces_mod
     integer, allocatable :: of(:)        !! (n) the face that each piece is of
     integer, allocatable :: ends(:, :)
     !! (2,n_rows) of nodes in the middles of edges the rows at its ends, else 0
-    real(wp), allocatable :: a(:)        !! (n_rows) 1/4 where a quadrilateral has the edge, else 1/5
+    real(wp), allocatable :: a(:)        !! (n_rows) 1/4 where a quadrilateral has it, else 1/5
     integer, allocatable :: node(:)      !! of places, where they are nodes; else not allocated
     logical :: stays = .false.           !! both are where they are in the mesh
     real(wp), allocatable :: x(:, :)     !! (3,n_rows) [length]

@@ -296,8 +296,8 @@ contains
     call list_master_nodes(scene, points, faced)
   end subroutine points_in_reach
 
-  !> The point in the middle of an edge moves with the ends too: it is in reach where these are, or its
-  !> own gap is, and the ends are where it is.
+  !> The point in the middle of an edge moves with the ends too: it is in reach where these are, or
+  !> its own gap is, and the ends are where it is.
   pure subroutine reach_along_edges(scene, travel, points)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: travel(:)      !! (n_bodies) [length]
@@ -321,7 +321,8 @@ contains
     points%in_reach = reached
     do i = 1, points%n
       if (points%on_surface(i)) cycle
-      if (points%alpha(i) > 0.0_wp .and. reached(i)) points%in_reach(points%end_point(:, i)) = .true.
+      if (.not. (points%alpha(i) > 0.0_wp .and. reached(i))) cycle
+      points%in_reach(points%end_point(:, i)) = .true.
     end do
   end subroutine reach_along_edges
 
@@ -331,7 +332,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
-    integer, intent(in) :: master(:, :)    !! (4,n_faces) or (8,n_faces) of the master; 0 behind its nodes
+    integer, intent(in) :: master(:, :)    !! (4,n_faces) or (8,n_faces), 0 behind the nodes
     real(wp), intent(in) :: places(:, :)   !! (3,n) that these name [length]
     real(wp), intent(in) :: travel(:)      !! (n_bodies) of the slave and its masters [length]
     logical, intent(inout) :: near(:)      !! (n_points) those of the pair are set

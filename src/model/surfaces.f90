@@ -56,7 +56,7 @@ contains
   !> Cut faces with mid-side nodes into parts between all of their nodes, which are as many as the
   !> corners, and the middle; parts of a face follow each other.
   pure subroutine cut_at_middles(faces, nodes, whole)
-    integer, intent(in) :: faces(:, :)               !! (4,n_faces) or (8,n_faces) as of all_nodes_of
+    integer, intent(in) :: faces(:, :)    !! (4,n_faces) or (8,n_faces) as of all_nodes_of
     integer, allocatable, intent(out) :: nodes(:, :) !! (4,n) as of nodes_of_face
     integer, allocatable, intent(out) :: whole(:)    !! (n) which of the faces each is of
     integer :: f, k, n, all_nodes, corners
@@ -88,13 +88,13 @@ contains
     end do
   end subroutine cut_at_middles
 
-  !> The nodes in the middles of the edges of slave faces: the ends of the edge, and alpha of (9.11).
+  !> The nodes in the middles of the edges of slave faces: the ends of the edge, alpha of (9.11).
   !> Other nodes stay as they are.
   pure subroutine find_middles(faces, ends, alpha)
     integer,  intent(in) :: faces(:, :)      !! (4,n_faces) or (8,n_faces) as of all_nodes_of
     integer,  intent(inout) :: ends(:, :)    !! (2,n_nodes)
     real(wp), intent(inout) :: alpha(:)      !! (n_nodes) [-]
-    ! Of edges of triangles, and of edges that a quadrilateral has: areas of all points are positive.
+    ! Of edges of triangles, and of edges that a quadrilateral has: areas of points are positive.
     real(wp), parameter :: of_triangle = 0.2_wp, of_quadrilateral = 0.25_wp
     integer :: f, k, n, corners
 

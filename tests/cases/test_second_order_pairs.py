@@ -154,7 +154,10 @@ class SecondOrderPairs(unittest.TestCase):
                 )
 
     def test_facets_are_the_plane_that_they_lie_in(self):
-        x = [(-1, -1), (0.4, -1), (2, -1), (-1, 0.3), (0.6, 0.4), (2, 0.7), (-1, 2), (0.5, 2), (2, 2)]
+        x = [
+            (-1, -1), (0.4, -1), (2, -1), (-1, 0.3), (0.6, 0.4), (2, 0.7), (-1, 2), (0.5, 2),
+            (2, 2),
+        ]
         nodes = "".join(f"{9001 + i}, {a}, {b}, 0.\n" for i, (a, b) in enumerate(x))
         shells = "".join(
             f"{900 + k}, {9001 + i}, {9002 + i}, {9005 + i}, {9004 + i}\n"

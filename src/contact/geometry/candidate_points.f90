@@ -84,7 +84,7 @@ contains
     call find_extra_gaps(scene, points)
   end subroutine find_points
 
-  !> The nodes in the middles of the edges of slave faces: the ends of the edge, and alpha of (9.11).
+  !> The nodes in the middles of the edges of slave faces: the ends of the edge, alpha of (9.11).
   !> What is before faces has points of its own; slaves before other obstacles share theirs.
   pure subroutine find_edges(scene, pair, ends, alpha)
     type(scene_t), intent(in) :: scene
@@ -127,8 +127,8 @@ contains
     end do
   end function any_bent
 
-  !> The areas of the points from those of the nodes, int N dA: a node in the middle of an edge gives
-  !> alpha of its own to each end. docs/theory.md (9.12).
+  !> The areas of the points from those of the nodes, int N dA: a node in the middle of an edge
+  !> gives alpha of its own to each end. docs/theory.md (9.12).
   pure subroutine share_areas(nodes, ends, alpha, area)
     integer, intent(in) :: nodes(:)         !! of the surface
     integer, intent(in) :: ends(:, :)       !! as of find_edges

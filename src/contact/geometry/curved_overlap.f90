@@ -19,6 +19,7 @@ module curved_overlap_mod
   type :: whole_face_t
     integer :: n = 0                            !! nodes
     real(wp) :: x(3, face_nodes) = 0.0_wp       !! where they are [length]
+    real(wp) :: flat(2, face_nodes) = 0.0_wp    !! the same in a plane [length]
     logical :: is_affine = .false.
     !! shape functions are nearly polynomials in the plane: of triangles with edges nearly straight
   end type whole_face_t
@@ -45,14 +46,14 @@ contains
   end function whole_face
 
   !> Where a part of a master face covers a part of a slave face, and the integrals over that.
-  pure function find_curved_overlap(plane, slave, part, master) result(overlap)
+  pure function find_curved_overlap(plane, of_slave, part, of_master) result(overlap)
     type(plane_t), intent(in) :: plane        !! of the part of the slave face
-    type(whole_face_t), intent(in) :: slave, master
+    type(whole_face_t), intent(in) :: of_slave, of_master
     real(wp), intent(in) :: part(:, :)
     !! (3,3) or (3,4) corners of the part of the master face, anticlockwise from outside [length]
     type(overlap_t) :: overlap
     real(wp) :: flat(2, size(part, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
-    real(wp) :: of_slave(2, slave%n), of_master(2, master%n)
+    type(whole_face_t) :: slave, master
     integer :: n, i
 
     flat = in_plane(plane, part)
@@ -65,29 +66,27 @@ contains
       overlap%area = 0.0_wp
       return
     end if
-    of_slave = in_plane(plane, slave%x(:, :slave%n))
-    of_master = in_plane(plane, master%x(:, :master%n))
+    slave = of_slave
+    slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
+    master = of_master
+    master%flat(:, :master%n) = in_plane(plane, master%x(:, :master%n))
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
       if (slave%is_affine .and. master%is_affine) then
-        call add_points(plane, slave, master, of_slave, of_master, corner, few_points, &
-          few_weights, overlap)
+        call add_points(plane, slave, master, corner, few_points, few_weights, overlap)
       else
-        call add_points(plane, slave, master, of_slave, of_master, corner, many_points, &
-          many_weights, overlap)
+        call add_points(plane, slave, master, corner, many_points, many_weights, overlap)
       end if
     end do
   end function find_curved_overlap
 
   !> Add the integrals over one triangle of an overlap, over the area of the slave face that lies
   !> above it.
-  pure subroutine add_points(plane, slave, master, of_slave, of_master, corner, point, weight, &
-    overlap)
+  pure subroutine add_points(plane, slave, master, corner, point, weight, overlap)
     type(plane_t), intent(in) :: plane
-    type(whole_face_t), intent(in) :: slave, master
-    real(wp), intent(in) :: of_slave(:, :), of_master(:, :) !! (2,n) their nodes in the plane [length]
+    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
     type(overlap_t), intent(inout) :: overlap
@@ -98,9 +97,9 @@ contains
     do i = 1, size(weight)
       x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
         point(2, i)*(corner(:, 3) - corner(:, 1))
-      call locate(slave, of_slave, x, n, normal)
+      call locate(slave, x, n, normal)
       part = area*weight(i)*norm2(normal)/abs(dot_product(normal, plane%axis(:, 3)))*n
-      call locate(master, of_master, x, m, normal)
+      call locate(master, x, m, normal)
       normal = normal/norm2(normal)
       gap = dot_product(normal, matmul(slave%x(:, :slave%n), n) - matmul(master%x(:, :master%n), &
         m))
@@ -121,9 +120,8 @@ contains
 
   !> The place of a face that is seen at a point of the plane, by Newton's method: its shape
   !> functions and the normal there.
-  pure subroutine locate(face, flat, x, n, normal)
-    type(whole_face_t), intent(in) :: face
-    real(wp), intent(in) :: flat(:, :)      !! (2,n) its nodes in the plane [length]
+  pure subroutine locate(face, x, n, normal)
+    type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
     real(wp), intent(in) :: x(2)            !! [length]
     real(wp), intent(out) :: n(:)           !! [-]
     real(wp), intent(out) :: normal(3)      !! not of unit length
@@ -143,9 +141,9 @@ contains
       a = 0.0_wp
       b = 0.0_wp
       do k = 1, face%n
-        left = left - functions(k)*flat(:, k)
-        a = a + gradient(1, k)*flat(:, k)
-        b = b + gradient(2, k)*flat(:, k)
+        left = left - functions(k)*face%flat(:, k)
+        a = a + gradient(1, k)*face%flat(:, k)
+        b = b + gradient(2, k)*face%flat(:, k)
       end do
       det = a(1)*b(2) - a(2)*b(1)
       if (.not. abs(det) > 0.0_wp) exit

@@ -57,8 +57,8 @@ contains
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
                slave_nodes => points%node(first:last), &
                s => scene%surfaces(scene%pairs(pair)%surface)%nodes)
-      slave = slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), slave_nodes, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
+      slave = slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), &
+        slave_nodes, hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
       allocate (master, source=all_nodes_of(scene%surfaces(of%master_surface)%faces, &
         mesh%connectivity))
       m = scene%surfaces(of%master_surface)%nodes
@@ -317,8 +317,9 @@ contains
       ! What came to overlap has moved as far.
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s) + u(:, s)
-      now = join_facets(slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, obstacle, shift, facets)
+      now = join_facets(slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, &
+        mesh%connectivity), s, hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, &
+        obstacle, shift, facets)
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(now, reach, mortar)

@@ -59,8 +59,8 @@ module mortar_mod
   !> A slave surface.
   type :: slave_t
     integer, allocatable :: faces(:, :)
-    !! (4,n_slave) corners, anticlockwise from outside; the fourth is 0 in a triangle. Or (8,n_slave)
-    !! all nodes as of all_nodes_of
+    !! (4,n_slave) corners, anticlockwise from outside; the fourth is 0 in a triangle. Or
+    !! (8,n_slave) all nodes as of all_nodes_of
     integer, allocatable :: nodes(:)      !! (n) each once, in the order of the rows
     integer, allocatable :: hanging(:, :)
     !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
@@ -725,9 +725,9 @@ contains
     end do
   end subroutine fold_rows
 
-  !> Rows of the nodes in the middles of edges themselves, from those of their points and of the ends
-  !> of the edges: u_m = (1 - 2 alpha) q_m + alpha (u_1 + u_2). An end that is not covered enough
-  !> stays as it is.
+  !> Rows of the nodes in the middles of edges themselves, from those of their points and of the
+  !> ends of the edges: u_m = (1 - 2 alpha) q_m + alpha (u_1 + u_2). An end that is not covered
+  !> enough stays as it is.
   pure subroutine rows_of_nodes(nodes, number, ends, alpha, mortar)
     integer, intent(in) :: nodes(:)      !! (n) of the slave
     integer, intent(in) :: number(:)     !! (n_nodes) rows of these
