@@ -160,9 +160,10 @@ contains
 
   !> How many corners a face has.
   pure integer function corners_in(nodes) result(n)
-    integer, intent(in) :: nodes(:) !! as of nodes_of_face
+    integer, intent(in) :: nodes(:) !! as of nodes_of_face or all_nodes_of_face
 
     n = count(nodes > 0)
+    if (n > face_corners) n = n/2 ! as many are in the middles of edges
   end function corners_in
 
 end module connectivity_mod

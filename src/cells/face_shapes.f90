@@ -10,7 +10,7 @@ module face_shapes_mod
   implicit none
   private
 
-  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle
+  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle, evaluate_face
 
   integer, parameter :: most_points = 9
 
@@ -74,7 +74,7 @@ contains
     real(wp) :: n(n_nodes)            !! they add up to 1 [-]
     real(wp) :: gradient(2, face_nodes), all_functions(face_nodes)
 
-    call evaluate(n_nodes, place, all_functions, gradient)
+    call evaluate_face(n_nodes, place, all_functions, gradient)
     n = all_functions(:n_nodes)
   end function face_functions
 
@@ -85,14 +85,15 @@ contains
     real(wp) :: gradient(2, n_nodes)  !! (i,a) [-]
     real(wp) :: all_gradients(2, face_nodes), n(face_nodes)
 
-    call evaluate(n_nodes, place, n, all_gradients)
+    call evaluate_face(n_nodes, place, n, all_gradients)
     gradient = all_gradients(:, :n_nodes)
   end function face_gradients
 
-  pure subroutine evaluate(n_nodes, place, n, gradient)
-    integer,  intent(in)  :: n_nodes
-    real(wp), intent(in)  :: place(2)
-    real(wp), intent(out) :: n(face_nodes), gradient(2, face_nodes)
+  !> Shape functions and gradients together; 0 behind the nodes of the face.
+  pure subroutine evaluate_face(n_nodes, place, n, gradient)
+    integer,  intent(in)  :: n_nodes     !! 3, 4, 6 or 8
+    real(wp), intent(in)  :: place(2)    !! natural coordinates [-]
+    real(wp), intent(out) :: n(face_nodes), gradient(2, face_nodes) !! (a), (i,a) [-]
     real(wp) :: l(3), slope(2, 3), a(4), b(4)
     integer :: corners, k, next
 
@@ -130,6 +131,6 @@ contains
         gradient(:, next) = gradient(:, next) - 0.5_wp*gradient(:, middle)
       end associate
     end do
-  end subroutine evaluate
+  end subroutine evaluate_face
 
 end module face_shapes_mod

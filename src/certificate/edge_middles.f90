@@ -8,7 +8,7 @@ module edge_middles_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, weights_t
+  use contact_points_mod, only: contact_points_t, weights_t, n_sides, find_side_points
   implicit none
   private
 
@@ -34,7 +34,7 @@ contains
     type(edge_middles_t), intent(out) :: middles
     integer :: ends(2, scene%mesh%n_nodes), point(scene%mesh%n_nodes)
     real(wp) :: a(scene%mesh%n_nodes)
-    integer :: pair, i, f, obstacle
+    integer :: pair, i, obstacle, side, first, last
 
     if (.not. allocated(weights%alone)) return
     allocate (middles%ends(2, points%n), middles%nodes(2, points%n), source=0)
@@ -42,19 +42,51 @@ contains
     ends = 0
     a = 0.0_wp
     do pair = 1, size(scene%pairs)
-      associate (faces => scene%surfaces(scene%pairs(pair)%surface)%faces)
-        do f = 1, size(faces, 2)
-          call take_edges(faces(1, f), faces(2, f), ends, a)
-        end do
-      end associate
+      if (.not. is_before_faces(points, pair)) call take_edges_of(pair, ends, a)
     end do
     do obstacle = 1, size(scene%obstacles)
       point = 0
-      do i = 1, points%n
-        if (scene%pairs(points%pair(i))%master == obstacle) point(points%node(i)) = i
+      do pair = 1, size(scene%pairs)
+        if (scene%pairs(pair)%master /= obstacle .or. is_before_faces(points, pair)) cycle
+        do i = points%first(pair), points%first(pair + 1) - 1
+          point(points%node(i)) = i
+        end do
       end do
-      do i = 1, points%n
-        if (scene%pairs(points%pair(i))%master /= obstacle .or. weights%alone(i)) cycle
+      do pair = 1, size(scene%pairs)
+        if (scene%pairs(pair)%master /= obstacle .or. is_before_faces(points, pair)) cycle
+        call take_points(points%first(pair), points%first(pair + 1) - 1, point, ends, a, middles)
+      end do
+    end do
+    ! Each side of faces has points of its own, of one pair.
+    do pair = 1, size(scene%pairs)
+      if (.not. is_before_faces(points, pair)) cycle
+      ends = 0
+      a = 0.0_wp
+      call take_edges_of(pair, ends, a)
+      do side = 1, n_sides(points, pair)
+        call find_side_points(points, pair, side, first, last)
+        point = 0
+        do i = first, last
+          point(points%node(i)) = i
+        end do
+        call take_points(first, last, point, ends, a, middles)
+      end do
+    end do
+    middles%is_any = any(middles%a > 0.0_wp)
+
+  contains
+
+    !> Points, where they are, that are such; those that are alone are none.
+    pure subroutine take_points(first, last, point, ends, a, middles)
+      integer, intent(in) :: first, last
+      integer, intent(in) :: point(:)      !! (n_nodes) that of a node; 0: there is none
+      integer, intent(in) :: ends(:, :)    !! (2,n_nodes)
+      real(wp), intent(in) :: a(:)         !! (n_nodes) [-]
+      type(edge_middles_t), intent(inout) :: middles
+      integer :: i
+
+      do i = first, last
+        if (weights%alone(i)) cycle
         associate (node => points%node(i))
           if (ends(1, node) == 0) cycle
           if (any(point(ends(:, node)) == 0)) cycle
@@ -63,10 +95,21 @@ contains
           middles%a(i) = a(node)
         end associate
       end do
-    end do
-    middles%is_any = any(middles%a > 0.0_wp)
+    end subroutine take_points
 
-  contains
+    !> The edges of the faces of a pair's slave.
+    pure subroutine take_edges_of(pair, ends, a)
+      integer, intent(in) :: pair
+      integer, intent(inout) :: ends(:, :)  !! (2,n_nodes)
+      real(wp), intent(inout) :: a(:)       !! (n_nodes) [-]
+      integer :: f
+
+      associate (faces => scene%surfaces(scene%pairs(pair)%surface)%faces)
+        do f = 1, size(faces, 2)
+          call take_edges(faces(1, f), faces(2, f), ends, a)
+        end do
+      end associate
+    end subroutine take_edges_of
 
     !> The edges of an element that lie in one of its faces: their middles are nodes of that face.
     pure subroutine take_edges(element, face, ends, a)
@@ -89,6 +132,16 @@ contains
     end subroutine take_edges
 
   end subroutine find_edge_middles
+
+  !> Whether a pair's points are before faces.
+  pure logical function is_before_faces(points, pair)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+      is_before_faces = any(points%on_surface(first:last))
+    end associate
+  end function is_before_faces
 
   !> A quantity at a point from those at its node and at the ends of its edge.
   pure elemental real(wp) function at_point(a, own, one, other)

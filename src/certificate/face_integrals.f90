@@ -5,17 +5,20 @@
 !> products of Gauss points. docs/theory.md (11.1), (11.2).
 module face_integrals_mod
   use kinds_mod, only: wp
+  use small_matrix_mod, only: cross
   implicit none
   private
 
-  public :: shared_t, integrate_shared
+  public :: shared_t, integrate_shared, integrate_curved
 
   !> Integrals of the slave's shape functions N and the master's over what two faces share.
   type :: shared_t
-    real(wp) :: area = 0.0_wp        !! [length^2]
-    real(wp) :: lumped(4) = 0.0_wp   !! int N_a [length^2]
-    real(wp) :: mass(4, 4) = 0.0_wp  !! int N_a N_b [length^2]
-    real(wp) :: mixed(4, 4) = 0.0_wp !! int N_a N_k, k of the master's corners [length^2]
+    real(wp) :: area = 0.0_wp        !! in the plane [length^2]
+    real(wp) :: lumped(8) = 0.0_wp   !! int N_a [length^2]
+    real(wp) :: mass(8, 8) = 0.0_wp  !! int N_a N_b [length^2]
+    real(wp) :: mixed(8, 8) = 0.0_wp !! int N_a N_k, k of the master's nodes [length^2]
+    real(wp) :: facing(3, 8) = 0.0_wp
+    !! int N_a n, n of the master; of faces with mid-side nodes alone [length^2]
   end type shared_t
 
   !> A flat face: x = c_1 + c_2 xi + c_3 eta + c_4 xi eta, from 0 to 1 (of a triangle c_4 = 0).
@@ -64,6 +67,149 @@ contains
       end if
     end do
   end function integrate_shared
+
+  !> The integrals over what parts of two faces share, of which either has mid-side nodes: over the
+  !> slave where it lies above the plane, with the shape functions of the faces there.
+  pure function integrate_curved(slave_part, master_part, slave, master) result(shared)
+    real(wp), intent(in) :: slave_part(:, :), master_part(:, :) !! as of `integrate_shared`
+    real(wp), intent(in) :: slave(:, :), master(:, :)
+    !! (3,n) all nodes of the faces, corners first: in the plane, and above it [length]
+    type(shared_t) :: shared
+    real(wp) :: corner(2, most), mean(2)
+    logical :: is_polynomial
+    integer :: n, i
+
+    call collect_corners(slave_part, master_part, corner, n)
+    if (n < 3) return
+    mean = sum(corner(:, :n), dim=2)/real(n, wp)
+    call put_in_order(mean, corner(:, :n))
+    is_polynomial = is_straight_triangle(slave) .and. is_straight_triangle(master)
+    do i = 1, n
+      if (is_polynomial) then
+        call add_curved(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
+          weight_3, shared)
+      else
+        call add_curved(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_6, &
+          weight_6, shared)
+      end if
+    end do
+  end function integrate_curved
+
+  pure logical function is_straight_triangle(x) result(is)
+    real(wp), intent(in) :: x(:, :)         !! (3,n) corners first [length]
+    real(wp), parameter :: off = 1.0e-2_wp  !! of an edge [-]
+
+    is = size(x, 2) == 3
+    if (size(x, 2) /= 6) return
+    associate (bow => x(:, 4:6) - 0.5_wp*(x(:, 1:3) + cshift(x(:, 1:3), 1, dim=2)))
+      is = maxval(abs(bow)) <= off*maxval(abs(x(:, 2:3) - spread(x(:, 1), 2, 2)))
+    end associate
+  end function is_straight_triangle
+
+  !> Add the integrals over a triangle of the plane.
+  pure subroutine add_curved(slave, master, mean, one, other, point, weight, shared)
+    real(wp), intent(in) :: slave(:, :), master(:, :)  !! (3,n) as of `integrate_curved` [length]
+    real(wp), intent(in) :: mean(2), one(2), other(2)  !! its corners [length]
+    real(wp), intent(in) :: point(:), weight(:)        !! on the unit interval
+    type(shared_t), intent(inout) :: shared
+    real(wp) :: p(2), q(2), n(size(slave, 2)), m(size(master, 2)), normal(3), twice, part
+    integer :: i, j, b
+
+    p = one - mean
+    q = other - mean
+    twice = abs(p(1)*q(2) - p(2)*q(1))
+    if (.not. twice > 0.0_wp) return
+    do i = 1, size(point)
+      do j = 1, size(point)
+        associate (x => mean + point(i)*((1.0_wp - point(j))*p + point(j)*q))
+          call find_place(slave, x, n, normal)
+          part = twice*weight(i)*weight(j)*point(i)*norm2(normal)/abs(normal(3))
+          call find_place(master, x, m, normal)
+        end associate
+        normal = normal/norm2(normal)
+        shared%area = shared%area + twice*weight(i)*weight(j)*point(i)
+        shared%lumped(:size(n)) = shared%lumped(:size(n)) + part*n
+        do b = 1, size(n)
+          shared%mass(:size(n), b) = shared%mass(:size(n), b) + part*n(b)*n
+          shared%facing(:, b) = shared%facing(:, b) + part*n(b)*normal
+        end do
+        do b = 1, size(m)
+          shared%mixed(:size(n), b) = shared%mixed(:size(n), b) + part*m(b)*n
+        end do
+      end do
+    end do
+  end subroutine add_curved
+
+  !> Shape functions of a face at the place that is seen at `x`, and the vector of its area there.
+  pure subroutine find_place(face, x, n, normal)
+    real(wp), intent(in) :: face(:, :)      !! (3,n) [length]
+    real(wp), intent(in) :: x(2)            !! [length]
+    real(wp), intent(out) :: n(:), normal(3)
+    real(wp) :: slope(size(n), 2), t(3, 2), s(2), step(2), left(2), det
+    integer :: i
+
+    s = merge(1.0_wp/3.0_wp, 0.5_wp, modulo(size(n), 3) == 0)
+    do i = 1, 30
+      call evaluate(s, n, slope)
+      t = matmul(face, slope)
+      left = x - matmul(face(:2, :), n)
+      det = t(1, 1)*t(2, 2) - t(1, 2)*t(2, 1)
+      if (.not. abs(det) > 0.0_wp) exit
+      step = [left(1)*t(2, 2) - left(2)*t(1, 2), t(1, 1)*left(2) - t(2, 1)*left(1)]/det
+      s = s + step
+      if (maxval(abs(step)) < 1.0e-9_wp) exit
+    end do
+    call evaluate(s, n, slope)
+    t = matmul(face, slope)
+    normal = cross(t(:, 1), t(:, 2))
+  end subroutine find_place
+
+  !> Shape functions and slopes along coordinates from 0 to 1, of triangles and quadrilaterals.
+  pure subroutine evaluate(s, n, slope)
+    real(wp), intent(in) :: s(2)
+    real(wp), intent(out) :: n(:), slope(:, :) !! (n), (n,2)
+    real(wp) :: l(3), along(3, 2), a(2), at(2)
+    integer :: k, i, j
+
+    if (modulo(size(n), 3) == 0) then
+      l = [1.0_wp - s(1) - s(2), s(1), s(2)]
+      along = reshape([-1, 1, 0, -1, 0, 1]*1.0_wp, [3, 2])
+      if (size(n) == 3) then
+        n = l
+        slope = along
+        return
+      end if
+      n(:3) = l*(2.0_wp*l - 1.0_wp)
+      n(4:) = 4.0_wp*l*cshift(l, 1)
+      do k = 1, 2
+        slope(:3, k) = (4.0_wp*l - 1.0_wp)*along(:, k)
+        slope(4:, k) = 4.0_wp*(l*cshift(along(:, k), 1) + along(:, k)*cshift(l, 1))
+      end do
+      return
+    end if
+    do k = 1, size(n)
+      ! Corners anticlockwise from the origin, then the middles from that of the first two.
+      select case (k)
+      case (1:4)
+        at = [merge(1, 0, k == 2 .or. k == 3), merge(1, 0, k > 2)]
+      case default
+        at = 0.5_wp*[merge(2, merge(0, 1, k == 8), k == 6), merge(2, merge(0, 1, k == 5), k == 7)]
+      end select
+      ! From 1 at the node to 0 across from it, of a middle along its edge 1 in the middle.
+      a = merge(4.0_wp*s*(1.0_wp - s), merge(s, 1.0_wp - s, at > 0.75_wp), abs(at - 0.5_wp) < &
+        0.25_wp)
+      n(k) = a(1)*a(2)
+      do i = 1, 2
+        j = 3 - i
+        slope(k, i) = a(j)*merge(4.0_wp - 8.0_wp*s(i), merge(1.0_wp, -1.0_wp, at(i) > 0.75_wp), &
+          abs(at(i) - 0.5_wp) < 0.25_wp)
+      end do
+    end do
+    if (size(n) == 4) return
+    ! Half of the middles beside them corners give up.
+    n(:4) = n(:4) - 0.5_wp*(n(5:8) + cshift(n(5:8), -1))
+    slope(:4, :) = slope(:4, :) - 0.5_wp*(slope(5:8, :) + cshift(slope(5:8, :), -1, dim=1))
+  end subroutine evaluate
 
   !> Corners of either face inside the other, and where edges cross. Some may be there twice.
   pure subroutine collect_corners(a, b, corner, n)
@@ -167,10 +313,10 @@ contains
         n = shapes_at(slave, x)
         m = shapes_at(master, x)
         shared%area = shared%area + part
-        shared%lumped = shared%lumped + part*n
+        shared%lumped(:4) = shared%lumped(:4) + part*n
         do b = 1, 4
-          shared%mass(:, b) = shared%mass(:, b) + part*n(b)*n
-          shared%mixed(:, b) = shared%mixed(:, b) + part*m(b)*n
+          shared%mass(:4, b) = shared%mass(:4, b) + part*n(b)*n
+          shared%mixed(:4, b) = shared%mixed(:4, b) + part*m(b)*n
         end do
       end do
     end do

@@ -11,6 +11,7 @@ module facing_surfaces_mod
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use obstacle_gaps_mod, only: frame_of
+  use edge_middles_mod, only: edge_middles_t, find_edge_middles, vector_at_point
   use shared_faces_mod, only: two_sides_t, rows_t, put_together, integrate
   implicit none
   private
@@ -65,9 +66,11 @@ contains
     type(two_sides_t) :: sides
     type(rows_t) :: rows
     real(wp) :: normal(3), found
+    type(edge_middles_t) :: middles
     logical, allocatable :: left(:)
     integer :: pair, side, i
 
+    call find_edge_middles(scene, points, contact%weights, middles)
     do pair = 1, size(scene%pairs)
       if (points%first(pair + 1) == points%first(pair)) cycle
       if (.not. points%on_surface(points%first(pair))) cycle
@@ -82,8 +85,8 @@ contains
             normal = rows%normal(:, here)
             where (is_across(points, i)) normal = 0.0_wp
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
-            found = dot_product(normal/norm2(normal), arm_of(sides, rows, here)) + &
-              points%extra_gap(i)
+            found = dot_product(normal/norm2(normal), arm_of(sides, rows, here) + &
+              lift_alone(points, sides, middles, i, state%displacement)) + points%extra_gap(i)
             if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
@@ -100,7 +103,7 @@ contains
 
     associate (entries => rows%of_row%item(rows%of_row%first(here): &
                rows%of_row%first(here + 1) - 1))
-      arm = sides%x(:, here) - matmul(sides%y(:, rows%entry(entries)%place), &
+      arm = sides%q(:, here) - matmul(sides%y(:, rows%entry(entries)%place), &
         rows%entry(entries)%part)/rows%area(here)
     end associate
   end function arm_of
@@ -152,13 +155,19 @@ contains
     type(rows_t), intent(in) :: rows
     type(contact_fields_t), intent(inout) :: contact
     type(weights_t) :: found
+    type(edge_middles_t) :: middles
     real(wp) :: normal(3), arm(3), motion(3), gap, area, changed, weight(scene%mesh%n_nodes)
+    real(wp) :: counts
     logical :: left(size(sides%x, 2)), differs(size(sides%x, 2))
     integer :: first, last, i, n
 
     first = sides%first
     last = sides%last
     left = is_left(scene, points, sides, contact)
+    call find_edge_middles(scene, points, contact%weights, middles)
+    ! With mid-side nodes what is covered less does not count, whatever the rules of quadrature.
+    counts = compared
+    if (any(sides%a > 0.0_wp)) counts = 2.0_wp*compared
     differs = .false.
     weight = 0.0_wp
     allocate (found%first(size(left) + 1), found%node(rows%n + size(left)), &
@@ -174,7 +183,7 @@ contains
         if (is_covered(points, contact%weights, i)) then
           differs(here) = abs(area - contact%covered_area(i)) > of_quadrature*whole
         else
-          differs(here) = area > compared*whole .and. norm2(normal) > compared*area
+          differs(here) = area > counts*whole .and. norm2(normal) > compared*area
         end if
         if (.not. differs(here) .and. (area <= compared*whole .or. .not. is_covered(points, &
           contact%weights, i))) cycle
@@ -187,15 +196,20 @@ contains
         call find_row(scene, sides, rows, here, found, n)
         found%first(here + 1) = n + 1
         arm = arm_of(sides, rows, here)
-        motion = relative_motion(found, here, points%node(i), new%displacement)
-        if (sides%stays) arm = arm + motion
+        motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
+        if (sides%stays) then
+          arm = arm + motion
+        else
+          arm = arm + lift_alone(points, sides, middles, i, new%displacement)
+        end if
         gap = dot_product(normal, arm) + points%extra_gap(i)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &
           .or. abs(gap - contact%gap(i)) > of_quadrature*sqrt(area) .or. &
           changed > of_quadrature*max(1.0_wp, sum(abs(found%weight(found%first(here):n))))
         if (.not. differs(here)) cycle
-        motion = motion - relative_motion(found, here, points%node(i), old%displacement)
+        motion = motion - relative_motion(found, here, middles, i, points%node(i), &
+          old%displacement)
         contact%frame(:, :, i) = frame_of(normal)
         contact%gap(i) = gap
         contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
@@ -243,7 +257,7 @@ contains
     place = 0.0_wp
     do k = rows%of_row%first(here), rows%of_row%first(here + 1) - 1
       associate (entry => rows%entry(rows%of_row%item(k)))
-        place = place + entry%part/rows%area(here)*(sides%y(:, entry%place) - sides%x(:, here))
+        place = place + entry%part/rows%area(here)*(sides%y(:, entry%place) - sides%q(:, here))
       end associate
     end do
   end function faced_place
@@ -315,19 +329,42 @@ contains
     end do
   end subroutine find_row
 
-  !> Displacement of a node less that of what it faces.
-  pure function relative_motion(rows, here, node, u) result(motion)
+  !> Displacement of a point less that of what it faces.
+  pure function relative_motion(rows, here, middles, i, node, u) result(motion)
     type(weights_t), intent(in) :: rows
-    integer, intent(in) :: here, node
+    integer, intent(in) :: here
+    type(edge_middles_t), intent(in) :: middles
+    integer, intent(in) :: i, node   !! the point, its node
     real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
     real(wp) :: motion(3)            !! [length]
     integer :: k
 
-    motion = u(:, node)
+    motion = vector_at_point(middles, node, i, u)
     do k = rows%first(here), rows%first(here + 1) - 1
       motion = motion - rows%weight(k)*u(:, rows%node(k))
     end do
   end function relative_motion
+
+  !> What a node in the middle of an edge that is a point by itself has moved more than its place in
+  !> the edge would have.
+  pure function lift_alone(points, sides, middles, i, u) result(lift)
+    type(contact_points_t), intent(in) :: points
+    type(two_sides_t), intent(in) :: sides
+    type(edge_middles_t), intent(in) :: middles
+    integer, intent(in) :: i
+    real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
+    real(wp) :: lift(3)              !! [length]
+
+    lift = 0.0_wp
+    associate (ends => sides%ends(:, i - sides%first + 1), a => sides%a(i - sides%first + 1))
+      if (ends(1) == 0) return
+      if (middles%a(i) > 0.0_wp) return
+      associate (one => points%node(sides%first - 1 + ends(1)), &
+                 other => points%node(sides%first - 1 + ends(2)))
+        lift = a/(1.0_wp - 2.0_wp*a)*(u(:, one) + u(:, other) - 2.0_wp*u(:, points%node(i)))
+      end associate
+    end associate
+  end function lift_alone
 
   !> Put rows that differ in the place of those that were said.
   pure subroutine put_rows(first, differs, found, weights)

@@ -73,6 +73,7 @@ contains
     end do
     if (.not. middles%is_any) return
     do i = 1, points%n
+      if (points%on_surface(i)) cycle
       if (middles%a(i) > 0.0_wp) contact%gap(i) = at_point(middles%a(i), contact%gap(i), &
         contact%gap(middles%ends(1, i)), contact%gap(middles%ends(2, i)))
     end do

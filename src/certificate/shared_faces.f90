@@ -5,12 +5,12 @@ module shared_faces_mod
   use lists_mod, only: lists_t, lists_by_key
   use small_matrix_mod, only: cross, solve_small
   use sorting_mod, only: order_of
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: all_nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, faces_of_side, find_side_points
   use state_mod, only: state_t
   use turned_slips_mod, only: orientation
-  use face_integrals_mod, only: shared_t, integrate_shared
+  use face_integrals_mod, only: shared_t, integrate_shared, integrate_curved
   implicit none
   private
 
@@ -23,18 +23,25 @@ module shared_faces_mod
     integer :: pair = 0
     integer :: first = 0, last = 0       !! points
     integer, allocatable :: slave(:, :)
-    !! (4,n) rows, the points of a side from 1; the fourth is 0 in a triangle
-    integer, allocatable :: master(:, :) !! (4,n) places; the same
+    !! (8,n) rows, the points of a side from 1: corners, then those in the middles of edges; zeros
+    !! behind them
+    integer, allocatable :: master(:, :) !! (4,n) or (8,n) places; the same
+    integer, allocatable :: piece(:, :)  !! (4,n) places of what master faces are cut into
+    integer, allocatable :: of(:)        !! (n) the face that each piece is of
+    integer, allocatable :: ends(:, :)
+    !! (2,n_rows) of nodes in the middles of edges the rows at its ends, else 0
+    real(wp), allocatable :: a(:)        !! (n_rows) 1/4 where a quadrilateral has it, else 1/5
     integer, allocatable :: node(:)      !! of places, where they are nodes; else not allocated
     logical :: stays = .false.           !! both are where they are in the mesh
     real(wp), allocatable :: x(:, :)     !! (3,n_rows) [length]
+    real(wp), allocatable :: q(:, :)     !! (3,n_rows) of the points, docs/theory.md (9.11) [length]
     real(wp), allocatable :: y(:, :)     !! (3,n_places) [length]
     real(wp) :: before = 0.0_wp, behind = 0.0_wp
     !! how far masters may be before and behind the plane of a slave face [length]
-    real(wp), allocatable :: low(:, :), high(:, :) !! (3,n) box of each master face [length]
+    real(wp), allocatable :: low(:, :), high(:, :) !! (3,n) box of each piece [length]
     real(wp), allocatable :: normal(:, :)          !! (3,n) and its outward normal [-]
-    integer, allocatable :: sorted(:)    !! master faces by the lowest coordinate along `axis`
-    integer, allocatable :: key(:)       !! of the sorted faces, as of `key_of`
+    integer, allocatable :: sorted(:)    !! pieces by the lowest coordinate along `axis`
+    integer, allocatable :: key(:)       !! of the sorted pieces, as of `key_of`
     integer :: axis = 1
     real(wp) :: lowest = 0.0_wp, extent = 0.0_wp !! of the master along it [length]
     real(wp) :: widest = 0.0_wp          !! of the boxes along it [length]
@@ -84,13 +91,14 @@ contains
                node => points%node(sides%first:sides%last))
       row_of(0) = 0
       row_of(node) = [(i, i=1, size(node))]
-      sides%slave = nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity)
+      sides%slave = all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity)
       do i = 1, size(sides%slave, 2)
         sides%slave(:, i) = row_of(sides%slave(:, i))
       end do
       sides%x = mesh%coordinates(:, node)
+      call find_ends(sides)
       if (of%master == 0) then
-        sides%master = nodes_of(scene%surfaces(of%master_surface)%faces, mesh%connectivity)
+        sides%master = all_nodes_of(scene%surfaces(of%master_surface)%faces, mesh%connectivity)
       else
         sides%master = scene%obstacles(of%master)%facet
       end if
@@ -138,6 +146,13 @@ contains
           reach = reach + norm2(max(maxval(u, 2) - minval(way, 2), maxval(way, 2) - minval(u, 2)))
         end associate
       end if
+      sides%q = sides%x
+      do i = 1, size(node)
+        if (sides%ends(1, i) == 0) cycle
+        associate (one => sides%x(:, sides%ends(1, i)), other => sides%x(:, sides%ends(2, i)))
+          sides%q(:, i) = (sides%x(:, i) - sides%a(i)*(one + other))/(1.0_wp - 2.0_wp*sides%a(i))
+        end associate
+      end do
       sides%behind = reach + of%overlap
       sides%before = sides%behind
       if (sides%stays) sides%before = huge(1.0_wp)
@@ -145,7 +160,55 @@ contains
     call note_masters(sides)
   end subroutine put_together
 
-  !> The longest diagonal of the boxes of faces.
+  !> The ends of the edges of slave faces with nodes in their middles.
+  pure subroutine find_ends(sides)
+    type(two_sides_t), intent(inout) :: sides
+    integer :: f, k, n
+
+    allocate (sides%ends(2, size(sides%x, 2)), source=0)
+    allocate (sides%a(size(sides%x, 2)), source=0.0_wp)
+    do f = 1, size(sides%slave, 2)
+      n = corners_of(sides%slave(:, f))
+      if (count(sides%slave(:, f) > 0) == n) cycle
+      do k = 1, n
+        associate (row => sides%slave(n + k, f))
+          sides%ends(:, row) = [sides%slave(k, f), sides%slave(1 + mod(k, n), f)]
+          sides%a(row) = max(sides%a(row), merge(0.25_wp, 0.2_wp, n == 4))
+        end associate
+      end do
+    end do
+  end subroutine find_ends
+
+  pure integer function corners_of(face) result(n)
+    integer, intent(in) :: face(:) !! (4) or (8) 0 behind its nodes
+
+    n = count(face > 0)
+    if (n > 4) n = n/2
+  end function corners_of
+
+  !> What a face is cut into along lines between its nodes: nothing where it has corners alone.
+  pure subroutine cut(face, piece, n)
+    integer, intent(in) :: face(:)       !! (4) or (8)
+    integer, intent(out) :: piece(4, 5)  !! the fourth is 0 in a triangle
+    integer, intent(out) :: n            !! how many
+    integer :: corners, k, before
+
+    piece = 0
+    n = 1
+    corners = corners_of(face)
+    if (count(face > 0) == corners) then
+      piece(:, 1) = face(:4)
+      return
+    end if
+    do k = 1, corners
+      before = merge(2*corners, corners + k - 1, k == 1)
+      piece(:3, k) = [face(k), face(corners + k), face(before)]
+    end do
+    n = corners + 1
+    piece(:corners, n) = face(corners + 1:2*corners)
+  end subroutine cut
+
+  !> The longest diagonal of the boxes of faces, by their corners.
   pure real(wp) function largest_face(faces, x) result(length)
     integer, intent(in) :: faces(:, :)   !! (4,n_faces)
     real(wp), intent(in) :: x(:, :)      !! (3,n) [length]
@@ -153,7 +216,7 @@ contains
 
     length = 0.0_wp
     do f = 1, size(faces, 2)
-      n = count(faces(:, f) > 0)
+      n = corners_of(faces(:, f))
       length = max(length, norm2(maxval(x(:, faces(:n, f)), 2) - minval(x(:, faces(:n, f)), 2)))
     end do
   end function largest_face
@@ -161,13 +224,25 @@ contains
   !> Boxes and normals of the master's faces, and their order along the longest axis.
   pure subroutine note_masters(sides)
     type(two_sides_t), intent(inout) :: sides
-    integer :: f, k, n
+    integer :: f, k, n, pieces(4, 5), n_pieces
 
-    n = size(sides%master, 2)
+    n = 0
+    do f = 1, size(sides%master, 2)
+      call cut(sides%master(:, f), pieces, n_pieces)
+      n = n + n_pieces
+    end do
+    allocate (sides%piece(4, n), sides%of(n), source=0)
     allocate (sides%low(3, n), sides%high(3, n), sides%normal(3, n))
+    n = 0
+    do f = 1, size(sides%master, 2)
+      call cut(sides%master(:, f), pieces, n_pieces)
+      sides%piece(:, n + 1:n + n_pieces) = pieces(:, :n_pieces)
+      sides%of(n + 1:n + n_pieces) = f
+      n = n + n_pieces
+    end do
     do f = 1, n
-      k = count(sides%master(:, f) > 0)
-      associate (y => sides%y(:, sides%master(:k, f)))
+      k = count(sides%piece(:, f) > 0)
+      associate (y => sides%y(:, sides%piece(:k, f)))
         sides%low(:, f) = minval(y, 2)
         sides%high(:, f) = maxval(y, 2)
         sides%normal(:, f) = area_vector(y)
@@ -175,7 +250,7 @@ contains
       end associate
     end do
     sides%axis = maxloc(maxval(sides%high, 2) - minval(sides%low, 2), dim=1)
-    sides%largest = largest_face(sides%master, sides%y)
+    sides%largest = largest_face(sides%piece, sides%y)
     sides%widest = maxval(sides%high(sides%axis, :) - sides%low(sides%axis, :))
     sides%lowest = minval(sides%low(sides%axis, :))
     sides%extent = maxval(sides%high(sides%axis, :)) - sides%lowest
@@ -221,17 +296,19 @@ contains
     rows%of_row = lists_by_key(rows%entry(:rows%n)%row, n)
   end subroutine integrate
 
-  !> Find what a slave face shares with the masters before it.
-  pure subroutine find_parts(sides, x, axes, area, parts, n)
+  !> Find what a piece of a slave face shares with the masters before it.
+  pure subroutine find_parts(sides, x, face, axes, area, parts, n)
     type(two_sides_t), intent(in) :: sides
-    real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the face [length]
+    real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the piece [length]
+    real(wp), intent(in) :: face(:, :) !! (3,n) all nodes of the face [length]
     real(wp), intent(in) :: axes(3, 3), area !! unit vectors, the third its normal; [length^2]
     type(part_t), allocatable, intent(inout) :: parts(:) !! room for more than n
-    integer, intent(out) :: n        !! how many there are
+    integer, intent(inout) :: n      !! how many there are, those of pieces before it among them
     real(wp), dimension(3) :: middle, low, high
     real(wp) :: flat(2, size(x, 2)), place(2, 4), height(4), along, aside
     type(shared_t) :: shared
-    integer :: i, k, f, a
+    real(wp) :: most
+    integer :: i, k, f, a, first
 
     middle = sum(x, dim=2)/real(size(x, 2), wp)
     do a = 1, size(x, 2)
@@ -244,15 +321,15 @@ contains
       min(minval(sides%low, 2), middle))
     low = minval(x, 2) - along*abs(axes(:, 3)) - aside
     high = maxval(x, 2) + along*abs(axes(:, 3)) + aside
-    n = 0
+    first = n + 1
     do i = first_from(sides, low(sides%axis) - sides%widest), size(sides%sorted)
       f = sides%sorted(i)
       if (sides%low(sides%axis, f) > high(sides%axis)) exit
       if (any(sides%low(:, f) > high) .or. any(sides%high(:, f) < low)) cycle
       if (dot_product(sides%normal(:, f), axes(:, 3)) > against) cycle
-      k = count(sides%master(:, f) > 0)
+      k = count(sides%piece(:, f) > 0)
       do a = 1, k
-        associate (arm => sides%y(:, sides%master(a, f)) - middle)
+        associate (arm => sides%y(:, sides%piece(a, f)) - middle)
           place(:, a) = matmul(arm, axes(:, :2))
           height(a) = dot_product(arm, axes(:, 3))
         end associate
@@ -260,16 +337,36 @@ contains
       if (minval(height(:k)) > sides%before .or. maxval(height(:k)) < -sides%behind) cycle
       if (any(maxval(place(:, :k), 2) < minval(flat, 2)) .or. any(minval(place(:, :k), 2) > &
         maxval(flat, 2))) cycle
-      shared = integrate_shared(flat, place(:, :k))
+      associate (master => sides%master(:count(sides%master(:, sides%of(f)) > 0), sides%of(f)))
+        if (max(size(master), size(face, 2)) > 4) then
+          shared = integrate_curved(flat, place(:, :k), matmul(transpose(axes), face - &
+            spread(middle, 2, size(face, 2))), matmul(transpose(axes), sides%y(:, master) - &
+            spread(middle, 2, size(master))))
+          do a = 1, size(face, 2)
+            shared%facing(:, a) = matmul(axes, shared%facing(:, a))
+          end do
+        else
+          shared = integrate_shared(flat, place(:, :k))
+          do a = 1, 4
+            shared%facing(:, a) = shared%lumped(a)*sides%normal(:, f)
+          end do
+        end if
+      end associate
       if (.not. shared%area > 1.0e-12_wp*area) cycle
       if (n == size(parts)) parts = [parts, parts]
       n = n + 1
-      parts(n) = part_t(f, abs(sum(height(:k)))/real(k, wp), shared)
+      parts(n) = part_t(sides%of(f), abs(sum(height(:k)))/real(k, wp), shared)
     end do
     ! Of a master behind another nothing is faced.
-    do while (n > 0)
-      if (sum(parts(:n)%shared%area) <= (1.0_wp + 1.0e-6_wp)*area) exit
-      parts(maxloc(parts(:n)%away, dim=1)) = parts(n)
+    ! Pieces of curved faces lean, and seem to overlap a little.
+    most = 1.0e-6_wp
+    if (size(face, 2) > 4) most = 0.05_wp
+    do i = first, n
+      if (count(sides%master(:, parts(i)%master) > 0) > 4) most = 0.05_wp
+    end do
+    do while (n >= first)
+      if (sum(parts(first:n)%shared%area) <= (1.0_wp + most)*area) exit
+      parts(first - 1 + maxloc(parts(first:n)%away, dim=1)) = parts(n)
       n = n - 1
     end do
   end subroutine find_parts
@@ -277,27 +374,35 @@ contains
   !> Add what a slave face and the masters before it share.
   pure subroutine add_face(sides, row, parts, rows)
     type(two_sides_t), intent(in) :: sides
-    integer, intent(in) :: row(:)         !! of its corners
+    integer, intent(in) :: row(:)         !! of its nodes
     type(part_t), allocatable, intent(inout) :: parts(:) !! to work with
     type(rows_t), intent(inout) :: rows
-    real(wp), dimension(size(row), size(row)) :: dual, mass
+    real(wp), dimension(size(row), size(row)) :: dual, mass, basis
     real(wp), dimension(size(row)) :: lumped, unit
-    real(wp) :: x(3, size(row)), axes(3, 3), area
-    integer :: i, k, a, n, n_parts
+    real(wp) :: axes(3, 3), area, size_of_piece
+    integer :: piece(4, 5), i, k, a, n, n_parts, n_pieces
     logical :: regular
 
     n = size(row)
-    x = sides%x(:, row)
-    axes(:, 3) = area_vector(x)
-    area = norm2(axes(:, 3))
-    if (.not. area > 0.0_wp) return
-    axes(:, 3) = axes(:, 3)/area
-    ! A diagonal, or an edge of a triangle, less what of it is not in the plane.
-    axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
-    axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
-    axes(:, 2) = cross(axes(:, 3), axes(:, 1))
-    rows%whole(row) = rows%whole(row) + area/real(n, wp)
-    call find_parts(sides, x, axes, area, parts, n_parts)
+    call cut([row, spread(0, 1, 8 - n)], piece, n_pieces)
+    area = 0.0_wp
+    n_parts = 0
+    do i = 1, n_pieces
+      associate (x => sides%x(:, piece(:count(piece(:, i) > 0), i)))
+        axes(:, 3) = area_vector(x)
+        size_of_piece = norm2(axes(:, 3))
+        if (.not. size_of_piece > 0.0_wp) return
+        area = area + size_of_piece
+        axes(:, 3) = axes(:, 3)/size_of_piece
+        ! A diagonal, or an edge of a triangle, less what of it is not in the plane.
+        axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
+        axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
+        axes(:, 2) = cross(axes(:, 3), axes(:, 1))
+        call find_parts(sides, x, sides%x(:, row), axes, size_of_piece, parts, n_parts)
+      end associate
+    end do
+    call find_basis(sides, row, basis)
+    rows%whole(row) = rows%whole(row) + area*parts_of_area(n)
     if (n_parts == 0) return
     mass = 0.0_wp
     lumped = 0.0_wp
@@ -306,6 +411,10 @@ contains
       lumped = lumped + parts(i)%shared%lumped(:n)
     end do
     if (sum(lumped) < 1.0e-9_wp*area) return
+    if (n > 4) then
+      mass = matmul(basis, matmul(mass, transpose(basis)))
+      lumped = matmul(basis, lumped)
+    end if
     do a = 1, n
       unit = 0.0_wp
       unit(a) = 1.0_wp
@@ -313,12 +422,13 @@ contains
       if (.not. regular) return
       dual(a, :) = lumped(a)*dual(a, :)
     end do
+    if (n > 4) dual = matmul(dual, basis)
     rows%area(row) = rows%area(row) + lumped
     do i = 1, n_parts
       associate (master => sides%master(:, parts(i)%master), shared => parts(i)%shared)
         do a = 1, n
-          rows%normal(:, row(a)) = rows%normal(:, row(a)) + shared%lumped(a)* &
-            sides%normal(:, parts(i)%master)
+          rows%normal(:, row(a)) = rows%normal(:, row(a)) + matmul(shared%facing(:, :n), &
+            basis(a, :))
           do k = 1, count(master > 0)
             call append(entry_t(row(a), master(k), dot_product(dual(a, :), shared%mixed(:n, k))), &
               rows)
@@ -327,6 +437,33 @@ contains
       end associate
     end do
   end subroutine add_face
+
+  !> The functions of the points of a face as sums of shape functions: these of a node in the middle
+  !> of an edge count for the ends of the edge, too.
+  pure subroutine find_basis(sides, row, basis)
+    type(two_sides_t), intent(in) :: sides
+    integer, intent(in) :: row(:)           !! of the nodes of the face
+    real(wp), intent(out) :: basis(:, :)    !! (n,n) [-]
+    integer :: i
+
+    basis = 0.0_wp
+    do i = 1, size(row)
+      basis(i, i) = 1.0_wp - 2.0_wp*sides%a(row(i))
+      if (sides%ends(1, row(i)) == 0) cycle
+      where (row == sides%ends(1, row(i)) .or. row == sides%ends(2, row(i))) basis(:, i) = &
+        sides%a(row(i))
+    end do
+  end subroutine find_basis
+
+  !> What of the area of a face its nodes have, of a flat one with straight edges.
+  pure function parts_of_area(n) result(part)
+    integer, intent(in) :: n !! nodes
+    real(wp) :: part(n)      !! [-]
+
+    part = 1.0_wp/real(n, wp)
+    if (n == 6) part = [spread(2.0_wp, 1, 3), spread(3.0_wp, 1, 3)]/15.0_wp
+    if (n == 8) part = [spread(1.0_wp, 1, 4), spread(2.0_wp, 1, 4)]/12.0_wp
+  end function parts_of_area
 
   !> Where a coordinate lies along the master, in parts of its extent.
   pure elemental integer function key_of(sides, coordinate) result(key)

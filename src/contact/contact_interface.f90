@@ -6,7 +6,7 @@ module contact_interface_mod
   use loads_mod, only: interference_t, amplitude_range
   use obstacles_mod, only: ref_nodes
   use connectivity_mod, only: corners_in
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: all_nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes, n_sides, &
@@ -266,7 +266,7 @@ contains
           points%in_reach(first:last) = .true.
           if (any(loose_body(scene%mesh%body([points%node(first:last), masters])))) cycle
         end associate
-        call find_near(scene, points, pair, nodes_of(scene%surfaces(scene%pairs( &
+        call find_near(scene, points, pair, all_nodes_of(scene%surfaces(scene%pairs( &
           pair)%master_surface)%faces, scene%mesh%connectivity), scene%mesh%coordinates, travel, &
           points%in_reach, faced(:, pair))
         cycle
@@ -296,8 +296,8 @@ contains
     call list_master_nodes(scene, points, faced)
   end subroutine points_in_reach
 
-  !> The point in the middle of an edge moves with the ends too: it is in reach where these are, or its
-  !> own gap is, and the ends are where it is.
+  !> The point in the middle of an edge moves with the ends too: it is in reach where these are, or
+  !> its own gap is, and the ends are where it is.
   pure subroutine reach_along_edges(scene, travel, points)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: travel(:)      !! (n_bodies) [length]
@@ -312,7 +312,7 @@ contains
     call place_undeformed(scene, whole, undeformed)
     reached = points%in_reach
     do i = 1, points%n
-      if (.not. points%alpha(i) > 0.0_wp) cycle
+      if (points%on_surface(i) .or. .not. points%alpha(i) > 0.0_wp) cycle ! faces are in reach whole
       associate (ends => points%end_point(:, i), alpha => points%alpha(i))
         reached(i) = reached(i) .or. any(points%in_reach(ends)) .or. undeformed%gap(i) <= &
           travel(scene%mesh%body(points%node(i)))*(1.0_wp + 2.0_wp*alpha)/(1.0_wp - 2.0_wp*alpha)
@@ -320,7 +320,9 @@ contains
     end do
     points%in_reach = reached
     do i = 1, points%n
-      if (points%alpha(i) > 0.0_wp .and. reached(i)) points%in_reach(points%end_point(:, i)) = .true.
+      if (points%on_surface(i)) cycle
+      if (.not. (points%alpha(i) > 0.0_wp .and. reached(i))) cycle
+      points%in_reach(points%end_point(:, i)) = .true.
     end do
   end subroutine reach_along_edges
 
@@ -330,7 +332,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
-    integer, intent(in) :: master(:, :)    !! (4,n_faces) of the master; the fourth may be 0
+    integer, intent(in) :: master(:, :)    !! (4,n_faces) or (8,n_faces), 0 behind the nodes
     real(wp), intent(in) :: places(:, :)   !! (3,n) that these name [length]
     real(wp), intent(in) :: travel(:)      !! (n_bodies) of the slave and its masters [length]
     logical, intent(inout) :: near(:)      !! (n_points) those of the pair are set
@@ -342,7 +344,7 @@ contains
 
     if (present(faced)) faced = .false.
     associate (mesh => scene%mesh, of => scene%pairs(pair))
-      allocate (slave, source=nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
+      allocate (slave, source=all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
       do side = 1, n_sides(points, pair)
         call find_side_points(points, pair, side, first, last)
         call faces_of_side(points, pair, side, faces)
@@ -352,8 +354,8 @@ contains
         point(points%node(first:last)) = [(i, i=first, last)]
         near(first:last) = .false.
         do f = 1, size(slave, 2)
-          associate (x => mesh%coordinates(:, slave(:corners_in(slave(:, f)), f)), &
-                     i => point(slave(:corners_in(slave(:, f)), f)))
+          associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
+                     i => point(slave(:count(slave(:, f) > 0), f)))
             way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
             call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
             if (size(found) > 0) near(i) = .true.
@@ -362,14 +364,14 @@ contains
         if (.not. present(faced)) cycle
         reach = reach_of_faces(slave, of_side, places) + of%overlap
         do f = 1, size(slave, 2)
-          associate (x => mesh%coordinates(:, slave(:corners_in(slave(:, f)), f)), &
-                     i => point(slave(:corners_in(slave(:, f)), f)))
+          associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
+                     i => point(slave(:count(slave(:, f) > 0), f)))
             if (.not. any(near(i))) cycle
             way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
-            along = (reach + way)*abs(outward_normal(x))
+            along = (reach + way)*abs(outward_normal(x(:, :corners_in(slave(:, f)))))
             call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
             do k = 1, size(found)
-              faced(of_side(:corners_in(of_side(:, found(k))), found(k))) = .true.
+              faced(of_side(:count(of_side(:, found(k)) > 0), found(k))) = .true.
             end do
           end associate
         end do

@@ -19,7 +19,7 @@ module transfer_mod
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, is_still, &
-    is_in_middle, list_slave, of_slave, add_to_slave
+    is_in_middle, is_before_faces, list_slave, of_slave, add_to_slave
   use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of, is_turned
   use rigid_modes_mod, only: free_motions_t, motion_at
   use local_frame_mod, only: straight
@@ -180,7 +180,7 @@ contains
       if (.not. points%in_reach(i)) cycle
       if (.not. is_covered(points, weights, i)) cycle
       free = movable(:, points%node(i))
-      if (.not. is_in_middle(points, weights, i)) then
+      if (is_before_faces(points, i) .or. .not. is_in_middle(points, weights, i)) then
         do k = weights%first(i), weights%first(i + 1) - 1
           if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
         end do

@@ -13,7 +13,7 @@ module adjust_mod
   use obstacle_shapes_mod, only: is_before_faces, locate_point
   use mirror_planes_mod, only: keep_on_ends
   use local_refinement_mod, only: hanging_of
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
   use options_mod, only: card_t, name_option, option_position
@@ -21,7 +21,7 @@ module adjust_mod
   use connectivity_mod, only: nodes_of_element
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
-  use surfaces_mod, only: surface_t, nodes_of
+  use surfaces_mod, only: surface_t, all_nodes_of, find_middles
   use text_mod, only: to_text
   implicit none
   private
@@ -215,9 +215,13 @@ contains
     logical :: in_set(model%mesh%n_nodes)
     logical, allocatable :: chosen(:)
     real(wp), allocatable :: gap(:), before(:, :)
-    real(wp) :: farthest, move
-    integer :: i, round, n
+    real(wp) :: farthest, move, way(3, model%mesh%n_nodes), alpha(model%mesh%n_nodes)
+    integer :: ends(2, model%mesh%n_nodes), i, round, n
 
+    ends = 0
+    alpha = 0.0_wp
+    call find_middles(all_nodes_of(surfaces(pairs(adjust%pair)%surface)%faces, &
+      model%mesh%connectivity), ends, alpha)
     associate (p => adjust%pair, slaves => surfaces(pairs(adjust%pair)%surface)%nodes)
       in_set = .false.
       if (adjust%set > 0) in_set(model%node_sets%list(adjust%set)%members) = .true.
@@ -226,11 +230,21 @@ contains
         call find_gaps(model, surfaces, obstacles, pairs(p), adjust%distance, adjust%set > 0, &
           mortar, gap)
         if (round == 1) chosen = merge(in_set(slaves), gap <= adjust%distance, adjust%set > 0) &
-          .and. mortar%area > enough*mortar%whole_area
+          .and. mortar%area > mortar%least*mortar%whole_area
+        way = 0.0_wp
         do i = 1, size(slaves)
-          if (chosen(i) .and. mortar%area(i) > 0.0_wp) model%mesh%coordinates(:, slaves(i)) = &
-            model%mesh%coordinates(:, slaves(i)) - gap(i)*mortar%normal(:, i)
+          if (chosen(i) .and. mortar%area(i) > 0.0_wp) way(:, slaves(i)) = -gap(i)* &
+            mortar%normal(:, i)
         end do
+        ! Points in the middles of edges move, their nodes with the ends of the edges.
+        do i = 1, size(slaves)
+          associate (node => slaves(i), a => alpha(slaves(i)))
+            if (.not. a > 0.0_wp) cycle
+            way(:, node) = (1.0_wp - 2.0_wp*a)*way(:, node) + a*(way(:, ends(1, node)) + &
+              way(:, ends(2, node)))
+          end associate
+        end do
+        model%mesh%coordinates(:, slaves) = model%mesh%coordinates(:, slaves) + way(:, slaves)
         call place_hanging(model%mesh)
       end do
       nodes = pack(slaves, chosen)
@@ -268,7 +282,7 @@ contains
 
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), &
                s => surfaces(pair%surface)%nodes)
-      slave = slave_t(nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity), s, &
+      slave = slave_t(all_nodes_of(surfaces(pair%surface)%faces, model%mesh%connectivity), s, &
         hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, s))
       if (pair%master > 0) then
         now = join_facets(slave, x, obstacles(pair%master), at_rest)
@@ -278,7 +292,7 @@ contains
         call face_facets(now, reach, mortar, behind)
         call keep_on_ends(slave%faces, s, x, mortar%normal, obstacle=obstacles(pair%master))
       else
-        allocate (master, source=nodes_of(surfaces(pair%master_surface)%faces, &
+        allocate (master, source=all_nodes_of(surfaces(pair%master_surface)%faces, &
           model%mesh%connectivity))
         behind = reach_of_faces(slave%faces, master, x) + pair%overlap
         reach = behind + distance

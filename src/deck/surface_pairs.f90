@@ -16,7 +16,7 @@ module surface_pairs_mod
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: add_surface_of_faces, find_faces_of_nodes, surface_list_t
-  use surfaces_mod, only: are_of_second_order, bare_nodes, nodes_of, surface_t
+  use surfaces_mod, only: all_nodes_of, bare_nodes, nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
   private
@@ -148,12 +148,6 @@ contains
     character(*), intent(in) :: what  !! for the message
     logical, intent(inout) :: ok      !! false where it does not
 
-    if (are_of_second_order(surface%faces, model%mesh%connectivity)) then
-      call report(reader, position, what//' has faces with mid-side nodes: these come before '// &
-        'planes, spheres and cylinders alone')
-      ok = .false.
-      return
-    end if
     if (size(surface%faces, 2) > 0 .and. size(bare_nodes(surface, model%mesh%connectivity, &
       model%mesh%n_nodes)) == 0) return
     call report(reader, position, what//' has nodes without faces: it must consist of faces '// &
@@ -175,7 +169,7 @@ contains
     type(mortar_t) :: mortar
     real(wp) :: far
 
-    now = join_facets(slave_t(nodes_of(slave%faces, model%mesh%connectivity), slave%nodes), &
+    now = join_facets(slave_t(all_nodes_of(slave%faces, model%mesh%connectivity), slave%nodes), &
       model%mesh%coordinates(:, :model%mesh%n_nodes), obstacle, at_rest)
     ok = facets_face(now)
     if (.not. ok) then
@@ -217,8 +211,8 @@ contains
     logical :: has_slave(model%mesh%n_elements)
     real(wp) :: far
 
-    allocate (slaves, source=nodes_of(slave%faces, model%mesh%connectivity))
-    allocate (masters, source=nodes_of(master%faces, model%mesh%connectivity))
+    allocate (slaves, source=all_nodes_of(slave%faces, model%mesh%connectivity))
+    allocate (masters, source=all_nodes_of(master%faces, model%mesh%connectivity))
     has_slave = .false.
     has_slave(slave%faces(1, :)) = .true.
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), s => slave%nodes, &

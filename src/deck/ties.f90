@@ -16,12 +16,12 @@ module ties_mod
   use cells_mod, only: face_corners
   use connectivity_mod, only: corners_in, nodes_of_element
   use mesh_mod, only: deck_rounding
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, enough, &
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, &
     face_each_other
   use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
-  use surfaces_mod, only: are_of_second_order, surface_t, nodes_of
+  use surfaces_mod, only: surface_t, all_nodes_of, nodes_of
   use text_mod, only: to_text
   implicit none
   private
@@ -67,15 +67,8 @@ contains
           ': the surfaces of a tie must have nodes of their own')
         return
       end if
-      ok = .not. (are_of_second_order(one%faces, model%mesh%connectivity) .or. &
-        are_of_second_order(other%faces, model%mesh%connectivity))
-      if (.not. ok) then
-        call report(reader, tie%position, quoted(one%name)//' and '//quoted(other%name)// &
-          ' have faces with mid-side nodes: these are not tied')
-        return
-      end if
-      allocate (slave, source=nodes_of(one%faces, model%mesh%connectivity))
-      allocate (master, source=nodes_of(other%faces, model%mesh%connectivity))
+      allocate (slave, source=all_nodes_of(one%faces, model%mesh%connectivity))
+      allocate (master, source=all_nodes_of(other%faces, model%mesh%connectivity))
       ok = face_each_other(slave, master, model%mesh%coordinates(:, :model%mesh%n_nodes))
       if (.not. ok) call report(reader, tie%position, 'no face of '//quoted(other%name)// &
         ' is turned towards one of '//quoted(one%name)//': these sides cannot be tied')
@@ -274,17 +267,17 @@ contains
     type(slave_t) :: slave
     integer, allocatable :: master(:, :)
 
-    slave = slave_t(nodes_of(surfaces(tie%slave)%faces, model%mesh%connectivity), &
+    slave = slave_t(all_nodes_of(surfaces(tie%slave)%faces, model%mesh%connectivity), &
       surfaces(tie%slave)%nodes, hanging_of(model%mesh%hangs, model%mesh%between, &
       model%mesh%n_given, surfaces(tie%slave)%nodes))
-    allocate (master, source=nodes_of(surfaces(tie%master)%faces, model%mesh%connectivity))
+    allocate (master, source=all_nodes_of(surfaces(tie%master)%faces, model%mesh%connectivity))
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes))
       call make_mortar(slave, master, x, max(tolerance_of(model, surfaces, tie), &
         reach_of_faces(slave%faces, master, x)), mortar, is_tie=.true.)
       call take_up_shifts(surfaces(tie%slave)%nodes, x, mortar)
     end associate
     allocate (tied(size(mortar%area)))
-    tied = mortar%area > enough*mortar%whole_area
+    tied = mortar%area > mortar%least*mortar%whole_area
   end subroutine face_master
 
   !> How far the nodes of a tie may be moved.

@@ -8,7 +8,7 @@ module contact_points_mod
 
   public :: contact_points_t, weights_t, master_sides_t, master_nodes, contact_nodes, is_covered, &
     is_across, is_still, n_sides, faces_of_side, find_side_points, face_one
-  public :: is_in_middle, list_slave, of_slave, add_to_slave
+  public :: is_in_middle, is_before_faces, list_slave, of_slave, add_to_slave
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
   !> own, as if it were the master of a pair.
@@ -208,6 +208,15 @@ contains
     nodes = [points%node, points%master_node]
   end function contact_nodes
 
+  !> Whether the master of a point consists of faces.
+  pure logical function is_before_faces(points, i)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+
+    is_before_faces = .false.
+    if (allocated(points%on_surface)) is_before_faces = points%on_surface(i)
+  end function is_before_faces
+
   !> Whether a point faces its master at all: one of faces where it covers the point, others always.
   pure logical function is_covered(points, weights, i)
     type(contact_points_t), intent(in) :: points
@@ -215,8 +224,7 @@ contains
     integer, intent(in) :: i
 
     is_covered = .true.
-    if (.not. allocated(points%on_surface)) return
-    if (points%on_surface(i)) is_covered = weights%covers(i)
+    if (is_before_faces(points, i)) is_covered = weights%covers(i)
   end function is_covered
 
   !> Have a point face one node alone where that has nearly all of its weights: nodes opposite to

@@ -3,7 +3,7 @@
 module measure_increment_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, is_in_middle
+  use contact_points_mod, only: contact_points_t, is_covered, is_in_middle
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: contact_fields_t, increment_report_t, status_open
@@ -51,11 +51,13 @@ contains
   pure real(wp) function work_at_distance(points, contact) result(work)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
-    integer :: i
+    integer :: i, k
 
     work = 0.0_wp
     do i = 1, points%n
       if (.not. is_in_middle(points, contact%weights, i)) cycle
+      ! Ends that a master of faces does not cover have no gap.
+      if (.not. all([(is_covered(points, contact%weights, points%end_point(k, i)), k=1, 2)])) cycle
       associate (alpha => points%alpha(i), gap => contact%gap)
         work = work + max(0.0_wp, contact%reaction(1, i))*max(0.0_wp, (1.0_wp - 2.0_wp*alpha)* &
           gap(i) + alpha*sum(gap(points%end_point(:, i))))

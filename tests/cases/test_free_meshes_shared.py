@@ -54,12 +54,16 @@ class Independent(unittest.TestCase):
         np.testing.assert_allclose(result.pairs[0].pressure.max(axis=1), rows[:, 4], rtol=1e-6)
 
     def test_two_blocks(self):
-        """Slave triangles have three dual functions of their own."""
-        result, rows = self.check("two_C3D4_C3D4", "dual")
-        wanted = rows[:, 1:4] * 1e-3
-        np.testing.assert_allclose(
-            result.pairs[0].resultant, wanted, rtol=0, atol=1e-6 * abs(wanted).max()
-        )
+        """Slave triangles have three dual functions of their own, or six."""
+        for name, kind in (
+            ("two_C3D4_C3D4", "dual"), ("two_C3D10_C3D10", "dualq"), ("two_C3D10_C3D8", "dualq"),
+        ):
+            with self.subTest(name):
+                result, rows = self.check(name, kind)
+                wanted = rows[:, 1:4] * 1e-3
+                np.testing.assert_allclose(
+                    result.pairs[0].resultant, wanted, rtol=0, atol=1e-6 * abs(wanted).max()
+                )
 
 
 if __name__ == "__main__":

@@ -211,19 +211,10 @@ class SecondOrder(unittest.TestCase):
         self.assertIn("but not the same node in its middle", run.errors)
 
     def test_what_is_refused(self):
-        low = Box("LOW", (1, 1, 1), ("C3D8",))
-        up = Box("UP", (1, 1, 1), ("C3D10",), low=(0, 0, 1), after=low)
-        both = low.cards() + up.cards() + MATERIAL + DRY + "*BOUNDARY\nLOW-Z0, 1, 3\n"
-        pair = "*CONTACT PAIR, INTERACTION=DRY, TYPE=SURFACE TO SURFACE\n"
-        load = STEP + "*DSLOAD\nUP-Z1, P, 1.\n*END STEP\n"
         box = Box("B", (1, 1, 1), ("C3D20R",))
         alone = box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR
         press = STEP + "*DSLOAD\nB-Z1, P, 1.\n*END STEP\n"
         for wanted, deck, options in (
-            ("has faces with mid-side nodes", both + pair + "UP-Z0, LOW-Z1\n" + load, ()),
-            ("has faces with mid-side nodes", both + pair + "LOW-Z1, UP-Z0\n" + load, ()),
-            ("have faces with mid-side nodes: these are not tied",
-             both + "*TIE, NAME=T\nUP-Z0, LOW-Z1\n" + load, ()),
             ("20-node hexahedron: only meshes of 8-node", alone + press, ("--refine", "1")),
             ("NLGEOM does not cover elements other than", alone + press.replace(
                 "*STEP", "*STEP, NLGEOM"), ()),

@@ -4,17 +4,16 @@
 !> Work and memory grow with the points and the nodes, not with their product with pairs or cards.
 module candidate_points_mod
   use kinds_mod, only: wp
-  use cells_mod, only: face_nodes
   use connectivity_mod, only: corners_in
   use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
   use refine_elements_mod, only: fill_between
   use scene_mod, only: scene_t, contact_gap_t
-  use contact_points_mod, only: contact_points_t, n_sides
+  use contact_points_mod, only: contact_points_t, find_side_points, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
   use master_sides_mod, only: find_sides, area_of_face
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: all_nodes_of, nodes_of
+  use surfaces_mod, only: all_nodes_of, find_middles, nodes_of, split_faces
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
@@ -49,7 +48,6 @@ contains
     allocate (points%pair(points%n), points%node(points%n))
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
-    call find_edges(scene, ends, alpha)
     area = 0.0_wp
     k = 0
     slot = 0
@@ -57,10 +55,12 @@ contains
       points%first(pair) = k + 1
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call add_nodal_areas(scene%mesh, surface, area)
+        call find_edges(scene, pair, ends, alpha)
         call share_areas(surface%nodes, ends, alpha, area)
         if (allocated(scene%mesh%hangs)) call fold_to_parents(scene%mesh%hangs, &
           scene%mesh%between, scene%mesh%n_given, area)
-        is_bent = any_bent(scene%mesh%coordinates, surface%nodes, ends)
+        is_bent = .not. is_before_faces(scene%pairs(pair), scene%obstacles) .and. &
+          any_bent(scene%mesh%coordinates, surface%nodes, ends)
         begin = slot
         do side = 1, n_sides(points, pair)
           slot = begin
@@ -80,37 +80,32 @@ contains
       end associate
     end do
     points%first(size(scene%pairs) + 1) = k + 1
-    if (any(alpha > 0.0_wp)) call join_ends(scene, ends, alpha, points)
+    call join_ends(scene, points)
     call find_extra_gaps(scene, points)
   end subroutine find_points
 
-  !> The nodes in the middles of the edges of slave faces: the ends of the edge, and alpha of (9.11).
-  pure subroutine find_edges(scene, ends, alpha)
+  !> The nodes in the middles of the edges of slave faces: the ends of the edge, alpha of (9.11).
+  !> What is before faces has points of its own; slaves before other obstacles share theirs.
+  pure subroutine find_edges(scene, pair, ends, alpha)
     type(scene_t), intent(in) :: scene
-    integer,  allocatable, intent(out) :: ends(:, :) !! (2,n_nodes) 0 of other nodes
-    real(wp), allocatable, intent(out) :: alpha(:)   !! (n_nodes) 0 of other nodes [-]
-    ! Of edges of triangles, and of edges that a quadrilateral has: areas of all points are positive.
-    real(wp), parameter :: of_triangle = 0.2_wp, of_quadrilateral = 0.25_wp
-    integer, allocatable :: faces(:, :)
-    integer :: pair, f, k, n, corners
+    integer, intent(in) :: pair
+    integer,  allocatable, intent(inout) :: ends(:, :) !! (2,n_nodes) 0 of other nodes
+    real(wp), allocatable, intent(inout) :: alpha(:)   !! (n_nodes) 0 of other nodes [-]
+    logical :: is_alone
+    integer :: other
 
-    allocate (ends(2, scene%mesh%n_nodes), source=0)
-    allocate (alpha(scene%mesh%n_nodes), source=0.0_wp)
-    allocate (faces(face_nodes, 0))
-    do pair = 1, size(scene%pairs)
-      faces = all_nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, &
-        scene%mesh%connectivity)
-      do f = 1, size(faces, 2)
-        n = count(faces(:, f) > 0)
-        if (n <= 4) cycle
-        corners = n/2
-        do k = 1, corners
-          associate (middle => faces(corners + k, f))
-            ends(:, middle) = faces([k, 1 + modulo(k, corners)], f)
-            alpha(middle) = max(alpha(middle), merge(of_triangle, of_quadrilateral, corners == 3))
-          end associate
-        end do
-      end do
+    is_alone = is_before_faces(scene%pairs(pair), scene%obstacles)
+    if (pair > 1 .and. .not. is_alone) then
+      if (.not. is_before_faces(scene%pairs(pair - 1), scene%obstacles)) return ! they are the same
+    end if
+    if (.not. allocated(ends)) allocate (ends(2, scene%mesh%n_nodes), alpha(scene%mesh%n_nodes))
+    ends = 0
+    alpha = 0.0_wp
+    do other = 1, size(scene%pairs)
+      if (is_alone .neqv. is_before_faces(scene%pairs(other), scene%obstacles)) cycle
+      if (is_alone .and. other /= pair) cycle
+      call find_middles(all_nodes_of(scene%surfaces(scene%pairs(other)%surface)%faces, &
+        scene%mesh%connectivity), ends, alpha)
     end do
   end subroutine find_edges
 
@@ -132,8 +127,8 @@ contains
     end do
   end function any_bent
 
-  !> The areas of the points from those of the nodes, int N dA: a node in the middle of an edge gives
-  !> alpha of its own to each end. docs/theory.md (9.12).
+  !> The areas of the points from those of the nodes, int N dA: a node in the middle of an edge
+  !> gives alpha of its own to each end. docs/theory.md (9.12).
   pure subroutine share_areas(nodes, ends, alpha, area)
     integer, intent(in) :: nodes(:)         !! of the surface
     integer, intent(in) :: ends(:, :)       !! as of find_edges
@@ -150,40 +145,70 @@ contains
     end do
   end subroutine share_areas
 
-  !> Let points know those at the ends of their edges, which are before the same obstacle.
-  pure subroutine join_ends(scene, ends, alpha, points)
+  !> Let points know those at the ends of their edges, which are before the same obstacle, or the
+  !> same side of the same faces.
+  subroutine join_ends(scene, points)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: ends(:, :)       !! as of find_edges
-    real(wp), intent(in) :: alpha(:)
     type(contact_points_t), intent(inout) :: points
-    integer :: at(scene%mesh%n_nodes), master, pair, other, i
+    integer,  allocatable :: ends(:, :)
+    real(wp), allocatable :: alpha(:)
+    integer :: at(scene%mesh%n_nodes), pair, other, side, first, last
 
-    allocate (points%end_point(2, points%n), source=0)
-    allocate (points%alpha(points%n), source=0.0_wp)
-    allocate (points%is_held(points%n), source=.false.)
     do pair = 1, size(scene%pairs)
-      master = scene%pairs(pair)%master
-      if (master == 0) cycle
+      call find_edges(scene, pair, ends, alpha)
+      if (.not. any(alpha(scene%surfaces(scene%pairs(pair)%surface)%nodes) > 0.0_wp)) cycle
+      if (.not. allocated(points%alpha)) then
+        allocate (points%end_point(2, points%n), source=0)
+        allocate (points%alpha(points%n), source=0.0_wp)
+        allocate (points%is_held(points%n), source=.false.)
+      end if
       at = 0
-      do other = 1, size(scene%pairs)
-        if (scene%pairs(other)%master /= master) cycle
-        do i = points%first(other), points%first(other + 1) - 1
-          at(points%node(i)) = i
+      if (is_before_faces(scene%pairs(pair), scene%obstacles)) then
+        do side = 1, n_sides(points, pair)
+          call find_side_points(points, pair, side, first, last)
+          call note_points(first, last)
+          call join(first, last)
         end do
-      end do
-      do i = points%first(pair), points%first(pair + 1) - 1
-        if (.not. alpha(points%node(i)) > 0.0_wp) cycle
-        points%end_point(:, i) = at(ends(:, points%node(i)))
-        if (all(points%end_point(:, i) > 0)) points%alpha(i) = alpha(points%node(i))
-      end do
+      else
+        do other = 1, size(scene%pairs)
+          if (scene%pairs(other)%master == scene%pairs(pair)%master) call note_points( &
+            points%first(other), points%first(other + 1) - 1)
+        end do
+        call join(points%first(pair), points%first(pair + 1) - 1)
+      end if
     end do
+
+  contains
+
+    subroutine note_points(first, last)
+      integer, intent(in) :: first, last
+      integer :: i
+
+      do i = first, last
+        at(points%node(i)) = i
+      end do
+    end subroutine note_points
+
+    subroutine join(first, last)
+      integer, intent(in) :: first, last
+      integer :: i
+
+      do i = first, last
+        associate (node => points%node(i))
+          if (.not. alpha(node) > 0.0_wp) cycle
+          points%end_point(:, i) = at(ends(:, node))
+          if (all(points%end_point(:, i) > 0)) points%alpha(i) = alpha(node)
+        end associate
+      end do
+    end subroutine join
+
   end subroutine join_ends
 
   !> Divide masters of faces into their sides.
   subroutine divide_masters(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
-    integer, allocatable :: side(:)
+    integer, allocatable :: side(:), parts(:, :), whole(:)
     integer :: pair
 
     allocate (points%sides(size(scene%pairs)))
@@ -193,8 +218,12 @@ contains
           call find_sides(scene%obstacles(of%master)%facet, scene%obstacles(of%master)%corner, &
             side, mean_face(scene, of%surface))
         else if (of%master == 0) then
-          call find_sides(nodes_of(scene%surfaces(of%master_surface)%faces, &
-            scene%mesh%connectivity), scene%mesh%coordinates, side, mean_face(scene, of%surface))
+          ! Curved faces lean at their edges by less than their corners say. Of a face the last part
+          ! is that in the middle.
+          call split_faces(scene%surfaces(of%master_surface)%faces, scene%mesh%connectivity, &
+            parts, whole)
+          call find_sides(parts, scene%mesh%coordinates, side, mean_face(scene, of%surface))
+          side = pack(side, [whole(:size(whole) - 1) /= whole(2:), .true.])
         else
           cycle
         end if

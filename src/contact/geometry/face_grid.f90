@@ -3,7 +3,6 @@
 module face_grid_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
-  use connectivity_mod, only: corners_in
   use lists_mod, only: lists_t, lists_by_key
   use sorting_mod, only: sort_unique
   implicit none
@@ -27,7 +26,7 @@ contains
   !> The grid of a surface whose nodes are at `x`. Cells are as large as faces are on average, along
   !> each axis by itself: faces may be slender.
   pure function make_face_grid(faces, x) result(grid)
-    integer, intent(in) :: faces(:, :)  !! (4,n_faces) nodes; the fourth is 0 in a triangle
+    integer, intent(in) :: faces(:, :)  !! (4,n_faces) or (8,n_faces) nodes, 0 behind them
     real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
     type(face_grid_t) :: grid
     real(wp) :: extent(3), mean(3)
@@ -38,7 +37,7 @@ contains
     do f = 1, size(faces, 2)
       grid%box(:, 1, f) = x(:, faces(1, f))
       grid%box(:, 2, f) = x(:, faces(1, f))
-      do k = 2, corners_in(faces(:, f))
+      do k = 2, count(faces(:, f) > 0)
         grid%box(:, 1, f) = min(grid%box(:, 1, f), x(:, faces(k, f)))
         grid%box(:, 2, f) = max(grid%box(:, 2, f), x(:, faces(k, f)))
       end do

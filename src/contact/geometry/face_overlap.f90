@@ -3,13 +3,15 @@
 !> docs/theory.md (11.1), (11.2).
 module face_overlap_mod
   use kinds_mod, only: wp
-  use cells_mod, only: face_corners
+  use cells_mod, only: face_corners, face_nodes
   use small_matrix_mod, only: cross
   implicit none
   private
 
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
+  public :: in_plane, clip, area_of, smallest, max_corners, few_points, few_weights, many_points, &
+    many_weights
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -24,12 +26,13 @@ module face_overlap_mod
   !> Integrals over an overlap, of the slave's shape functions N and the master's.
   type :: overlap_t
     real(wp) :: area = 0.0_wp            !! 0: nothing is shared [length^2]
-    real(wp) :: lumped(face_corners) = 0.0_wp             !! int N_a [length^2]
-    real(wp) :: mass(face_corners, face_corners) = 0.0_wp !! int N_a N_b [length^2]
-    real(wp) :: mixed(face_corners, face_corners) = 0.0_wp
+    real(wp) :: lumped(face_nodes) = 0.0_wp            !! int N_a [length^2]
+    real(wp) :: mass(face_nodes, face_nodes) = 0.0_wp  !! int N_a N_b [length^2]
+    real(wp) :: mixed(face_nodes, face_nodes) = 0.0_wp
     !! int N_a N_k, k of the master's nodes [length^2]
-    real(wp) :: normal(3) = 0.0_wp       !! of the master face, outward [-]
-    real(wp) :: entered(face_corners) = 0.0_wp
+    real(wp) :: facing(3, face_nodes) = 0.0_wp
+    !! int N_a n, n of the master face, outward [length^2]
+    real(wp) :: entered(face_nodes) = 0.0_wp
     !! int N_a g where the gap g is below 0 [length^3]
     real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
   end type overlap_t
@@ -140,6 +143,7 @@ contains
     type(overlap_t) :: overlap
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
+    real(wp) :: normal(3)
     logical :: is_affine_here
     integer :: n, i, halvings
 
@@ -153,7 +157,7 @@ contains
       overlap%area = 0.0_wp
       return
     end if
-    overlap%normal = outward_normal(master)
+    normal = outward_normal(master)
     is_affine_here = is_affine(plane%corner(:, :plane%n)) .and. is_affine(flat)
     if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
       little*plane%area
@@ -162,10 +166,10 @@ contains
     faces%slave_is_triangle = plane%n == 3
     faces%master_is_triangle = size(master, 2) == 3
     do i = 1, plane%n
-      faces%slave_height(i) = dot_product(overlap%normal, slave(:, i) - plane%origin)
+      faces%slave_height(i) = dot_product(normal, slave(:, i) - plane%origin)
     end do
     do i = 1, size(master, 2)
-      faces%master_height(i) = dot_product(overlap%normal, master(:, i) - plane%origin)
+      faces%master_height(i) = dot_product(normal, master(:, i) - plane%origin)
     end do
     ! Of flat faces what is nearest is a corner.
     do i = 1, n
@@ -173,6 +177,7 @@ contains
     end do
     if (is_affine_here .and. n == 3) then
       call add_points(faces, polygon(:, :3), few_points, few_weights, overlap)
+      call turn_towards(normal, overlap)
       return
     end if
     halvings = 0
@@ -188,7 +193,19 @@ contains
         call add_halved(faces, corner, halvings, overlap)
       end if
     end do
+    call turn_towards(normal, overlap)
   end function find_overlap
+
+  !> Everywhere a flat master has one normal.
+  pure subroutine turn_towards(normal, overlap)
+    real(wp), intent(in) :: normal(3)
+    type(overlap_t), intent(inout) :: overlap
+    integer :: a
+
+    do a = 1, face_corners
+      overlap%facing(:, a) = overlap%lumped(a)*normal
+    end do
+  end subroutine turn_towards
 
   !> The shape functions of a master face at the place opposite a corner of the slave face; below 0
   !> where that is beyond its edges.
@@ -262,11 +279,11 @@ contains
       gap = dot_product(faces%slave_height, n) - dot_product(faces%master_height, m)
       overlap%least_gap = min(overlap%least_gap, gap)
       associate (part => area*weight(i)*n)
-        overlap%lumped = overlap%lumped + part
-        if (gap < 0.0_wp) overlap%entered = overlap%entered + part*gap
+        overlap%lumped(:4) = overlap%lumped(:4) + part
+        if (gap < 0.0_wp) overlap%entered(:4) = overlap%entered(:4) + part*gap
         do b = 1, face_corners
-          overlap%mass(:, b) = overlap%mass(:, b) + part*n(b)
-          overlap%mixed(:, b) = overlap%mixed(:, b) + part*m(b)
+          overlap%mass(:4, b) = overlap%mass(:4, b) + part*n(b)
+          overlap%mixed(:4, b) = overlap%mixed(:4, b) + part*m(b)
         end do
       end associate
     end do

@@ -9,11 +9,11 @@ module faced_side_mod
   use obstacle_shapes_mod, only: shift_of
   use scene_mod, only: scene_t
   use local_refinement_mod, only: hanging_of
-  use surfaces_mod, only: nodes_of
+  use surfaces_mod, only: all_nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across, faces_of_side, &
     find_side_points, face_one
   use local_frame_mod, only: local_frame, straight
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, enough
+  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all
   use fixed_points_mod, only: find_fixed, are_held
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
     reach_of_all_facets
@@ -57,9 +57,9 @@ contains
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
                slave_nodes => points%node(first:last), &
                s => scene%surfaces(scene%pairs(pair)%surface)%nodes)
-      slave = slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), slave_nodes, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
-      allocate (master, source=nodes_of(scene%surfaces(of%master_surface)%faces, &
+      slave = slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), &
+        slave_nodes, hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
+      allocate (master, source=all_nodes_of(scene%surfaces(of%master_surface)%faces, &
         mesh%connectivity))
       m = scene%surfaces(of%master_surface)%nodes
       if (allocated(faces)) then
@@ -272,7 +272,7 @@ contains
       if (.not. points%is_joined(i)) cycle
       associate (here => i - first + 1, before => undeformed%weights, &
                  now => mortar%weights)
-        if (undeformed%area(here) <= enough*undeformed%whole_area(here)) cycle
+        if (undeformed%area(here) <= undeformed%least(here)*undeformed%whole_area(here)) cycle
         old = [(k, k=before%first(here), before%first(here + 1) - 1)]
         new = [(k, k=now%first(here), now%first(here + 1) - 1)]
         weight(now%node(new)) = now%weight(new)
@@ -317,8 +317,9 @@ contains
       ! What came to overlap has moved as far.
       x = 0.0_wp
       x(:, s) = mesh%coordinates(:, s) + u(:, s)
-      now = join_facets(slave_t(nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), s, &
-        hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, obstacle, shift, facets)
+      now = join_facets(slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, &
+        mesh%connectivity), s, hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, &
+        obstacle, shift, facets)
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(now, reach, mortar)

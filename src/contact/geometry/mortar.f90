@@ -6,18 +6,21 @@ module mortar_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: enlarge
   use lists_mod, only: lists_t, lists_by_key
-  use cells_mod, only: face_corners
+  use cells_mod, only: face_corners, face_nodes
+  use face_shapes_mod, only: face_rule_t, rule_of, face_functions, face_gradients
   use connectivity_mod, only: corners_in
-  use small_matrix_mod, only: solve_small
+  use small_matrix_mod, only: cross, solve_small
+  use surfaces_mod, only: cut_at_middles, find_middles
   use contact_points_mod, only: weights_t
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap, &
     opposite_weights
+  use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
   implicit none
   private
 
   public :: mortar_t, slave_t, opposite_t, make_mortar, take_up_shifts, reach_of_faces, &
-    reach_of_all, face_each_other, enough
+    reach_of_all, face_each_other
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -34,6 +37,8 @@ module mortar_mod
     type(weights_t) :: weights              !! a row a slave node; empty where nothing covers it
     real(wp), allocatable :: area(:)        !! (n) of the node, as far as it is covered [length^2]
     real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
+    real(wp), allocatable :: least(:)
+    !! (n) how much of its area counts as contact where it is covered [-]
     real(wp), allocatable :: faced_area(:)
     !! (n) of that what is turned towards the master: as seen along the normal, 0: not covered
     !! [length^2]
@@ -46,6 +51,7 @@ module mortar_mod
     !! function [length^3]
     real(wp), allocatable :: least_gap(:)
     !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
+    logical :: has_middles = .false.        !! faces of the slave have mid-side nodes
     type(opposite_t), allocatable :: opposite(:)
     !! (n) where the slave asks for it, else not allocated
   end type mortar_t
@@ -53,7 +59,8 @@ module mortar_mod
   !> A slave surface.
   type :: slave_t
     integer, allocatable :: faces(:, :)
-    !! (4,n_slave) nodes, anticlockwise from outside; the fourth is 0 in a triangle
+    !! (4,n_slave) corners, anticlockwise from outside; the fourth is 0 in a triangle. Or
+    !! (8,n_slave) all nodes as of all_nodes_of
     integer, allocatable :: nodes(:)      !! (n) each once, in the order of the rows
     integer, allocatable :: hanging(:, :)
     !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
@@ -72,24 +79,40 @@ module mortar_mod
 
   !> A covered part of a slave face.
   type :: part_t
-    integer :: node(face_corners) = 0 !! of the master face
+    integer :: node(face_nodes) = 0 !! of the master face
     integer :: n = 0              !! how many there are
+    integer :: of = 0             !! which part of the master it is
     real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
     type(overlap_t) :: overlap
   end type part_t
 
-  !> A slave face. What its last corner would have is 0 in a triangle.
+  !> A slave face.
   type :: face_t
-    integer :: n = 0                               !! corners
-    integer :: node(face_corners) = 0
-    integer :: row(face_corners) = 0               !! of the nodes
-    real(wp) :: x(3, face_corners) = 0.0_wp        !! where they are [length]
+    integer :: n = 0                               !! nodes
+    integer :: node(face_nodes) = 0
+    integer :: row(face_nodes) = 0                 !! of the nodes
+    real(wp) :: x(3, face_nodes) = 0.0_wp          !! where they are [length]
+    real(wp) :: alpha(face_nodes) = 0.0_wp
+    !! of a node in the middle of an edge the part of the ends in its point, (9.11); else 0 [-]
     real(wp) :: area = 0.0_wp                      !! [length^2]
-    real(wp) :: given(face_corners, face_corners) = 0.0_wp !! as of `what_neighbours_get` [-]
+    real(wp) :: given(face_nodes, face_nodes) = 0.0_wp !! as of `what_neighbours_get` [-]
   end type face_t
 
+  !> A master, its faces cut into parts.
+  type :: master_t
+    type(face_grid_t) :: grid                      !! of the parts
+    integer, allocatable :: part(:, :)             !! (4,n) as of nodes_of_face
+    integer, allocatable :: whole(:)               !! (n) the face of each
+    real(wp) :: largest = 0.0_wp                   !! part [length]
+  end type master_t
+
   real(wp), parameter :: against = -0.2_wp      !! cosine of normals that face each other, at most
-  real(wp), parameter :: enough = 1.0e-3_wp     !! of a node's area: less covered is no contact [-]
+  ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
+  ! mid-side nodes of 170, too: their functions have two signs.
+  real(wp), parameter :: enough = 1.0e-3_wp, enough_of_second_order = 0.05_wp !! [-]
+  ! By how much more of a slave face is covered than there is before something lies behind something
+  ! else. Parts of curved faces lean, and seem to overlap a little: by 0.3 % on faces of 45 degrees.
+  real(wp), parameter :: overlap_of_flat = 1.0e-6_wp, overlap_of_curved = 0.05_wp !! [-]
   real(wp), parameter :: least_cover = 1.0e-9_wp !! of a face; less has lost its digits [-]
 
 contains
@@ -99,7 +122,7 @@ contains
   !> Rows add up to 1, and give places on a flat master exactly, to rounding.
   pure subroutine make_mortar(slave, master, x, reach, mortar, behind, is_rigid, is_tie)
     type(slave_t), intent(in) :: slave
-    integer, intent(in) :: master(:, :)  !! (4,n_master) the same; the fourth is 0 in a triangle
+    integer, intent(in) :: master(:, :)  !! (4,n_master) or (8,n_master) the same
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     real(wp), intent(in) :: reach        !! how far apart faces may be, along their normals [length]
     type(mortar_t), intent(out) :: mortar
@@ -110,13 +133,14 @@ contains
     logical, intent(in), optional :: is_tie
     !! `take_up_shifts` follows, which gives rows the places of their nodes: they need none of the
     !! slave's own
-    type(face_grid_t) :: grid
-    type(part_t), allocatable :: parts(:)
+    type(master_t) :: in_parts
+    type(part_t), allocatable :: parts(:), more(:)
     type(entries_t) :: entries
     type(plane_t) :: plane
     type(face_t) :: face
-    real(wp) :: length, size_of_master, reaches(2), share
-    integer :: number(size(x, 2)), n, f, i, k
+    real(wp) :: length, reaches(2), alpha(size(x, 2)), q(3)
+    integer, allocatable :: corners(:, :), whole(:)
+    integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, k, s
     logical :: makes_rows, has_own
 
     makes_rows = .true.
@@ -126,32 +150,50 @@ contains
     allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%entered(n), source=0.0_wp)
+    allocate (mortar%least(n), source=enough)
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
     allocate (entries%row(64), entries%node(64), entries%weight(64))
-    grid = make_face_grid(master, x)
-    size_of_master = largest_face(master, x)
+    allocate (parts(0))
+    call cut_at_middles(master, in_parts%part, in_parts%whole)
+    in_parts%grid = make_face_grid(in_parts%part, x)
+    in_parts%largest = largest_face(in_parts%part, x)
+    call cut_at_middles(slave%faces, corners, whole)
+    alpha = 0.0_wp
+    ends = 0
+    call find_middles(slave%faces, ends, alpha)
+    mortar%has_middles = any(alpha(slave%nodes) > 0.0_wp)
     reaches = reach
     if (present(behind)) reaches(2) = behind
+    s = 0
     do f = 1, size(slave%faces, 2)
-      face%n = corners_in(slave%faces(:, f))
-      face%node = slave%faces(:, f)
+      face%n = count(slave%faces(:, f) > 0)
+      face%node(:size(slave%faces, 1)) = slave%faces(:, f)
       associate (n => face%n, nodes => face%node(:face%n), row => face%row(:face%n))
         row = number(nodes)
         face%x(:, :n) = x(:, nodes)
-        plane = plane_of_face(face%x(:, :n))
-        face%area = plane%area
+        face%alpha(:n) = alpha(nodes)
         face%given = what_neighbours_get(slave, row)
-        share = plane%area/real(n, wp)
-        mortar%whole_area(row) = mortar%whole_area(row) + share*sum(face%given(:n, :n), dim=2)
-        do i = 1, n
-          associate (outward => mortar%outward(:, row(i)))
-            outward = outward + share*plane%axis(:, 3)
+        face%area = 0.0_wp
+        parts = parts(:0)
+        do
+          s = s + 1
+          associate (mine => corners(:corners_in(corners(:, s)), s))
+            plane = plane_of_face(x(:, mine))
+            face%area = face%area + plane%area
+            call find_parts(in_parts, master, x, face, plane, reaches, more)
+            if (allocated(slave%asks)) call look_opposite(slave%asks(number(mine)), plane, x, &
+              in_parts, more, number(mine), mortar%opposite)
           end associate
+          if (size(parts) == 0) then
+            call move_alloc(more, parts)
+          else
+            parts = [parts, more]
+          end if
+          if (s == size(whole)) exit
+          if (whole(s + 1) > f) exit
         end do
-        call find_parts(grid, master, x, face%x(:, :n), plane, reaches, size_of_master, parts)
-        if (allocated(slave%asks)) call look_opposite(slave%asks(row), plane, x, parts, row, &
-          mortar%opposite)
+        call add_whole(face, plane, mortar)
         call add_face(face, x, parts, makes_rows, mortar, entries)
       end associate
     end do
@@ -172,13 +214,23 @@ contains
       call make_rows(mortar%area, entries%row(:n_all), entries%node(:n_all), &
         entries%weight(:n_all), mortar%weights)
     end associate
+    ! A tie is of nodes, each by itself.
+    if (makes_rows .and. .not. has_own .and. mortar%has_middles) then
+      call rows_of_nodes(slave%nodes, number, ends, alpha, mortar)
+      alpha = 0.0_wp
+    end if
     do i = 1, n
       if (.not. mortar%area(i) > 0.0_wp) cycle
       if (.not. makes_rows) then
         mortar%apart(:, i) = mortar%apart(:, i)/mortar%area(i)
         cycle
       end if
-      mortar%apart(:, i) = x(:, slave%nodes(i))
+      q = x(:, slave%nodes(i))
+      associate (a => alpha(slave%nodes(i)))
+        if (a > 0.0_wp) q = (q - a*(x(:, ends(1, slave%nodes(i))) + x(:, ends(2, &
+          slave%nodes(i)))))/(1.0_wp - 2.0_wp*a)
+      end associate
+      mortar%apart(:, i) = q
       do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
         mortar%apart(:, i) = mortar%apart(:, i) - mortar%weights%weight(k)* &
           x(:, mortar%weights%node(k))
@@ -293,40 +345,110 @@ contains
     they_do = .false.
   end function face_each_other
 
-  !> The master faces that cover a slave face, and what they cover of it.
-  pure subroutine find_parts(grid, master, x, slave, plane, reach, size_of_master, parts)
-    type(face_grid_t), intent(in) :: grid
-    integer, intent(in) :: master(:, :)   !! (4,n_master)
+  !> Add a slave face to the whole areas and the normals of its nodes.
+  pure subroutine add_whole(face, plane, mortar)
+    type(face_t), intent(in) :: face
+    type(plane_t), intent(in) :: plane    !! of a face without mid-side nodes
+    type(mortar_t), intent(inout) :: mortar
+    type(face_rule_t) :: rule
+    real(wp) :: outward(3, face%n), area(face%n), tangent(3, 2), normal(3), share
+    integer :: i, a
+
+    associate (n => face%n, row => face%row(:face%n))
+      if (n > face_corners) mortar%least(row) = enough_of_second_order
+      if (n <= face_corners) then
+        share = plane%area/real(n, wp)
+        mortar%whole_area(row) = mortar%whole_area(row) + share*sum(face%given(:n, :n), dim=2)
+        do i = 1, n
+          associate (outward => mortar%outward(:, row(i)))
+            outward = outward + share*plane%axis(:, 3)
+          end associate
+        end do
+        return
+      end if
+      outward = 0.0_wp
+      area = 0.0_wp
+      rule = rule_of(n)
+      do i = 1, rule%n
+        tangent = matmul(face%x(:, :n), transpose(face_gradients(n, rule%point(:, i))))
+        normal = rule%weight(i)*cross(tangent(:, 1), tangent(:, 2))
+        associate (functions => face_functions(n, rule%point(:, i)))
+          area = area + norm2(normal)*functions
+          do a = 1, n
+            outward(:, a) = outward(:, a) + functions(a)*normal
+          end do
+        end associate
+      end do
+      call share_with_ends(face, area)
+      mortar%whole_area(row) = mortar%whole_area(row) + matmul(face%given(:n, :n), area)
+      do i = 1, 3
+        call share_with_ends(face, outward(i, :))
+      end do
+      mortar%outward(:, row) = mortar%outward(:, row) + outward
+    end associate
+  end subroutine add_whole
+
+  !> What shape functions have becomes what those of the points have: a node in the middle of an
+  !> edge gives alpha of its own to each end. docs/theory.md (9.12).
+  pure subroutine share_with_ends(face, of_functions)
+    type(face_t), intent(in) :: face
+    real(wp), intent(inout) :: of_functions(:) !! (n) of the nodes of the face
+    integer :: k, corners
+
+    corners = face%n/2
+    if (face%n <= face_corners) return
+    do k = 1, corners
+      associate (middle => of_functions(corners + k), ends => [k, 1 + modulo(k, corners)], &
+                 alpha => face%alpha(corners + k))
+        of_functions(ends) = of_functions(ends) + alpha*middle
+        middle = (1.0_wp - 2.0_wp*alpha)*middle
+      end associate
+    end do
+  end subroutine share_with_ends
+
+  !> The parts of the master that cover a part of a slave face, and what they cover of it.
+  pure subroutine find_parts(in_parts, master, x, face, plane, reach, parts)
+    type(master_t), intent(in) :: in_parts
+    integer, intent(in) :: master(:, :)   !! (4,n_master) or (8,n_master) all nodes
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
-    real(wp), intent(in) :: slave(:, :)   !! nodes of the slave face [length]
-    type(plane_t), intent(in) :: plane
+    type(face_t), intent(in) :: face      !! the whole of it
+    type(plane_t), intent(in) :: plane    !! of the part
     real(wp), intent(in) :: reach(2)      !! before the slave's plane, and behind it [length]
-    real(wp), intent(in) :: size_of_master !! the largest face's [length]
     type(part_t), allocatable, intent(out) :: parts(:)
     integer, allocatable :: near(:)
     type(part_t) :: part
     type(part_t), allocatable :: larger(:)
+    type(whole_face_t) :: slave
     real(wp) :: low(3), high(3), height(face_corners), sideways, along
     integer :: i, k, n
 
     ! What covers the face lies in the prism over it.
     sideways = 1.0e-6_wp*sqrt(plane%area)
-    along = maxval(reach) + size_of_master
-    low = minval(slave, 2) - along*abs(plane%axis(:, 3)) - sideways
-    high = maxval(slave, 2) + along*abs(plane%axis(:, 3)) + sideways
-    call faces_near(grid, low, high, near)
+    along = maxval(reach) + in_parts%largest
+    low = minval(face%x(:, :face%n), 2) - along*abs(plane%axis(:, 3)) - sideways
+    high = maxval(face%x(:, :face%n), 2) + along*abs(plane%axis(:, 3)) + sideways
+    call faces_near(in_parts%grid, low, high, near)
+    if (face%n > face_corners) slave = whole_face(face%x(:, :face%n))
     allocate (parts(face_corners))
     n = 0
     do i = 1, size(near)
-      k = count(master(:, near(i)) > 0)
-      associate (corner => x(:, master(:k, near(i))))
+      k = corners_in(in_parts%part(:, near(i)))
+      associate (corner => x(:, in_parts%part(:k, near(i))), of => master(:, &
+                 in_parts%whole(near(i))))
         if (dot_product(outward_normal(corner), plane%axis(:, 3)) > against) cycle
         height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
         if (minval(height(:k)) > reach(1) .or. maxval(height(:k)) < -reach(2)) cycle
-        part%node(:k) = master(:k, near(i))
-        part%n = k
+        part%of = near(i)
+        part%n = count(of > 0)
+        part%node(:size(of)) = of
         part%distance = abs(sum(height(:k)))/real(k, wp)
-        part%overlap = find_overlap(plane, slave, corner)
+        if (max(face%n, part%n) <= face_corners) then
+          part%overlap = find_overlap(plane, face%x(:, :face%n), corner)
+        else
+          if (slave%n == 0) slave = whole_face(face%x(:, :face%n))
+          part%overlap = find_curved_overlap(plane, slave, corner, whole_face(x(:, &
+            of(:part%n))))
+        end if
       end associate
       if (.not. part%overlap%area > 0.0_wp) cycle
       if (n == size(parts)) then
@@ -338,20 +460,22 @@ contains
       parts(n) = part
     end do
     parts = parts(:n)
-    call keep_nearest(plane%area, parts)
+    call keep_nearest(plane%area, merge(overlap_of_curved, overlap_of_flat, max(face%n, &
+      maxval(parts%n)) > face_corners), parts)
   end subroutine find_parts
 
   !> Leave out the farthest parts where more is covered than there is: of a master that lies behind
   !> another.
-  pure subroutine keep_nearest(area, parts)
-    real(wp), intent(in) :: area !! of the slave face [length^2]
+  pure subroutine keep_nearest(area, rounding, parts)
+    real(wp), intent(in) :: area     !! of the part of the slave face [length^2]
+    real(wp), intent(in) :: rounding !! of this area [-]
     type(part_t), allocatable, intent(inout) :: parts(:)
     logical :: kept(size(parts))
     integer :: i
 
     kept = .true.
     do i = 1, size(parts)
-      if (sum(parts%overlap%area, mask=kept) <= (1.0_wp + 1.0e-6_wp)*area) exit
+      if (sum(parts%overlap%area, mask=kept) <= (1.0_wp + rounding)*area) exit
       kept(maxloc(parts%distance, dim=1, mask=kept)) = .false.
     end do
     if (.not. all(kept)) parts = pack(parts, kept)
@@ -363,15 +487,19 @@ contains
   pure function what_neighbours_get(slave, row) result(given)
     type(slave_t), intent(in) :: slave
     integer, intent(in) :: row(:)         !! of the face's nodes
-    real(wp) :: given(face_corners, face_corners)
+    real(wp) :: given(face_nodes, face_nodes)
     !! (by, of); columns add up to 1, or 0: there is nobody
     logical :: has_none(size(row)), is_taker(size(row))
-    integer :: a
+    integer :: around(size(row)), a, k, n
 
+    n = size(row)
+    around = [(a, a=1, n)]
+    ! Along the edges from corner to corner.
+    if (n > face_corners) around = [((a + n/2*(k - 1), k=1, 2), a=1, n/2)]
     has_none = .false.
-    if (allocated(slave%is_fixed)) has_none = slave%is_fixed(row)
+    if (allocated(slave%is_fixed)) has_none = slave%is_fixed(row(around))
     given = 0.0_wp
-    do a = 1, size(row)
+    do a = 1, n
       is_taker = .false.
       is_taker(a) = .true.
       if (has_none(a)) then
@@ -379,28 +507,31 @@ contains
         if (all(has_none .or. .not. is_taker)) is_taker = .true.
         is_taker = is_taker .and. .not. has_none
       end if
-      where (is_taker) given(:size(row), a) = 1.0_wp/real(count(is_taker), wp)
+      given(around, around(a)) = merge(1.0_wp/real(max(1, count(is_taker)), wp), 0.0_wp, is_taker)
     end do
   end function what_neighbours_get
 
-  !> Find the places of the master opposite the nodes of a slave face that ask for it.
-  pure subroutine look_opposite(asks, plane, x, parts, row, opposite)
+  !> Find the places of the master opposite the nodes of a slave face that ask for it: among the
+  !> corners of the master's parts.
+  pure subroutine look_opposite(asks, plane, x, in_parts, parts, row, opposite)
     logical, intent(in) :: asks(:)
     type(plane_t), intent(in) :: plane    !! of the slave face
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(master_t), intent(in) :: in_parts
     type(part_t), intent(in) :: parts(:)
     integer, intent(in) :: row(:)         !! of the face's nodes
     type(opposite_t), intent(inout) :: opposite(:)
     real(wp) :: weight(face_corners)
-    integer :: a, i
+    integer :: a, i, k
 
     do i = 1, size(parts)
+      k = corners_in(in_parts%part(:, parts(i)%of))
       do a = 1, size(row)
         if (.not. asks(a)) cycle
-        associate (found => opposite(row(a)), node => parts(i)%node(:parts(i)%n))
+        associate (found => opposite(row(a)), node => in_parts%part(:k, parts(i)%of))
           weight = opposite_weights(plane, a, x(:, node))
           if (-minval(weight) >= found%beyond) cycle
-          found%n = parts(i)%n
+          found%n = k
           found%node(:found%n) = node
           found%beyond = -minval(weight)
           found%weight = max(0.0_wp, weight)/sum(max(0.0_wp, weight))
@@ -418,64 +549,115 @@ contains
     logical, intent(in) :: makes_rows
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
-    real(wp), dimension(face_corners) :: lumped, shared, unit
-    real(wp), dimension(face_corners, face_corners) :: mass, dual, part_of
+    type(overlap_t) :: overlap
+    real(wp), dimension(face%n) :: lumped, shared, unit
+    real(wp), dimension(face%n, face%n) :: mass, dual, given
+    real(wp) :: part_of(face%n, face_nodes), q(3, face%n)
     integer :: a, b, i, k
     logical :: regular
 
     if (size(parts) == 0) return
     lumped = 0.0_wp
     mass = 0.0_wp
-    do i = 1, size(parts)
-      lumped = lumped + parts(i)%overlap%lumped
-      mass = mass + parts(i)%overlap%mass
-    end do
-    if (sum(lumped) < least_cover*face%area) return
-    do a = face%n + 1, face_corners
-      mass(a, a) = 1.0_wp ! a corner that is not there has no part in the others
-    end do
-    do a = 1, face_corners
-      unit = 0.0_wp
-      unit(a) = 1.0_wp
-      call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
-      if (.not. regular) return
-      dual(:, a) = lumped(a)*dual(:, a)
-    end do
+    associate (n => face%n)
+      do i = 1, size(parts)
+        lumped = lumped + parts(i)%overlap%lumped(:n)
+        mass = mass + parts(i)%overlap%mass(:n, :n)
+      end do
+      if (sum(lumped) < least_cover*face%area) return
+      call share_with_ends(face, lumped)
+      do a = 1, n
+        call share_with_ends(face, mass(:, a))
+      end do
+      do a = 1, n
+        call share_with_ends(face, mass(a, :))
+      end do
+      do a = 1, n
+        unit = 0.0_wp
+        unit(a) = 1.0_wp
+        call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
+        if (.not. regular) return
+        dual(:, a) = lumped(a)*dual(:, a)
+      end do
+    end associate
+    call find_places(face, q)
     associate (n => face%n, row => face%row(:face%n))
-      dual = matmul(dual, transpose(face%given))
-      shared = matmul(face%given, lumped)
-      mortar%area(row) = mortar%area(row) + shared(:n)
+      given = face%given(:n, :n)
+      dual = matmul(dual, transpose(given))
+      shared = matmul(given, lumped)
+      mortar%area(row) = mortar%area(row) + shared
       do a = 1, n
         do b = 1, n
-          if (a == b .or. .not. makes_rows .or. .not. face%given(b, a) > 0.0_wp) cycle
+          if (a == b .or. .not. makes_rows .or. .not. given(b, a) > 0.0_wp) cycle
           ! The row of `b` stands for the place of `a`, too.
-          call append_entry(row(b), face%node(b), face%given(b, a)*lumped(a), entries)
-          call append_entry(row(b), face%node(a), -face%given(b, a)*lumped(a), entries)
+          call append_place(face, row(b), b, given(b, a)*lumped(a), entries)
+          call append_place(face, row(b), a, -given(b, a)*lumped(a), entries)
         end do
       end do
       do i = 1, size(parts)
-        associate (overlap => parts(i)%overlap)
-          part_of = matmul(transpose(dual), overlap%mixed)
-          mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
-          mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
-          do a = 1, n
-            mortar%normal(:, row(a)) = mortar%normal(:, row(a)) + dot_product(face%given(a, :), &
-              overlap%lumped)*overlap%normal
+        overlap = parts(i)%overlap
+        if (n > face_corners) then
+          call share_with_ends(face, overlap%entered(:n))
+          do k = 1, 3
+            call share_with_ends(face, overlap%facing(k, :n))
           end do
-        end associate
+          do k = 1, parts(i)%n
+            call share_with_ends(face, overlap%mixed(:n, k))
+          end do
+        end if
+        part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
+        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+        mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
+        mortar%normal(:, row) = mortar%normal(:, row) + matmul(overlap%facing(:, :n), &
+          transpose(given))
         do k = 1, parts(i)%n
           do a = 1, n
             if (makes_rows) then
               call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
             else
               mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
-                (face%x(:, a) - x(:, parts(i)%node(k)))
+                (q(:, a) - x(:, parts(i)%node(k)))
             end if
           end do
         end do
       end do
     end associate
   end subroutine add_face
+
+  !> Where the points of a face are.
+  pure subroutine find_places(face, q)
+    type(face_t), intent(in) :: face
+    real(wp), intent(out) :: q(:, :) !! (3,n) [length]
+    integer :: k, corners
+
+    q = face%x(:, :face%n)
+    if (face%n <= face_corners) return
+    corners = face%n/2
+    do k = 1, corners
+      associate (alpha => face%alpha(corners + k))
+        q(:, corners + k) = (q(:, corners + k) - alpha*(q(:, k) + q(:, 1 + modulo(k, corners))))/ &
+          (1.0_wp - 2.0_wp*alpha)
+      end associate
+    end do
+  end subroutine find_places
+
+  !> Append the place of a point of a face: of one in the middle of an edge that of three nodes.
+  pure subroutine append_place(face, row, a, weight, entries)
+    type(face_t), intent(in) :: face
+    integer, intent(in) :: row
+    integer, intent(in) :: a         !! number of its node in the face
+    real(wp), intent(in) :: weight   !! [length^2]
+    type(entries_t), intent(inout) :: entries
+    real(wp) :: own
+    integer :: corners
+
+    own = weight/(1.0_wp - 2.0_wp*face%alpha(a))
+    call append_entry(row, face%node(a), own, entries)
+    if (.not. face%alpha(a) > 0.0_wp) return
+    corners = face%n/2
+    call append_entry(row, face%node(a - corners), -face%alpha(a)*own, entries)
+    call append_entry(row, face%node(1 + modulo(a - corners, corners)), -face%alpha(a)*own, entries)
+  end subroutine append_place
 
   !> Give what nodes have that hang to those that they lie between, in equal parts: each of these
   !> then stands for its own place and for theirs, by what it has of both.
@@ -542,6 +724,58 @@ contains
       mortar%entered(own) = 0.0_wp
     end do
   end subroutine fold_rows
+
+  !> Rows of the nodes in the middles of edges themselves, from those of their points and of the
+  !> ends of the edges: u_m = (1 - 2 alpha) q_m + alpha (u_1 + u_2). An end that is not covered
+  !> enough stays as it is.
+  pure subroutine rows_of_nodes(nodes, number, ends, alpha, mortar)
+    integer, intent(in) :: nodes(:)      !! (n) of the slave
+    integer, intent(in) :: number(:)     !! (n_nodes) rows of these
+    integer, intent(in) :: ends(:, :)    !! (2,n_nodes) as of find_middles
+    real(wp), intent(in) :: alpha(:)     !! (n_nodes) the same [-]
+    type(mortar_t), intent(inout) :: mortar
+    type(entries_t) :: entries
+    type(weights_t) :: weights
+    real(wp) :: one(size(nodes))
+    integer :: i, k
+
+    allocate (entries%row(64), entries%node(64), entries%weight(64))
+    do i = 1, size(nodes)
+      associate (a => alpha(nodes(i)))
+        call append_row(i, i, 1.0_wp - 2.0_wp*a, entries)
+        if (.not. a > 0.0_wp) cycle
+        do k = 1, 2
+          associate (row => number(ends(k, nodes(i))))
+            if (mortar%area(row) > mortar%least(row)*mortar%whole_area(row)) then
+              call append_row(i, row, a, entries)
+            else
+              call append_entry(i, nodes(row), a, entries)
+            end if
+          end associate
+        end do
+      end associate
+    end do
+    one = merge(1.0_wp, 0.0_wp, mortar%area > 0.0_wp)
+    call make_rows(one, entries%row(:entries%n), entries%node(:entries%n), &
+      entries%weight(:entries%n), weights)
+    mortar%weights = weights
+
+  contains
+
+    pure subroutine append_row(to, from, factor, entries)
+      integer, intent(in) :: to, from
+      real(wp), intent(in) :: factor
+      type(entries_t), intent(inout) :: entries
+      integer :: k
+
+      associate (rows => mortar%weights)
+        do k = rows%first(from), rows%first(from + 1) - 1
+          call append_entry(to, rows%node(k), factor*rows%weight(k), entries)
+        end do
+      end associate
+    end subroutine append_row
+
+  end subroutine rows_of_nodes
 
   !> One more contribution.
   pure subroutine append_entry(row, node, weight, entries)

@@ -8,7 +8,7 @@ module placement_mod
   use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, &
     find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
-  use mortar_mod, only: mortar_t, enough
+  use mortar_mod, only: mortar_t
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
     turn_into_plane, replace_rows
   implicit none
@@ -57,6 +57,8 @@ module placement_mod
   ! How much of its node's area a surface must cover for a point that counted in the same increment:
   ! else points at the edge of the master come and go.
   real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
+  ! The same of what counts at all, of faces with mid-side nodes: weights become 7000.
+  real(wp), parameter :: part_to_stay = 0.2_wp !! [-]
   ! More than that no deck's digits make of edges that are flush.
   real(wp), parameter :: a_little = 1.0e-4_wp !! [-]
 
@@ -213,14 +215,20 @@ contains
     real(wp), intent(in) :: rotation(:, :)   !! as of `place`
     type(placement_t), intent(inout) :: placement !! gets those that are alone
     type(placement_t) :: without
-    integer :: i
+    integer :: pair, i
 
     if (.not. allocated(points%alpha)) return
     without = placement
     without%weights%alone = .true.
-    call place_curved(scene, points, u, without, rotation)
+    do pair = 1, size(scene%pairs)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (any(points%is_curved(first:last) .and. .not. points%on_surface(first:last))) call &
+          place(scene, points, pair, u, without, rotation)
+      end associate
+    end do
     do i = 1, points%n
       if (.not. (points%alpha(i) > 0.0_wp .and. points%is_curved(i))) cycle
+      if (points%on_surface(i)) cycle
       placement%weights%alone(i) = points%is_held(i) .or. all(without%gap(points%end_point(:, i)) &
         > 0.0_wp)
     end do
@@ -274,7 +282,7 @@ contains
       associate (here => i - first + 1, mortar => faced%mortar)
         rows%first(here) = k + 1
         if (.not. placement%weights%covers(i)) cycle
-        placement%reference(:, i) = u(:, points%node(i))
+        placement%reference(:, i) = of_slave(points, placement%weights, i, u)
         do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
           associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
             if (.not. abs(weight) > 0.0_wp) cycle
@@ -288,6 +296,9 @@ contains
           moved = dot_product(mortar%normal(:, here), placement%reference(:, i))
           placement%gap(i) = placement%gap(i) + moved
           placement%least_gap(i) = placement%least_gap(i) + moved
+        else
+          placement%gap(i) = placement%gap(i) + lift_alone(points, placement%weights, i, u, &
+            mortar%normal(:, here))
         end if
       end associate
     end do
@@ -322,12 +333,32 @@ contains
       if (.not. placement%weights%covers(i)) cycle
       if (obstacle%ref_node > 0) k = k + 1
       placement%apart(:, i) = mortar%apart(:, i - first + 1)
-      placement%reference(:, i) = u(:, points%node(i)) - shift
+      placement%gap(i) = placement%gap(i) + lift_alone(points, placement%weights, i, u, &
+        mortar%normal(:, i - first + 1))
+      placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
     end do
     rows%first(last - first + 2) = k
     call replace_rows(placement%weights, first, rows%first, spread(obstacle%ref_node, 1, k - 1), &
       spread(1.0_wp, 1, k - 1))
   end subroutine place_before_facets
+
+  !> How much further along the normal a node in the middle of an edge has moved than its point of
+  !> (9.11), where it is one by itself; 0 of others.
+  pure real(wp) function lift_alone(points, weights, i, u, normal) result(lift)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    real(wp), intent(in) :: normal(3)
+
+    lift = 0.0_wp
+    if (.not. allocated(points%alpha)) return
+    if (.not. (points%alpha(i) > 0.0_wp .and. weights%alone(i))) return
+    associate (alpha => points%alpha(i), ends => points%node(points%end_point(:, i)))
+      lift = alpha/(1.0_wp - 2.0_wp*alpha)*dot_product(normal, u(:, ends(1)) + u(:, ends(2)) - &
+        2.0_wp*u(:, points%node(i)))
+    end associate
+  end function lift_alone
 
   !> Normals, gaps and areas of the points that faces cover, and which these are.
   pure subroutine place_covered(points, first, stay, mortar, placement)
@@ -341,9 +372,9 @@ contains
 
     do i = first, first + size(mortar%area) - 1
       associate (here => i - first + 1, covers => placement%weights%covers)
-        counts = mortar%area(here) > enough*mortar%whole_area(here)
-        if (stay .and. covers(i)) counts = mortar%area(here) > &
-          enough_to_stay*mortar%whole_area(here)
+        counts = mortar%area(here) > mortar%least(here)*mortar%whole_area(here)
+        if (stay .and. covers(i)) counts = mortar%area(here) > merge(part_to_stay* &
+          mortar%least(here), enough_to_stay, mortar%has_middles)*mortar%whole_area(here)
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
         placement%unplaced_gap(i) = no_gap

@@ -1,0 +1,162 @@
+!> What two faces share where either has nodes in the middles of its edges: overlaps of parts
+!> between their nodes, and integrals over these with the shape functions of the whole faces where
+!> their points lie.
+!>
+!> docs/theory.md section 11.
+module curved_overlap_mod
+  use kinds_mod, only: wp
+  use cells_mod, only: face_nodes
+  use face_shapes_mod, only: evaluate_face, is_triangle
+  use small_matrix_mod, only: cross
+  use face_overlap_mod, only: overlap_t, plane_t, in_plane, clip, area_of, smallest, max_corners, &
+    few_points, few_weights, many_points, many_weights
+  implicit none
+  private
+
+  public :: whole_face_t, find_curved_overlap, whole_face
+
+  !> A face with all of its nodes.
+  type :: whole_face_t
+    integer :: n = 0                            !! nodes
+    real(wp) :: x(3, face_nodes) = 0.0_wp       !! where they are [length]
+    real(wp) :: flat(2, face_nodes) = 0.0_wp    !! the same in a plane [length]
+    logical :: is_affine = .false.
+    !! shape functions are nearly polynomials in the plane: of triangles with edges nearly straight
+  end type whole_face_t
+
+contains
+
+  !> A face from its nodes.
+  pure type(whole_face_t) function whole_face(x) result(face)
+    real(wp), intent(in) :: x(:, :) !! (3,n) corners, then the middles of edges [length]
+    ! Of an edge. The rule of few points then gives weights to 1e-6 [-]
+    real(wp), parameter :: straight = 1.0e-2_wp
+    integer :: k, next, corners
+
+    face%n = size(x, 2)
+    face%x(:, :face%n) = x
+    face%is_affine = is_triangle(face%n)
+    if (face%n <= 4) return
+    corners = face%n/2
+    do k = 1, corners
+      next = 1 + modulo(k, corners)
+      face%is_affine = face%is_affine .and. norm2(x(:, corners + k) - 0.5_wp*(x(:, k) + &
+        x(:, next))) <= straight*norm2(x(:, next) - x(:, k))
+    end do
+  end function whole_face
+
+  !> Where a part of a master face covers a part of a slave face, and the integrals over that.
+  pure function find_curved_overlap(plane, of_slave, part, of_master) result(overlap)
+    type(plane_t), intent(in) :: plane        !! of the part of the slave face
+    type(whole_face_t), intent(in) :: of_slave, of_master
+    real(wp), intent(in) :: part(:, :)
+    !! (3,3) or (3,4) corners of the part of the master face, anticlockwise from outside [length]
+    type(overlap_t) :: overlap
+    real(wp) :: flat(2, size(part, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
+    type(whole_face_t) :: slave, master
+    integer :: n, i
+
+    flat = in_plane(plane, part)
+    n = size(part, 2)
+    polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
+    call clip(plane%corner(:, :plane%n), polygon, n)
+    if (n < 3) return
+    overlap%area = area_of(polygon(:, :n))
+    if (overlap%area < smallest*plane%area) then
+      overlap%area = 0.0_wp
+      return
+    end if
+    slave = of_slave
+    slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
+    master = of_master
+    master%flat(:, :master%n) = in_plane(plane, master%x(:, :master%n))
+    centre = sum(polygon(:, :n), 2)/real(n, wp)
+    do i = 1, n
+      corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
+      if (.not. area_of(corner) > 0.0_wp) cycle
+      if (slave%is_affine .and. master%is_affine) then
+        call add_points(plane, slave, master, corner, few_points, few_weights, overlap)
+      else
+        call add_points(plane, slave, master, corner, many_points, many_weights, overlap)
+      end if
+    end do
+  end function find_curved_overlap
+
+  !> Add the integrals over one triangle of an overlap, over the area of the slave face that lies
+  !> above it.
+  pure subroutine add_points(plane, slave, master, corner, point, weight, overlap)
+    type(plane_t), intent(in) :: plane
+    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
+    real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
+    real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
+    type(overlap_t), intent(inout) :: overlap
+    real(wp) :: x(2), n(slave%n), m(master%n), normal(3), gap, area, part(slave%n)
+    integer :: i, b
+
+    area = area_of(corner)
+    do i = 1, size(weight)
+      x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
+        point(2, i)*(corner(:, 3) - corner(:, 1))
+      call locate(slave, x, n, normal)
+      part = area*weight(i)*norm2(normal)/abs(dot_product(normal, plane%axis(:, 3)))*n
+      call locate(master, x, m, normal)
+      normal = normal/norm2(normal)
+      gap = dot_product(normal, matmul(slave%x(:, :slave%n), n) - matmul(master%x(:, :master%n), &
+        m))
+      overlap%least_gap = min(overlap%least_gap, gap)
+      associate (s => slave%n)
+        overlap%lumped(:s) = overlap%lumped(:s) + part
+        if (gap < 0.0_wp) overlap%entered(:s) = overlap%entered(:s) + part*gap
+        do b = 1, s
+          overlap%mass(:s, b) = overlap%mass(:s, b) + part*n(b)
+          overlap%facing(:, b) = overlap%facing(:, b) + part(b)*normal
+        end do
+        do b = 1, master%n
+          overlap%mixed(:s, b) = overlap%mixed(:s, b) + part*m(b)
+        end do
+      end associate
+    end do
+  end subroutine add_points
+
+  !> The place of a face that is seen at a point of the plane, by Newton's method: its shape
+  !> functions and the normal there.
+  pure subroutine locate(face, x, n, normal)
+    type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
+    real(wp), intent(in) :: x(2)            !! [length]
+    real(wp), intent(out) :: n(:)           !! [-]
+    real(wp), intent(out) :: normal(3)      !! not of unit length
+    ! Newton's method squares what is left: behind a step of this nothing is but rounding.
+    real(wp), parameter :: settled = 1.0e-8_wp
+    integer,  parameter :: max_newton = 30
+    real(wp), dimension(face_nodes) :: functions
+    real(wp) :: xi(2), step(2), left(2), a(2), b(2), gradient(2, face_nodes), tangent(3, 2), det
+    integer :: i, k
+
+    xi = merge(1.0_wp/3.0_wp, 0.0_wp, is_triangle(face%n))
+    step = 1.0_wp
+    do i = 1, max_newton
+      call evaluate_face(face%n, xi, functions, gradient)
+      if (maxval(abs(step)) < settled) exit
+      left = x
+      a = 0.0_wp
+      b = 0.0_wp
+      do k = 1, face%n
+        left = left - functions(k)*face%flat(:, k)
+        a = a + gradient(1, k)*face%flat(:, k)
+        b = b + gradient(2, k)*face%flat(:, k)
+      end do
+      det = a(1)*b(2) - a(2)*b(1)
+      if (.not. abs(det) > 0.0_wp) exit
+      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      xi = xi + step
+    end do
+    n = functions(:face%n)
+    tangent = 0.0_wp
+    do k = 1, face%n
+      tangent(:, 1) = tangent(:, 1) + gradient(1, k)*face%x(:, k)
+      tangent(:, 2) = tangent(:, 2) + gradient(2, k)*face%x(:, k)
+    end do
+    normal = cross(tangent(:, 1), tangent(:, 2))
+  end subroutine locate
+
+end module curved_overlap_mod
