@@ -107,7 +107,7 @@ module cells_mod
     half*(corners_of_wedge(:, edges_of_wedge(1, :9)) + &
     corners_of_wedge(:, edges_of_wedge(2, :9)))], [3, 20], pad=none)
 
-  ! Quadrature: Gauss's on lines, 3 or 6 points on triangles, the centre of a tetrahedron or 4 points.
+  ! Quadrature: Gauss's on lines, 3 or 6 points on triangles, 1 or 4 in a tetrahedron.
   ! Only rigid motions have no strain at these; at two points of the 6-node wedge another has none,
   ! and at 8 of the 20-node hexahedron six others, which elements around it may hold.
   ! Pyramids have the points of the hexahedron that they are where its upper nodes are one.
@@ -177,7 +177,8 @@ module cells_mod
       merge(faces_of_wedge, 0, faces_of_wedge <= 6), [1, 2, 3, 3, 4, 5, 6, 6], &
       reshape(points_6, [3, 27], pad=none), reshape(spread(sixth, 1, 6), [27], pad=none)), &
     cell_t('15-node wedge', 26, 15, 6, 9, 5, 18, [1, 1, 2], 4, &
-      places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, [1, 2, 3, 3, 4, 5, 6, 6], &
+      places_of_wedge, edges_of_wedge, [3, 3, 4, 4, 4, 0], faces_of_wedge, &
+      [1, 2, 3, 3, 4, 5, 6, 6], &
       reshape(points_18, [3, 27], pad=none), reshape(weights_18, [27], pad=none)), &
     cell_t('5-node pyramid', 14, 5, 5, 8, 5, 8, [1, 2, 0], 1, &
       reshape(corners_of_pyramid, [3, 20], pad=none), edges_of_pyramid, [4, 3, 3, 3, 3, 0], &

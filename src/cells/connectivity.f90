@@ -141,8 +141,8 @@ contains
     end associate
   end function nodes_of_face
 
-  !> All nodes of a face: its corners, then those in the middles of its edges, that between corners 1
-  !> and 2 first; zeros behind them.
+  !> All nodes of a face: its corners, then those in the middles of its edges, that between corners
+  !> 1 and 2 first; zeros behind them.
   pure function all_nodes_of_face(connectivity, element, face) result(nodes)
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: element, face

@@ -1,9 +1,9 @@
 !> Contact points of nodes in the middles of edges, for the certificate: what the ends of an edge
 !> have part in, found from the elements. docs/theory.md (9.11).
 !>
-!> A point of such a node is q = (u_m - a (u_1 + u_2))/(1 - 2 a), with a = 1/4 where a slave face with
-!> four corners has the edge, else 1/5. What is said of displacements is said of gaps and slips too,
-!> and a reaction r on it is r/(1 - 2 a) on the node, and -a times that on either end.
+!> A point of such a node is q = (u_m - a (u_1 + u_2))/(1 - 2 a), with a = 1/4 where a slave face
+!> with four corners has the edge, else 1/5. What is said of displacements is said of gaps and slips
+!> too, and a reaction r on it is r/(1 - 2 a) on the node, and -a times that on either end.
 module edge_middles_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells

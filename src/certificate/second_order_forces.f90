@@ -1,9 +1,9 @@
 !> The internal forces of the certificate in elements with mid-side nodes, from their stresses.
 !>
 !> As in stress_forces, with b_j the cofactors of the Jacobian (columns a_j = dx/dxi_j,
-!> j = a_1 . b_1), du/dx = sum over j of (du/dxi_j) b_j^T / j, and a node's force is the sum over the
-!> points of weight sigma b_j dN_a/dxi_j. Places and displacements are counted from the middle of the
-!> element's corners. docs/theory.md, sections 6 and 8.
+!> j = a_1 . b_1), du/dx = sum over j of (du/dxi_j) b_j^T / j, and a node's force is the sum over
+!> the points of weight sigma b_j dN_a/dxi_j. Places and displacements are counted from the middle
+!> of the element's corners. docs/theory.md, sections 6 and 8.
 module second_order_forces_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells

@@ -138,8 +138,8 @@ contains
     points%freedom%normal = undeformed%frame(:, 1, :)
   end subroutine note_freedom
 
-  !> Nodes in the middles of edges that supports hold along the normal: they are points by themselves,
-  !> as other held nodes are, and take no part of the ends of the edge.
+  !> Nodes in the middles of edges that supports hold along the normal: they are points by
+  !> themselves, as other held nodes are, and take no part of the ends of the edge.
   pure subroutine find_held_middles(scene, prescribed, points)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)

@@ -2,8 +2,8 @@
 !> faces of an element have no neighbour.
 module matching_faces_mod
   use cards_mod, only: note, reader_t, report
-  use cells_mod, only: cells, face_corners, has_middles, hexahedron_20_of_14, hexahedron_20_reduced, &
-    hexahedron_8
+  use cells_mod, only: cells, face_corners, has_middles, hexahedron_20_of_14, &
+    hexahedron_20_reduced, hexahedron_8
   use connectivity_mod, only: nodes_of_face
   use equal_columns_mod, only: number_columns
   use mesh_draft_mod, only: mesh_draft_t
@@ -16,9 +16,9 @@ module matching_faces_mod
 
 contains
 
-  !> Report what does not match: an edge with a node in its middle in one element and another or none
-  !> in another element, and a quadrilateral beside two triangles, of which elements without mid-side
-  !> nodes are noted.
+  !> Report what does not match: an edge with a node in its middle in one element and another or
+  !> none in another element, and a quadrilateral beside two triangles, of which elements without
+  !> mid-side nodes are noted.
   subroutine check_matching(reader, mesh)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh
@@ -56,8 +56,9 @@ contains
       i = count(cell == hexahedron_20_reduced .and. n_outer >= many)
       where (cell == hexahedron_20_reduced .and. n_outer >= many) cell = hexahedron_20_of_14
     end associate
-    if (i > 0) call note(reader, to_text(i)//' elements of C3D20R have four faces or more without '// &
-      'a neighbour: they take 14 points instead of 8, at which others may move without strain')
+    if (i > 0) call note(reader, to_text(i)//' elements of C3D20R have four faces or more '// &
+      'without a neighbour: they take 14 points instead of 8, at which others may move '// &
+      'without strain')
   end subroutine strengthen_reduced
 
   !> All faces, and which of them no two elements have.
@@ -130,10 +131,10 @@ contains
     do k = 1, n
       if (middle(k) == middle(number(k))) cycle
       call report(reader, mesh%element_position(element(k)), 'elements '// &
-        to_text(mesh%element_id(element(number(k))))//' and '//to_text(mesh%element_id(element(k)))// &
-        ' have the edge from node '//to_text(mesh%node_id(ends(1, k)))//' to node '// &
-        to_text(mesh%node_id(ends(2, k)))//', but not the same node in its middle: join parts '// &
-        'of first and second order by *TIE')
+        to_text(mesh%element_id(element(number(k))))//' and '// &
+        to_text(mesh%element_id(element(k)))//' have the edge from node '// &
+        to_text(mesh%node_id(ends(1, k)))//' to node '//to_text(mesh%node_id(ends(2, k)))// &
+        ', but not the same node in its middle: join parts of first and second order by *TIE')
       return
     end do
   end subroutine check_edges

@@ -45,8 +45,9 @@ contains
     end if
   end subroutine tangent_of
 
-  !> Replace what is negative in a matrix, or a part of it, by a small part of its size: where that is
-  !> all of it a positive semi-definite one. By nothing, the sum over the elements may be singular.
+  !> Replace what is negative in a matrix, or a part of it, by a small part of its size: where that
+  !> is all of it a positive semi-definite one. By nothing, the sum over the elements may be
+  !> singular.
   subroutine project(part, k)
     real(wp), intent(in) :: part          !! [-]
     real(wp), intent(inout) :: k(24, 24)  !! symmetric but for rounding

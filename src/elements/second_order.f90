@@ -209,8 +209,8 @@ contains
     end associate
   end function extrapolate_to_nodes
 
-  !> The shape functions of the corners where there are no mid-side nodes: a corner's own and half of
-  !> those of its edges.
+  !> The shape functions of the corners where there are no mid-side nodes: a corner's own and half
+  !> of those of its edges.
   pure function corner_functions(cell, place) result(n)
     integer,  intent(in) :: cell      !! row of the table of cells
     real(wp), intent(in) :: place(3)  !! natural coordinates [-]

@@ -100,9 +100,9 @@ contains
   end subroutine linearise_at
 
   !> At finite strain: the factor of the tangent that a state says, and what loads do by it; where
-  !> that is not positive definite, with so much left out of what is negative in the elements' that it
-  !> is. Where nothing helps, as in elements that are all but flat, the one before stays. A body that
-  !> has turned answers to its loads as it stands.
+  !> that is not positive definite, with so much left out of what is negative in the elements' that
+  !> it is. Where nothing helps, as in elements that are all but flat, the one before stays. A body
+  !> that has turned answers to its loads as it stands.
   subroutine take_tangent(scene, points, state, solver, is_taken, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -122,8 +122,8 @@ contains
     do
       call linearise_at(scene, points, tangent, solver, error)
       if (.not. allocated(error)) exit
-      if (error%exit_status /= exit_not_solved .or. .not. (is_taken .and. allocated(tangent))) &
-        return
+      if (error%exit_status /= exit_not_solved) return
+      if (.not. (is_taken .and. allocated(tangent))) return
       if (tangent%projection < 1.0_wp) then
         tangent%projection = tangent%projection + more
         state%tangent_projection = tangent%projection

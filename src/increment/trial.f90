@@ -115,8 +115,8 @@ contains
     trial%placed_at = old%displacement
     where (trial%forces%prescribed) trial%placed_at = trial%u_free
     trial%placement = solver%undeformed
-    if (allocated(points%alpha) .and. .not. any(solver%body%motions%body >= 0)) &
-      call leave_ends(scene, points, trial%u_free, trial%rotation, trial%placement)
+    if (.not. allocated(points%alpha) .or. any(solver%body%motions%body >= 0)) return
+    call leave_ends(scene, points, trial%u_free, trial%rotation, trial%placement)
   end subroutine begin_trial
 
   !> Begin with the reactions of the increment before, where the factor is not exact or forces not

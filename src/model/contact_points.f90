@@ -31,8 +31,8 @@ module contact_points_mod
     logical,  allocatable :: across(:, :)
     !! (3,n) before such a master: a plane of symmetry across this axis holds the node
     integer,  allocatable :: end_point(:, :)
-    !! (2,n) of a node in the middle of an edge of a slave face the points at the ends of the edge, 0
-    !! of others; not allocated: there are none
+    !! (2,n) of a node in the middle of an edge of a slave face the points at the ends of the edge,
+    !! 0 of others; not allocated: there are none
     real(wp), allocatable :: alpha(:)
     !! (n) of such a node: the part of these two in its own point, (9.11), 0 of others; allocated
     !! with it [-]
@@ -81,8 +81,8 @@ module contact_points_mod
     real(wp), allocatable :: weight(:) !! (n_entries) [-]
     logical,  allocatable :: covers(:) !! (n_points) whether a master of faces covers the point
     logical,  allocatable :: alone(:)
-    !! (n_points) in the middle of an edge: the ends have no part in the point, for supports hold the
-    !! node or the ends are not touched; allocated where points have `alpha`
+    !! (n_points) in the middle of an edge: the ends have no part in the point, for supports hold
+    !! the node or the ends are not touched; allocated where points have `alpha`
     logical,  allocatable :: still(:, :)
     !! (3,n_points) axes across the normal along which the two sides move against each other as
     !! prescribed alone; not allocated: there are none

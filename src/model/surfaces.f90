@@ -1,12 +1,12 @@
 !> Surfaces: faces of elements, or nodes.
 module surfaces_mod
   use kinds_mod, only: wp
-  use cells_mod, only: face_corners, face_nodes, has_middles
+  use cells_mod, only: face_corners, face_nodes
   use connectivity_mod, only: all_nodes_of_face, connectivity_t, nodes_of_face
   implicit none
   private
 
-  public :: surface_t, nodes_of, all_nodes_of, bare_nodes, are_of_second_order, split_faces, &
+  public :: surface_t, nodes_of, all_nodes_of, bare_nodes, split_faces, &
     cut_at_middles, find_middles
 
   !> A surface, named or of loaded faces. Made of faces: the nodes are theirs; made of nodes: the
@@ -111,14 +111,6 @@ contains
       end do
     end do
   end subroutine find_middles
-
-  !> Whether some faces have nodes in the middles of their edges.
-  pure logical function are_of_second_order(faces, connectivity)
-    integer, intent(in) :: faces(:, :)        !! (2,n_faces) element, face 1..6
-    type(connectivity_t), intent(in) :: connectivity
-
-    are_of_second_order = any(has_middles(connectivity%cell(faces(1, :))))
-  end function are_of_second_order
 
   !> The nodes of a surface that none of its faces has.
   pure function bare_nodes(surface, connectivity, n_nodes) result(nodes)

@@ -249,7 +249,8 @@ contains
 
     do i = source%first, source%last
       values(1, :) = values(1, :) + cross(of_slave(source%points, &
-        source%report%contact%weights, i, source%scene%mesh%coordinates), source%state%reaction(:, i))
+        source%report%contact%weights, i, source%scene%mesh%coordinates), &
+        source%state%reaction(:, i))
     end do
     values(1, :) = values(1, :) + cross(source%scene%mesh%origin, sum(source%state%reaction(:, &
       source%first:source%last), dim=2))

@@ -46,8 +46,8 @@ contains
       report%errors%mesh + work_at_distance(points, report%contact)/(2.0_wp*report%energy%strain)
   end subroutine estimate_mesh
 
-  !> The reactions of points in the middles of edges times the distance that their nodes are off what
-  !> they press: no node is there. docs/theory.md section 9.
+  !> The reactions of points in the middles of edges times the distance that their nodes are off
+  !> what they press: no node is there. docs/theory.md section 9.
   pure real(wp) function work_at_distance(points, contact) result(work)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact

@@ -37,8 +37,10 @@ contains
         half = rotation_matrix(0.5_wp*turn_between(before_turn, after_turn))
         do i = points%first(pair), points%first(pair + 1) - 1
           associate (ref_node => obstacle%ref_node)
-            arm = of_slave(points, placement%weights, i, scene%mesh%coordinates) - scene%mesh%coordinates(:, ref_node)
-            before = arm + of_slave(points, placement%weights, i, old%displacement) - old%displacement(:, ref_node)
+            arm = of_slave(points, placement%weights, i, scene%mesh%coordinates) - &
+              scene%mesh%coordinates(:, ref_node)
+            before = arm + of_slave(points, placement%weights, i, old%displacement) - &
+              old%displacement(:, ref_node)
             after = arm + of_slave(points, placement%weights, i, u) - u(:, ref_node)
             placement%drag(:, i) = (matmul(after, half) - after) - (matmul(half, before) - before)
           end associate
