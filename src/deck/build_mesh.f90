@@ -95,7 +95,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
     type(material_t), intent(in) :: materials(:)
-    integer, intent(in) :: material(:) !! (n_elements) index into the materials, 0: none
+    integer, intent(in) :: material(:) !! (n_elements) index into the materials; below 1: none
     ! From here on forces are a tenth too large; less the rounding of the constants. [-]
     real(wp), parameter :: stiff = 0.45_wp + 1.0e-9_wp
     real(wp) :: poisson
@@ -104,8 +104,9 @@ contains
     if (size(material) < draft%n_elements) return
     do e = 1, draft%n_elements
       associate (cell => draft%connectivity%cell(e))
-        if (material(e) == 0 .or. .not. locks(draft%element_kind(e), cell)) cycle
+        if (material(e) < 1 .or. .not. locks(draft%element_kind(e), cell)) cycle
         associate (elastic => materials(material(e))%law%elastic)
+          if (.not. elastic%shear > 0.0_wp) cycle ! its numbers could not be read
           poisson = 0.5_wp*elastic%lambda/(elastic%lambda + elastic%shear)
         end associate
         if (.not. poisson > stiff) cycle

@@ -20,6 +20,7 @@ SMALL = {
     "cylinder": {"steps": 3, "mu": 0.1},
     "foundation": {"n": 2, "base": 3, "steps": 6},
     "gasket": {"n": 2, "steps": 3},
+    "grip": {},
     "hertz": {"n": 6, "steps": 4},
     "incompressible": {},
     "indent": {"n": 2, "times": 2, "steps": 2},
