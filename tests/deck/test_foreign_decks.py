@@ -105,7 +105,8 @@ class SameDeck(unittest.TestCase):
     def test_small_strain_in_place_of_nlgeom(self):
         output = self.check("--nlgeom", "no", step=", NLGEOM")
         self.assertIn("NLGEOM is set aside", output)
-        pairs = "*CONTACT SOLVER, COMPLIANCE=PRODUCTS\n" + PLAIN["pairs"]
+        solver = "*CONTACT SOLVER, COMPLIANCE=PRODUCTS\n*PRECISION, FACTOR=SINGLE\n"
+        pairs = solver + PLAIN["pairs"]
         beyond = DECK.format(**{**PLAIN, "step": ", NLGEOM", "pairs": pairs})
         run = Run(beyond, "--check", name="deck")
         self.assertEqual(run.status, 1, run.output)

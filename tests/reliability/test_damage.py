@@ -55,6 +55,9 @@ class Checksums(Folder):
                 if path.startswith(("/history/", "/contact/", "/reference_nodes/")):
                     for i, row in enumerate(thing[:]):
                         sums[i] += zlib.crc32(row.tobytes(), zlib.crc32(path.encode()))
+                elif path.startswith("/gauss/"):
+                    for k, i in enumerate(owner):
+                        sums[i] += zlib.crc32(thing[k].tobytes(), zlib.crc32(path.encode()))
                 elif path.startswith("/VTKHDF/"):
                     n = len(thing) // len(owner)
                     for k, i in enumerate(owner):
