@@ -9,6 +9,7 @@ module contact_interface_mod
   use surfaces_mod, only: all_nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
+  use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes, n_sides, &
     faces_of_side, find_side_points, face_one
   use rigid_modes_mod, only: free_motions_t, find_free_motions
@@ -455,7 +456,7 @@ contains
         if (.not. any(points%in_reach(first:last))) cycle
         wanted = .true.
         ! What turns with its body has all directions before a normal.
-        if (of%master > 0 .and. .not. scene%finite_strain) wanted = of%mu > 0.0_wp .or. &
+        if (of%master > 0 .and. is_linear(scene)) wanted = of%mu > 0.0_wp .or. &
           normal_along(scene%obstacles(of%master), straight)
         nodes = master_nodes(points, pair)
         nodes = [pack(points%node(first:last), points%in_reach(first:last)), &

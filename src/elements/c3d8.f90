@@ -18,7 +18,7 @@ contains
     real(wp) :: gradient(3, 8, 8), weight(8)
 
     call shape_gradients(x, gradient, weight)
-    k = isotropic_stiffness(8, gradient, weight, elastic)
+    k = isotropic_stiffness(8, 8, gradient, weight, elastic)
   end function stiffness
 
   !> Internal force of the element, from the displacements themselves (no stiffness matrix).

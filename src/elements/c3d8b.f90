@@ -27,7 +27,7 @@ contains
 
     call shape_gradients(x, gradient, weight)
     ! With lambda = -2 G/3 the isotropic material resists the deviator alone.
-    k = isotropic_stiffness(8, gradient, weight, elasticity_t(-2.0_wp*elastic%shear/3.0_wp, &
+    k = isotropic_stiffness(8, 8, gradient, weight, elasticity_t(-2.0_wp*elastic%shear/3.0_wp, &
       elastic%shear))
     mean = reshape(mean_gradient(gradient, weight), [24])
     bulk = (elastic%lambda + 2.0_wp*elastic%shear/3.0_wp)*sum(weight)

@@ -34,7 +34,7 @@ contains
     call mode_gradients(x, weight, mode)
     all_gradients(:, :3, :) = mode
     all_gradients(:, 4:, :) = gradient
-    full = isotropic_stiffness(11, all_gradients, weight, elastic)
+    full = isotropic_stiffness(11, 8, all_gradients, weight, elastic)
     do i = 1, 9
       do j = i + 1, 33
         full(i + 1:, j) = full(i + 1:, j) - full(i + 1:, i)*(full(i, j)/full(i, i))
@@ -88,7 +88,7 @@ contains
     real(wp) :: k(9, 9), b(9)
 
     b = -reshape(force_of(3, mode, weight, stress_of(strain, elastic)), [9])
-    k = isotropic_stiffness(3, mode, weight, elastic)
+    k = isotropic_stiffness(3, 8, mode, weight, elastic)
     call solve_modes(k, b)
     alpha = reshape(b, [3, 3])
   end function mode_amplitudes

@@ -284,10 +284,11 @@ contains
   end function force_of
 
   !> K_ab = int lambda g_a g_b^T + G (g_b g_a^T + g_a.g_b I), for any set of shape functions.
-  pure function isotropic_stiffness(n, gradient, weight, elastic) result(k)
+  pure function isotropic_stiffness(n, n_points, gradient, weight, elastic) result(k)
     integer,  intent(in) :: n                 !! shape functions
-    real(wp), intent(in) :: gradient(3*n, 8)  !! their gradients at the Gauss points [1/length]
-    real(wp), intent(in) :: weight(8)         !! [length^3]
+    integer,  intent(in) :: n_points          !! Gauss points
+    real(wp), intent(in) :: gradient(3*n, n_points) !! gradients at the Gauss points [1/length]
+    real(wp), intent(in) :: weight(n_points)  !! [length^3]
     type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(3*n, 3*n)                   !! node by node, x y z [force/length]
     real(wp) :: moment(3*n, 3*n), block(3, 3), trace
@@ -295,7 +296,7 @@ contains
 
     ! All products g_a g_b^T summed over the points first: the material enters once a pair of nodes.
     moment = 0.0_wp
-    do g = 1, 8
+    do g = 1, n_points
       do b = 1, n
         do j = 3*b - 2, 3*b
           moment(:3*b, j) = moment(:3*b, j) + weight(g)*gradient(j, g)*gradient(:3*b, g)

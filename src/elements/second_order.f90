@@ -10,6 +10,7 @@ module second_order_mod
   use cells_mod, only: cells, most_nodes, most_points
   use cell_shapes_mod, only: shape_functions, shape_gradients_at
   use elasticity_mod, only: elasticity_t, stress_of
+  use hexahedron8_mod, only: isotropic_stiffness
   use small_matrix_mod, only: determinant, inverse
   implicit none
   private
@@ -111,33 +112,12 @@ contains
     type(elasticity_t), intent(in) :: elastic
     real(wp) :: k(3*size(x, 2), 3*size(x, 2)) !! node by node, x y z [force/length]
     type(second_order_t) :: element
-    real(wp) :: products(3*size(x, 2), 3*size(x, 2)), column(3*size(x, 2)), block(3, 3), trace
-    integer :: g, a, b, i, j
 
     call second_order(cell, x, element)
-    ! All products g_a g_b^T summed over the points first: the material enters once a pair of nodes.
-    products = 0.0_wp
-    do g = 1, element%n_points
-      column = reshape(element%gradient(:, :size(x, 2), g), [size(column)])
-      do j = 1, size(column)
-        products(:j, j) = products(:j, j) + element%weight(g)*column(j)*column(:j)
-      end do
-    end do
-    do j = 1, size(column)
-      products(j + 1:, j) = products(j, j + 1:)
-    end do
-    do b = 1, size(x, 2)
-      do a = 1, b
-        block = products(3*a - 2:3*a, 3*b - 2:3*b)
-        trace = elastic%shear*(block(1, 1) + block(2, 2) + block(3, 3))
-        block = elastic%lambda*block + elastic%shear*transpose(block)
-        do i = 1, 3
-          block(i, i) = block(i, i) + trace
-        end do
-        k(3*a - 2:3*a, 3*b - 2:3*b) = block
-        k(3*b - 2:3*b, 3*a - 2:3*a) = transpose(block)
-      end do
-    end do
+    associate (n => element%n_nodes, points => element%n_points)
+      k = isotropic_stiffness(n, points, reshape(element%gradient(:, :n, :points), [3*n, points]), &
+        element%weight(:points), elastic)
+    end associate
   end function stiffness
 
   !> Internal force, from the displacements themselves (no stiffness matrix).

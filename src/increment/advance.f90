@@ -25,7 +25,7 @@ module advance_mod
     ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
-  use bodies_mod, only: strain_energy, find_heat
+  use bodies_mod, only: is_linear, strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
   use edge_middles_mod, only: edge_middles_t, find_edge_middles
   use drag_points_mod, only: drag_points
@@ -102,7 +102,7 @@ contains
     end associate
     where (.not. trial%forces%prescribed) trial%placed_at = new%displacement
     reaction = new%reaction
-    is_given = scene%finite_strain .and. any(abs(new%displacement - old%displacement) > 0.0_wp)
+    is_given = (.not. is_linear(scene)) .and. any(abs(new%displacement - old%displacement) > 0.0_wp)
     if (is_given) call begin_from(scene, points, solver, new, trial)
     new = old
     call mark_end(increment, new)

@@ -10,7 +10,7 @@ module load_response_mod
   use grip_motion_mod, only: move_grips
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
-  use bodies_mod, only: find_tangent_force
+  use bodies_mod, only: is_linear, find_tangent_force
   use increment_forces_mod, only: imposed_t
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
@@ -57,7 +57,7 @@ contains
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
       ! At finite strain they are what iterations begin with, which refine them.
-      if (.not. (is_exact(body%inverse%factor%precision) .or. scene%finite_strain)) call refine( &
+      if (.not. (is_exact(body%inverse%factor%precision) .or. .not. is_linear(scene))) call refine( &
         scene, tolerance, load, body%inverse, response%displacement, error)
       if (allocated(error)) return
       response%displacement = response%displacement + loads%displacement

@@ -10,8 +10,7 @@ module turned_bodies_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
-  use bodies_mod, only: find_tangent_force
-  use finite_forces_mod, only: finite_internal_force
+  use bodies_mod, only: is_linear, find_internal_force, find_tangent_force
   use dof_map_mod, only: can_turn, turn_nodes, stop_turning, is_turned
   use rigid_modes_mod, only: add_motions
   use load_response_mod, only: follow_surfaces
@@ -46,7 +45,7 @@ contains
     type(modes_t) :: modes
     integer :: i, inverted
 
-    if (.not. scene%finite_strain .or. solver%choices%precision%renews_tangent) return
+    if (is_linear(scene) .or. solver%choices%precision%renews_tangent) return
     if (.not. solver%body%inverse%is_condensed .or. allocated(solver%body%inverse%iterative)) return
     u = old%displacement
     call turn_supported(scene, trial, solver, u, now, since)
@@ -54,7 +53,7 @@ contains
     trial%has_turned = .true.
     call follow_surfaces(scene, u, trial%forces%imposed_t)
     modes = old%modes
-    call finite_internal_force(scene%mesh, scene%materials, trial%free, u, modes, held, inverted)
+    call find_internal_force(scene, trial%free, u, modes, held, inverted)
     do i = 1, points%n
       trial%applied_reaction(:, i) = matmul(now(:, :, scene%mesh%body(points%node(i))), &
         old%reaction(:, i))

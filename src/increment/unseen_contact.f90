@@ -9,6 +9,7 @@ module unseen_contact_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use mesh_forces_mod, only: add_nodal_areas
+  use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: contact_fields_t
   implicit none
@@ -58,7 +59,7 @@ contains
 
     share = 0.0_wp
     mesh = scene%mesh
-    if (scene%finite_strain) mesh%coordinates = mesh%coordinates + u
+    if (.not. is_linear(scene)) mesh%coordinates = mesh%coordinates + u
     whole = points%area
     largest = 0.0_wp
     do p = 1, size(points%first) - 1
@@ -66,7 +67,7 @@ contains
         largest = max(largest, sum(contact%reaction(1, a:b)))
         if (a > b) cycle
         if (.not. points%on_surface(a)) cycle
-        if (scene%finite_strain) then
+        if (.not. is_linear(scene)) then
           area = 0.0_wp
           before = 0.0_wp
           associate (slave => scene%surfaces(scene%pairs(p)%surface))

@@ -3,6 +3,7 @@
 module measure_increment_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
+  use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t, is_covered, is_in_middle
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
@@ -38,7 +39,7 @@ contains
     if (.not. (is_last .or. due)) return
     call find_free_strain(scene, state%step, state%position, free)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, free, &
-      scene%finite_strain, report%mesh_error, report%errors%mesh)
+      .not. is_linear(scene), report%mesh_error, report%errors%mesh)
     if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
       report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain, &
       state%displacement)

@@ -242,7 +242,7 @@ contains
       if (solved%report%ending == ended_out_of_reach) return
       ! What nothing balances may be a matter of where curved obstacles and surfaces were met.
       if (solved%report%ending == ended_unbalanced .and. .not. any(plan%points%is_curved)) return
-      keeps_tangent = scene%finite_strain .and. .not. solver%choices%precision%renews_tangent
+      keeps_tangent = .not. is_linear(scene) .and. .not. solver%choices%precision%renews_tangent
       left = increment%position - increment%start
       length = left/2
       reached = old

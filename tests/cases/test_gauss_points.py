@@ -7,8 +7,8 @@ import unittest
 
 import h5py
 import numpy as np
+from boxes import CORNERS, EDGES, MATERIAL, Box
 from program import PROGRAM, Run
-from test_free_meshes import CORNERS, EDGES, MATERIAL, Box
 
 from bipot.errors import ResultError
 

@@ -4,8 +4,8 @@ import unittest
 
 import matplotlib as mpl
 import numpy as np
+from boxes import Box
 from program import Run
-from test_free_meshes import Box
 from test_gauss_points import FIELDS, clamped
 
 from bipot.element_faces import face_normals

@@ -4,8 +4,8 @@ import itertools
 import unittest
 
 import numpy as np
+from boxes import MATERIAL, POISSON, YOUNG, Box
 from program import Run
-from test_free_meshes import MATERIAL, POISSON, YOUNG, Box
 from test_gauss_points import gradients, places, powers
 
 SHEAR = YOUNG / 2 / (1 + POISSON)

@@ -1,13 +1,13 @@
 """Contact of elements of second order before planes, spheres and cylinders: mid-side nodes.
 
-Boxes of tests/cases/test_free_meshes.py.
+Boxes of tests/cases/boxes.py.
 """
 
 import unittest
 
 import numpy as np
+from boxes import DRY, FLOOR, MATERIAL, STEP, Box, BoxCase, on_corner
 from program import Run
-from test_free_meshes import DRY, FLOOR, MATERIAL, STEP, Box, on_corner
 
 KINDS = ("C3D10", "C3D15", "C3D20", "C3D20R")
 ROUGH = "*SURFACE INTERACTION, NAME=DRY\n*FRICTION\n0.3\n"
@@ -17,16 +17,7 @@ DRAGGED = (
 )
 
 
-class SecondOrder(unittest.TestCase):
-    def solve(self, deck, *options):
-        """Return the result of a deck that must be solved and certified."""
-        run = Run(deck, *options, name="deck")
-        self.assertEqual(run.status, 0, run.errors + run.output)
-        result = run.result()
-        self.addCleanup(result.close)
-        self.assertTrue(result.history("certified").all())
-        return result
-
+class SecondOrder(BoxCase):
     def test_all_solvers_of_the_paper_find_the_same_reactions(self):
         for kind in ("C3D10", "C3D20R"):
             box = Box("B", (2, 2, 1), (kind,), size=(1, 1, 0.5))

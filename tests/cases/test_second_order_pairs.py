@@ -1,14 +1,13 @@
 """Contact and ties between surfaces of any two types of elements: faces with mid-side nodes.
 
-Boxes of tests/cases/test_free_meshes.py.
+Boxes of tests/cases/boxes.py.
 """
 
 import itertools
 import unittest
 
 import numpy as np
-from program import Run
-from test_free_meshes import DRY, MATERIAL, POISSON, PRESSURE, STEP, YOUNG, Box, on_corner
+from boxes import DRY, MATERIAL, POISSON, PRESSURE, STEP, YOUNG, Box, BoxCase, on_corner
 
 # Faces of C3D20 and C3D20R are the same.
 SECOND = ("C3D10", "C3D15", "C3D20R")
@@ -33,23 +32,7 @@ class Ring(Box):
         return [self.first + i for i in np.flatnonzero(abs(self.flat[:, axis] - end) < 1e-9)]
 
 
-class SecondOrderPairs(unittest.TestCase):
-    def solve(self, deck):
-        """Return the result of a deck that must be solved and certified."""
-        run = Run(deck, name="deck")
-        self.assertEqual(run.status, 0, run.errors + run.output)
-        result = run.result()
-        self.addCleanup(result.close)
-        self.assertTrue(result.history("certified").all())
-        return result
-
-    def check_uniform(self, result):
-        """A uniform stress along z is exact on any mesh."""
-        x = result.points
-        strain = np.array([POISSON, POISSON, -1.0]) * PRESSURE / YOUNG
-        u = result.field("displacement")
-        np.testing.assert_allclose(u - u[0], (x - x[0]) * strain, rtol=0, atol=1e-10)
-
+class SecondOrderPairs(BoxCase):
     def bodies(self, kinds):
         """Return two boxes, the upper on the lower, whose faces do not match."""
         low = Box("LOW", (3, 3, 1), kinds[1:])

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cases"))
+from boxes import VTK_TYPES, Box
 from program import Run
-from test_free_meshes import VTK_TYPES, Box
 from test_gauss_points import FIELDS, clamped
 from test_vtk_reads_result import MISSING, MISSING_XDMF, fields_of, need, times_of
 

@@ -16,7 +16,7 @@ except ImportError as error:
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE), str(HERE.parent / "cases")]
 
-from test_free_meshes import Box  # noqa: E402
+from boxes import Box  # noqa: E402
 
 import synthetic_result  # noqa: E402
 from bipot.element_faces import CELLS, outer_faces_of  # noqa: E402

@@ -8,7 +8,7 @@ module curved_overlap_mod
   use cells_mod, only: face_nodes
   use face_shapes_mod, only: evaluate_face, is_triangle
   use small_matrix_mod, only: cross
-  use face_overlap_mod, only: overlap_t, plane_t, in_plane, clip, area_of, smallest, max_corners, &
+  use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
     few_points, few_weights, many_points, many_weights
   implicit none
   private
@@ -52,20 +52,12 @@ contains
     real(wp), intent(in) :: part(:, :)
     !! (3,3) or (3,4) corners of the part of the master face, anticlockwise from outside [length]
     type(overlap_t) :: overlap
-    real(wp) :: flat(2, size(part, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
+    real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3)
     type(whole_face_t) :: slave, master
     integer :: n, i
 
-    flat = in_plane(plane, part)
-    n = size(part, 2)
-    polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
-    call clip(plane%corner(:, :plane%n), polygon, n)
-    if (n < 3) return
-    overlap%area = area_of(polygon(:, :n))
-    if (overlap%area < smallest*plane%area) then
-      overlap%area = 0.0_wp
-      return
-    end if
+    call find_common(plane, in_plane(plane, part), polygon, n, overlap%area)
+    if (.not. overlap%area > 0.0_wp) return
     slave = of_slave
     slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
     master = of_master

@@ -10,7 +10,7 @@ module face_overlap_mod
 
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
-  public :: in_plane, clip, area_of, smallest, max_corners, few_points, few_weights, many_points, &
+  public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, many_points, &
     many_weights
 
   !> The plane of a slave face, in which overlaps are found.
@@ -135,6 +135,24 @@ contains
     end do
   end function in_plane
 
+  !> The polygon that a slave face and one that faces it have in common, in the plane of the slave;
+  !> its area is 0 where that is next to nothing.
+  pure subroutine find_common(plane, flat, polygon, n, area)
+    type(plane_t), intent(in) :: plane     !! of the slave face
+    real(wp), intent(in) :: flat(:, :)     !! (2,3) or (2,4) corners of the other [length]
+    real(wp), intent(out) :: polygon(2, max_corners) !! corners [length]
+    integer, intent(out) :: n              !! how many they are
+    real(wp), intent(out) :: area          !! [length^2]
+
+    area = 0.0_wp
+    n = size(flat, 2)
+    polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
+    call clip(plane%corner(:, :plane%n), polygon, n)
+    if (n < 3) return
+    area = area_of(polygon(:, :n))
+    if (area < smallest*plane%area) area = 0.0_wp
+  end subroutine find_common
+
   !> Where a master face covers a slave face, and the integrals over that.
   pure function find_overlap(plane, slave, master) result(overlap)
     type(plane_t), intent(in) :: plane     !! of the slave face
@@ -148,15 +166,8 @@ contains
     integer :: n, i, halvings
 
     flat = in_plane(plane, master)
-    n = size(master, 2)
-    polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
-    call clip(plane%corner(:, :plane%n), polygon, n)
-    if (n < 3) return
-    overlap%area = area_of(polygon(:, :n))
-    if (overlap%area < smallest*plane%area) then
-      overlap%area = 0.0_wp
-      return
-    end if
+    call find_common(plane, flat, polygon, n, overlap%area)
+    if (.not. overlap%area > 0.0_wp) return
     normal = outward_normal(master)
     is_affine_here = is_affine(plane%corner(:, :plane%n)) .and. is_affine(flat)
     if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
