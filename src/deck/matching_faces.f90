@@ -40,7 +40,8 @@ contains
   subroutine strengthen_reduced(reader, mesh)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(inout) :: mesh
-    integer, parameter :: many = 4 ! cured chains, rings, pegs, tongues and bridges of elements
+    ! Of an element in a chain. tests/cases/test_second_order.py has shapes that need it.
+    integer, parameter :: many = 4
     integer, allocatable :: key(:, :), of_face(:, :)
     logical, allocatable :: is_outer(:)
     integer :: n_outer(mesh%n_elements), i

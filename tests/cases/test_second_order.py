@@ -164,6 +164,41 @@ class SecondOrder(BoxCase):
         # Two rules that leave nothing out; neither is exact beside a clamp.
         self.assertAlmostEqual(sag["C3D20R"] / sag["C3D20"], 1, delta=3e-3)
 
+    def test_odd_shapes_of_reduced_elements_have_no_mechanisms(self):
+        """Elements at places of a grid, held at a side of the first, under their weight."""
+        plate = [(i, j, 0) for i in range(3) for j in range(3)]
+        block = [(i, j, k) for i in range(2) for j in range(2) for k in range(2)]
+        shapes = {
+            "ring": [at for at in plate if at != (1, 1, 0)],
+            "angle": [(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (0, 2, 0)],
+            "tee": [(0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 0), (1, 2, 0)],
+            "tongue": [*plate, (3, 1, 0), (4, 1, 0)],
+            "peg": [*block, (2, 0, 0), (3, 0, 0)],
+            "bridge": [*block, (2, 0, 0), *((i + 3, j, k) for i, j, k in block)],
+            "strip": [(i, j, 0) for i in range(2) for j in range(4)],
+        }
+        for name, places in shapes.items():
+            with self.subTest(name):
+                n = tuple(int(m) for m in np.max(places, axis=0) + 1)
+                box = Box("B", n, ("C3D20R",), size=n, shift=0)
+                numbers = [np.ravel_multi_index(at, n) for at in places]
+                elements = [box.elements["C3D20R"][i] for i in numbers]
+                used = sorted({node for _, *nodes in elements for node in nodes})
+                held = [i for i in elements[0][1:] if box.x[i - 1, 0] == 0]
+                cards = "*NODE\n"
+                for i in used:
+                    cards += f"{i}, " + ", ".join(map(str, box.x[i - 1].tolist())) + "\n"
+                cards += "*ELEMENT, TYPE=C3D20R, ELSET=B\n"
+                cards += "".join(", ".join(map(str, element)) + "\n" for element in elements)
+                cards += "*NSET, NSET=HELD\n" + "".join(f"{i}\n" for i in held)
+                result = self.solve(
+                    cards + "*SOLID SECTION, ELSET=B, MATERIAL=STEEL\n" + MATERIAL
+                    + "*BOUNDARY\nHELD, 1, 3\n" + STEP
+                    + "*DLOAD\nB, GRAV, 1., 0.3, 0.5, -1.\n*END STEP\n"
+                )
+                # A mechanism goes to any length.
+                self.assertLess(abs(result.field("displacement")).max(), 10.0)
+
     def test_what_does_not_match(self):
         """An edge with a middle on one side alone; a quadrilateral beside two triangles."""
         nodes = (
