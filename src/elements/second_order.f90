@@ -11,7 +11,7 @@ module second_order_mod
   use cell_shapes_mod, only: shape_functions, shape_gradients_at
   use elasticity_mod, only: elasticity_t, stress_of
   use hexahedron8_mod, only: isotropic_stiffness
-  use small_matrix_mod, only: determinant, inverse
+  use small_matrix_mod, only: determinant, inverse, solve_small
   implicit none
   private
 
@@ -171,7 +171,7 @@ contains
     real(wp) :: at_nodes(size(values, 1), cells(cell)%n_nodes)
     real(wp) :: n(cells(cell)%n_corners, cells(cell)%n_points)
     real(wp) :: normal(cells(cell)%n_corners, cells(cell)%n_corners)
-    real(wp) :: right(cells(cell)%n_corners, size(values, 1))
+    logical :: is_regular
     integer :: g, i
 
     associate (of => cells(cell))
@@ -179,9 +179,9 @@ contains
         n(:, g) = corner_functions(cell, of%point(:, g))
       end do
       normal = matmul(n, transpose(n))
-      right = matmul(n, transpose(values))
-      call solve_positive(normal, right)
-      at_nodes(:, :of%n_corners) = transpose(right)
+      do i = 1, size(values, 1)
+        call solve_small(normal, matmul(n, values(i, :)), at_nodes(i, :of%n_corners), is_regular)
+      end do
       do i = 1, of%n_nodes - of%n_corners
         at_nodes(:, of%n_corners + i) = 0.5_wp*(at_nodes(:, of%edge(1, i)) + &
           at_nodes(:, of%edge(2, i)))
@@ -206,22 +206,5 @@ contains
       end do
     end associate
   end function corner_functions
-
-  !> Solve A x = b of a symmetric positive definite matrix, by Gauss's elimination.
-  pure subroutine solve_positive(a, b)
-    real(wp), intent(inout) :: a(:, :)  !! (n,n) given up
-    real(wp), intent(inout) :: b(:, :)  !! (n,m) becomes the solution
-    integer :: i, j
-
-    do j = 1, size(a, 1)
-      do i = j + 1, size(a, 1)
-        b(i, :) = b(i, :) - a(i, j)/a(j, j)*b(j, :)
-        a(i, j + 1:) = a(i, j + 1:) - a(i, j)/a(j, j)*a(j, j + 1:)
-      end do
-    end do
-    do j = size(a, 1), 1, -1
-      b(j, :) = (b(j, :) - matmul(a(j, j + 1:), b(j + 1:, :)))/a(j, j)
-    end do
-  end subroutine solve_positive
 
 end module second_order_mod

@@ -346,7 +346,7 @@ contains
     real(wp), allocatable :: x(:), b(:, :)
 
     associate (inverse => body%inverse, n => body%inverse%map%n_interface)
-      if (.not. (is_exact(inverse%factor%precision) .or. .not. is_linear(scene))) then
+      if (is_linear(scene) .and. .not. is_exact(inverse%factor%precision)) then
         inverse%mesh = scene%mesh
         inverse%materials = scene%materials
       end if

@@ -102,7 +102,7 @@ contains
     end associate
     where (.not. trial%forces%prescribed) trial%placed_at = new%displacement
     reaction = new%reaction
-    is_given = (.not. is_linear(scene)) .and. any(abs(new%displacement - old%displacement) > 0.0_wp)
+    is_given = .not. is_linear(scene) .and. any(abs(new%displacement - old%displacement) > 0.0_wp)
     if (is_given) call begin_from(scene, points, solver, new, trial)
     new = old
     call mark_end(increment, new)

@@ -57,7 +57,7 @@ contains
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
       ! At finite strain they are what iterations begin with, which refine them.
-      if (.not. (is_exact(body%inverse%factor%precision) .or. .not. is_linear(scene))) call refine( &
+      if (is_linear(scene) .and. .not. is_exact(body%inverse%factor%precision)) call refine( &
         scene, tolerance, load, body%inverse, response%displacement, error)
       if (allocated(error)) return
       response%displacement = response%displacement + loads%displacement
