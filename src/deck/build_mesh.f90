@@ -136,8 +136,9 @@ contains
   end function locks
 
   !> Poisson's ratio up to which the pressures of a flat block on a ball are off by at most a fifth
-  !> of the largest in the mean, two elements across the radius of contact (tests/cases/test_locking.py
-  !> has the block). Those of the 8-node hexahedron, from 0.495 on, are left to the note. [-]
+  !> of the largest in the mean, two elements across the radius of contact
+  !> (tests/cases/test_locking.py has the block). Those of the 8-node hexahedron, from 0.495 on, are
+  !> left to the note. [-]
   pure real(wp) function noise_from(cell)
     integer, intent(in) :: cell !! row of the table of cells
 
