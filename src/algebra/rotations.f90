@@ -5,7 +5,7 @@ module rotations_mod
   implicit none
   private
 
-  public :: rotation_matrix, turn_between, fit_motion
+  public :: rotation_matrix, turn_between, fit_motion, spin_matrix, compose_turns
 
 contains
 
@@ -44,6 +44,54 @@ contains
     turn = 0.0_wp
     if (length > 0.0_wp) turn = 2.0_wp*atan2(length, dot_product(p, q))/length*part
   end function turn_between
+
+  !> What takes the change of a rotation vector to the spin, dR = (S dvector) x R. docs/theory.md
+  !> (8.38).
+  pure function spin_matrix(vector) result(s)
+    real(wp), intent(in) :: vector(3)  !! [rad]
+    real(wp) :: s(3, 3)
+    real(wp), parameter :: small = 1.0e-3_wp !! angle below which a series is as exact [rad]
+    real(wp) :: k(3, 3), angle, first, second
+    integer :: i
+
+    angle = norm2(vector)
+    k = reshape([0.0_wp, vector(3), -vector(2), -vector(3), 0.0_wp, vector(1), vector(2), &
+      -vector(1), 0.0_wp], [3, 3])
+    first = 0.5_wp - angle**2/24.0_wp
+    second = 1.0_wp/6.0_wp - angle**2/120.0_wp + angle**4/5040.0_wp
+    if (angle > small) then
+      first = 2.0_wp*(sin(0.5_wp*angle)/angle)**2
+      second = (angle - sin(angle))/angle**3
+    end if
+    s = first*k + second*matmul(k, k)
+    do i = 1, 3
+      s(i, i) = s(i, i) + 1.0_wp
+    end do
+  end function spin_matrix
+
+  !> The rotation vector of one turn and another after it: of those of the whole turn, which differ
+  !> by whole turns about its axis, the one nearest to the first.
+  pure function compose_turns(first, then) result(turn)
+    real(wp), intent(in) :: first(3), then(3) !! rotation vectors in space [rad]
+    real(wp) :: turn(3)                       !! [rad]
+    real(wp), parameter :: whole = 8.0_wp*atan(1.0_wp)
+    real(wp) :: p(0:3), q(0:3), axis(3), angle, length
+
+    p = quaternion(first)
+    q = quaternion(then)
+    axis = q(0)*p(1:) + p(0)*q(1:) + [q(2)*p(3) - q(3)*p(2), q(3)*p(1) - q(1)*p(3), &
+      q(1)*p(2) - q(2)*p(1)]
+    length = norm2(axis)
+    angle = 2.0_wp*atan2(length, p(0)*q(0) - dot_product(p(1:), q(1:)))
+    if (length > epsilon(1.0_wp)) then
+      axis = axis/length
+    else
+      ! The whole turn leaves the axis open: that of the first goes on.
+      angle = 0.0_wp
+      axis = first/max(norm2(first), tiny(1.0_wp))
+    end if
+    turn = (angle + whole*anint((dot_product(first, axis) - angle)/whole))*axis
+  end function compose_turns
 
   !> The rigid motion that takes places nearest to others, x -> R x + t, by the largest eigenvalue
   !> of Horn's matrix of quaternions; none where places on a line leave the rotation open.

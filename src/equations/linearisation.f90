@@ -20,8 +20,12 @@ module linearisation_mod
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
-  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
-  use bodies_mod, only: is_linear
+  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, equations_of, to_nodes, &
+    unknowns_of
+  use bodies_mod, only: is_linear, find_internal_force
+  use turning_couplings_mod, only: has_turning, turned_constraints, coupling_stiffness
+  use grips_mod, only: is_turning
+  use state_mod, only: modes_t
   use finite_forces_mod, only: tangent_t
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
@@ -114,6 +118,7 @@ contains
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
       call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
         n_stiffnesses, body%tangent)
+      call stiffen_couplings(scene, body, k)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then
@@ -171,7 +176,8 @@ contains
     if (allocated(error)) return
     if (body%inverse%factor%precision%iterative) call check_motions(body%motions, error)
     if (allocated(error)) return
-    body%constraints = active_constraints(scene%constraints, body%prescribed)
+    body%constraints = active_constraints(turned_constraints(scene, body%prescribed, &
+      place_of_tangent(scene, body)), body%prescribed)
     call check_pieces(scene%mesh, body%constraints, body%prescribed, body%motions, error)
   end subroutine hold_bodies
 
@@ -385,13 +391,13 @@ contains
     type(linearisation_t), intent(inout) :: body !! gets them
     type(error_t), allocatable, intent(out) :: error
     !! LAPACK failed; at finite strain, joined bodies are free
-    real(wp) :: at(3, scene%mesh%n_nodes) !! the displacement that it is made at [length]
+    real(wp) :: at(3, scene%mesh%n_nodes)
     integer :: j
 
-    at = 0.0_wp
-    if (allocated(body%tangent)) at = body%tangent%at
+    at = place_of_tangent(scene, body)
     call find_free_motions(moved_mesh(scene%mesh, at), body%prescribed, &
-      ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, scene%constraints)
+      ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, &
+      turned_constraints(scene, body%prescribed, at))
     if (allocated(error) .or. is_linear(scene)) return
     body%motions%are_finite = .true.
     do j = 1, body%motions%n
@@ -401,6 +407,47 @@ contains
       return
     end do
   end subroutine find_motions
+
+  !> The displacement that a linearisation is made at [length].
+  pure function place_of_tangent(scene, body) result(at)
+    type(scene_t), intent(in) :: scene
+    type(linearisation_t), intent(in) :: body
+    real(wp) :: at(3, scene%mesh%n_nodes)
+
+    at = 0.0_wp
+    if (allocated(body%tangent)) at = body%tangent%at
+  end function place_of_tangent
+
+  !> Add what forces on the nodes of turning couplings do to the tangent as these turn, as far as it
+  !> leaves nothing out that is negative; of forces that stresses alone answer with.
+  subroutine stiffen_couplings(scene, body, k)
+    type(scene_t), intent(in) :: scene
+    type(linearisation_t), intent(in) :: body
+    type(triplets_t), intent(inout) :: k
+    type(modes_t) :: modes
+    real(wp) :: f(3, scene%mesh%n_nodes), added(3, 3)
+    integer :: i, p, q, equations(3), inverted
+
+    if (.not. has_turning(scene) .or. .not. allocated(body%tangent)) return
+    associate (tangent => body%tangent)
+      call find_internal_force(scene, tangent%free, tangent%at, modes, f, inverted)
+      do i = 1, size(scene%rotations)
+        if (.not. is_turning(scene, i)) cycle
+        added = (1.0_wp - tangent%projection)*coupling_stiffness(scene, body%prescribed, &
+          tangent%at, f, i)
+        equations = equations_of(body%inverse%map, scene%rotations(i)%rotation_node)
+        do p = 1, 3
+          do q = 1, 3
+            if (equations(p) == 0 .or. equations(q) == 0 .or. equations(q) > equations(p)) cycle
+            associate (entry => findloc(k%row == equations(p) .and. k%column == equations(q), &
+                                        .true., dim=1))
+              if (entry > 0) k%value(entry) = k%value(entry) + added(p, q)
+            end associate
+          end do
+        end do
+      end do
+    end associate
+  end subroutine stiffen_couplings
 
   !> Replace the Schur complement by its inverse, body by body.
   subroutine invert_schur(s, error)

@@ -10,6 +10,7 @@ module step_loads_mod
   use kinks_mod, only: find_kinks, followed_amplitudes
   use grips_mod, only: gripped_nodes
   use turns_mod, only: turns_t, turns_of_step
+  use turning_couplings_mod, only: turned_constraints
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use mesh_mod, only: joined_nodes
   use scene_mod, only: scene_t
@@ -187,7 +188,8 @@ contains
     end do
     ! Nodes in grips go on from where they are as turns that are small would take them.
     gripped = spread(gripped_nodes(scene), 1, 3)
-    active = active_constraints(scene%constraints, prescribed .and. .not. gripped)
+    active = active_constraints(turned_constraints(scene, prescribed, u), prescribed .and. .not. &
+      gripped)
     do g = pattern_hold, ubound(displacement, 3)
       call follow_masters(active, displacement(:, :, g))
     end do

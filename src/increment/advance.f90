@@ -14,7 +14,8 @@ module advance_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
-  use constraints_mod, only: give_to_masters
+  use constraints_mod, only: active_constraints, give_to_masters
+  use turning_couplings_mod, only: has_turning, end_turns, moments_on_constraints, work_of_turns
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
@@ -189,6 +190,9 @@ contains
         exit attempts
       end if
 
+      if (allocated(trial%turned_from)) call end_turns(scene, trial%forces%prescribed, &
+        trial%turned_from, new%displacement)
+
       ! 6. Certificate
       call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
@@ -265,14 +269,38 @@ contains
     new%external_force = trial%forces%external
     new%support_force = trial%forces%internal - trial%forces%external &
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
-    call give_to_masters(solver%body%constraints, new%support_force)
-    where (.not. trial%forces%prescribed) new%support_force = 0.0_wp
+    call leave_to_supports(scene, solver, new)
     call find_heat(scene, trial%free, old, new, of_heat, surplus)
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
       trial%forces%internal), report%energy, work_of_torques(scene, points, middles, old, new) + &
       work_on_overlaps(scene, points, solver%first_gap, began, trial%placement, old, new) + &
-      of_heat, surplus)
+      of_heat + work_of_turns(scene, old%displacement, new%displacement, 0.5_wp* &
+      (old%external_force + old%support_force + new%external_force + new%support_force)), surplus)
   end subroutine finish
+
+  !> Of all that is out of balance leave what supports hold. Where they hold a component of a
+  !> coupling's rotation that is a moment in space, which may have all three.
+  pure subroutine leave_to_supports(scene, solver, new)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(inout) :: new !! its support forces
+    logical :: is_held(3, scene%mesh%n_nodes)
+    integer :: i
+
+    is_held = solver%body%prescribed
+    if (has_turning(scene)) then
+      call give_to_masters(active_constraints(moments_on_constraints(scene, new%displacement), &
+        is_held), new%support_force)
+      do i = 1, size(scene%rotations)
+        associate (node => scene%rotations(i)%rotation_node)
+          is_held(:, node) = any(is_held(:, node))
+        end associate
+      end do
+    else
+      call give_to_masters(solver%body%constraints, new%support_force)
+    end if
+    where (.not. is_held) new%support_force = 0.0_wp
+  end subroutine leave_to_supports
 
   !> A node that can have no reaction must not end inside its master (of the others the certificate
   !> judges): where its motion is prescribed that is an error; where it was taken to be out of

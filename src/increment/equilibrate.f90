@@ -7,7 +7,7 @@
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use constraints_mod, only: constraints_t, give_to_masters
+  use constraints_mod, only: constraints_t, active_constraints, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, solver_auto
@@ -18,6 +18,7 @@ module equilibrate_mod
   use mesh_forces_mod, only: force_rounding
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: find_internal_force
+  use turning_couplings_mod, only: turned_constraints, settle_couplings, turn_moments
   use anderson_mod, only: new_anderson, accelerate, forget
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
@@ -119,8 +120,8 @@ contains
       if (report%worst_element > 0) exit newton_raphson
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
-      call out_of_balance(scene%mesh, solver%body%constraints, pressed, trial%forces, &
-        trial%controls%tolerance < solver%choices%tolerance, residual, loop%imbalance, loop%left)
+      call find_residual(scene, solver%body%constraints, pressed, new%displacement, trial, &
+        trial%controls%tolerance < solver%choices%tolerance, residual, loop)
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
       is_first = .false.
       report%imbalance = loop%imbalance
@@ -196,7 +197,7 @@ contains
     type(increment_report_t), intent(inout) :: report !! gets an element that is inside out
 
     if (.not. loop%is_linear) then
-      call extrapolate(scene%mesh, map, motions, old, trial, new, loop)
+      call extrapolate(scene, map, motions, old, trial, new, loop)
       ! From where the increment began: iterations far away may find modes of no use to the next.
       if (.not. loop%apart < nearby) new%modes = old%modes
       report%force_evaluations = report%force_evaluations + 1
@@ -211,8 +212,8 @@ contains
   !> acceleration finds; with the tangent of each iteration, where no pressures follow, it keeps
   !> nothing, and changes nothing.
   !> docs/theory.md (8.21).
-  subroutine extrapolate(mesh, map, motions, old, trial, new, loop)
-    type(mesh_t), intent(in) :: mesh
+  subroutine extrapolate(scene, map, motions, old, trial, new, loop)
+    type(scene_t), intent(in) :: scene
     type(dof_map_t), intent(in) :: map
     type(free_motions_t), intent(in) :: motions
     type(state_t), intent(in) :: old
@@ -228,8 +229,8 @@ contains
       loop%memory = new_anderson(size(image), loop%depth)
       loop%apart = huge(1.0_wp)
     else
-      way = max(maxval(abs(new%displacement - old%displacement)), largest_deformation(mesh, &
-        new%displacement))
+      way = max(maxval(abs(new%displacement - old%displacement)), &
+        largest_deformation(scene%mesh, new%displacement))
       associate (before => loop%last_apart)
         loop%apart = 0.0_wp
         if (way > 0.0_wp) loop%apart = maxval(abs(image - loop%at))/way
@@ -245,13 +246,30 @@ contains
         end do
         new%displacement = new%displacement + step
         trial%motion = trial%motion + further
-        call add_motions(motions, mesh, -further, step)
+        call add_motions(motions, scene%mesh, -further, step)
       end associate
       trial%u_free = trial%u_free + step
+      call settle(scene, trial, new%displacement)
       image = next
     end if
     loop%at = image
   end subroutine extrapolate
+
+  !> Put what turning couplings take along where it is, in u_free too: contact sees it there.
+  subroutine settle(scene, trial, u)
+    type(scene_t), intent(in) :: scene
+    type(trial_t), intent(inout) :: trial
+    real(wp), intent(inout) :: u(:, :)  !! (3,n_nodes) [length]
+    integer :: c
+
+    if (.not. allocated(trial%turned_from)) return
+    call settle_couplings(scene, trial%forces%prescribed, trial%turned_from, u)
+    do c = 1, scene%constraints%n
+      associate (i => scene%constraints%dof(c), node => scene%constraints%node(c))
+        trial%u_free(i, node) = u(i, node) - trial%u_contact(i, node)
+      end associate
+    end do
+  end subroutine settle
 
   !> Whether the points stay where they were placed, as far as that goes.
   pure logical function are_places_settled(loop, tolerance) result(are_settled)
@@ -407,6 +425,7 @@ contains
       trial%applied_force = pressed
     end if
     new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
+    call settle(scene, trial, new%displacement)
   end subroutine displace
 
   !> What contact's forces on nodes have changed by since u_contact was found: as the reactions
@@ -545,24 +564,50 @@ contains
     end do
   end subroutine leave_to_reactions
 
+  !> What is out of balance, as of `out_of_balance`, by the constraints where the bodies are.
+  subroutine find_residual(scene, active, pressed, u, trial, closely, residual, loop)
+    type(scene_t), intent(in) :: scene
+    type(constraints_t), intent(in) :: active !! those of the factor, chains substituted
+    real(wp), intent(in) :: pressed(:, :)     !! (3,n_nodes) by contact [force]
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
+    type(trial_t), intent(in) :: trial        !! its forces
+    logical, intent(in) :: closely            !! as of `out_of_balance`
+    real(wp), intent(out) :: residual(:, :)   !! (3,n_nodes) [force]
+    type(newton_raphson_t), intent(inout) :: loop !! gets its imbalance, and what is left
+
+    associate (forces => trial%forces)
+      residual = forces%external
+      if (allocated(trial%turned_from)) then
+        call turn_moments(scene, forces%prescribed, u, residual)
+        residual = residual + pressed - forces%internal
+        call out_of_balance(scene%mesh, active_constraints(turned_constraints(scene, &
+          forces%prescribed, u), forces%prescribed), forces, closely, residual, loop%imbalance, &
+          loop%left)
+      else
+        residual = residual + pressed - forces%internal
+        call out_of_balance(scene%mesh, active, forces, closely, residual, loop%imbalance, &
+          loop%left)
+      end if
+    end associate
+  end subroutine find_residual
+
   !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
   !> largest force of its body, less what rounding makes of it.
   !>
   !> Rounding of many nodes may add up in the balance of a body: where the certificate has not
   !> passed it is no excuse, and what is left is taken out as far as it goes.
-  pure subroutine out_of_balance(mesh, active, pressed, forces, closely, residual, relative, left)
+  pure subroutine out_of_balance(mesh, active, forces, closely, residual, relative, left)
     type(mesh_t), intent(in) :: mesh
     type(constraints_t), intent(in) :: active               !! chains substituted
-    real(wp), intent(in) :: pressed(:, :)                   !! (3,n_nodes) by contact [force]
     type(increment_forces_t), intent(in) :: forces
     logical, intent(in) :: closely                          !! rounding is no excuse
-    real(wp), intent(out) :: residual(:, :)                 !! (3,n_nodes) [force]
+    real(wp), intent(inout) :: residual(:, :)
+    !! (3,n_nodes) of all nodes in; given to masters, 0 where prescribed out [force]
     real(wp), intent(out) :: relative                       !! [-]
     real(wp), intent(out) :: left                           !! of the same node [force]
     real(wp) :: scale(0:mesh%n_bodies), rounding(mesh%n_nodes)
     integer :: node, c, k
 
-    residual = forces%external + pressed - forces%internal
     call give_to_masters(active, residual)
     rounding = forces%rounding
     do c = 1, active%n

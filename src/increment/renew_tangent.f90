@@ -10,6 +10,7 @@ module renew_tangent_mod
   use constraints_mod, only: follow_masters
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: find_internal_force, tangent_at, find_tangent_force
+  use turning_couplings_mod, only: turn_moments
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: apply_inverse, moved_by
   use step_solver_mod, only: step_solver_t, linearise_at
@@ -31,7 +32,7 @@ contains
     type(trial_t), intent(inout) :: trial              !! its displacements and applied reactions
     type(increment_report_t), intent(inout) :: report  !! as of renew_tangent
     type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
-    real(wp), dimension(3, scene%mesh%n_nodes) :: moved, held
+    real(wp), dimension(3, scene%mesh%n_nodes) :: moved, held, loads
     real(wp), allocatable :: correction(:, :, :)
     real(wp) :: added(3, scene%mesh%n_nodes, 1)
     type(modes_t) :: modes
@@ -48,8 +49,10 @@ contains
     call find_internal_force(scene, trial%free, old%displacement, modes, held, inverted)
     call find_tangent_force(scene, reshape(moved, [shape(moved), 1]), added, solver%body%tangent)
     held = held + added(:, :, 1)
-    call apply_inverse(solver%body%inverse, reshape(trial%forces%external + trial%applied_force - &
-      held, [shape(held), 1]), correction, error)
+    loads = trial%forces%external
+    call turn_moments(scene, trial%forces%prescribed, old%displacement, loads)
+    call apply_inverse(solver%body%inverse, reshape(loads + trial%applied_force - held, &
+      [shape(held), 1]), correction, error)
     if (allocated(error)) return
     trial%u_free = trial%u_free + moved + correction(:, :, 1)
   end subroutine begin_with_tangent

@@ -20,11 +20,15 @@ module stability_mod
   use obstacles_mod, only: obstacle_t
   use mesh_mod, only: kind_c3d8b
   use contact_points_mod, only: contact_points_t, weights_t, contact_nodes
-  use state_mod, only: state_t
+  use state_mod, only: state_t, modes_t
   use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t
+  use grips_mod, only: is_turning
+  use turning_couplings_mod, only: has_turning, turned_constraints, coupling_stiffness
+  use constraints_mod, only: constraints_t, active_constraints
+  use transfer_mod, only: nodal_forces
   use finite_forces_mod, only: tangent_t, negative_modes
-  use bodies_mod, only: is_linear, tangent_at
+  use bodies_mod, only: is_linear, tangent_at, find_internal_force
   use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: count_negative
@@ -46,7 +50,7 @@ module stability_mod
     integer :: n_unstable = 0      !! independent motions that lower the energy
     ! No more than a hint:
     logical :: slides = .false.    !! points do, with friction
-    logical :: follows = .false.   !! pressures do, and have no energy
+    logical :: follows = .false.   !! pressures do, and have no energy; nor have moments
     logical :: bends = .false.     !! surfaces of bodies touch: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
   end type stability_t
@@ -89,6 +93,7 @@ contains
     type(tangent_t) :: tangent
     type(triplets_t) :: k
     type(dof_map_t) :: map
+    type(constraints_t) :: active
     type(rows_t) :: rows
     type(pressed_t) :: contact
     type(error_t), allocatable :: error
@@ -96,7 +101,7 @@ contains
     real(wp), allocatable :: d(:)
     real(wp) :: pressure(size(scene%surfaces))
     integer :: n_negative, of_modes, i
-    logical :: has_energy
+    logical :: has_energy, is_dead
 
     stability%is_known = is_linear(scene)
     if (stability%is_known) return
@@ -104,10 +109,13 @@ contains
     pressure = pressures_at(scene, solver%response%loads, fraction, step_time)
     tangent = tangent_at(scene, state%displacement, state%step, state%position, &
       projection=0.0_wp)
+    active = solver%body%constraints
+    if (has_turning(scene)) active = active_constraints(turned_constraints(scene, &
+      solver%body%prescribed, state%displacement), solver%body%prescribed)
     associate (motions => solver%body%motions)
       map = make_dof_map(scene%mesh%body, solver%body%prescribed, [contact_nodes(points), &
-        pressed_nodes(scene, pressure)], solver%body%constraints)
-      call coupled_nodes(scene%mesh, solver%body%constraints, start, neighbours)
+        pressed_nodes(scene, pressure)], active)
+      call coupled_nodes(scene%mesh, active, start, neighbours)
       call order_equations(map, start, neighbours, position, error, 0)
       if (allocated(error)) return
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
@@ -120,6 +128,8 @@ contains
       position = [position, (i, i=map%n_free + 1, k%n)]
       call add_curvature(scene, points, map, motions, state, contact, k)
       call add_load_stiffness(scene, map, pressure, state%displacement, k, has_energy)
+      call add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
+      has_energy = has_energy .and. .not. is_dead
       k%value = d(k%row)*k%value*d(k%column)
       ! What is negative by less is rounding.
       k%row = [k%row, (i, i=1, k%n)]
@@ -312,6 +322,47 @@ contains
         map%n_free - map%n_interface + equations, coefficient(i)*weights)
     end do
   end subroutine add_entries
+
+  !> Add what forces on the nodes of turning couplings do as these turn, and say whether moments have
+  !> no energy: they have one where the rotation is free about one axis.
+  pure subroutine add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state
+    type(pressed_t), intent(in) :: contact
+    type(dof_map_t), intent(in) :: map
+    type(triplets_t), intent(inout) :: k
+    logical, intent(out) :: is_dead
+    type(tangent_t) :: tangent
+    type(modes_t) :: modes
+    real(wp) :: f(3, scene%mesh%n_nodes), added(3, 3)
+    integer :: i, p, q, equations(3), inverted
+
+    is_dead = .false.
+    if (.not. has_turning(scene)) return
+    tangent = tangent_at(scene, state%displacement, state%step, state%position, projection=0.0_wp)
+    call find_internal_force(scene, tangent%free, state%displacement, modes, f, inverted)
+    f = f - state%external_force - nodal_forces(points, contact%placement%weights, &
+      state%reaction, size(f, 2))
+    do i = 1, size(scene%rotations)
+      if (.not. is_turning(scene, i)) cycle
+      added = coupling_stiffness(scene, solver%body%prescribed, state%displacement, f, i)
+      associate (node => scene%rotations(i)%rotation_node)
+        equations = equations_of(map, node)
+        is_dead = is_dead .or. (count(equations > 0) > 1 .and. any(abs(state%external_force(:, &
+          node)) > 0.0_wp))
+      end associate
+      do p = 1, 3
+        do q = 1, 3
+          if (equations(p) == 0 .or. equations(q) == 0 .or. equations(q) > equations(p)) cycle
+          k%row = [k%row, equations(p)]
+          k%column = [k%column, equations(q)]
+          k%value = [k%value, added(p, q)]
+        end do
+      end do
+    end do
+  end subroutine add_coupling_stiffness
 
   !> Take r_n times the second derivative of the gap out of K at the points that press.
   pure subroutine add_curvature(scene, points, map, motions, state, contact, k)

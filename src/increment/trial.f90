@@ -18,6 +18,7 @@ module trial_mod
   use expansion_mod, only: find_free_strain
   use load_response_mod, only: sum_patterns, prescribed_displacement, impose_loads
   use turns_mod, only: rotation_at
+  use turning_couplings_mod, only: has_turning, settle_couplings
   use step_solver_mod, only: step_solver_t
   implicit none
   private
@@ -61,6 +62,8 @@ module trial_mod
     !! (3,n_nodes) displacement where curved obstacles are linearised [length]
     real(wp), allocatable :: rotation(:, :)
     !! (3,n_obstacles) rotation vectors at the end of the increment [rad]
+    real(wp), allocatable :: turned_from(:, :)
+    !! (3,n) rotations of couplings where the increment begins, as of scene_t [length]
     type(placement_t) :: began !! the points where the increment begins, if it starts from there
     type(placement_t) :: placement
   end type trial_t
@@ -101,6 +104,7 @@ contains
     trial%forces%of_elements%largest = forces_of_heat(scene, trial%free)
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints
+    if (has_turning(scene)) trial%turned_from = old%displacement(:, scene%rotations%rotation_node)
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
     trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
       increment%step_time)
@@ -245,6 +249,8 @@ contains
     call add_motions(solver%body%motions, scene%mesh, trial%motion, u)
     where (trial%forces%prescribed) u = trial%forces%displacement
     call follow_masters(solver%body%constraints, u)
+    if (allocated(trial%turned_from)) call settle_couplings(scene, trial%forces%prescribed, &
+      trial%turned_from, u)
   end function displacement_of
 
   !> The reactions to start from: the last ones, carried on as they went in the increment before;

@@ -4,7 +4,7 @@ module finite_strain_limits_mod
   use cells_mod, only: hexahedron_8
   use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
-  use grips_mod, only: is_grip
+  use grips_mod, only: is_grip, is_turning, is_held_at_0
   implicit none
   private
 
@@ -23,9 +23,10 @@ contains
     if (any(scene%mesh%connectivity%cell /= hexahedron_8)) then
       what = 'elements other than hexahedra (C3D8, C3D8I, C3D8B)'
     else if (turns_by_coupling(scene)) then
-      what = 'couplings whose reference nodes turn freely or carry moments, or spread forces '// &
-        'from beside the middle of their surface: directions 4 to 6 must be held at 0 in all '// &
-        'steps, or of a *KINEMATIC coupling of all directions 1 to 6 prescribed'
+      what = '*DISTRIBUTING couplings that carry moments or spread forces from beside the middle '// &
+        'of their surface, and *KINEMATIC couplings that turn but couple only some of '// &
+        'directions 1 to 3, or whose reference node has local directions or rotations that '// &
+        'equations name: couple all directions by *KINEMATIC, or hold directions 4 to 6 at 0'
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
       what = 'SMALL SLIDING between surfaces of elements'
     else if (scene%precision%iterative) then
@@ -47,7 +48,8 @@ contains
     if (.not. allocated(scene%rotations)) return
     do i = 1, size(scene%rotations)
       associate (of => scene%rotations(i), joints => scene%constraints)
-        if (is_held_at_0(scene, of%rotation_node) .or. is_grip(scene, i)) cycle
+        if (is_held_at_0(scene, of%rotation_node) .or. is_grip(scene, i) .or. is_turning(scene, &
+          i)) cycle
         turns = turns .or. is_loaded(scene, of%rotation_node)
         do c = 1, joints%n
           associate (first => joints%first(c), last => joints%first(c + 1) - 1)
@@ -60,28 +62,6 @@ contains
       end associate
     end do
   end function turns_by_coupling
-
-  !> Whether all steps hold a node at 0.
-  pure logical function is_held_at_0(scene, node) result(is_held)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: node
-    logical :: held(3)
-    integer :: k, i
-
-    held = .false.
-    is_held = .true.
-    do k = 1, size(scene%steps)
-      if (scene%steps(k)%replace_boundary) held = .false.
-      do i = 1, size(scene%steps(k)%boundary)
-        associate (b => scene%steps(k)%boundary(i))
-          if (b%node /= node) cycle
-          held(b%dof) = .true.
-          is_held = is_held .and. .not. abs(b%value) > 0.0_wp
-        end associate
-      end do
-      is_held = is_held .and. all(held)
-    end do
-  end function is_held_at_0
 
   !> Whether a step puts a force on a node or prescribes its displacement.
   pure logical function is_loaded(scene, node)

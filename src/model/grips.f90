@@ -1,13 +1,14 @@
-!> Grips: surfaces that a *KINEMATIC coupling joins to a reference node whose motion and rotation
-!> are prescribed in all steps. At finite strain their nodes go where a turn of any size takes them.
-!> docs/theory.md (8.37).
+!> Surfaces that a *KINEMATIC coupling joins to a reference node along all three axes: at finite
+!> strain their nodes go where a turn of any size takes them. Those of grips are prescribed: motion
+!> and rotation of the reference node are, in all steps. Those of turning couplings depend on both.
+!> docs/theory.md (8.37), (8.38).
 module grips_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
   implicit none
   private
 
-  public :: is_grip, nodes_of_grip, gripped_nodes
+  public :: is_grip, nodes_of_grip, gripped_nodes, is_turning, is_held_at_0
 
   real(wp), parameter :: nothing = 1.0e-10_wp !! of the largest in an equation: rounding [-]
 
@@ -18,26 +19,51 @@ contains
   pure logical function is_grip(scene, rotation)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: rotation !! among the scene's
-    integer :: c
 
     is_grip = .false.
     if (.not. scene%finite_strain) return
+    associate (of => scene%rotations(rotation), joints => scene%constraints)
+      if (.not. (is_prescribed(scene, of%node) .and. is_prescribed(scene, of%rotation_node))) return
+      if (any(joints%node(:joints%n) == of%node)) return
+    end associate
+    is_grip = is_rigid(scene, rotation)
+  end function is_grip
+
+  !> Whether a coupled rotation is that of a turning coupling at finite strain: what goes with it
+  !> goes along all three axes, it is not held at 0 throughout, and it is that of no grip.
+  pure logical function is_turning(scene, rotation)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: rotation !! among the scene's
+
+    is_turning = .false.
+    if (.not. scene%finite_strain) return
+    if (is_held_at_0(scene, scene%rotations(rotation)%rotation_node)) return
+    is_turning = is_rigid(scene, rotation) .and. .not. is_grip(scene, rotation)
+  end function is_turning
+
+  !> Whether all that depends on a rotation goes with it along all three axes, and the rotation
+  !> depends on nothing.
+  pure logical function is_rigid(scene, rotation)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: rotation !! among the scene's
+    integer :: c
+
+    is_rigid = .false.
     associate (of => scene%rotations(rotation), joints => scene%constraints, lines => &
                lines_of_grip(scene, rotation))
-      if (.not. (is_prescribed(scene, of%node) .and. is_prescribed(scene, of%rotation_node))) return
       if (allocated(scene%local_axes)) then
         associate (turned => scene%local_axes%node)
           if (any(turned == of%node .or. turned == of%rotation_node)) return
         end associate
       end if
       do c = 1, joints%n
-        if (any(joints%node(c) == [of%node, of%rotation_node])) return
+        if (joints%node(c) == of%rotation_node) return
         if (any(joints%master(joints%first(c):joints%first(c + 1) - 1) == of%rotation_node) .and. &
           lines(joints%node(c)) /= 3) return
       end do
-      is_grip = any(lines == 3)
+      is_rigid = any(lines == 3)
     end associate
-  end function is_grip
+  end function is_rigid
 
   !> Whether a constraint says u = u_ref + theta x (X - X_ref), along one axis.
   pure logical function goes_with(scene, c, rotation)
@@ -94,6 +120,28 @@ contains
       is_prescribed = is_prescribed .and. all(held)
     end do
   end function is_prescribed
+
+  !> Whether all steps hold a node at 0.
+  pure logical function is_held_at_0(scene, node) result(is_held)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: node
+    logical :: held(3)
+    integer :: k, i
+
+    held = .false.
+    is_held = .true.
+    do k = 1, size(scene%steps)
+      if (scene%steps(k)%replace_boundary) held = .false.
+      do i = 1, size(scene%steps(k)%boundary)
+        associate (b => scene%steps(k)%boundary(i))
+          if (b%node /= node) cycle
+          held(b%dof) = .true.
+          is_held = is_held .and. .not. abs(b%value) > 0.0_wp
+        end associate
+      end do
+      is_held = is_held .and. all(held)
+    end do
+  end function is_held_at_0
 
   !> Along how many axes each node goes with a reference node and its rotation.
   pure function lines_of_grip(scene, rotation) result(lines)
