@@ -14,6 +14,7 @@ module certificate_mod
   use bodies_at_rest_mod, only: are_at_rest, spread_of_row
   use edge_middles_mod, only: edge_middles_t, spread_reaction
   use constrained_forces_mod, only: hand_over, torn
+  use rigid_patterns_mod, only: broken, along_free_turns
   use error_measures_mod, only: are_finite, excusable, ratio, rounded
   use certificate_scales_mod, only: scales_t, find_scales
   use undetermined_forces_mod, only: largest_undetermined
@@ -73,6 +74,7 @@ contains
     joining = residual
     call hand_over(forces%constraints, forces%prescribed, residual, rounding)
     joining = joining - residual
+    call along_free_turns(forces%patterns, new%displacement, forces%prescribed, residual)
     support = merge(residual, 0.0_wp, forces%prescribed)
     residual = residual - support
     call find_scales(mesh, points, contact, old, new, forces, pressed, scales)
@@ -106,7 +108,8 @@ contains
     if (present(turned)) way = max(way, norm2(turned%slip, dim=1))
     certificate = judge_contact(points%mu, reaction, x, scales%force, scales%length, way)
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
-      new%displacement, forces%constraints, forces%prescribed))
+      new%displacement, forces%constraints, forces%prescribed, forces%patterns), &
+      broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed))
     if (forces%constraints%n_equations == 0) then
       certificate%balance = worst_balance(shape_of(mesh, new%displacement, forces%is_finite), &
         acting_t(forces%external, pressed(:, :, 2), support), forces%prescribed, rounding, &

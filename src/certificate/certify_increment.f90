@@ -17,6 +17,7 @@ module certify_increment_mod
   use facing_surfaces_mod, only: face_surfaces
   use turned_slips_mod, only: slips_of_turns
   use edge_middles_mod, only: find_edge_middles
+  use rigid_patterns_mod, only: find_patterns, take_moments
   use certificate_mod, only: certify
   implicit none
   private
@@ -52,6 +53,9 @@ contains
       call find_deformed_forces(scene%mesh, scene%materials, warming_at(scene, new%step, &
         new%position), new, forces)
       call press_deformed_surfaces(scene, new%displacement, forces%imposed_t)
+      forces%patterns = find_patterns(scene)
+      call take_moments(forces%patterns, scene%mesh%coordinates + new%displacement, &
+        forces%constraints)
     end if
     call find_edge_middles(scene, points, said%weights, forces%middles)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)

@@ -3,6 +3,7 @@ module increment_forces_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t
   use edge_middles_mod, only: edge_middles_t
+  use rigid_patterns_mod, only: rigid_patterns_t
   implicit none
   private
 
@@ -26,6 +27,7 @@ module increment_forces_mod
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
     type(constraints_t) :: constraints        !! those of the scene, whatever supports hold
+    type(rigid_patterns_t) :: patterns        !! couplings that turn, whose constraints are no lines
   end type imposed_t
 
   !> The same, with the forces from the stresses.

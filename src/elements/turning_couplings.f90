@@ -127,6 +127,7 @@ contains
 
     if (.not. has_turning(scene)) return
     goes_along = .false.
+    allocate (nodes(0))
     associate (x => scene%mesh%coordinates, joints => scene%constraints)
       ! No chain is longer than there are constraints.
       do round = 1, joints%n
@@ -240,6 +241,7 @@ contains
     integer :: i, a
 
     k = 0.0_wp
+    allocate (nodes(0))
     nodes = nodes_of_grip(scene, rotation)
     associate (of => scene%rotations(rotation), x => scene%mesh%coordinates)
       do i = 1, size(nodes)
