@@ -74,9 +74,10 @@ contains
     loop%undeformed = turned_undeformed(scene, points, solver, trial)
     loop%is_linear = is_linear(scene)
     if (.not. loop%is_linear) then
-      ! The tangent of an iteration leaves out what pressures change by as they follow.
-      if (.not. solver%choices%precision%renews_tangent .or. any(abs( &
-        solver%response%loads%pressure) > 0.0_wp)) loop%depth = depth
+      ! The tangent of an iteration leaves out what pressures change by as they follow, and what
+      ! moments on couplings do.
+      if (.not. solver%choices%precision%renews_tangent .or. allocated(trial%turned_from) .or. &
+        any(abs(solver%response%loads%pressure) > 0.0_wp)) loop%depth = depth
     end if
     loop%follow = begin_following(scene, points, max(trial%controls%tolerance, &
       solver%choices%tolerance))
