@@ -6,8 +6,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from bipot import Result
-from program import PROGRAM, Run
+from program import PROGRAM, Result, Run
 from scipy.spatial.transform import Rotation
 
 SIDE = 3.0  # height of the bar
