@@ -50,8 +50,8 @@ contains
     end associate
   end function find_patterns
 
-  !> Put in the place of the couplings' constraints, which are those of small rotations, that a force
-  !> on one of their nodes is one on the reference node, and a moment about where that is.
+  !> Put in the place of the couplings' constraints, which are those of small rotations, that a
+  !> force on one of their nodes is one on the reference node, and a moment about where that is.
   pure subroutine take_moments(patterns, x, constraints)
     type(rigid_patterns_t), intent(in) :: patterns
     real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) where nodes are [length]

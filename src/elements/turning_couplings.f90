@@ -1,6 +1,6 @@
 !> What the nodes of couplings do that turn at finite strain, and what these make of forces.
 !>
-!>     x_i = x_ref + R (X_i - X_ref),      u_i changes by  du_ref - a_i x (S dtheta),  a_i = x_i - x_ref
+!>     x_i = x_ref + R (X_i - X_ref),    du_i = du_ref + (S dtheta) x a_i,    a_i = x_i - x_ref
 !>
 !> theta is the rotation vector of the reference node, R its matrix. Where a *STEP prescribes any of
 !> its components they are those of the deck, and S is what takes changes of theta to spins. Where
@@ -10,7 +10,7 @@ module turning_couplings_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, spin_matrix, turn_between, compose_turns
   use small_matrix_mod, only: cross
-  use constraints_mod, only: constraints_t, add_constraint, active_constraints
+  use constraints_mod, only: constraints_t, add_constraint
   use scene_mod, only: scene_t
   use grips_mod, only: is_turning, nodes_of_grip
   implicit none

@@ -323,8 +323,8 @@ contains
     end do
   end subroutine add_entries
 
-  !> Add what forces on the nodes of turning couplings do as these turn, and say whether moments have
-  !> no energy: they have one where the rotation is free about one axis.
+  !> Add what forces on the nodes of turning couplings do as these turn, and say whether moments
+  !> have no energy: they have one where the rotation is free about one axis.
   pure subroutine add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

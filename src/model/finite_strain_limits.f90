@@ -23,8 +23,8 @@ contains
     if (any(scene%mesh%connectivity%cell /= hexahedron_8)) then
       what = 'elements other than hexahedra (C3D8, C3D8I, C3D8B)'
     else if (turns_by_coupling(scene)) then
-      what = '*DISTRIBUTING couplings that carry moments or spread forces from beside the middle '// &
-        'of their surface, and *KINEMATIC couplings that turn but couple only some of '// &
+      what = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
+        'middle of their surface, and *KINEMATIC couplings that turn but couple only some of '// &
         'directions 1 to 3, or whose reference node has local directions or rotations that '// &
         'equations name: couple all directions by *KINEMATIC, or hold directions 4 to 6 at 0'
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
