@@ -178,7 +178,7 @@ class FreeInPlane(unittest.TestCase):
                      deck.at(0, 0, SIZE[2] + 3) + ", " + deck.at(0, 1, 0) + ", 3.",
                      "*CONTACT PAIR, INTERACTION=SMOOTH", "BL, GROUND",
                      "*CONTACT PAIR, INTERACTION=SMOOTH", "BU, LID",
-                     "*CONTACT SOLVER, TOLERANCE=1e-11", "*STEP", "*STATIC", "0.5, 1.",
+                     "*CONTACT SOLVER, TOLERANCE=1e-12", "*STEP", "*STATIC", "0.5, 1.",
                      "*BOUNDARY", *prescribed([node], way), f"{node}, 4, 6", "*END STEP")  # fmt: skip
 
         u = self.both(make, within=1e-9)["B"]
