@@ -36,7 +36,7 @@ module equilibrate_mod
   use near_points_mod, only: near_points, is_any_missed
   use step_solver_mod, only: step_solver_t
   use load_response_mod, only: follow_surfaces
-  use neutral_motions_mod, only: neutral_step, way_to_rest
+  use neutral_motions_mod, only: neutral_step, unturned_motions, way_to_rest
   use trial_mod, only: trial_t, displacement_of
   use renew_tangent_mod, only: renew_tangent
   use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, follow_free_bodies, &
@@ -110,9 +110,7 @@ contains
       end if
       call displace(scene, points, solver, trial, new, loop%begun, pressed, error)
       if (allocated(error)) return
-      ! Before round obstacles alone turned normals say where motions lead.
-      if (size(loop%follow%node) > 0 .or. .not. any(points%is_curved)) call rest(scene, points, &
-        solver, old, loop%led, trial, new)
+      call rest(scene, points, solver, old, loop, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
       call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
@@ -458,21 +456,23 @@ contains
 
   !> Let motions that nothing which presses sees go where their bodies were when the increment
   !> began, but for what turned normals led them; neutral ones alone where others would close a gap.
-  subroutine rest(scene, points, solver, old, led, trial, new)
+  !> Before round obstacles alone, of these motions those that turn no normal at a point that
+  !> presses: the others have a place where they are in balance.
+  subroutine rest(scene, points, solver, old, loop, trial, new)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
-    real(wp), intent(in) :: led(:)        !! (n_motions) [length]
+    type(newton_raphson_t), intent(in) :: loop
     type(trial_t), intent(inout) :: trial !! gets its motion
     type(state_t), intent(inout) :: new   !! gets displacement
-    real(wp) :: moved(3, scene%mesh%n_nodes), way(size(led))
+    real(wp) :: moved(3, scene%mesh%n_nodes), way(size(loop%led))
     integer :: i
 
     associate (motions => solver%body%motions)
       if (motions%n == 0) return
       moved = new%displacement - old%displacement
-      call add_motions(motions, scene%mesh, -led, moved)
+      call add_motions(motions, scene%mesh, -loop%led, moved)
       way = 0.0_wp
       do i = 1, size(solver%contact%group)
         if (size(solver%contact%group(i)%motion) > 0) call rest_group(solver%contact%group(i))
@@ -486,12 +486,17 @@ contains
 
     subroutine rest_group(group)
       type(contact_group_t), intent(in) :: group
-      real(wp), allocatable :: unpressed(:, :)
+      real(wp), allocatable :: unpressed(:, :), neutral(:, :)
 
-      allocate (unpressed(0, 0))
-      associate (motions => solver%body%motions, list => group%motion, &
-                 neutral => group%floating%neutral)
+      allocate (unpressed(0, 0), neutral(0, 0))
+      associate (motions => solver%body%motions, list => group%motion)
         unpressed = unpressed_motions(group, new%reaction)
+        neutral = group%floating%neutral
+        if (size(loop%follow%node) == 0 .and. any(points%is_curved)) then
+          unpressed = unturned_motions(scene, points, motions, list, unpressed, trial%placement, &
+            new)
+          neutral = unturned_motions(scene, points, motions, list, neutral, trial%placement, new)
+        end if
         if (size(unpressed, 2) == 0) return
         way(list) = way_to_rest(scene, motions, list, unpressed, moved)
         if (size(unpressed, 2) == size(neutral, 2)) return

@@ -2,7 +2,7 @@
 module neutral_motions_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use dense_mod, only: solve_least_squares, singular_values
+  use dense_mod, only: null_space, solve_least_squares, singular_values
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use rigid_modes_mod, only: free_motions_t, add_motions, place_of, is_joined
@@ -12,7 +12,7 @@ module neutral_motions_mod
   implicit none
   private
 
-  public :: led_t, neutral_step, way_to_rest
+  public :: led_t, neutral_step, unturned_motions, way_to_rest
 
   real(wp), parameter :: difference = 1.0e-4_wp !! of the size of the mesh
   real(wp), parameter :: too_much = 0.5_wp      !! of what was left before a step [-]
@@ -58,8 +58,7 @@ contains
     real(wp) :: step
     integer :: k
 
-    step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
-      scene%mesh%coordinates, dim=2))
+    step = step_of_difference(scene)
     ! While places settle bodies are not where the reactions were found.
     turned = placement
     call place_curved(scene, points, state%displacement, turned, state%rotation)
@@ -103,6 +102,53 @@ contains
     end function along_neutral
 
   end subroutine neutral_step
+
+  !> Those of some motions along which no normal turns at a point that presses, orthonormal: along
+  !> the axis of a cylinder, not about it.
+  function unturned_motions(scene, points, motions, list, from, placement, state) result(unturned)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: list(:)          !! the motions of a group of bodies
+    real(wp), intent(in) :: from(:, :)      !! (n,k) of these, orthonormal [-]
+    type(placement_t), intent(in) :: placement
+    type(state_t), intent(in) :: state      !! its reactions, displacement and rotations
+    real(wp), allocatable :: unturned(:, :) !! (n,l) [-]
+    real(wp), parameter :: still = 1.0e-6_wp
+    !! of the turn of what turns most, above what differences round [-]
+    real(wp), parameter :: rounding = 1.0e-13_wp !! of a normal [-]
+    type(placement_t) :: here, turned
+    real(wp) :: moved(3, scene%mesh%n_nodes), step
+    real(wp) :: turn(3*points%n, size(from, 2)), motion(motions%n)
+    integer :: i, k
+
+    step = step_of_difference(scene)
+    here = placement
+    call place_curved(scene, points, state%displacement, here, state%rotation)
+    turn = 0.0_wp
+    do k = 1, size(from, 2)
+      motion = 0.0_wp
+      motion(list) = step*from(:, k)
+      moved = state%displacement
+      call add_motions(motions, scene%mesh, motion, moved)
+      turned = placement
+      call place_curved(scene, points, moved, turned, state%rotation)
+      do i = 1, points%n
+        if (.not. points%is_curved(i) .or. .not. abs(state%reaction(1, i)) > 0.0_wp) cycle
+        turn(3*i - 2:3*i, k) = turned%frame(:, 1, i) - here%frame(:, 1, i)
+      end do
+    end do
+    where (abs(turn) <= rounding) turn = 0.0_wp
+    unturned = matmul(from, null_space(turn, still))
+  end function unturned_motions
+
+  !> Length of a step by which derivatives are taken [length].
+  pure real(wp) function step_of_difference(scene) result(step)
+    type(scene_t), intent(in) :: scene
+
+    step = difference*maxval(maxval(scene%mesh%coordinates, dim=2) - minval( &
+      scene%mesh%coordinates, dim=2))
+  end function step_of_difference
 
   !> How far the neutral motions go until bodies are, on the average of their nodes, where they
   !> were: deformed about one pin, a body that is pressed in its middle would no longer lie there,

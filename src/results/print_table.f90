@@ -75,18 +75,21 @@ contains
     if (allocated(error)) return
     associate (nodes => pack([(k, k=1, size(prints))], .not. prints%asked%of_elements), &
                elements => pack([(k, k=1, size(prints))], prints%asked%of_elements))
-      if (size(nodes) > 0) call write_table(file, node_table_path(result_path), prints(nodes), &
+      if (size(nodes) > 0) call write_table(file, node_table_path(result_path), prints, nodes, &
         of_nodes, n_rows, error)
-      if (size(elements) > 0) call write_table(file, element_table_path(result_path), &
-        prints(elements), of_elements, n_rows, error)
+      if (size(elements) > 0) call write_table(file, element_table_path(result_path), prints, &
+        elements, of_elements, n_rows, error)
     end associate
   end subroutine write_print_tables
 
   !> A table of one kind: one set after the other, in each one increment after the other.
-  subroutine write_table(file, path, prints, columns, n_rows, error)
+  !>
+  !> The sets by their numbers: gfortran 12 does not free the copies that it makes of a chosen few.
+  subroutine write_table(file, path, prints, chosen, columns, n_rows, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
     type(print_rows_t), intent(in) :: prints(:)
+    integer, intent(in) :: chosen(:) !! of `prints`, at least one
     type(column_t), intent(in) :: columns(:)
     integer, intent(in) :: n_rows
     type(error_t), allocatable, intent(inout) :: error
@@ -96,16 +99,18 @@ contains
 
     if (allocated(error)) return
     is_there = .false.
-    do k = 1, size(prints)
+    do k = 1, size(chosen)
       do c = 1, size(columns)
-        if (exists(file, prints(k)%path//'/'//trim(columns(c)%dataset))) is_there(c) = .true.
-        if (exists(file, prints(k)%path//'/total_'//trim(columns(c)%dataset))) is_there(c) = .true.
+        associate (of => prints(chosen(k))%path, to => columns(c)%dataset)
+          if (exists(file, of//'/'//trim(to))) is_there(c) = .true.
+          if (exists(file, of//'/total_'//trim(to))) is_there(c) = .true.
+        end associate
       end do
     end do
     call open_sidecar(path, table)
-    call write_line(table, head_of(pack(columns, is_there), prints(1)%asked%of_elements))
-    do k = 1, size(prints)
-      call write_set(file, prints(k), pack(columns, is_there), n_rows, table, error)
+    call write_line(table, head_of(pack(columns, is_there), prints(chosen(1))%asked%of_elements))
+    do k = 1, size(chosen)
+      call write_set(file, prints(chosen(k)), pack(columns, is_there), n_rows, table, error)
     end do
     call close_sidecar(table, error)
   end subroutine write_table

@@ -113,7 +113,7 @@ def between_plates(deck, step="*STEP", lid="moved", mu="SMOOTH", cells=(2, 3, 2)
 class FreeInPlane(unittest.TestCase):
     """Each scene as it is and turned by 37 degrees."""
 
-    def both(self, make, *options):
+    def both(self, make, *options, within=2e-6):
         """Displacements of a scene in two positions, which must be the same."""
         found = []
         for degrees in (0, 37):
@@ -121,7 +121,7 @@ class FreeInPlane(unittest.TestCase):
             make(deck)
             found.append(deck.run(self, *options))
         for name, straight in found[0].items():
-            np.testing.assert_allclose(found[1][name], straight, atol=2e-6 * abs(straight).max())
+            np.testing.assert_allclose(found[1][name], straight, atol=within * abs(straight).max())
         return found[1]
 
     def at_rest(self, u, axes=(0, 1)):
@@ -164,6 +164,25 @@ class FreeInPlane(unittest.TestCase):
                                     for node in roof for i in (1, 2, 3)), "*END STEP")  # fmt: skip
 
         self.at_rest(self.both(make)["B"])
+
+    def test_between_cylinders(self):
+        """Along the axes of two smooth cylinders a block stays where it was, about them it turns."""
+
+        def make(deck):
+            deck.block("B", (2, 3, 2), (-0.5, -0.75, 0), SIZE)
+            node = deck.node(0, 0, SIZE[2] + 3)
+            way = deck.turn @ np.array([0, 0, -0.02])
+            deck.add("*OBSTACLE, NAME=GROUND, TYPE=CYLINDER",
+                     deck.at(0, 0, -3) + ", " + deck.at(0, 1, 0) + ", 3.",
+                     f"*OBSTACLE, NAME=LID, TYPE=CYLINDER, REF NODE={node}",
+                     deck.at(0, 0, SIZE[2] + 3) + ", " + deck.at(0, 1, 0) + ", 3.",
+                     "*CONTACT PAIR, INTERACTION=SMOOTH", "BL, GROUND",
+                     "*CONTACT PAIR, INTERACTION=SMOOTH", "BU, LID",
+                     "*CONTACT SOLVER, TOLERANCE=1e-12", "*STEP", "*STATIC", "0.5, 1.",
+                     "*BOUNDARY", *prescribed([node], way), f"{node}, 4, 6", "*END STEP")  # fmt: skip
+
+        u = self.both(make, within=1e-9)["B"]
+        np.testing.assert_allclose(u.mean(0)[1], 0, atol=1e-9 * abs(u).max())
 
     def test_two_that_stick(self):
         """Two blocks that stick to each other between smooth plates stay where both were."""
