@@ -13,8 +13,8 @@ module transfer_mod
   use kinds_mod, only: wp
   use block_diagonal_mod, only: block_diagonal_t, add_column, entry_of, order_of
   use huge_pages_mod, only: prefer_huge_pages
-  use constraints_mod, only: active_constraints
-  use node_freedom_mod, only: can_move, freedom_of
+  use constraints_mod, only: active_constraints, constraints_t
+  use node_freedom_mod, only: can_move, can_move_along, freedom_of
   use mesh_mod, only: mesh_t
   use obstacles_mod, only: ref_nodes
   use scene_mod, only: scene_t
@@ -145,16 +145,14 @@ contains
     logical, intent(in) :: prescribed(:, :)      !! (3,n_nodes)
     type(contact_points_t), intent(inout) :: points
     type(placement_t) :: undeformed
-    logical :: can_move(3, scene%mesh%n_nodes)
-    integer :: i
+    type(constraints_t) :: active
 
-    can_move = movable(scene, prescribed)
     points%is_held = .true.
     call place_undeformed(scene, points, undeformed)
-    do i = 1, points%n
-      points%is_held(i) = .not. any(can_move(:, points%node(i)) .and. &
-        abs(undeformed%frame(:, 1, i)) > straight)
-    end do
+    active = active_constraints(scene%constraints, prescribed)
+    points%is_held = .not. can_move_along(active, can_move(scene%mesh%body, &
+      ref_nodes(scene%obstacles), active, prescribed), points%node, undeformed%frame(:, 1, :), &
+      straight)
   end subroutine find_held_middles
 
   !> Number the rows of every point: a row wherever the point can move along its frame and the law

@@ -5,7 +5,7 @@ module node_freedom_mod
   implicit none
   private
 
-  public :: node_freedom_t, freedom_of, can_move
+  public :: node_freedom_t, freedom_of, can_move, can_move_along
 
   type :: node_freedom_t
     logical, allocatable :: can_move(:, :)   !! (3,n_nodes) as of `can_move`
@@ -64,5 +64,65 @@ contains
       end associate
     end do
   end function can_move
+
+  !> Whether nodes can move along a direction each, of what supports and constraints leave: supports
+  !> across slanting axes, and equations, hold combinations of x, y and z.
+  pure function can_move_along(active, can_move, node, direction, least) result(moves)
+    type(constraints_t), intent(in) :: active    !! chains substituted
+    logical, intent(in) :: can_move(:, :)        !! (3,n_nodes) as of `can_move`
+    integer, intent(in) :: node(:)               !! (n)
+    real(wp), intent(in) :: direction(:, :)      !! (3,n) unit vectors [-]
+    real(wp), intent(in) :: least                !! of a motion along it, of what moves by 1 [-]
+    logical :: moves(size(node))
+    integer :: number(3, size(can_move, 2)), i, a, k
+    real(wp) :: along(3, size(can_move, 2))      !! for a motion by 1 of what depends on no other
+
+    number = constraint_of(active, size(can_move, 2))
+    along = 0.0_wp
+    do i = 1, size(node)
+      do a = 1, 3
+        call add_terms(a, along)
+      end do
+      moves(i) = .false.
+      do a = 1, 3
+        associate (c => number(a, node(i)))
+          if (c == 0) then
+            moves(i) = moves(i) .or. abs(along(a, node(i))) > least
+            along(a, node(i)) = 0.0_wp
+            cycle
+          end if
+          do k = active%first(c), active%first(c + 1) - 1
+            associate (term => along(active%master_dof(k), active%master(k)))
+              moves(i) = moves(i) .or. abs(term) > least
+              term = 0.0_wp
+            end associate
+          end do
+        end associate
+      end do
+    end do
+
+  contains
+
+    !> What moves the node along axis `a`, for as much as that counts along the direction.
+    pure subroutine add_terms(a, along)
+      integer, intent(in) :: a
+      real(wp), intent(inout) :: along(:, :)
+      integer :: k
+
+      associate (c => number(a, node(i)))
+        if (c == 0) then
+          if (can_move(a, node(i))) along(a, node(i)) = along(a, node(i)) + direction(a, i)
+          return
+        end if
+        do k = active%first(c), active%first(c + 1) - 1
+          if (.not. can_move(active%master_dof(k), active%master(k))) cycle
+          associate (term => along(active%master_dof(k), active%master(k)))
+            term = term + direction(a, i)*active%weight(k)
+          end associate
+        end do
+      end associate
+    end subroutine add_terms
+
+  end function can_move_along
 
 end module node_freedom_mod
