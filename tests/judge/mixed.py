@@ -87,6 +87,44 @@ class Kind:
         self.gradients = np.einsum("gpi,pa->gai", slopes, np.linalg.inv(table))
 
 
+class Face:
+    """A face of a triangle with 6 nodes or a quadrilateral with 8: values and slopes at points."""
+
+    def __init__(self, corners, powers, points, weights):
+        corners = np.array(corners, dtype=float)
+        middles = (corners + np.roll(corners, -1, axis=0)) / 2
+        powers, points = np.array(powers), np.array(points)
+        table = np.prod(np.vstack([corners, middles])[:, None] ** powers[None], axis=2)
+        inverse = np.linalg.inv(table)
+        self.weights = np.array(weights)
+        self.values = np.prod(points[:, None] ** powers[None], axis=2) @ inverse
+        slopes = []
+        for i in range(2):
+            less = powers.copy()
+            less[:, i] = np.maximum(less[:, i] - 1, 0)
+            slopes.append(powers[:, i] * np.prod(points[:, None] ** less[None], axis=2) @ inverse)
+        self.slopes = slopes
+
+    def shares(self, x):
+        """int N dA of nodes at x (n, 3), corners first."""
+        normal = np.cross(self.slopes[0] @ x, self.slopes[1] @ x)
+        return self.values.T @ (self.weights * np.linalg.norm(normal, axis=1))
+
+
+def face_rules():
+    """{number of corners: Face}, by 6 x 6 Gauss points, on triangles folded from the square."""
+    x, w = np.polynomial.legendre.leggauss(6)
+    square = list(product(x, repeat=2))
+    weights = [a * b for a, b in product(w, repeat=2)]
+    flat = [((1 + s) / 2, (1 - s) * (1 + t) / 4) for s, t in square]
+    folded = [v * (1 - s) / 8 for (s, _), v in zip(square, weights, strict=True)]
+    quadratic = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
+    return {3: Face([(0, 0), (1, 0), (0, 1)], quadratic, flat, folded),
+            4: Face([(-1, -1), (1, -1), (1, 1), (-1, 1)], [*quadratic, (2, 1), (1, 2)],
+                    square, weights)}  # fmt: skip
+
+
+FACES = face_rules()
 TET_FACES = [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)]
 WEDGE_FACES = [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
 HEXA_FACES = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
@@ -158,7 +196,7 @@ class Scene:
                     add(kind, [base, *(base + s for s in steps)])
             elif kind == "C3D15":
                 for flat in (((0, 0), (2, 0), (2, 2)), ((0, 0), (2, 2), (0, 2))):
-                    add(kind, [base + (*p, z) for z in (0, 2) for p in flat])
+                    add(kind, [base + np.array([*p, z]) for z in (0, 2) for p in flat])
             else:
                 add(kind, [base + np.array(c) + 1 for c in HEXA])
         grid = np.array(grid)
@@ -238,6 +276,26 @@ class Scene:
             np.add.at(out, nodes, np.einsum("g,gij,gaj->ai", volume, stress, slopes))
         return out
 
+    def areas(self):
+        """Those (N,) of the points, (9.12)."""
+        share = np.zeros(len(self.points))
+        middle_of = {frozenset(ends): m for m, ends in self.middles.items()}
+        for e, f in self.faces:
+            kind, nodes = self.elements[e]
+            corners = [nodes[c] for c in KINDS[kind].faces[f - 1]]
+            around = zip(corners, [*corners[1:], corners[0]], strict=True)
+            every = corners + [middle_of[frozenset(ends)] for ends in around]
+            np.add.at(share, every, FACES[len(corners)].shares(self.points[every]))
+        out = share.copy()
+        for m, alpha in self.alpha.items():
+            out[m] -= 2 * alpha * share[m]
+            out[list(self.middles[m])] += alpha * share[m]
+        return out
+
+    def rounding(self, u):
+        """A force that may be rounding of displacements alone."""
+        return 1e-11 * self.young / (1 - 2 * self.nu) * self.size * np.abs(u).max()
+
     def gaps_and_normals(self, places):
         """Of nodes at `places` (N, 3)."""
         if not self.ball:
@@ -265,6 +323,7 @@ def judge(scene, path):
         (group,) = file["contact"].values()
         rows = ids[group["node"][:]]
         frame, reaction = group["frame"][:], group["reaction"][:finished]
+        area = group["area"][:]
         told_gap, told_slip = group["gap"][:finished], group["slip_increment"][:finished]
     frame = np.broadcast_to(frame, (finished, *frame.shape[1:]))
     findings = []
@@ -275,7 +334,8 @@ def judge(scene, path):
 
     if not np.array_equal(np.sort(rows), scene.foot):
         return [(0, "points are not the nodes of the foot", np.inf)]
-    at = {int(r): p for p, r in enumerate(rows)}
+    own = scene.areas()[rows]
+    note(-1, "areas", np.abs(area - own).max(), own.max())
     before = np.zeros((count, 3))
     held = np.zeros(count, dtype=bool)
     held[scene.top] = True
@@ -289,19 +349,25 @@ def judge(scene, path):
         length = np.abs(u[k]).max()
         note(k, "support", np.abs(u[k][scene.top] - way).max(), length)
         gap, normal = scene.gaps_and_normals(scene.points + u[k])
+        free, _ = scene.gaps_and_normals(scene.points + way)
         moved = u[k] - before
         force = np.einsum("pk,pki->pi", reaction[k], frame[k])
         largest = max(np.linalg.norm(force, axis=1).max(), np.abs(support[k]).max())
-        nodal, own_gap, own_way = np.zeros((count, 3)), np.zeros(len(rows)), np.zeros((len(rows), 3))
+        # A body that nothing presses goes along with its supports: its forces are rounding.
+        largest = max(largest, scene.rounding(u[k]) / ALLOWED)
+        nodal, own_gap = np.zeros((count, 3)), np.zeros(len(rows))
+        own_way = np.zeros((len(rows), 3))
         for p, r in enumerate(rows):
             alpha = scene.alpha.get(int(r), 0.0)
             ends = list(scene.middles.get(int(r), ()))
             if alpha:
-                both = (gap[r] - alpha * gap[ends].sum()) / (1 - 2 * alpha)
-                # Of a point that the ends have no part in they carry nothing.
-                alone = abs(told_gap[k, p] - gap[r]) < abs(told_gap[k, p] - both)
-                if alone and max(np.abs(reaction[k, at[e]]).max() for e in ends) > 1e-6 * largest:
-                    findings.append((k + 1, "a point is alone whose ends touch", np.inf))
+                # Without contact the body goes along with its supports: where neither end would be
+                # inside the obstacle then, they have no part in the point.
+                least = free[ends].min()
+                alone = least > 0
+                if abs(least) < 1e-9 * length:
+                    both = (gap[r] - alpha * gap[ends].sum()) / (1 - 2 * alpha)
+                    alone = abs(told_gap[k, p] - gap[r]) < abs(told_gap[k, p] - both)
                 alpha = 0.0 if alone else alpha
             share = 1 / (1 - 2 * alpha)
             nodal[r] += share * force[p]
