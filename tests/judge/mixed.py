@@ -7,7 +7,7 @@ A box of C3D10, C3D15, C3D20 or C3D20R, or of two of these beside or above each 
 with mid-side nodes off the middle, is pressed onto a plane or a sphere and pushed along it. Shape
 functions come from the monomials that the types are defined by, and the stiffness, gaps, slips and
 nodal forces of the points (9.11) from them; nothing is taken from the program.
-A deck is right, wrong (certified, and not so), refused, which is not looked into further, or broken.
+A deck is right, wrong (certified, and not so), refused (not looked into further), or broken.
 Exit status 1 where any is wrong or broken.
 """
 
