@@ -1,0 +1,83 @@
+"""Random decks of elements of second order before their judge, tried on changed results first."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+from program import PROGRAM, SOURCE
+
+sys.path.insert(0, str(SOURCE / "tests" / "judge"))
+
+from mixed import KINDS, Scene, judge
+
+
+class Elements(unittest.TestCase):
+    def test_a_constant_strain_is_in_balance_inside_and_its_areas_add_up(self):
+        for seed in range(1, 13):
+            scene = Scene(seed)
+            for middle, ends in scene.middles.items():  # else quadrature is not exact
+                scene.points[middle] = scene.points[list(ends)].mean(axis=0)
+            strain = 1e-3 * np.array([(1.0, 0.2, -0.3), (0.2, -0.5, 0.4), (-0.3, 0.4, 0.7)])
+            force = scene.internal_force(scene.points @ strain)
+            low, high = scene.points.min(axis=0), scene.points.max(axis=0)
+            inner = np.all((scene.points > low) & (scene.points < high), axis=1)
+            with self.subTest(types=scene.types):
+                self.assertLess(np.abs(force[inner]).max(), 1e-12 * np.abs(force).max())
+                whole = np.prod((high - low)[:2])
+                self.assertAlmostEqual(scene.areas().sum() / whole, 1, delta=1e-12)
+
+    def test_types_are_those_of_the_deck(self):
+        self.assertEqual([len(k.edges) + k.corners for k in KINDS.values()], [10, 15, 20, 20])
+
+
+class Faults(unittest.TestCase):
+    """Each number that is changed in a result is found."""
+
+    def findings(self, change):
+        scene = Scene(3)
+        with tempfile.TemporaryDirectory() as folder:
+            deck = Path(folder) / "deck.inp"
+            deck.write_text(scene.deck())
+            subprocess.run([PROGRAM, deck.name, "--quiet"], cwd=folder, check=True)
+            path = deck.with_suffix(".vtkhdf")
+            if change:
+                with h5py.File(path, "r+") as file:
+                    (group,) = file["contact"].values()
+                    change(group)
+            return {kind for _, kind, _ in judge(scene, path)}
+
+    def test_what_is_changed_is_found(self):
+        def scaled(name, factor):
+            def change(group):
+                # Gaps of what touches are 0.
+                more = 1e-5 * Scene(3).size if name == "gap" else 0.0
+                group[name][:] = group[name][:] * factor + more
+
+            return change
+
+        self.assertEqual(self.findings(None), set())
+        for name, factor, kind in (
+            ("area", 1 + 1e-5, "areas"), ("slip_increment", -1, "stored slip"),
+            ("gap", 1, "stored gap"), ("reaction", 1 + 1e-5, "equilibrium"),
+        ):  # fmt: skip
+            with self.subTest(name=name):
+                self.assertIn(kind, self.findings(scaled(name, factor)))
+
+
+class Decks(unittest.TestCase):
+    def test_random_decks(self):
+        done = subprocess.run(
+            [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "mixed.py"),
+             "--bipot", PROGRAM, "--decks", "16", "--seed", "1300"],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        self.assertNotIn("wrong", done.stdout)
+        self.assertNotIn("broken", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
