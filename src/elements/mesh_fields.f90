@@ -75,7 +75,8 @@ contains
     place = 0
     do e = 1, mesh%n_elements
       if (has_middles(mesh%connectivity%cell(e))) then
-        call store_second_order(mesh, materials, u, free(e), e, place, strain, stress)
+        call store_second_order(mesh, materials, u, free(e), e, place, strain, stress, &
+          is_finite, takes_undeformed)
         place = place + cells(mesh%connectivity%cell(e))%n_points
         cycle
       end if
@@ -100,8 +101,9 @@ contains
     if (allocated(stress%at_nodes)) call divide_by_elements(mesh, stress%at_nodes)
   end subroutine fill_tensor_fields
 
-  !> Strain and stress of an element of second order, at small strain.
-  pure subroutine store_second_order(mesh, materials, u, free, e, place, strain, stress)
+  !> Strain and stress of an element of second order.
+  subroutine store_second_order(mesh, materials, u, free, e, place, strain, stress, is_finite, &
+    takes_undeformed)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement [length]
@@ -109,15 +111,23 @@ contains
     integer, intent(in) :: e, place     !! the element, and the points of those before it
     type(tensor_field_t), intent(inout) :: strain  !! [-]
     type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
+    logical, intent(in) :: is_finite, takes_undeformed
     type(second_order_t) :: element
     real(wp), allocatable :: strains(:, :), stresses(:, :)
 
     associate (nodes => nodes_of_element(mesh%connectivity, e), &
                elastic => materials(mesh%material(e))%law%elastic)
       call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), element)
-      allocate (strains, source=strain_of(element, u(:, nodes)))
-      allocate (stresses, source=stress_of(strains, elastic))
-      stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free, elastic)
+      allocate (strains, stresses, mold=strain_of(element, u(:, nodes)))
+      if (takes_undeformed) then
+        call undeformed_tensors(mesh, materials, free, u, e, strains, stresses)
+      else if (is_finite) then
+        call finite_tensors(mesh, materials, free, u, e, strains, stresses)
+      else
+        strains = strain_of(element, u(:, nodes))
+        stresses = stress_of(strains, elastic)
+        stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free, elastic)
+      end if
       call store(strains, strain)
       call store(stresses, stress)
     end associate
