@@ -8,7 +8,6 @@ import unittest
 import numpy as np
 from boxes import DRY, Box, BoxCase
 from finite_laws import E, NEO, NU, SVK, cauchy_stress
-from program import Run
 from scipy.optimize import brentq
 
 SECOND = ("C3D10", "C3D15", "C3D20", "C3D20R")
@@ -88,7 +87,7 @@ class FiniteCells(BoxCase):
                     result = self.solve(box.cards() + material(law) + DRY + FLOOR + TIGHT + CORNER
                                         + step("*BOUNDARY\nB-Z1, 3, 3, -0.2\n"))
                     across = stretch_across(law, 0.8)
-                    force = -cauchy_stress(law, (0.8, across, across))[2 - 2] * across**2
+                    force = -cauchy_stress(law, (0.8, across, across))[0] * across**2
                     np.testing.assert_allclose(
                         result.pairs[0].resultant[-1], [0, 0, force], atol=1e-8 * force
                     )
@@ -195,6 +194,53 @@ class FiniteCells(BoxCase):
                     )
                     found = result.field("reaction_force")[result.points[:, 2] > 2 - 1e-9, 2].sum()
                     self.assertAlmostEqual(found / force, 1, delta=1e-7)
+
+    def test_calculix(self):
+        """Forces that move one side of a box, as CalculiX 2.20 has them of the same mesh."""
+        forces = {
+            ("C3D4", SVK): (4.9010406, 2.7340722, -19.0100009),
+            ("C3D4", NEO): (7.345741, 3.9676446, -26.354301),
+            ("C3D10", SVK): (3.52967391, 1.82623922, -17.02847592),
+            ("C3D10", NEO): (5.18084694, 2.65983931, -23.91143739),
+            ("C3D20", SVK): (3.45803154, 1.72738991, -16.9000054),
+            ("C3D20", NEO): (5.02754564, 2.51277498, -23.75083156),
+            ("C3D20R", SVK): (3.40522306, 1.7013237, -16.8131835),
+            ("C3D20R", NEO): (4.93874471, 2.46725866, -23.65657234),
+        }
+        for (kind, law), force in forces.items():
+            with self.subTest(kind=kind, law=law):
+                box = Box("B", (2, 2, 2), (kind,))
+                shift = np.array([0.1, 0.05, -0.1])
+                ends = moved(box, box.side(2, 1), lambda x, shift=shift: shift)
+                ends += moved(box, box.side(2, 0), lambda x: 0 * x)
+                result = self.solve(box.cards() + material(law) + step(ends))
+                found = result.field("reaction_force")[result.points[:, 2] > 1 - 1e-9].sum(axis=0)
+                np.testing.assert_allclose(found, force, rtol=0, atol=1e-6 * abs(force[2]))
+
+    def test_other_factors_and_compliances(self):
+        """Products, a factor in single precision and a compressed one give the same forces."""
+        for kind in ("C3D4", "C3D10", "C3D20"):
+            box = Box("B", (3, 3, 2), (kind,))
+            for nlgeom, size in ((", NLGEOM", 1), ("", 0.1)):
+                found = {}
+                for contact, cards in (
+                    ("", ""), (", COMPLIANCE=PRODUCTS", ""), ("", "*PRECISION, FACTOR=SINGLE\n"),
+                    ("", "*PRECISION, BLOCK LOW RANK=1e-9\n"),
+                ):
+                    deck = box.cards() + material() + ROUGH + FLOOR + cards
+                    deck += f"*CONTACT SOLVER, TOLERANCE=1e-10{contact}\n"
+                    deck += step(f"*BOUNDARY\nB-Z1, 1, 2, 0.\nB-Z1, 3, 3, {-0.1 * size}\n")
+                    deck += step(
+                        f"*BOUNDARY\nB-Z1, 1, 1, {0.1 * size}\nB-Z1, 2, 2, {0.05 * size}\n",
+                        first=False,
+                    )
+                    found[contact, cards] = self.solve(
+                        deck.replace(", NLGEOM", nlgeom)
+                    ).pairs[0].force[-1]
+                wanted = found["", ""]
+                for name, force in found.items():
+                    with self.subTest(kind=kind, nlgeom=nlgeom, what=name):
+                        np.testing.assert_allclose(force, wanted, atol=1e-8 * abs(wanted).max())
 
 
 if __name__ == "__main__":
