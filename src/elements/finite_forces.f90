@@ -38,8 +38,8 @@ module finite_forces_mod
 contains
 
   !> f_a = int P g_a, summed over the elements, and an element with det F <= 0 at a Gauss point (of
-  !> second order: or at a node), or that would shrink to nothing, whose stress no law gives, or whose modes find no equilibrium:
-  !> then forces are 0.
+  !> second order: or at a node), or that would shrink to nothing, whose stress no law gives, or
+  !> whose modes find no equilibrium: then forces are 0.
   pure subroutine finite_internal_force(mesh, materials, free, u, modes, f, inverted)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

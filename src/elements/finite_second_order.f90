@@ -24,7 +24,7 @@ contains
   !> at its points.
   pure subroutine expanded_element(cell, x, u, free, element, h)
     integer,  intent(in) :: cell                   !! row of the table of cells
-    real(wp), intent(in) :: x(:, :), u(:, :)       !! (3,n_nodes) nodes, their displacements [length]
+    real(wp), intent(in) :: x(:, :), u(:, :)       !! (3,n_nodes) nodes, how far they move [length]
     real(wp), intent(in) :: free                   !! strain by free expansion [-]
     type(second_order_t), intent(inout) :: element !! another one, or none
     real(wp), allocatable, intent(inout) :: h(:, :, :) !! (3,3,n_points) [-]

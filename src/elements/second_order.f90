@@ -15,8 +15,8 @@ module second_order_mod
   implicit none
   private
 
-  public :: second_order_t, second_order, make_at_points, displacement_gradients, strain_of, &
-    find_jacobians_at_nodes, &
+  public :: second_order_t, second_order, make_at_points, find_jacobians_at_nodes, &
+    displacement_gradients, strain_of, &
     stiffness, nodal_force, node_volumes, stiffness_length, extrapolate_to_nodes
 
   !> An element: what its integrals need of its shape functions.

@@ -7,7 +7,7 @@ import unittest
 
 import numpy as np
 from boxes import DRY, Box, BoxCase
-from finite_laws import E, NEO, NU, SVK, cauchy_stress
+from finite_laws import NEO, SVK, E, cauchy_stress
 from scipy.optimize import brentq
 
 SECOND = ("C3D10", "C3D15", "C3D20", "C3D20R")
@@ -58,11 +58,19 @@ class FiniteCells(BoxCase):
             for name, law in LAWS.items():
                 with self.subTest(kind=kind, law=name):
                     box = Box("B", (2, 2, 2), (kind,))
-                    rim = [box.first + i for i, x in enumerate(box.x)
-                           if np.any((x < 1e-9) | (x > 1 - 1e-9))]
-                    result = self.solve(box.cards() + material(law) + step(
-                        moved(box, rim, lambda x: gradient @ x), fields="*EL FILE\nS, E, EG, PK2\n"
-                    ))
+                    rim = [
+                        box.first + i
+                        for i, x in enumerate(box.x)
+                        if np.any((x < 1e-9) | (x > 1 - 1e-9))
+                    ]
+                    result = self.solve(
+                        box.cards()
+                        + material(law)
+                        + step(
+                            moved(box, rim, lambda x: gradient @ x),
+                            fields="*EL FILE\nS, E, EG, PK2\n",
+                        )
+                    )
                     u = result.field("displacement")
                     np.testing.assert_allclose(u, result.points @ gradient.T, atol=1e-12)
                     stress = result.field("stress")
@@ -84,8 +92,15 @@ class FiniteCells(BoxCase):
             for law in (SVK, NEO):
                 with self.subTest(kind=kind, law=law):
                     box = Box("B", (2, 2, 2), (kind,))
-                    result = self.solve(box.cards() + material(law) + DRY + FLOOR + TIGHT + CORNER
-                                        + step("*BOUNDARY\nB-Z1, 3, 3, -0.2\n"))
+                    result = self.solve(
+                        box.cards()
+                        + material(law)
+                        + DRY
+                        + FLOOR
+                        + TIGHT
+                        + CORNER
+                        + step("*BOUNDARY\nB-Z1, 3, 3, -0.2\n")
+                    )
                     across = stretch_across(law, 0.8)
                     force = -cauchy_stress(law, (0.8, across, across))[0] * across**2
                     np.testing.assert_allclose(
@@ -109,14 +124,17 @@ class FiniteCells(BoxCase):
                     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
                     q = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
                     deck += step(
-                        moved(box, top, lambda x, q=q: q @ (x + shift) - x)
+                        moved(box, top, lambda x, q=q, shift=shift: q @ (x + shift) - x)
                         + f"9001, 1, 3, 0.\n9001, 4, 4, 0.\n9001, 5, 5, {np.radians(angle)!r}\n"
-                        "9001, 6, 6, 0.\n", increment="1.", first=False,
+                        "9001, 6, 6, 0.\n",
+                        increment="1.",
+                        first=False,
                     ).replace("*STATIC", "*STATIC, DIRECT")
                 result = self.solve(deck)
                 force = result.pairs[0].resultant
-                for row, q in ((-2, [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), (-1, np.diag([-1, 1, -1]))):
-                    wanted = np.array(q) @ force[-3]
+                quarter = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+                for row, q in ((-2, quarter), (-1, quarter @ quarter)):
+                    wanted = q @ force[-3]
                     np.testing.assert_allclose(force[row], wanted, atol=1e-9 * abs(wanted).max())
 
     def test_kept_factor_and_tangents_of_every_iteration(self):
@@ -149,8 +167,12 @@ class FiniteCells(BoxCase):
         for kind in ("C3D6", *SECOND):
             with self.subTest(kind=kind):
                 box = Box("B", (4, 2, 1), (kind,), size=(4, 1, 0.5))
-                result = self.solve(box.cards() + material() + "*BOUNDARY\nB-X0, 1, 3\n"
-                                    + step("*DSLOAD\nB-Z1, P, 1.\n"))
+                result = self.solve(
+                    box.cards()
+                    + material()
+                    + "*BOUNDARY\nB-X0, 1, 3\n"
+                    + step("*DSLOAD\nB-Z1, P, 1.\n")
+                )
                 load = -result.field("reaction_force").sum(axis=0)
                 self.assertLess(result.field("displacement")[:, 2].min(), -0.5)
                 self.assertGreater(abs(load[0]), 0.05 * abs(load[2]))
@@ -165,8 +187,9 @@ class FiniteCells(BoxCase):
                     deck = box.cards() + material(law, more) + CORNER + "B-Z0, 3\n*NSET, NSET=ALL\n"
                     deck += "".join(f"{box.first + i}\n" for i in range(len(box.x)))
                     deck += "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 0.\n"
-                    result = self.solve(deck + step("*TEMPERATURE\nALL, 1000.\n",
-                                                    fields="*EL FILE\nS\n"))
+                    result = self.solve(
+                        deck + step("*TEMPERATURE\nALL, 1000.\n", fields="*EL FILE\nS\n")
+                    )
                     np.testing.assert_allclose(
                         result.field("displacement"), result.points * 0.1, atol=1e-9
                     )
@@ -175,22 +198,34 @@ class FiniteCells(BoxCase):
     def bodies(self, kinds, law=NEO):
         low = Box("LOW", (3, 3, 1), kinds[1:])
         up = Box("UP", (2, 2, 1), kinds[:1], low=(0, 0, 1), after=low)
-        return low.cards() + up.cards() + material(law) + (
-            "*BOUNDARY\nLOW-X0, 1\nUP-X0, 1\nLOW-Y0, 2\nUP-Y0, 2\nLOW-Z0, 3\n"
+        return (
+            low.cards()
+            + up.cards()
+            + material(law)
+            + ("*BOUNDARY\nLOW-X0, 1\nUP-X0, 1\nLOW-Y0, 2\nUP-Y0, 2\nLOW-Z0, 3\n")
         )
 
     def test_one_block_on_another(self):
         """Uniaxial stress of two blocks that touch or are tied, of any types."""
         across = stretch_across(NEO, 0.85)
         force = cauchy_stress(NEO, (0.85, across, across))[0] * across**2
-        for kinds in (("C3D10", "C3D20"), ("C3D20", "C3D10"), ("C3D10", "C3D8"), ("C3D4", "C3D10"),
-                      ("C3D20R", "C3D15"), ("C3D8", "C3D20")):
-            for joint in (DRY + "*CONTACT PAIR, INTERACTION=DRY\nUP-Z0, LOW-Z1\n" + TIGHT,
-                          "*TIE, NAME=T\nUP-Z0, LOW-Z1\n"):
+        for kinds in (
+            ("C3D10", "C3D20"),
+            ("C3D20", "C3D10"),
+            ("C3D10", "C3D8"),
+            ("C3D4", "C3D10"),
+            ("C3D20R", "C3D15"),
+            ("C3D8", "C3D20"),
+        ):
+            for joint in (
+                DRY + "*CONTACT PAIR, INTERACTION=DRY\nUP-Z0, LOW-Z1\n" + TIGHT,
+                "*TIE, NAME=T\nUP-Z0, LOW-Z1\n",
+            ):
                 with self.subTest(kinds=kinds, joint=joint):
                     result = self.solve(
-                        self.bodies(kinds) + joint + step("*BOUNDARY\nUP-Z1, 3, 3, -0.3\n",
-                                                          increment="0.2")
+                        self.bodies(kinds)
+                        + joint
+                        + step("*BOUNDARY\nUP-Z1, 3, 3, -0.3\n", increment="0.2")
                     )
                     found = result.field("reaction_force")[result.points[:, 2] > 2 - 1e-9, 2].sum()
                     self.assertAlmostEqual(found / force, 1, delta=1e-7)
@@ -224,7 +259,9 @@ class FiniteCells(BoxCase):
             for nlgeom, size in ((", NLGEOM", 1), ("", 0.1)):
                 found = {}
                 for contact, cards in (
-                    ("", ""), (", COMPLIANCE=PRODUCTS", ""), ("", "*PRECISION, FACTOR=SINGLE\n"),
+                    ("", ""),
+                    (", COMPLIANCE=PRODUCTS", ""),
+                    ("", "*PRECISION, FACTOR=SINGLE\n"),
                     ("", "*PRECISION, BLOCK LOW RANK=1e-9\n"),
                 ):
                     deck = box.cards() + material() + ROUGH + FLOOR + cards
@@ -234,9 +271,9 @@ class FiniteCells(BoxCase):
                         f"*BOUNDARY\nB-Z1, 1, 1, {0.1 * size}\nB-Z1, 2, 2, {0.05 * size}\n",
                         first=False,
                     )
-                    found[contact, cards] = self.solve(
-                        deck.replace(", NLGEOM", nlgeom)
-                    ).pairs[0].force[-1]
+                    found[contact, cards] = (
+                        self.solve(deck.replace(", NLGEOM", nlgeom)).pairs[0].force[-1]
+                    )
                 wanted = found["", ""]
                 for name, force in found.items():
                     with self.subTest(kind=kind, nlgeom=nlgeom, what=name):
