@@ -119,7 +119,7 @@ class FiniteCells(BoxCase):
                 )
                 shift = np.array([0.06, 0.03, -0.05])
                 deck = box.cards() + material() + ROUGH + floor + TIGHT
-                deck += step(moved(box, top, lambda x: shift) + "9001, 1, 6, 0.\n")
+                deck += step(moved(box, top, lambda x, shift=shift: shift) + "9001, 1, 6, 0.\n")
                 for angle in (90, 180):
                     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
                     q = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
