@@ -11,7 +11,9 @@
 module deformed_forces_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: determinant, inverse
+  use cells_mod, only: has_middles
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
+  use second_order_forces_mod, only: deformed_forces_of_second_order, areas_of_second_order
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use state_mod, only: state_t
@@ -67,6 +69,10 @@ contains
           c = materials(mesh%material(e))%expansion*sum(rise(each))/real(size(each), wp)
         end associate
       end if
+      if (has_middles(mesh%connectivity%cell(e))) then
+        call add_second_order(mesh, materials, state, e, c, forces)
+        cycle
+      end if
       deformed = deform(place, moved, c)
       of_modes = 0.0_wp
       associate (law => materials(mesh%material(e))%law)
@@ -93,6 +99,27 @@ contains
       end associate
     end do
   end subroutine find_deformed_forces
+
+  !> The same of an element of second order.
+  pure subroutine add_second_order(mesh, materials, state, e, c, forces)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    real(wp), intent(in) :: c        !! as of deformed_t [-]
+    type(increment_forces_t), intent(inout) :: forces
+
+    associate (nodes => nodes_of_element(mesh%connectivity, e), cell => mesh%connectivity%cell(e), &
+               law => materials(mesh%material(e))%law)
+      associate (f => deformed_forces_of_second_order(cell, mesh%coordinates(:, nodes), &
+                 state%displacement(:, nodes), c, law), &
+                 largest => forces%of_elements%largest(mesh%body(nodes(1))))
+        forces%internal(:, nodes) = forces%internal(:, nodes) + f
+        largest = max(largest, maxval(norm2(f, dim=1)), abs(thermal_stress_of(c, law%elastic))* &
+          maxval(norm2(areas_of_second_order(cell, mesh%coordinates(:, nodes)), dim=1)))
+      end associate
+    end associate
+  end subroutine add_second_order
 
   !> dN_a/dxi at a point.
   pure function local_gradients(point) result(local)

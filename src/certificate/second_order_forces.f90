@@ -3,7 +3,8 @@
 !> As in stress_forces, with b_j the cofactors of the Jacobian (columns a_j = dx/dxi_j,
 !> j = a_1 . b_1), du/dx = sum over j of (du/dxi_j) b_j^T / j, and a node's force is the sum over
 !> the points of weight sigma b_j dN_a/dxi_j. Places and displacements are counted from the middle
-!> of the element's corners. docs/theory.md, sections 6 and 8.
+!> of the element's corners. At finite strain a_j and b_j are those of the deformed element, and the
+!> stress is Kirchhoff's over the undeformed volume, (8.26). docs/theory.md, sections 6 and 8.
 module second_order_forces_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells
@@ -12,11 +13,13 @@ module second_order_forces_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use small_matrix_mod, only: cross
+  use strain_measures_mod, only: deformation_of
+  use material_law_mod, only: law_t, finite_stress
   use increment_forces_mod, only: increment_forces_t
   implicit none
   private
 
-  public :: add_second_order_forces
+  public :: add_second_order_forces, deformed_forces_of_second_order, areas_of_second_order
 
 contains
 
@@ -45,9 +48,7 @@ contains
         slope = shape_gradients_at(cell, cell%point(:, g))
         a = matmul(x, transpose(slope))
         along = matmul(v, transpose(slope))
-        b(:, 1) = cross(a(:, 2), a(:, 3))
-        b(:, 2) = cross(a(:, 3), a(:, 1))
-        b(:, 3) = cross(a(:, 1), a(:, 2))
+        b = cofactors(a)
         volume = dot_product(a(:, 1), b(:, 1))
         h = matmul(along, transpose(b))/volume
         stress = elastic%shear*(h + transpose(h))
@@ -80,5 +81,65 @@ contains
 
     from = v - spread(sum(v(:, :n_corners), dim=2)/real(n_corners, wp), 2, size(v, 2))
   end function from_middle
+
+  !> The internal forces of an element at finite strain, by its deformed places: (8.26), where heat
+  !> has stretched its edges by 1 + c with P of F/(1 + c) and expanded volumes.
+  pure function deformed_forces_of_second_order(cell, x, u, c, law) result(f)
+    integer, intent(in) :: cell               !! row of the table of cells
+    real(wp), intent(in) :: x(:, :), u(:, :)  !! (3,n_nodes) nodes, their displacements [length]
+    real(wp), intent(in) :: c                 !! [-]
+    type(law_t), intent(in) :: law
+    real(wp) :: f(3, size(x, 2))              !! [force]
+    real(wp), dimension(3, size(x, 2)) :: place, moved, slope
+    real(wp), dimension(3, 3) :: a, b, h, tau
+    real(wp) :: volume
+    integer :: g, i
+
+    place = from_middle(x, cells(cell)%n_corners)
+    moved = from_middle(u, cells(cell)%n_corners)
+    f = 0.0_wp
+    do g = 1, cells(cell)%n_points
+      slope = shape_gradients_at(cells(cell), cells(cell)%point(:, g))
+      a = matmul(place, transpose(slope))
+      b = cofactors(a)
+      volume = dot_product(a(:, 1), b(:, 1))
+      h = matmul(matmul(moved, transpose(slope)), transpose(b))/volume
+      do i = 1, 3
+        h(i, i) = h(i, i) - c
+      end do
+      h = h/(1.0_wp + c)
+      tau = matmul(finite_stress(law, h), transpose(deformation_of(h)))
+      a = matmul(place + moved, transpose(slope))
+      b = cofactors(a)
+      f = f + cells(cell)%weight(g)*(1.0_wp + c)**3*volume/dot_product(a(:, 1), b(:, 1))* &
+        matmul(tau, matmul(b, slope))
+    end do
+  end function deformed_forces_of_second_order
+
+  !> int grad_X N_a dV: the area that a stress acts on at a node.
+  pure function areas_of_second_order(cell, x) result(area)
+    integer, intent(in) :: cell      !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
+    real(wp) :: area(3, size(x, 2))  !! [length^2]
+    real(wp) :: place(3, size(x, 2)), slope(3, size(x, 2))
+    integer :: g
+
+    place = from_middle(x, cells(cell)%n_corners)
+    area = 0.0_wp
+    do g = 1, cells(cell)%n_points
+      slope = shape_gradients_at(cells(cell), cells(cell)%point(:, g))
+      area = area + cells(cell)%weight(g)*matmul(cofactors(matmul(place, transpose(slope))), slope)
+    end do
+  end function areas_of_second_order
+
+  !> b_j of a_j, columns.
+  pure function cofactors(a) result(b)
+    real(wp), intent(in) :: a(3, 3)
+    real(wp) :: b(3, 3)
+
+    b(:, 1) = cross(a(:, 2), a(:, 3))
+    b(:, 2) = cross(a(:, 3), a(:, 1))
+    b(:, 3) = cross(a(:, 1), a(:, 2))
+  end function cofactors
 
 end module second_order_forces_mod

@@ -11,7 +11,7 @@ module element_tangent_mod
   implicit none
   private
 
-  public :: tangent_of, mode_stiffness, project
+  public :: tangent_of, mode_stiffness, project, couple
 
   real(wp), parameter :: remnant = 0.1_wp
   !! of what is negative in an element, with the other sign: with all of it rubber and ironing take
@@ -50,18 +50,18 @@ contains
   !> singular.
   subroutine project(part, k)
     real(wp), intent(in) :: part          !! [-]
-    real(wp), intent(inout) :: k(24, 24)  !! symmetric but for rounding
-    real(wp) :: vectors(24, 24), values(24)
+    real(wp), intent(inout) :: k(:, :)    !! symmetric but for rounding
+    real(wp) :: vectors(size(k, 1), size(k, 1)), values(size(k, 1))
     logical :: ok
     integer :: i
 
     vectors = 0.5_wp*(k + transpose(k))
     call symmetric_eigenvectors(vectors, values, ok)
     if (.not. ok .or. values(1) >= 0.0_wp) return
-    do i = 1, 24
+    do i = 1, size(k, 1)
       if (values(i) >= 0.0_wp) exit
-      k = k - (part*(1.0_wp + remnant)*values(i))*spread(vectors(:, i), 2, 24)* &
-        spread(vectors(:, i), 1, 24)
+      k = k - (part*(1.0_wp + remnant)*values(i))*spread(vectors(:, i), 2, size(k, 1))* &
+        spread(vectors(:, i), 1, size(k, 1))
     end do
   end subroutine project
 

@@ -50,12 +50,12 @@ contains
   !> (1 + free)^3 are those of this element. docs/theory.md (8.31).
   pure subroutine expand_freely(free, x, u)
     real(wp), intent(in) :: free         !! [-]
-    real(wp), intent(inout) :: x(3, 8)   !! nodes [length]
-    real(wp), intent(inout) :: u(3, 8)   !! their displacements; the first node's stays [length]
-    real(wp) :: way(3, 8)
+    real(wp), intent(inout) :: x(:, :)   !! (3,n) nodes [length]
+    real(wp), intent(inout) :: u(:, :)   !! (3,n) displacements; the first node's stays [length]
+    real(wp) :: way(3, size(x, 2))
 
     if (.not. abs(free) > 0.0_wp) return
-    way = free*(x - spread(x(:, 1), 2, 8))
+    way = free*(x - spread(x(:, 1), 2, size(x, 2)))
     x = x + way
     u = u - way
   end subroutine expand_freely

@@ -2,7 +2,8 @@
 !> what is asked of one element of it.
 module finite_forces_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: nodes_of_hexahedron
+  use cells_mod, only: has_middles
+  use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8i
   use scene_mod, only: material_t
   use state_mod, only: modes_t
@@ -15,6 +16,9 @@ module finite_forces_mod
   use element_tangent_mod, only: tangent_of, project
   use relaxed_modes_mod, only: relax_modes, find_modes
   use expansion_mod, only: expand_freely
+  use second_order_mod, only: second_order_t
+  use finite_second_order_mod, only: expanded_element, look_inside_out, force_of, &
+    tangent_of_second_order => tangent_of, energy_of_second_order => energy_of
   implicit none
   private
 
@@ -33,9 +37,9 @@ module finite_forces_mod
 
 contains
 
-  !> f_a = int P g_a, summed over the elements, and an element with det F <= 0 at a Gauss point, or
-  !> that would shrink to nothing, whose stress no law gives, or whose modes find no equilibrium:
-  !> then forces are 0.
+  !> f_a = int P g_a, summed over the elements, and an element with det F <= 0 at a Gauss point (of
+  !> second order: or at a node), or that would shrink to nothing, whose stress no law gives, or
+  !> whose modes find no equilibrium: then forces are 0.
   pure subroutine finite_internal_force(mesh, materials, free, u, modes, f, inverted)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -45,8 +49,10 @@ contains
     real(wp), intent(out) :: f(:, :)   !! (3,n_nodes) [force]
     integer, intent(out) :: inverted   !! element, 0: there is none
     type(finite_element_t) :: element
+    type(second_order_t) :: of_second_order
+    real(wp), allocatable :: h(:, :, :)
     real(wp), dimension(3, 8) :: force, x, moved
-    logical :: is_whole
+    logical :: is_whole, is_inside_out
     integer :: e, a, nodes(8)
 
     if (any(mesh%element_kind == kind_c3d8i) .and. .not. allocated(modes%amplitude)) allocate ( &
@@ -55,6 +61,21 @@ contains
     inverted = findloc(free <= -1.0_wp, .true., dim=1)
     if (inverted > 0) return
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        associate (its => nodes_of_element(mesh%connectivity, e))
+          call expanded_element(mesh%connectivity%cell(e), mesh%coordinates(:, its), u(:, its), &
+            free(e), of_second_order, h)
+          call look_inside_out(mesh%coordinates(:, its) + u(:, its), h, of_second_order, &
+            is_inside_out)
+          if (is_inside_out) then
+            inverted = e
+            f = 0.0_wp
+            return
+          end if
+          f(:, its) = f(:, its) + force_of(of_second_order, h, materials(mesh%material(e))%law)
+        end associate
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       moved = u(:, nodes)
@@ -110,6 +131,22 @@ contains
     if (.not. is_found) modes = 0.0_wp
   end subroutine find_element
 
+  !> An element of second order from where it has expanded freely, and the gradients of its
+  !> displacement at its points.
+  pure subroutine find_second_order(mesh, free, u, e, element, h)
+    type(mesh_t), intent(in) :: mesh
+    real(wp), intent(in) :: free             !! its strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) displacement [length]
+    integer, intent(in) :: e                 !! element
+    type(second_order_t), intent(inout) :: element !! another one, or none
+    real(wp), allocatable, intent(inout) :: h(:, :, :) !! (3,3,n_points) [-]
+
+    associate (nodes => nodes_of_element(mesh%connectivity, e))
+      call expanded_element(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), u(:, nodes), &
+        free, element, h)
+    end associate
+  end subroutine find_second_order
+
   !> The strain energy of all elements, int W dV.
   pure real(wp) function finite_strain_energy(mesh, materials, free, u, modes) result(energy)
     type(mesh_t), intent(in) :: mesh
@@ -118,12 +155,20 @@ contains
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) displacement, det F > 0 [length]
     type(modes_t), intent(in) :: modes    !! of `u`
     type(finite_element_t) :: element
+    type(second_order_t) :: of_second_order
+    real(wp), allocatable :: h(:, :, :)
     real(wp) :: x(3, 8), moved(3, 8), of_element(3, 3)
     integer :: e, nodes(8)
 
     energy = 0.0_wp
     of_element = 0.0_wp
     do e = 1, mesh%n_elements
+      if (has_middles(mesh%connectivity%cell(e))) then
+        call find_second_order(mesh, free(e), u, e, of_second_order, h)
+        energy = energy + energy_of_second_order(of_second_order, h, &
+          materials(mesh%material(e))%law)
+        cycle
+      end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
       moved = u(:, nodes)
@@ -143,18 +188,27 @@ contains
     real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp), intent(in) :: further(:) !! (n_elements) by how much more they expand [-]
     type(finite_element_t) :: element
-    real(wp) :: modes(3, 3), h(3, 3, 8), of_element
+    type(second_order_t) :: of_second_order
+    real(wp), allocatable :: h(:, :, :), weight(:)
+    real(wp) :: modes(3, 3), of_element
     integer :: e, g
 
     work = 0.0_wp
+    allocate (h(3, 3, 8), weight(8))
     do e = 1, mesh%n_elements
       if (.not. abs(further(e)) > 0.0_wp) cycle
-      call find_element(mesh, materials, free(e), u, e, element, modes)
-      h = gradients_of_law(element, modes)
+      if (has_middles(mesh%connectivity%cell(e))) then
+        call find_second_order(mesh, free(e), u, e, of_second_order, h)
+        weight = of_second_order%weight(:size(h, 3))
+      else
+        call find_element(mesh, materials, free(e), u, e, element, modes)
+        h = gradients_of_law(element, modes)
+        weight = element%weight
+      end if
       of_element = 0.0_wp
       associate (law => materials(mesh%material(e))%law)
-        do g = 1, 8
-          of_element = of_element + element%weight(g)*(finite_energy(law, h(:, :, g)) - &
+        do g = 1, size(weight)
+          of_element = of_element + weight(g)*(finite_energy(law, h(:, :, g)) - &
             sum(finite_stress(law, h(:, :, g))*deformation_of(h(:, :, g)))/3.0_wp)
         end do
       end associate
@@ -172,10 +226,17 @@ contains
     type(material_t), intent(in) :: materials(:)
     type(tangent_t), intent(in) :: tangent
     integer, intent(in) :: e           !! element
-    real(wp), intent(out) :: k(24, 24) !! node by node, x y z [force/length]
+    real(wp), intent(out) :: k(:, :)   !! node by node, x y z [force/length]
+    type(second_order_t) :: of_second_order
+    real(wp), allocatable :: h(:, :, :)
     integer :: negative
 
-    call find_tangent(mesh, materials, tangent, e, k, negative)
+    if (has_middles(mesh%connectivity%cell(e))) then
+      call find_second_order(mesh, tangent%free(e), tangent%at, e, of_second_order, h)
+      k = tangent_of_second_order(of_second_order, h, materials(mesh%material(e))%law)
+    else
+      call find_tangent(mesh, materials, tangent, e, k, negative)
+    end if
     if (tangent%projection > 0.0_wp) call project(tangent%projection, k)
   end subroutine element_tangent
 
@@ -216,16 +277,31 @@ contains
     type(tangent_t), intent(in) :: tangent
     real(wp), intent(in) :: u(:, :, :)  !! (3,n_nodes,n) of several displacements [length]
     real(wp), intent(out) :: f(:, :, :) !! (3,n_nodes,n) [force]
-    real(wp) :: k(24, 24)
-    integer :: e, g, nodes(8)
+    real(wp), allocatable :: k(:, :), of_element(:, :)
+    integer, allocatable :: nodes(:)
+    integer :: e, g, a, n
 
     f = 0.0_wp
+    allocate (nodes(8), k(24, 24), of_element(3, 8))
     do e = 1, mesh%n_elements
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      if (has_middles(mesh%connectivity%cell(e))) then
+        nodes = nodes_of_element(mesh%connectivity, e)
+      else
+        nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      end if
       if (.not. any(abs(u(:, nodes, :)) > 0.0_wp)) cycle
+      n = 3*size(nodes)
+      if (size(k, 1) /= n) then
+        deallocate (k)
+        allocate (k(n, n))
+      end if
       call element_tangent(mesh, materials, tangent, e, k)
       do g = 1, size(u, 3)
-        f(:, nodes, g) = f(:, nodes, g) + reshape(matmul(k, reshape(u(:, nodes, g), [24])), [3, 8])
+        of_element = reshape(matmul(k, reshape(u(:, nodes, g), [n])), [3, size(nodes)])
+        ! Nodes of one that is computed as a hexahedron may be there several times.
+        do a = 1, size(nodes)
+          f(:, nodes(a), g) = f(:, nodes(a), g) + of_element(:, a)
+        end do
       end do
     end do
   end subroutine tangent_force
@@ -235,15 +311,16 @@ contains
   subroutine finite_tensors(mesh, materials, free, u, e, strain, stress)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: free                         !! strain by free expansion [-]
-    real(wp), intent(in) :: u(:, :)                      !! (3,n_nodes) displacement [length]
-    integer, intent(in) :: e                             !! element
-    real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
-    real(wp), dimension(3, 3, 8) :: of_law, h, p
+    real(wp), intent(in) :: free               !! strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)            !! (3,n_nodes) displacement [length]
+    integer, intent(in) :: e                   !! element
+    real(wp), intent(out) :: strain(:, :)      !! (6,n_points) XX YY ZZ XY YZ XZ [-]
+    real(wp), intent(out) :: stress(:, :)      !! (6,n_points) [force/length^2]
+    real(wp), dimension(3, 3, size(strain, 2)) :: of_law, h, p
     integer :: g
 
     call find_stresses(mesh, materials, free, u, e, of_law, h, p)
-    do g = 1, 8
+    do g = 1, size(strain, 2)
       strain(:, g) = six_of(logarithmic_strain(of_law(:, :, g)))
       ! F is free of stress times (1 + free).
       strain(:3, g) = strain(:3, g) + log(1.0_wp + free)
@@ -257,15 +334,16 @@ contains
   pure subroutine undeformed_tensors(mesh, materials, free, u, e, strain, stress)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: free                         !! strain by free expansion [-]
-    real(wp), intent(in) :: u(:, :)                      !! (3,n_nodes) displacement [length]
-    integer, intent(in) :: e                             !! element
-    real(wp), intent(out) :: strain(6, 8), stress(6, 8)  !! XX YY ZZ XY YZ XZ [-], [force/length^2]
-    real(wp), dimension(3, 3, 8) :: of_law, h, p
+    real(wp), intent(in) :: free               !! strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)            !! (3,n_nodes) displacement [length]
+    integer, intent(in) :: e                   !! element
+    real(wp), intent(out) :: strain(:, :)      !! (6,n_points) XX YY ZZ XY YZ XZ [-]
+    real(wp), intent(out) :: stress(:, :)      !! (6,n_points) [force/length^2]
+    real(wp), dimension(3, 3, size(strain, 2)) :: of_law, h, p
     integer :: g
 
     call find_stresses(mesh, materials, free, u, e, of_law, h, p)
-    do g = 1, 8
+    do g = 1, size(strain, 2)
       ! F = (1 + free) F_e, and P = (1 + free)^2 P_e on the faces before the expansion.
       stress(:, g) = (1.0_wp + free)*six_of(matmul(inverse(deformation_of(h(:, :, g))), p(:, :, g)))
       strain(:, g) = (1.0_wp + free)**2*six_of(green_strain(of_law(:, :, g)))
@@ -280,7 +358,7 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free                !! strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)             !! (3,n_nodes) displacement, det F > 0 [length]
-    integer, intent(in) :: e                    !! element
+    integer, intent(in) :: e                    !! element, without mid-side nodes
     real(wp), intent(out) :: of_law(3, 3, 8)    !! [-]
     real(wp), intent(out) :: stress(6, 8)       !! XX YY ZZ XY YZ XZ [force/length^2]
     real(wp), dimension(3, 3, 8) :: h, p
@@ -292,33 +370,48 @@ contains
     end do
   end subroutine logarithmic_stresses
 
-  !> The displacement gradients at the Gauss points that the law is asked at: without free
+  !> The displacement gradients at the points of an element that the law is asked at: without free
   !> expansion.
   pure function elastic_gradients(mesh, materials, free, u, e) result(h)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: free       !! strain by free expansion [-]
-    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) displacement, det F > 0 [length]
-    integer, intent(in) :: e           !! element
-    real(wp) :: h(3, 3, 8)             !! [-]
+    real(wp), intent(in) :: free            !! strain by free expansion [-]
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) displacement, det F > 0 [length]
+    integer, intent(in) :: e                !! element
+    real(wp), allocatable :: h(:, :, :)     !! (3,3,n_points) [-]
     type(finite_element_t) :: element
+    type(second_order_t) :: of_second_order
     real(wp) :: modes(3, 3)
 
+    if (has_middles(mesh%connectivity%cell(e))) then
+      call find_second_order(mesh, free, u, e, of_second_order, h)
+      return
+    end if
     call find_element(mesh, materials, free, u, e, element, modes)
-    h = gradients_of_law(element, modes)
+    allocate (h, source=gradients_of_law(element, modes))
   end function elastic_gradients
 
-  !> At the Gauss points of an element: the gradients that the law is asked at, those that its first
+  !> At the points of an element: the gradients that the law is asked at, those that its first
   !> Piola-Kirchhoff stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
   pure subroutine find_stresses(mesh, materials, free, u, e, of_law, h, p)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free, u(:, :)
     integer, intent(in) :: e
-    real(wp), dimension(3, 3, 8), intent(out) :: of_law, h, p !! [-], [-], [force/length^2]
+    real(wp), dimension(:, :, :), intent(out) :: of_law, h, p
+    !! (3,3,n_points) [-], [-], [force/length^2]
     type(finite_element_t) :: element
     real(wp) :: modes(3, 3)
+    integer :: g
 
+    if (has_middles(mesh%connectivity%cell(e))) then
+      of_law = elastic_gradients(mesh, materials, free, u, e)
+      h = of_law
+      do g = 1, size(h, 3)
+        p(:, :, g) = finite_stress(materials(mesh%material(e))%law, h(:, :, g))
+      end do
+      return
+    end if
     call find_element(mesh, materials, free, u, e, element, modes)
     of_law = gradients_of_law(element, modes)
     h = element%h

@@ -1,6 +1,7 @@
 !> Where a displacement takes the elements beyond what the laws of their materials hold for.
 module law_limits_mod
   use kinds_mod, only: wp
+  use cells_mod, only: has_middles
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8
   use scene_mod, only: material_t
@@ -39,18 +40,21 @@ contains
     real(wp), intent(in) :: free(:)     !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement, det F > 0 [length]
     type(stretched_t), intent(out) :: lost, unusual
-    real(wp) :: h(3, 3, 8), stretch(3)
+    real(wp), allocatable :: h(:, :, :)
+    real(wp) :: stretch(3)
     integer :: e, g, nodes(8)
 
+    allocate (h(3, 3, 8))
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)), &
         bound => gradient_bound(reach(:, e), u(:, nodes)))
-        ! Edges say nothing of modes and of mean dilatations.
-        if (mesh%element_kind(e) == kind_c3d8 .and. bound + abs(free(e)) < within*(1.0_wp + &
+        ! Edges between corners say nothing of modes, mean dilatations and mid-side nodes.
+        if (mesh%element_kind(e) == kind_c3d8 .and. .not. has_middles(mesh%connectivity%cell( &
+          e)) .and. bound + abs(free(e)) < within*(1.0_wp + &
           free(e))) cycle
         h = elastic_gradients(mesh, materials, free(e), u, e)
-        do g = 1, 8
+        do g = 1, size(h, 3)
           stretch = principal_stretches(h(:, :, g))
           if (maxval(abs(stretch - 1.0_wp)) < within) cycle
           if (stretch(1) > law%usual_to .or. stretch(3) < law%usual_from) call take(unusual)

@@ -75,7 +75,7 @@ contains
     place = 0
     do e = 1, mesh%n_elements
       if (has_middles(mesh%connectivity%cell(e))) then
-        call store_second_order(mesh, materials, u, free(e), e, place, strain, stress)
+        call store_second_order(e, place)
         place = place + cells(mesh%connectivity%cell(e))%n_points
         cycle
       end if
@@ -98,50 +98,54 @@ contains
     end do
     if (allocated(strain%at_nodes)) call divide_by_elements(mesh, strain%at_nodes)
     if (allocated(stress%at_nodes)) call divide_by_elements(mesh, stress%at_nodes)
-  end subroutine fill_tensor_fields
-
-  !> Strain and stress of an element of second order, at small strain.
-  pure subroutine store_second_order(mesh, materials, u, free, e, place, strain, stress)
-    type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) displacement [length]
-    real(wp), intent(in) :: free        !! [-]
-    integer, intent(in) :: e, place     !! the element, and the points of those before it
-    type(tensor_field_t), intent(inout) :: strain  !! [-]
-    type(tensor_field_t), intent(inout) :: stress  !! [force/length^2]
-    type(second_order_t) :: element
-    real(wp), allocatable :: strains(:, :), stresses(:, :)
-
-    associate (nodes => nodes_of_element(mesh%connectivity, e), &
-               elastic => materials(mesh%material(e))%law%elastic)
-      call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), element)
-      allocate (strains, source=strain_of(element, u(:, nodes)))
-      allocate (stresses, source=stress_of(strains, elastic))
-      stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free, elastic)
-      call store(strains, strain)
-      call store(stresses, stress)
-    end associate
 
   contains
 
-    pure subroutine store(values, field)
-      real(wp), intent(in) :: values(:, :) !! (6,n_points)
-      type(tensor_field_t), intent(inout) :: field
+    subroutine store_second_order(e, place)
+      integer, intent(in) :: e, place !! the element, and the points of those before it
+      type(second_order_t) :: element
+      real(wp), allocatable :: strains(:, :), stresses(:, :)
 
-      associate (weight => element%weight(:element%n_points))
-        if (allocated(field%at_centroids)) field%at_centroids(:, e) = matmul(values, weight)/ &
-          sum(weight)
+      associate (its => nodes_of_element(mesh%connectivity, e), &
+                 elastic => materials(mesh%material(e))%law%elastic)
+        call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, its), element)
+        allocate (strains(6, element%n_points), stresses(6, element%n_points))
+        if (takes_undeformed) then
+          call undeformed_tensors(mesh, materials, free(e), u, e, strains, stresses)
+        else if (is_finite) then
+          call finite_tensors(mesh, materials, free(e), u, e, strains, stresses)
+        else
+          strains = strain_of(element, u(:, its))
+          stresses = stress_of(strains, elastic)
+          stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
+        end if
       end associate
-      if (allocated(field%at_gauss_points)) field%at_gauss_points(:, place + 1: &
-        place + size(values, 2)) = values
-      if (allocated(field%at_nodes)) then
-        associate (nodes => nodes_of_element(mesh%connectivity, e))
-          field%at_nodes(:, nodes) = field%at_nodes(:, nodes) + nodal_values(element%cell, values)
-        end associate
-      end if
-    end subroutine store
+      call store_points(mesh, element, e, place, strains, strain)
+      call store_points(mesh, element, e, place, stresses, stress)
+    end subroutine store_second_order
 
-  end subroutine store_second_order
+  end subroutine fill_tensor_fields
+
+  !> Put the values at the points of an element of second order where they belong.
+  pure subroutine store_points(mesh, element, e, place, values, field)
+    type(mesh_t), intent(in) :: mesh
+    type(second_order_t), intent(in) :: element
+    integer, intent(in) :: e, place      !! the element, and the points of those before it
+    real(wp), intent(in) :: values(:, :) !! (6,n_points)
+    type(tensor_field_t), intent(inout) :: field
+
+    associate (weight => element%weight(:element%n_points))
+      if (allocated(field%at_centroids)) field%at_centroids(:, e) = matmul(values, weight)/ &
+        sum(weight)
+    end associate
+    if (allocated(field%at_gauss_points)) field%at_gauss_points(:, place + 1: &
+      place + size(values, 2)) = values
+    if (allocated(field%at_nodes)) then
+      associate (nodes => nodes_of_element(mesh%connectivity, e))
+        field%at_nodes(:, nodes) = field%at_nodes(:, nodes) + nodal_values(element%cell, values)
+      end associate
+    end if
+  end subroutine store_points
 
   !> The largest principal strain, by its size, and the largest rotation at the centres of the
   !> elements. Linear theory takes both for small beside 1. docs/theory.md (8.11).

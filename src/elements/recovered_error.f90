@@ -12,15 +12,16 @@ module recovered_error_mod
   use scene_mod, only: material_t
   use elasticity_mod, only: elasticity_t, stress_of, thermal_stress_of, complementary_energy
   use small_matrix_mod, only: determinant
-  use material_law_mod, only: law_t, finite_energy
-  use logarithmic_stress_mod, only: energy_of_change
+  use strain_measures_mod, only: growth_of
+  use material_law_mod, only: law_t, finite_stress, finite_energy
+  use logarithmic_stress_mod, only: logarithmic_stress, energy_of_change
   use hexahedron8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
   use finite_forces_mod, only: logarithmic_stresses
   use expansion_mod, only: thermal_energy
   use patch_recovery_mod, only: recover_at_nodes, samples_t
   use cell_shapes_mod, only: shape_functions, shape_gradients_at
-  use second_order_mod, only: second_order_t, make_at_points, strain_of
+  use second_order_mod, only: second_order_t, make_at_points, strain_of, displacement_gradients
   implicit none
   private
 
@@ -40,7 +41,7 @@ contains
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
     real(wp), intent(in) :: free(:)        !! (n_elements) as of find_free_strain [-]
-    logical, intent(in) :: is_finite       !! strain, of hexahedra: then det F > 0
+    logical, intent(in) :: is_finite       !! strain: then det F > 0
     real(wp), allocatable, intent(out) :: of_elements(:)
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
@@ -53,7 +54,7 @@ contains
     allocate (stress(6, 8, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
     allocate (gradient(3, 3, 8, merge(mesh%n_elements, 0, is_finite)))
     allocate (of_elements(mesh%n_elements), source=0.0_wp)
-    call make_samples(mesh, materials, u, free, samples)
+    call make_samples(mesh, materials, u, free, is_finite, samples)
     energy = 0.0_wp
     do material = 1, size(materials)
       associate (law => materials(material)%law)
@@ -74,7 +75,7 @@ contains
         do e = 1, mesh%n_elements
           if (mesh%material(e) /= material) cycle
           if (has_middles(mesh%connectivity%cell(e))) then
-            call add_second_order(e, law%elastic)
+            call add_second_order(e, law)
             cycle
           end if
           nodes = nodes_of_hexahedron(mesh%connectivity, e)
@@ -98,10 +99,11 @@ contains
 
     !> Of an element of second order. At its own points the stresses may be better than anywhere
     !> else: the difference is integrated by more.
-    subroutine add_second_order(e, elastic)
+    subroutine add_second_order(e, law)
       integer, intent(in) :: e
-      type(elasticity_t), intent(in) :: elastic
+      type(law_t), intent(in) :: law
       real(wp) :: point(3, n_dense), dense_weight(n_dense), smoothed(6, n_dense)
+      real(wp) :: h(3, 3, n_dense), found(6, n_dense)
       type(second_order_t) :: element
       integer :: g
 
@@ -112,10 +114,16 @@ contains
         do g = 1, n_dense
           smoothed(:, g) = matmul(smooth(:, its), shape_functions(cells(cell), point(:, g)))
         end do
-        associate (found => stress_at(element, u(:, its), free(e), elastic))
-          energy = energy + complementary_energy(found, element%weight, elastic)
-          of_elements(e) = complementary_energy(smoothed - found, element%weight, elastic)
-        end associate
+        if (is_finite) then
+          call find_logarithmic(element, mesh%coordinates(:, its), u(:, its), free(e), law, h, &
+            found)
+          call add_finite_energies(law, h, (1.0_wp + free(e))**3*element%weight(:n_dense), &
+            smoothed - found, energy, of_elements(e))
+        else
+          found = stress_at(element, u(:, its), free(e), law%elastic)
+          energy = energy + complementary_energy(found, element%weight, law%elastic)
+          of_elements(e) = complementary_energy(smoothed - found, element%weight, law%elastic)
+        end if
       end associate
     end subroutine add_second_order
 
@@ -125,13 +133,15 @@ contains
   !> quadrature that has no more than it needs to hold the element.
   !>
   !> Source: J. Barlow, Int. J. Numer. Methods Engrg. 10 (1976) 243-251.
-  subroutine make_samples(mesh, materials, u, free, samples)
+  subroutine make_samples(mesh, materials, u, free, is_finite, samples)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) displacement [length]
     real(wp), intent(in) :: free(:)  !! (n_elements) as of find_free_strain [-]
+    logical, intent(in) :: is_finite !! strain
     type(samples_t), intent(out) :: samples
     type(second_order_t) :: element
+    real(wp) :: h(3, 3, n_dense)
     integer :: e, g
 
     allocate (samples%first(mesh%n_elements + 1))
@@ -151,8 +161,13 @@ contains
                  rule => least_quadrature(mesh%connectivity%cell(e)))
         call make_at_points(cell, mesh%coordinates(:, its), cells(rule)%point(:, :n), &
           cells(rule)%weight(:n), element)
-        samples%stress(:, before + 1:before + n) = stress_at(element, u(:, its), free(e), &
-          materials(mesh%material(e))%law%elastic)
+        if (is_finite) then
+          call find_logarithmic(element, mesh%coordinates(:, its), u(:, its), free(e), &
+            materials(mesh%material(e))%law, h(:, :, :n), samples%stress(:, before + 1:before + n))
+        else
+          samples%stress(:, before + 1:before + n) = stress_at(element, u(:, its), free(e), &
+            materials(mesh%material(e))%law%elastic)
+        end if
         do g = 1, n
           samples%place(:, before + g) = matmul(mesh%coordinates(:, its), &
             shape_functions(cells(cell), cells(rule)%point(:, g)))
@@ -205,18 +220,41 @@ contains
     stress(:3, :) = stress(:3, :) - thermal_stress_of(free, elastic)
   end function stress_at
 
+  !> At the points of an element of second order: the gradients of its displacement from where it
+  !> has expanded freely, and the stresses that work on its logarithmic strains. Between nodes and
+  !> the points of its own quadrature it may be inside out: there it counts as undeformed.
+  subroutine find_logarithmic(element, x, u, free, law, h, stress)
+    type(second_order_t), intent(in) :: element
+    real(wp), intent(in) :: x(:, :), u(:, :)  !! (3,n_nodes) nodes, their displacements [length]
+    real(wp), intent(in) :: free              !! strain by free expansion [-]
+    type(law_t), intent(in) :: law
+    real(wp), intent(out) :: h(:, :, :)       !! (3,3,n_points) [-]
+    real(wp), intent(out) :: stress(:, :)     !! (6,n_points) [force/length^2]
+    real(wp) :: t(3, 3)
+    integer :: g
+
+    ! The gradients on expanded places are those on the others, divided by 1 + free.
+    h = displacement_gradients(element, u - free*(x - spread(x(:, 1), 2, size(x, 2))))/(1.0_wp + &
+      free)
+    do g = 1, size(h, 3)
+      if (growth_of(h(:, :, g)) <= -1.0_wp) h(:, :, g) = 0.0_wp
+      t = logarithmic_stress(h(:, :, g), finite_stress(law, h(:, :, g)))
+      stress(:, g) = [t(1, 1), t(2, 2), t(3, 3), t(1, 2), t(2, 3), t(1, 3)]
+    end do
+  end subroutine find_logarithmic
+
   !> Twice the strain energy of an element, and the energy of what its stresses change by.
   subroutine add_finite_energies(law, h, weight, change, energy, of_change)
     type(law_t), intent(in) :: law
-    real(wp), intent(in) :: h(3, 3, 8)   !! at the Gauss points, det(I + H) > 0 [-]
-    real(wp), intent(in) :: weight(8)    !! [length^3]
-    real(wp), intent(in) :: change(6, 8) !! XX YY ZZ XY YZ XZ [force/length^2]
+    real(wp), intent(in) :: h(:, :, :)   !! (3,3,n_points) det(I + H) > 0 [-]
+    real(wp), intent(in) :: weight(:)    !! (n_points) [length^3]
+    real(wp), intent(in) :: change(:, :) !! (6,n_points) XX YY ZZ XY YZ XZ [force/length^2]
     real(wp), intent(inout) :: energy    !! takes the element's [energy]
     real(wp), intent(out) :: of_change   !! [energy]
     integer :: g
 
     of_change = 0.0_wp
-    do g = 1, 8
+    do g = 1, size(weight)
       energy = energy + 2.0_wp*weight(g)*finite_energy(law, h(:, :, g))
       of_change = of_change + weight(g)*energy_of_change(law, h(:, :, g), &
         reshape(change([1, 4, 6, 4, 2, 5, 6, 5, 3], g), [3, 3]))

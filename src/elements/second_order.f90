@@ -15,27 +15,36 @@ module second_order_mod
   implicit none
   private
 
-  public :: second_order_t, second_order, make_at_points, displacement_gradients, strain_of, &
+  public :: second_order_t, second_order, make_at_points, find_jacobians_at_nodes, &
+    displacement_gradients, strain_of, &
     stiffness, nodal_force, node_volumes, stiffness_length, extrapolate_to_nodes
 
   !> An element: what its integrals need of its shape functions.
   type :: second_order_t
     integer :: cell = 0                !! row of the table of cells
+    logical :: is_of_table = .false.   !! its points are those of the table
     integer :: n_nodes = 0, n_points = 0
     real(wp) :: gradient(3, most_nodes, most_points) !! dN_a/dx_i at point g: (i,a,g) [1/length]
     real(wp) :: weight(most_points)    !! volume that a point stands for [length^3]
+    real(wp) :: natural(3, most_nodes, most_points) !! dN_a/dxi_i at point g: (i,a,g) [-]
+    logical :: has_nodes = .false.     !! these of the nodes are known, too
+    real(wp) :: at_nodes(3, most_nodes, most_nodes) !! likewise, at node g [-]
   end type second_order_t
 
 contains
 
-  !> An element of a cell.
+  !> An element of a cell. What it has of another element of this cell stays.
   pure subroutine second_order(cell, x, element)
     integer,  intent(in) :: cell     !! row of the table of cells
     real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
-    type(second_order_t), intent(out) :: element
+    type(second_order_t), intent(inout) :: element !! another one, or none
 
     associate (n => cells(cell)%n_points)
-      call make_at_points(cell, x, cells(cell)%point(:, :n), cells(cell)%weight(:n), element)
+      if (.not. (element%cell == cell .and. element%is_of_table)) then
+        call find_natural(cell, cells(cell)%point(:, :n), element)
+        element%is_of_table = .true.
+      end if
+      call find_gradients(x, cells(cell)%weight(:n), element)
     end associate
   end subroutine second_order
 
@@ -46,20 +55,82 @@ contains
     real(wp), intent(in) :: point(:, :) !! (3,n_points) natural coordinates [-]
     real(wp), intent(in) :: weight(:)   !! (n_points) [-]
     type(second_order_t), intent(out) :: element
-    real(wp) :: natural(3, size(x, 2)), from_first(3, size(x, 2)), jacobian(3, 3)
+
+    call find_natural(cell, point, element)
+    call find_gradients(x, weight, element)
+  end subroutine make_at_points
+
+  !> The gradients of the shape functions of a cell along its natural coordinates.
+  pure subroutine find_natural(cell, point, element)
+    integer,  intent(in) :: cell        !! row of the table of cells
+    real(wp), intent(in) :: point(:, :) !! (3,n_points) natural coordinates [-]
+    type(second_order_t), intent(inout) :: element
     integer :: g
 
     element%cell = cell
-    element%n_nodes = size(x, 2)
-    element%n_points = size(weight)
+    element%has_nodes = .false.
+    element%n_nodes = cells(cell)%n_nodes
+    element%n_points = size(point, 2)
+    do g = 1, element%n_points
+      element%natural(:, :element%n_nodes, g) = shape_gradients_at(cells(cell), point(:, g))
+    end do
+  end subroutine find_natural
+
+  pure subroutine find_gradients(x, weight, element)
+    real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
+    real(wp), intent(in) :: weight(:)   !! (n_points) [-]
+    type(second_order_t), intent(inout) :: element
+    real(wp) :: from_first(3, size(x, 2)), jacobian(3, 3), back(3, 3)
+    integer :: g, a
+
     from_first = x - spread(x(:, 1), 2, size(x, 2))
     do g = 1, element%n_points
-      natural = shape_gradients_at(cells(cell), point(:, g))
-      jacobian = matmul(from_first, transpose(natural))
+      jacobian = slope_of(from_first, element%natural(:, :element%n_nodes, g))
       element%weight(g) = weight(g)*determinant(jacobian)
-      element%gradient(:, :size(x, 2), g) = matmul(transpose(inverse(jacobian)), natural)
+      back = transpose(inverse(jacobian))
+      do a = 1, element%n_nodes
+        associate (d => element%natural(:, a, g))
+          element%gradient(:, a, g) = back(:, 1)*d(1) + back(:, 2)*d(2) + back(:, 3)*d(3)
+        end associate
+      end do
     end do
-  end subroutine make_at_points
+  end subroutine find_gradients
+
+  !> sum over the nodes of v_a g_a^T.
+  pure function slope_of(v, gradient) result(slope)
+    real(wp), intent(in) :: v(:, :)        !! (3,n_nodes) [length]
+    real(wp), intent(in) :: gradient(:, :) !! (3,n_nodes)
+    real(wp) :: slope(3, 3)
+    integer :: a, j
+
+    slope = 0.0_wp
+    do a = 1, size(v, 2)
+      do j = 1, 3
+        slope(:, j) = slope(:, j) + v(:, a)*gradient(j, a)
+      end do
+    end do
+  end function slope_of
+
+  !> The determinants of the Jacobian dx_i/dxi_j at the nodes, of places that are not the element's.
+  pure subroutine find_jacobians_at_nodes(place, element, determinants)
+    real(wp), intent(in) :: place(:, :)            !! (3,n_nodes) [length]
+    type(second_order_t), intent(inout) :: element !! an element of the cell
+    real(wp), intent(out) :: determinants(:)       !! (n_nodes) [length^3]
+    real(wp) :: from_first(3, size(place, 2))
+    integer :: g
+
+    if (.not. element%has_nodes) then
+      do g = 1, element%n_nodes
+        element%at_nodes(:, :element%n_nodes, g) = shape_gradients_at(cells(element%cell), &
+          cells(element%cell)%place(:, g))
+      end do
+      element%has_nodes = .true.
+    end if
+    from_first = place - spread(place(:, 1), 2, size(place, 2))
+    do g = 1, element%n_nodes
+      determinants(g) = determinant(slope_of(from_first, element%at_nodes(:, :element%n_nodes, g)))
+    end do
+  end subroutine find_jacobians_at_nodes
 
   !> du_i/dx_j at the points.
   pure function displacement_gradients(element, u) result(h)
@@ -71,7 +142,7 @@ contains
 
     from_first = u - spread(u(:, 1), 2, size(u, 2))
     do g = 1, element%n_points
-      h(:, :, g) = matmul(from_first, transpose(element%gradient(:, :size(u, 2), g)))
+      h(:, :, g) = slope_of(from_first, element%gradient(:, :size(u, 2), g))
     end do
   end function displacement_gradients
 

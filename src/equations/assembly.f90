@@ -77,9 +77,7 @@ contains
     do e = 1, mesh%n_elements
       if (has_middles(mesh%connectivity%cell(e))) then
         known%n_computed = known%n_computed + 1
-        call add_element(nodes_of_element(mesh%connectivity, e), stiffness_of_second_order( &
-          mesh%connectivity%cell(e), mesh%coordinates(:, nodes_of_element(mesh%connectivity, e)), &
-          materials(mesh%material(e))%law%elastic))
+        call add_second_order(nodes_of_element(mesh%connectivity, e))
         cycle
       end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
@@ -95,6 +93,19 @@ contains
     if (present(n_computed)) n_computed = known%n_computed
 
   contains
+
+    subroutine add_second_order(nodes)
+      integer, intent(in) :: nodes(:)
+      real(wp) :: ke(3*size(nodes), 3*size(nodes))
+
+      if (present(tangent)) then
+        call element_tangent(mesh, materials, tangent, e, ke)
+      else
+        ke = stiffness_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), &
+          materials(mesh%material(e))%law%elastic)
+      end if
+      call add_element(nodes, ke)
+    end subroutine add_second_order
 
     subroutine add_element(nodes, ke)
       integer,  intent(in) :: nodes(:)

@@ -2,8 +2,8 @@
 module load_stiffness_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append, enlarge
-  use cells_mod, only: face_corners
-  use connectivity_mod, only: nodes_of_face, corners_in
+  use cells_mod, only: face_nodes
+  use connectivity_mod, only: all_nodes_of_face
   use scene_mod, only: scene_t
   use faces_mod, only: face_area_vectors
   use step_loads_mod, only: step_loads_t, pattern_factors
@@ -40,7 +40,7 @@ contains
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: pressure(:) !! (n_surfaces) [force/length^2]
     integer, allocatable :: nodes(:)
-    integer :: corners(face_corners), s, i, n
+    integer :: its(face_nodes), s, i, n
 
     allocate (nodes(0))
     n = 0
@@ -48,8 +48,8 @@ contains
       if (.not. abs(pressure(s)) > 0.0_wp) cycle
       associate (faces => scene%surfaces(s)%faces)
         do i = 1, size(faces, 2)
-          corners = nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
-          call append(nodes, n, corners(:corners_in(corners)))
+          its = all_nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
+          call append(nodes, n, its(:count(its > 0)))
         end do
       end associate
     end do
@@ -66,9 +66,9 @@ contains
     type(triplets_t), intent(inout) :: k
     logical, intent(out) :: is_symmetric
     type(triplets_t) :: added
-    real(wp) :: ke(3*face_corners, 3*face_corners)
+    real(wp) :: ke(3*face_nodes, 3*face_nodes)
     real(wp), allocatable :: skew(:), largest(:) !! (n_free) of a vector without a pattern
-    integer :: corners(face_corners), s, i, n, n_added
+    integer :: its(face_nodes), s, i, n, n_added
 
     allocate (skew(map%n_free), largest(map%n_free), source=0.0_wp)
     allocate (added%row(0), added%column(0), added%value(0))
@@ -77,9 +77,9 @@ contains
       if (.not. abs(pressure(s)) > 0.0_wp) cycle
       associate (faces => scene%surfaces(s)%faces)
         do i = 1, size(faces, 2)
-          corners = nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
-          n = corners_in(corners)
-          associate (nodes => corners(:n))
+          its = all_nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
+          n = count(its > 0)
+          associate (nodes => its(:n))
             ke(:3*n, :3*n) = pressure(s)*area_derivatives(scene%mesh%coordinates(:, nodes) + &
               u(:, nodes))
             call add_face(map, nodes, ke(:3*n, :3*n), added, n_added, skew, largest)

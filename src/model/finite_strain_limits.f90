@@ -1,7 +1,6 @@
 !> What a run at finite strain (*STEP, NLGEOM) does not cover.
 module finite_strain_limits_mod
   use kinds_mod, only: wp
-  use cells_mod, only: hexahedron_8
   use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
   use grips_mod, only: is_grip, is_turning, is_held_at_0
@@ -20,9 +19,7 @@ contains
     character(:), allocatable :: what
 
     what = ''
-    if (any(scene%mesh%connectivity%cell /= hexahedron_8)) then
-      what = 'elements other than hexahedra (C3D8, C3D8I, C3D8B)'
-    else if (turns_by_coupling(scene)) then
+    if (turns_by_coupling(scene)) then
       what = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
         'middle of their surface, and *KINEMATIC couplings that turn but couple only some of '// &
         'directions 1 to 3, or whose reference node has local directions or rotations that '// &

@@ -3,11 +3,15 @@
 import os
 import resource
 import shutil
+import sys
 import unittest
 from pathlib import Path
 
 import h5py
 from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Folder, Whole, rows_in
+
+sys.path.append(str(HERE.parent / "cases"))
+from boxes import DRY, FLOOR, MATERIAL, Box
 
 # Every deck of input/ but fall.inp, which has no solution, in a size that takes little time.
 SMALL = {
@@ -251,6 +255,19 @@ class EveryDeck(Folder):
     def test_modes_at_finite_strain(self):
         """They are sought from where they were: a part of the state."""
         self.check(Case(INPUT / "rubber.inp", n=2, steps=4, element="C3D8I"))
+
+    def test_elements_of_second_order(self):
+        for kind in ("C3D10", "C3D20"):
+            for nlgeom in ("", ", NLGEOM"):
+                box = Box("B", (2, 2, 2), (kind,))
+                deck = self.folder / "box.inp"
+                deck.write_text(
+                    box.cards() + MATERIAL + DRY + "*FRICTION\n0.3\n" + FLOOR
+                    + f"*STEP{nlgeom}\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\nB-Z1, 1, 2\n"
+                    "B-Z1, 3, 3, -0.05\n*END STEP\n*STEP\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\n"
+                    "B-Z1, 1, 1, 0.05\n*END STEP\n"
+                )
+                self.check(Case(deck))
 
     def test_supports_obstacles_and_outputs_that_change(self):
         self.check(Case(HERE / "changes.inp"), kills=(0.2, 0.35, 0.5, 0.65, 0.75, 0.95))

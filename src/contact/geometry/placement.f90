@@ -207,14 +207,18 @@ contains
 
   !> Leave the ends of edges out of the points in their middles where neither can touch: these would
   !> press at a distance. They cannot where nothing of them is inside the obstacle at a displacement
-  !> that contact does not keep from entering. docs/theory.md section 9.
-  pure subroutine leave_ends(scene, points, u, rotation, placement)
+  !> that contact does not keep from entering. At finite strain that begins where contact has kept
+  !> them, and turns far from it: then an end that presses where the increment begins can.
+  !> docs/theory.md section 9.
+  pure subroutine leave_ends(scene, points, u, rotation, reaction, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) without contact [length]
     real(wp), intent(in) :: rotation(:, :)   !! as of `place`
+    real(wp), intent(in) :: reaction(:, :)   !! (3,n_points) where the increment begins [force]
     type(placement_t), intent(inout) :: placement !! gets those that are alone
     type(placement_t) :: without
+    logical :: can_touch(points%n)
     integer :: pair, i
 
     if (.not. allocated(points%alpha)) return
@@ -226,11 +230,13 @@ contains
           place(scene, points, pair, u, without, rotation)
       end associate
     end do
+    can_touch = without%gap <= 0.0_wp
+    if (scene%finite_strain) can_touch = can_touch .or. any(abs(reaction) > 0.0_wp, dim=1)
     do i = 1, points%n
       if (.not. (points%alpha(i) > 0.0_wp .and. points%is_curved(i))) cycle
       if (points%on_surface(i)) cycle
-      placement%weights%alone(i) = points%is_held(i) .or. all(without%gap(points%end_point(:, i)) &
-        > 0.0_wp)
+      placement%weights%alone(i) = points%is_held(i) .or. .not. any(can_touch(points%end_point(:, &
+        i)))
     end do
   end subroutine leave_ends
 
