@@ -166,7 +166,7 @@ class FreeInPlane(unittest.TestCase):
         self.at_rest(self.both(make)["B"])
 
     def test_between_cylinders(self):
-        """Along the axes of two smooth cylinders a block stays where it was, about them it turns."""
+        """Along the axes of two smooth cylinders a block stays, about them it turns."""
 
         def make(deck):
             deck.block("B", (2, 3, 2), (-0.5, -0.75, 0), SIZE)
@@ -179,7 +179,8 @@ class FreeInPlane(unittest.TestCase):
                      "*CONTACT PAIR, INTERACTION=SMOOTH", "BL, GROUND",
                      "*CONTACT PAIR, INTERACTION=SMOOTH", "BU, LID",
                      "*CONTACT SOLVER, TOLERANCE=1e-12", "*STEP", "*STATIC", "0.5, 1.",
-                     "*BOUNDARY", *prescribed([node], way), f"{node}, 4, 6", "*END STEP")  # fmt: skip
+                     "*BOUNDARY", *prescribed([node], way), f"{node}, 4, 6",
+                     "*END STEP")  # fmt: skip
 
         u = self.both(make, within=1e-9)["B"]
         np.testing.assert_allclose(u.mean(0)[1], 0, atol=1e-9 * abs(u).max())
