@@ -38,7 +38,8 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
+  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_along, &
+    expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
   use turned_bodies_mod, only: begin_turned, end_turned
   use equilibrate_mod, only: equilibrate
@@ -111,9 +112,22 @@ contains
     if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
+    if (.not. (is_given .or. trial%has_turned)) call begin_along(scene, now, solver, old, &
+      increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
+    if (trial%has_gone_on .and. has_no_result(report) .and. .not. allocated(error)) then
+      ! The path may have bent.
+      call begin_trial(scene, now, solver, old, increment, trial)
+      new = old
+      call mark_end(increment, new)
+      new%reaction = reaction
+      report = increment_report_t()
+      call complete(scene, now, solver, old, trial, new, report, error)
+    end if
     call end_turned(scene, now, solver)
     new%trend = trend_of(increment, old%reaction, new%reaction)
+    if (.not. is_linear(scene)) new%displacement_trend = trend_of(increment, old%displacement, &
+      new%displacement)
     if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
       trial%u_contact_before, new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
