@@ -20,9 +20,9 @@ module advance_mod
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance, &
-    ended_indefinite
+  use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
+    ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
+    ended_inverted, ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
   use bodies_mod, only: is_linear, strain_energy, find_heat

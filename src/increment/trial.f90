@@ -23,8 +23,8 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, set_gaps, begin_trial, begin_from, begin_along, apply_reactions, displacement_of, &
-    expected_reactions, trend_of
+  public :: trial_t, set_gaps, begin_trial, begin_from, begin_along, apply_reactions, &
+    displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 

@@ -37,7 +37,7 @@ contains
         c(j, i) = c(i, j)
       end do
     end do
-    ! F^-T J by the columns of F = I + H, which are crossed; J - 1 by what is there of them beside 1.
+    ! F^-T J by the columns of F = I + H, which are crossed; J - 1 by what they have beside 1.
     a(1, 1) = h(2, 2) + h(3, 3) + (h(2, 2)*h(3, 3) - h(3, 2)*h(2, 3))
     a(2, 2) = h(1, 1) + h(3, 3) + (h(1, 1)*h(3, 3) - h(1, 3)*h(3, 1))
     a(3, 3) = h(1, 1) + h(2, 2) + (h(1, 1)*h(2, 2) - h(2, 1)*h(1, 2))
