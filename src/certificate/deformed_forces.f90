@@ -51,8 +51,12 @@ contains
     real(wp), dimension(3, 8) :: place, moved, of_element
     type(deformed_t) :: deformed
     real(wp) :: of_modes(3, 3), c
+    real(wp) :: local(3, 8, 8) !! dN_a/dxi at the points [-]
     integer :: e, a, nodes(8)
 
+    do a = 1, 8
+      local(:, :, a) = local_gradients(gauss*corner(:, a))
+    end do
     forces%is_finite = .true.
     forces%internal = 0.0_wp
     forces%of_elements%largest = 0.0_wp
@@ -73,7 +77,7 @@ contains
         call add_second_order(mesh, materials, state, e, c, forces)
         cycle
       end if
-      deformed = deform(place, moved, c)
+      deformed = deform(place, moved, c, local)
       of_modes = 0.0_wp
       associate (law => materials(mesh%material(e))%law)
         select case (mesh%element_kind(e))
@@ -136,15 +140,13 @@ contains
   end function local_gradients
 
   !> dx/dX/(1 + c) - I at a point.
-  pure function gradient_at(place, moved, point, c) result(h)
+  pure function gradient_at(place, moved, local, c) result(h)
     real(wp), intent(in) :: place(3, 8), moved(3, 8) !! as of find_deformed_forces [length]
-    real(wp), intent(in) :: point(3)                 !! [-]
+    real(wp), intent(in) :: local(3, 8)              !! dN_a/dxi there [-]
     real(wp), intent(in) :: c                        !! as of deformed_t [-]
     real(wp) :: h(3, 3)                              !! [-]
-    real(wp) :: local(3, 8)
     integer :: i
 
-    local = local_gradients(point)
     h = matmul(matmul(moved, transpose(local)), inverse(matmul(place, transpose(local))))
     do i = 1, 3
       h(i, i) = h(i, i) - c
@@ -153,13 +155,11 @@ contains
   end function gradient_at
 
   !> grad_x N_a at a point, by the deformed places.
-  pure function spatial_at(place, moved, point) result(spatial)
+  pure function spatial_at(place, moved, local) result(spatial)
     real(wp), intent(in) :: place(3, 8), moved(3, 8) !! as of find_deformed_forces [length]
-    real(wp), intent(in) :: point(3)                 !! [-]
+    real(wp), intent(in) :: local(3, 8)              !! dN_a/dxi there [-]
     real(wp) :: spatial(3, 8)                        !! [1/length]
-    real(wp) :: local(3, 8)
 
-    local = local_gradients(point)
     spatial = matmul(transpose(inverse(matmul(place + moved, transpose(local)))), local)
   end function spatial_at
 
@@ -179,19 +179,17 @@ contains
     end do
   end function areas_of
 
-  pure type(deformed_t) function deform(place, moved, c) result(deformed)
+  pure type(deformed_t) function deform(place, moved, c, local) result(deformed)
     real(wp), intent(in) :: place(3, 8), moved(3, 8) !! as of find_deformed_forces [length]
     real(wp), intent(in) :: c                        !! as of deformed_t [-]
+    real(wp), intent(in) :: local(3, 8, 8)           !! dN_a/dxi at the points [-]
     integer :: g
 
     deformed%growth = c
     do g = 1, 8
-      associate (point => gauss*corner(:, g))
-        deformed%volume(g) = (1.0_wp + c)**3*determinant(matmul(place, transpose( &
-          local_gradients(point))))
-        deformed%h(:, :, g) = gradient_at(place, moved, point, c)
-        deformed%spatial(:, :, g) = spatial_at(place, moved, point)
-      end associate
+      deformed%volume(g) = (1.0_wp + c)**3*determinant(matmul(place, transpose(local(:, :, g))))
+      deformed%h(:, :, g) = gradient_at(place, moved, local(:, :, g), c)
+      deformed%spatial(:, :, g) = spatial_at(place, moved, local(:, :, g))
     end do
   end function deform
 
@@ -264,14 +262,14 @@ contains
     type(law_t), intent(in) :: law
     real(wp), intent(out) :: f(3, 8), on_modes(3, 3) !! [force]
     real(wp), dimension(3, 3) :: by_xi, back, f_0, mode, part, h, tau, turned
-    real(wp) :: centre(3, 8)
+    real(wp) :: centre(3, 8), local(3, 8)
     integer :: g, k
 
-    by_xi = (1.0_wp + deformed%growth)*matmul(place, transpose(local_gradients([0.0_wp, 0.0_wp, &
-      0.0_wp])))
+    local = local_gradients([0.0_wp, 0.0_wp, 0.0_wp])
+    by_xi = (1.0_wp + deformed%growth)*matmul(place, transpose(local))
     back = transpose(inverse(by_xi))
-    centre = spatial_at(place, moved, [0.0_wp, 0.0_wp, 0.0_wp])
-    f_0 = deformation_of(gradient_at(place, moved, [0.0_wp, 0.0_wp, 0.0_wp], deformed%growth))
+    centre = spatial_at(place, moved, local)
+    f_0 = deformation_of(gradient_at(place, moved, local, deformed%growth))
     f = 0.0_wp
     on_modes = 0.0_wp
     do g = 1, 8

@@ -21,13 +21,14 @@ module advance_mod
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, worst_entry, ended_unbalanced, ended_moving, &
-    ended_out_of_reach, ended_stalled, ended_passed, ended_inverted, ended_out_of_balance, &
-    ended_indefinite
+  use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
+    ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
+    ended_inverted, ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
   use certify_increment_mod, only: certify_increment
   use bodies_mod, only: is_linear, strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
+  use candidate_points_mod, only: areas_at
   use edge_middles_mod, only: edge_middles_t, find_edge_middles
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
@@ -38,7 +39,8 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
+  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_along, &
+    expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
   use turned_bodies_mod, only: begin_turned, end_turned
   use equilibrate_mod, only: equilibrate
@@ -111,9 +113,22 @@ contains
     if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
+    if (.not. (is_given .or. trial%has_turned)) call begin_along(scene, now, solver, old, &
+      increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
+    if (trial%has_gone_on .and. has_no_result(report) .and. .not. allocated(error)) then
+      ! The path may have bent.
+      call begin_trial(scene, now, solver, old, increment, trial)
+      new = old
+      call mark_end(increment, new)
+      new%reaction = reaction
+      report = increment_report_t()
+      call complete(scene, now, solver, old, trial, new, report, error)
+    end if
     call end_turned(scene, now, solver)
     new%trend = trend_of(increment, old%reaction, new%reaction)
+    if (.not. is_linear(scene)) new%displacement_trend = trend_of(increment, old%displacement, &
+      new%displacement)
     if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
       trial%u_contact_before, new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)
@@ -200,6 +215,8 @@ contains
         new%reaction)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
+      if (.not. is_linear(scene)) call cover_deformed(scene, points, new%displacement, &
+        report%contact)
       call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &
         maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
       call watch_inactive(scene, points, solver, new, report, error)
@@ -247,6 +264,16 @@ contains
     has_no_result = any(report%ending == [ended_unbalanced, ended_passed, ended_inverted, &
       ended_out_of_balance, ended_indefinite])
   end function has_no_result
+
+  !> Pressures before obstacles are over the faces as they are deformed.
+  pure subroutine cover_deformed(scene, points, u, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)                 !! (3,n_nodes) [length]
+    type(contact_fields_t), intent(inout) :: contact !! its covered areas, but those before faces
+
+    where (.not. points%on_surface) contact%covered_area = areas_at(scene, points, u)
+  end subroutine cover_deformed
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
   subroutine finish(scene, points, solver, old, trial, new, report)

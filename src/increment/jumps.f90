@@ -59,9 +59,6 @@ contains
     if (.not. abs(whole) > doubtful*strain_energy) return
     if (.not. strain_energy > finite_strain_energy(scene%mesh, scene%materials, &
       spread(0.0_wp, 1, scene%mesh%n_elements), nothing*scene%mesh%coordinates, no_modes)) return
-    ! A point that comes to press, or leaves, with friction may do so at once and no body snap.
-    if (any(points%mu > 0.0_wp .and. (norm2(old%reaction, dim=1) > 0.0_wp .neqv. &
-      norm2(new%reaction, dim=1) > 0.0_wp))) return
     if (increment%first_of_step) then
       if (begins_with_jump(scene, points, solver, old)) return
     end if
@@ -71,10 +68,8 @@ contains
     do k = 1, halvings
       length = length/2
       call follow(from, middle)
-      ! Where a part is not solved, though the whole is, one that is shorter may be. Friction may
-      ! leave a part without a solution that is found, and no jump.
+      ! Where a part is not solved, though the whole is, one that is shorter may be.
       if (.not. ok) then
-        if (any(points%mu > 0.0_wp)) return
         first = 0.0_wp
         second = lost_between(scene, points, solver, from, to)
         cycle

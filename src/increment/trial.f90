@@ -1,11 +1,12 @@
 !> What an increment is solved with: its loads, and where it begins.
 module trial_mod
-  use kinds_mod, only: wp
+  use kinds_mod, only: wp, i8
   use constraints_mod, only: follow_masters
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, is_exact, solver_sweeps
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
+  use kinks_mod, only: count_between
   use interference_mod, only: has_interference, set_extra_gap
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t, imposed_t
@@ -23,8 +24,8 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, set_gaps, begin_trial, begin_from, apply_reactions, displacement_of, &
-    expected_reactions, trend_of
+  public :: trial_t, set_gaps, begin_trial, begin_from, begin_along, apply_reactions, &
+    displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
@@ -32,6 +33,7 @@ module trial_mod
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
+    logical :: has_gone_on = .false. !! displacements, as the increment begins
     logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
@@ -180,6 +182,34 @@ contains
     trial%u_free = start%displacement - trial%u_contact
     call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
   end subroutine begin_from
+
+  !> At finite strain: begin where displacements lead that go on as in the increment before, with
+  !> the reactions to start from. Not behind a kink of the loads, nor where bodies are free, nor
+  !> where a *STEP begins. docs/theory.md (8.21).
+  subroutine begin_along(scene, points, solver, old, increment, reaction, trial)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: reaction(:, :)     !! (3,n_points) [force]
+    type(trial_t), intent(inout) :: trial      !! gets has_gone_on where it does, as of begin_from
+    type(state_t) :: start
+    integer(i8) :: before !! where the increment before began, if it was as long
+
+    if (is_linear(scene) .or. solver%choices%precision%renews_tangent) return
+    if (solver%body%motions%n > 0 .or. increment%begin <= 0.0_wp) return
+    if (.not. allocated(old%displacement_trend)) return
+    before = increment%start - (increment%position - increment%start)
+    if (count_between(solver%response%loads%kinks, before, increment%position) > 0) return
+    start = old
+    start%displacement = old%displacement + (increment%fraction - increment%begin)* &
+      old%displacement_trend
+    start%reaction = reaction
+    call begin_from(scene, points, solver, start, trial)
+    where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
+    trial%has_gone_on = .true.
+  end subroutine begin_along
 
   !> Apply the reactions of the increment before.
   pure subroutine apply_reactions(points, old, trial)

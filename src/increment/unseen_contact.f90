@@ -11,6 +11,7 @@ module unseen_contact_mod
   use mesh_forces_mod, only: add_nodal_areas
   use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t
+  use candidate_points_mod, only: areas_at
   use increment_report_mod, only: contact_fields_t
   implicit none
   private
@@ -51,7 +52,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(in) :: u(:, :) !! (3,n_nodes) displacement [length]
-    real(wp), dimension(scene%mesh%n_nodes) :: area, covered, force, before
+    real(wp), dimension(scene%mesh%n_nodes) :: area, covered, force
     real(wp) :: whole(points%n) !! where what covers it is measured: at finite strain deformed
     real(wp) :: largest
     type(mesh_t) :: mesh
@@ -59,27 +60,17 @@ contains
 
     share = 0.0_wp
     mesh = scene%mesh
-    if (.not. is_linear(scene)) mesh%coordinates = mesh%coordinates + u
     whole = points%area
+    if (.not. is_linear(scene)) then
+      mesh%coordinates = mesh%coordinates + u
+      whole = areas_at(scene, points, u)
+    end if
     largest = 0.0_wp
     do p = 1, size(points%first) - 1
       associate (a => points%first(p), b => points%first(p + 1) - 1)
         largest = max(largest, sum(contact%reaction(1, a:b)))
         if (a > b) cycle
         if (.not. points%on_surface(a)) cycle
-        if (.not. is_linear(scene)) then
-          area = 0.0_wp
-          before = 0.0_wp
-          associate (slave => scene%surfaces(scene%pairs(p)%surface))
-            call add_nodal_areas(mesh, slave, area)
-            call add_nodal_areas(scene%mesh, slave, before)
-          end associate
-          do i = a, b
-            associate (was => before(points%node(i)), is => area(points%node(i)))
-              if (was > 0.0_wp) whole(i) = whole(i)*is/was
-            end associate
-          end do
-        end if
         share = max(share, sum(contact%reaction(1, a:b), mask=contact%covered_area(a:b) < &
           half*whole(a:b)))
         if (scene%pairs(p)%master > 0) cycle

@@ -8,7 +8,7 @@
 module mooney_rivlin_mod
   use kinds_mod, only: wp
   use elasticity_mod, only: elasticity_t
-  use small_matrix_mod, only: cross, determinant, inverse
+  use small_matrix_mod, only: determinant, inverse
   use strain_measures_mod, only: deformation_of, growth_of
   implicit none
   private
@@ -27,24 +27,42 @@ contains
     real(wp), intent(in) :: constants(:)
     !! C10, C01 [force/length^2], D1 [length^2/force]
     real(wp) :: p(3, 3)                   !! [force/length^2]
-    real(wp) :: c(3, 3), tau(3, 3), f(3, 3), cofactor(3, 3), mean, growth
-    integer :: i
+    real(wp) :: c(3, 3), tau(3, 3), a(3, 3), mean, growth, stretch
+    integer :: i, j
 
-    c = h + transpose(h) + matmul(h, transpose(h))
-    growth = growth_of(h)
-    tau = (2.0_wp*constants(1)*(1.0_wp + growth)**(-2.0_wp/3.0_wp))*c
-    if (abs(constants(2)) > 0.0_wp) tau = tau + (2.0_wp*constants(2)* &
-      (1.0_wp + growth)**(-4.0_wp/3.0_wp))*((1.0_wp + c(1, 1) + c(2, 2) + c(3, 3))*c - matmul(c, c))
+    ! Products are written out: this is asked at every point in every iteration.
+    do j = 1, 3
+      do i = 1, j
+        c(i, j) = h(i, j) + h(j, i) + (h(i, 1)*h(j, 1) + h(i, 2)*h(j, 2) + h(i, 3)*h(j, 3))
+        c(j, i) = c(i, j)
+      end do
+    end do
+    ! F^-T J by the columns of F = I + H, which are crossed; J - 1 by what they have beside 1.
+    a(1, 1) = h(2, 2) + h(3, 3) + (h(2, 2)*h(3, 3) - h(3, 2)*h(2, 3))
+    a(2, 2) = h(1, 1) + h(3, 3) + (h(1, 1)*h(3, 3) - h(1, 3)*h(3, 1))
+    a(3, 3) = h(1, 1) + h(2, 2) + (h(1, 1)*h(2, 2) - h(2, 1)*h(1, 2))
+    a(2, 1) = h(3, 2)*h(1, 3) - h(1, 2)*(1.0_wp + h(3, 3))
+    a(3, 1) = h(1, 2)*h(2, 3) - (1.0_wp + h(2, 2))*h(1, 3)
+    a(1, 2) = h(2, 3)*h(3, 1) - (1.0_wp + h(3, 3))*h(2, 1)
+    a(3, 2) = h(2, 1)*h(1, 3) - h(2, 3)*(1.0_wp + h(1, 1))
+    a(1, 3) = h(2, 1)*h(3, 2) - h(3, 1)*(1.0_wp + h(2, 2))
+    a(2, 3) = h(3, 1)*h(1, 2) - (1.0_wp + h(1, 1))*h(3, 2)
+    growth = h(1, 1) + a(1, 1)*(1.0_wp + h(1, 1)) + h(2, 1)*a(2, 1) + h(3, 1)*a(3, 1)
+    do i = 1, 3
+      a(i, i) = 1.0_wp + a(i, i)
+    end do
+    stretch = (1.0_wp + growth)**(-2.0_wp/3.0_wp)
+    tau = (2.0_wp*constants(1)*stretch)*c
+    if (abs(constants(2)) > 0.0_wp) tau = tau + (2.0_wp*constants(2)*stretch**2)* &
+      ((1.0_wp + c(1, 1) + c(2, 2) + c(3, 3))*c - matmul(c, c))
     mean = (tau(1, 1) + tau(2, 2) + tau(3, 3))/3.0_wp - 2.0_wp/constants(3)*growth*(1.0_wp + growth)
     do i = 1, 3
       tau(i, i) = tau(i, i) - mean
     end do
-    ! F^-T by the columns of F, which are crossed.
-    f = deformation_of(h)
-    cofactor(:, 1) = cross(f(:, 2), f(:, 3))
-    cofactor(:, 2) = cross(f(:, 3), f(:, 1))
-    cofactor(:, 3) = cross(f(:, 1), f(:, 2))
-    p = matmul(tau, cofactor)/(1.0_wp + growth)
+    tau = tau/(1.0_wp + growth)
+    do j = 1, 3
+      p(:, j) = tau(:, 1)*a(1, j) + tau(:, 2)*a(2, j) + tau(:, 3)*a(3, j)
+    end do
   end function first_piola
 
   !> W. With C = m I + D, m a third of its trace, I1 = 3 m, I2 = 3 m^2 (1 - y), J^2 = m^3 (1 - x),

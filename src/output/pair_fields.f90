@@ -76,10 +76,11 @@ contains
     call add_field(list, field_t('largest_slip', of_real, one_number, 'length', &
       'sum of the slip increments of a point, the longest', compute=pair_slip))
     call add_master_fields(scene, i, list)
+    if (scene%finite_strain .or. is_before_faces(scene%pairs(i), scene%obstacles)) call add_field( &
+      list, field_t('covered_area', of_real, [n], 'area', &
+      'of the node''s share what the master covers; 0: no gap, no reaction', &
+      compute=covered_area))
     if (is_before_faces(scene%pairs(i), scene%obstacles)) then
-      call add_field(list, field_t('covered_area', of_real, [n], 'area', &
-        'of the node''s share what the master covers; 0: no gap, no reaction', &
-        compute=covered_area))
       call add_field(list, field_t('is_partly_covered', of_byte, [n], 'code', &
         '1: the master covers less than half of what of the node''s share is turned towards '// &
         'it; the pressure there is left out of largest_pressure, else 0', &

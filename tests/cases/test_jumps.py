@@ -9,7 +9,7 @@ from program import Run
 SPAN, THICK = 10.0, 0.2
 
 
-def arch(rise, increments, force, plate=True, direct=", DIRECT", length=1.0, stress=1.0):
+def arch(rise, increments, force, plate=True, direct=", DIRECT", length=1.0, stress=1.0, mu=0.0):
     """Deck of half of a clamped arch, pressed down in its middle by a force.
 
     By a plate that may move up and down, or on its nodes. It snaps over where it is high enough.
@@ -39,6 +39,8 @@ def arch(rise, increments, force, plate=True, direct=", DIRECT", length=1.0, str
 *OBSTACLE, NAME=PLATE, TYPE=PLANE, REF NODE=9000
 0., 0., {top!r}, 0., 0., -1.
 *SURFACE INTERACTION, NAME=I
+*FRICTION
+{mu}
 *CONTACT PAIR, INTERACTION=I
 UPPER, PLATE
 """
@@ -83,11 +85,25 @@ class Arches(unittest.TestCase):
             run = Run(arch(0.33, 33, 0.32 * 0.33**2, **options), name="arch")
             self.assertEqual(run.status, 2, options)
 
+    def test_with_friction(self):
+        """Points that slide, come to press and leave do not hide it."""
+        seen = 0
+        for mu, rise, direct in (
+            (0.02, 0.33, ""), (0.1, 0.33, ""), (0.1, 0.33, ", DIRECT"), (0.6, 0.33, ""),
+            (0.3, 0.4, ", DIRECT"),
+        ):  # fmt: skip
+            for scale in ({}, {"length": 1e-3, "stress": 1e6}):
+                deck = arch(rise, 33, 0.32 * rise**2, direct=direct, mu=mu, **scale)
+                run = Run(deck, name="arch")
+                self.assertEqual(run.status, 2, (mu, rise, direct, scale))
+                seen += "the solution jumps: " in run.errors
+        self.assertGreaterEqual(seen, 3)
+
     def test_one_that_is_too_flat_to_snap(self):
         for increments in (5, 20):
-            for plate in (True, False):
-                run = Run(arch(0.2, increments, 0.32 * 0.2**2, plate), name="arch")
-                self.assertEqual(run.status, 0, (increments, plate, run.errors))
+            for plate, mu in ((True, 0.0), (True, 0.3), (False, 0.0)):
+                run = Run(arch(0.2, increments, 0.32 * 0.2**2, plate, mu=mu), name="arch")
+                self.assertEqual(run.status, 0, (increments, plate, mu, run.errors))
 
 
 if __name__ == "__main__":

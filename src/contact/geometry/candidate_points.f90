@@ -7,18 +7,19 @@ module candidate_points_mod
   use connectivity_mod, only: corners_in
   use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
   use refine_elements_mod, only: fill_between
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, contact_gap_t
   use contact_points_mod, only: contact_points_t, find_side_points, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
   use master_sides_mod, only: find_sides, area_of_face
   use sorting_mod, only: sort_unique
-  use surfaces_mod, only: all_nodes_of, find_middles, nodes_of, split_faces
+  use surfaces_mod, only: surface_t, all_nodes_of, find_middles, nodes_of, split_faces
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
-  public :: find_points, list_master_nodes
+  public :: find_points, list_master_nodes, areas_at
 
 contains
 
@@ -48,17 +49,13 @@ contains
     allocate (points%pair(points%n), points%node(points%n))
     allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
     allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
-    area = 0.0_wp
     k = 0
     slot = 0
     do pair = 1, size(scene%pairs)
       points%first(pair) = k + 1
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
-        call add_nodal_areas(scene%mesh, surface, area)
         call find_edges(scene, pair, ends, alpha)
-        call share_areas(surface%nodes, ends, alpha, area)
-        if (allocated(scene%mesh%hangs)) call fold_to_parents(scene%mesh%hangs, &
-          scene%mesh%between, scene%mesh%n_given, area)
+        call find_areas(scene%mesh, surface, ends, alpha, area)
         is_bent = .not. is_before_faces(scene%pairs(pair), scene%obstacles) .and. &
           any_bent(scene%mesh%coordinates, surface%nodes, ends)
         begin = slot
@@ -76,13 +73,49 @@ contains
             points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
           end do
         end do
-        area = 0.0_wp
       end associate
     end do
     points%first(size(scene%pairs) + 1) = k + 1
     call join_ends(scene, points)
     call find_extra_gaps(scene, points)
   end subroutine find_points
+
+  !> The areas of all points where a displacement takes their faces.
+  pure function areas_at(scene, points, u) result(areas)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) [length]
+    real(wp) :: areas(points%n)       !! [length^2]
+    integer,  allocatable :: ends(:, :)
+    real(wp), allocatable :: alpha(:)
+    type(mesh_t) :: mesh
+    real(wp) :: of_node(scene%mesh%n_nodes)
+    integer :: pair
+
+    mesh = scene%mesh
+    mesh%coordinates = mesh%coordinates + u
+    do pair = 1, size(scene%pairs)
+      call find_edges(scene, pair, ends, alpha)
+      call find_areas(mesh, scene%surfaces(scene%pairs(pair)%surface), ends, alpha, of_node)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        areas(first:last) = of_node(points%node(first:last))
+      end associate
+    end do
+  end function areas_at
+
+  !> The areas of the points of a surface, at its nodes; 0 at all others.
+  pure subroutine find_areas(mesh, surface, ends, alpha, area)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    integer, intent(in) :: ends(:, :)     !! as of find_edges
+    real(wp), intent(in) :: alpha(:)      !! the same
+    real(wp), intent(out) :: area(:)      !! (n_nodes) [length^2]
+
+    area = 0.0_wp
+    call add_nodal_areas(mesh, surface, area)
+    call share_areas(surface%nodes, ends, alpha, area)
+    if (allocated(mesh%hangs)) call fold_to_parents(mesh%hangs, mesh%between, mesh%n_given, area)
+  end subroutine find_areas
 
   !> The nodes in the middles of the edges of slave faces: the ends of the edge, alpha of (9.11).
   !> What is before faces has points of its own; slaves before other obstacles share theirs.
