@@ -114,15 +114,6 @@ class Grips(unittest.TestCase):
             # The mean distance from the middle of a square; pressure is larger at its edges.
             self.assertAlmostEqual(moment[2] / (MU * force), 0.3826, delta=0.05)
 
-    def test_what_is_refused(self):
-        """Rotations that are free, or translations."""
-        text = (INPUT / "grip.inp").read_text()
-        for free in ("9000, 1, 5\n", "9000, 2, 6\n"):
-            with self.subTest(held=free):
-                run = Run(text.replace("9000, 1, 6\n", free), name="grip")
-                self.assertEqual(run.status, 1)
-                self.assertIn("couplings whose reference nodes turn freely", run.errors)
-
 
 class LargeTurns(Turns):
     """Both bodies turn by 30 to 180 degrees an increment, with one factor."""
