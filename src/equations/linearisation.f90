@@ -20,11 +20,10 @@ module linearisation_mod
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
-  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, equations_of, to_nodes, &
-    unknowns_of
+  use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use bodies_mod, only: is_linear, find_internal_force
-  use turning_couplings_mod, only: has_turning, turned_constraints, coupling_stiffness
-  use grips_mod, only: is_turning
+  use turning_couplings_mod, only: has_turning, turned_constraints
+  use stiffen_couplings_mod, only: stiffen_couplings
   use state_mod, only: modes_t
   use finite_forces_mod, only: tangent_t
   use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
@@ -118,7 +117,7 @@ contains
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
       call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
         n_stiffnesses, body%tangent)
-      call stiffen_couplings(scene, body, k)
+      call add_couplings(scene, body, k)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then
@@ -420,34 +419,21 @@ contains
 
   !> Add what forces on the nodes of turning couplings do to the tangent as these turn, as far as it
   !> leaves nothing out that is negative; of forces that stresses alone answer with.
-  subroutine stiffen_couplings(scene, body, k)
+  subroutine add_couplings(scene, body, k)
     type(scene_t), intent(in) :: scene
     type(linearisation_t), intent(in) :: body
     type(triplets_t), intent(inout) :: k
     type(modes_t) :: modes
-    real(wp) :: f(3, scene%mesh%n_nodes), added(3, 3)
-    integer :: i, p, q, equations(3), inverted
+    real(wp) :: f(3, scene%mesh%n_nodes)
+    integer :: inverted
 
     if (.not. has_turning(scene) .or. .not. allocated(body%tangent)) return
     associate (tangent => body%tangent)
       call find_internal_force(scene, tangent%free, tangent%at, modes, f, inverted)
-      do i = 1, size(scene%rotations)
-        if (.not. is_turning(scene, i)) cycle
-        added = (1.0_wp - tangent%projection)*coupling_stiffness(scene, body%prescribed, &
-          tangent%at, f, i)
-        equations = equations_of(body%inverse%map, scene%rotations(i)%rotation_node)
-        do p = 1, 3
-          do q = 1, 3
-            if (equations(p) == 0 .or. equations(q) == 0 .or. equations(q) > equations(p)) cycle
-            associate (entry => findloc(k%row == equations(p) .and. k%column == equations(q), &
-                                        .true., dim=1))
-              if (entry > 0) k%value(entry) = k%value(entry) + added(p, q)
-            end associate
-          end do
-        end do
-      end do
+      call stiffen_couplings(scene, body%prescribed, tangent%at, f, 1.0_wp - tangent%projection, &
+        body%inverse%map, k)
     end associate
-  end subroutine stiffen_couplings
+  end subroutine add_couplings
 
   !> Replace the Schur complement by its inverse, body by body.
   subroutine invert_schur(s, error)

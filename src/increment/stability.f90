@@ -24,7 +24,8 @@ module stability_mod
   use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t
   use grips_mod, only: is_turning
-  use turning_couplings_mod, only: has_turning, turned_constraints, coupling_stiffness
+  use turning_couplings_mod, only: has_turning, turned_constraints
+  use stiffen_couplings_mod, only: stiffen_couplings
   use constraints_mod, only: constraints_t, active_constraints
   use transfer_mod, only: nodal_forces
   use finite_forces_mod, only: tangent_t, negative_modes
@@ -336,8 +337,8 @@ contains
     logical, intent(out) :: is_dead
     type(tangent_t) :: tangent
     type(modes_t) :: modes
-    real(wp) :: f(3, scene%mesh%n_nodes), added(3, 3)
-    integer :: i, p, q, equations(3), inverted
+    real(wp) :: f(3, scene%mesh%n_nodes)
+    integer :: i, inverted
 
     is_dead = .false.
     if (.not. has_turning(scene)) return
@@ -345,22 +346,13 @@ contains
     call find_internal_force(scene, tangent%free, state%displacement, modes, f, inverted)
     f = f - state%external_force - nodal_forces(points, contact%placement%weights, &
       state%reaction, size(f, 2))
+    call stiffen_couplings(scene, solver%body%prescribed, state%displacement, f, 1.0_wp, map, k)
     do i = 1, size(scene%rotations)
       if (.not. is_turning(scene, i)) cycle
-      added = coupling_stiffness(scene, solver%body%prescribed, state%displacement, f, i)
       associate (node => scene%rotations(i)%rotation_node)
-        equations = equations_of(map, node)
-        is_dead = is_dead .or. (count(equations > 0) > 1 .and. any(abs(state%external_force(:, &
-          node)) > 0.0_wp))
+        is_dead = is_dead .or. (count(equations_of(map, node) > 0) > 1 .and. &
+          any(abs(state%external_force(:, node)) > 0.0_wp))
       end associate
-      do p = 1, 3
-        do q = 1, 3
-          if (equations(p) == 0 .or. equations(q) == 0 .or. equations(q) > equations(p)) cycle
-          k%row = [k%row, equations(p)]
-          k%column = [k%column, equations(q)]
-          k%value = [k%value, added(p, q)]
-        end do
-      end do
     end do
   end subroutine add_coupling_stiffness
 
