@@ -22,10 +22,11 @@ DATA = SOURCE / "tests" / "data"
 class Run:
     """One run of the program in a folder of its own; `result` opens its file."""
 
-    def __init__(self, deck, *options, name=None, command=(PROGRAM,), **overrides):
+    def __init__(self, deck, *options, name=None, command=(PROGRAM,), ended_at=None, **overrides):
         """Run `deck` (a path, or a text to be written to `name`.inp) with --set for `overrides`.
 
-        `command` starts the program.
+        `command` starts the program. With `ended_at`, a step and an increment as printed, a first
+        run is ended by a signal behind it: "--continue" among the options then continues that one.
         """
         self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
@@ -33,14 +34,26 @@ class Run:
             text, deck = deck, self.folder / f"{name}.inp"
             deck.write_text(text)
         self.deck = Path(deck)
-        command = [*command, str(self.deck), *options]
-        for key, value in overrides.items():
-            command += ["--set", f"{key}={value}"]
+        settings = [
+            word for key, value in overrides.items() for word in ("--set", f"{key}={value}")
+        ]
+        if ended_at:
+            self.end_early([*command, str(self.deck), *settings], list(ended_at))
+        command = [*command, str(self.deck), *options, *settings]
         done = subprocess.run(
             command, cwd=self.folder, capture_output=True, text=True, timeout=600, check=False
         )
         self.status, self.output, self.errors = done.returncode, done.stdout, done.stderr
         self.file = self.folder / f"{self.deck.stem}.vtkhdf"
+
+    def end_early(self, command, ended_at):
+        """Run until an increment is printed, and end by a signal."""
+        with subprocess.Popen(
+            command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as running:
+            for line in running.stdout:
+                if line.split()[:2] == ended_at:
+                    running.terminate()
 
     def result(self):
         """Open the result file; the run must have left one."""

@@ -1,12 +1,9 @@
 """*KINEMATIC couplings at finite strain whose reference nodes turn freely, or under moments."""
 
-import subprocess
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
-from program import PROGRAM, Result, Run
+from program import Run
 from scipy.spatial.transform import Rotation
 
 SIDE = 3.0  # height of the bar
@@ -215,29 +212,10 @@ class Answers(unittest.TestCase):
         cards = loads(self.end["reaction_force"], self.end["reaction_moment"])
         text = bar(cards, increments=40)
         straight = reference(solved(self, text))
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "case.inp").write_text(text)
-            with subprocess.Popen(
-                [PROGRAM, "case.inp"],
-                cwd=folder,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                text=True,
-            ) as running:
-                for line in running.stdout:
-                    if line.split()[:2] == ["1", "5"]:
-                        running.terminate()
-                running.wait()
-            done = subprocess.run(
-                [PROGRAM, "case.inp", "--continue"],
-                cwd=folder,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            self.assertEqual(done.returncode, 0, done.stderr)
-            with Result(Path(folder) / "case.vtkhdf") as result:
-                end = reference(result)
+        continued = Run(text, "--continue", name="case", ended_at=("1", "5"))
+        self.assertEqual(continued.status, 0, continued.errors)
+        with continued.result() as result:
+            end = reference(result)
         for name, value in straight.items():
             np.testing.assert_array_equal(end[name], value)
 
