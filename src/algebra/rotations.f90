@@ -86,7 +86,7 @@ contains
     if (length > epsilon(1.0_wp)) then
       axis = axis/length
     else
-      ! The whole turn leaves the axis open: that of the first goes on.
+      ! The product is the identity, which has no axis: that of the first turn is kept.
       angle = 0.0_wp
       axis = first/max(norm2(first), tiny(1.0_wp))
     end if

@@ -17,7 +17,7 @@ module finite_forces_mod
   use relaxed_modes_mod, only: relax_modes, find_modes
   use expansion_mod, only: expand_freely
   use second_order_mod, only: second_order_t
-  use finite_second_order_mod, only: expanded_element, look_inside_out, force_of, &
+  use finite_second_order_mod, only: expand_element, look_inside_out, force_of, &
     tangent_of_second_order => tangent_of, energy_of_second_order => energy_of
   implicit none
   private
@@ -63,8 +63,7 @@ contains
     do e = 1, mesh%n_elements
       if (has_middles(mesh%connectivity%cell(e))) then
         associate (its => nodes_of_element(mesh%connectivity, e))
-          call expanded_element(mesh%connectivity%cell(e), mesh%coordinates(:, its), u(:, its), &
-            free(e), of_second_order, h)
+          call find_second_order(mesh, free(e), u, e, of_second_order, h)
           call look_inside_out(mesh%coordinates(:, its) + u(:, its), h, of_second_order, &
             is_inside_out)
           if (is_inside_out) then
@@ -142,7 +141,7 @@ contains
     real(wp), allocatable, intent(inout) :: h(:, :, :) !! (3,3,n_points) [-]
 
     associate (nodes => nodes_of_element(mesh%connectivity, e))
-      call expanded_element(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), u(:, nodes), &
+      call expand_element(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), u(:, nodes), &
         free, element, h)
     end associate
   end subroutine find_second_order
@@ -391,8 +390,8 @@ contains
     allocate (h, source=gradients_of_law(element, modes))
   end function elastic_gradients
 
-  !> At the points of an element: the gradients that the law is asked at, those that its first
-  !> Piola-Kirchhoff stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
+  !> At the points of an element: the gradients of its law, those that its first Piola-Kirchhoff
+  !> stresses P do work on (of C3D8B the nodes'), and P; from the free expansion.
   pure subroutine find_stresses(mesh, materials, free, u, e, of_law, h, p)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)

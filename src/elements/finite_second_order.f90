@@ -16,13 +16,13 @@ module finite_second_order_mod
   implicit none
   private
 
-  public :: expanded_element, look_inside_out, force_of, tangent_of, energy_of
+  public :: expand_element, look_inside_out, force_of, tangent_of, energy_of
 
 contains
 
   !> An element from where it has expanded freely, and the gradients of its displacement from there
   !> at its points.
-  pure subroutine expanded_element(cell, x, u, free, element, h)
+  pure subroutine expand_element(cell, x, u, free, element, h)
     integer,  intent(in) :: cell                   !! row of the table of cells
     real(wp), intent(in) :: x(:, :), u(:, :)       !! (3,n_nodes) nodes, how far they move [length]
     real(wp), intent(in) :: free                   !! strain by free expansion [-]
@@ -39,21 +39,21 @@ contains
     end if
     if (.not. allocated(h)) allocate (h(3, 3, element%n_points))
     h = displacement_gradients(element, moved)
-  end subroutine expanded_element
+  end subroutine expand_element
 
   !> Whether det F <= 0 at a point of the quadrature or at a node.
-  pure subroutine look_inside_out(place, h, element, is_inverted)
+  pure subroutine look_inside_out(place, h, element, is_inside_out)
     real(wp), intent(in) :: place(:, :)  !! (3,n_nodes) of displaced nodes [length]
-    real(wp), intent(in) :: h(:, :, :)   !! (3,3,n_points) as of expanded_element [-]
+    real(wp), intent(in) :: h(:, :, :)   !! (3,3,n_points) as of expand_element [-]
     type(second_order_t), intent(inout) :: element
-    logical, intent(out) :: is_inverted
+    logical, intent(out) :: is_inside_out
     real(wp) :: determinants(size(place, 2))
     integer :: g
 
     call find_jacobians_at_nodes(place, element, determinants)
-    is_inverted = any(determinants <= 0.0_wp)
+    is_inside_out = any(determinants <= 0.0_wp)
     do g = 1, size(h, 3)
-      is_inverted = is_inverted .or. growth_of(h(:, :, g)) <= -1.0_wp
+      is_inside_out = is_inside_out .or. growth_of(h(:, :, g)) <= -1.0_wp
     end do
   end subroutine look_inside_out
 

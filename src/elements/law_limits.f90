@@ -50,9 +50,8 @@ contains
       associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)), &
         bound => gradient_bound(reach(:, e), u(:, nodes)))
         ! Edges between corners say nothing of modes, mean dilatations and mid-side nodes.
-        if (mesh%element_kind(e) == kind_c3d8 .and. .not. has_middles(mesh%connectivity%cell( &
-          e)) .and. bound + abs(free(e)) < within*(1.0_wp + &
-          free(e))) cycle
+        if (mesh%element_kind(e) == kind_c3d8 .and. .not. has_middles(mesh%connectivity%cell(e)) &
+          .and. bound + abs(free(e)) < within*(1.0_wp + free(e))) cycle
         h = elastic_gradients(mesh, materials, free(e), u, e)
         do g = 1, size(h, 3)
           stretch = principal_stretches(h(:, :, g))

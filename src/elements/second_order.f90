@@ -16,8 +16,8 @@ module second_order_mod
   private
 
   public :: second_order_t, second_order, make_at_points, find_jacobians_at_nodes, &
-    displacement_gradients, strain_of, &
-    stiffness, nodal_force, node_volumes, stiffness_length, extrapolate_to_nodes
+    displacement_gradients, strain_of, stiffness, nodal_force, node_volumes, stiffness_length, &
+    extrapolate_to_nodes
 
   !> An element: what its integrals need of its shape functions.
   type :: second_order_t

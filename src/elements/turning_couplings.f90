@@ -4,8 +4,8 @@
 !>
 !> theta is the rotation vector of the reference node, R its matrix. Where a *STEP prescribes any of
 !> its components they are those of the deck, and S is what takes changes of theta to spins. Where
-!> all three are free the unknowns are spins, S = 1, and R is that of the beginning of the increment
-!> turned further, so that no turn is special. docs/theory.md (8.38).
+!> all three are free the unknowns are spins, S = 1, and R is the rotation at the beginning of the
+!> increment, turned further: no angle is singular. docs/theory.md (8.38).
 module turning_couplings_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, spin_matrix, turn_between, compose_turns

@@ -39,7 +39,7 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_along, &
+  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
   use turned_bodies_mod, only: begin_turned, end_turned
@@ -113,10 +113,10 @@ contains
     if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
-    if (.not. (is_given .or. trial%has_turned)) call begin_along(scene, now, solver, old, &
+    if (.not. (is_given .or. trial%has_turned)) call begin_extrapolated(scene, now, solver, old, &
       increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
-    if (trial%has_gone_on .and. has_no_result(report) .and. .not. allocated(error)) then
+    if (trial%is_extrapolated .and. has_no_result(report) .and. .not. allocated(error)) then
       ! The path may have bent.
       call begin_trial(scene, now, solver, old, increment, trial)
       new = old

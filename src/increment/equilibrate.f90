@@ -456,8 +456,8 @@ contains
 
   !> Let motions that nothing which presses sees go where their bodies were when the increment
   !> began, but for what turned normals led them; neutral ones alone where others would close a gap.
-  !> Before round obstacles alone, of these motions those that turn no normal at a point that
-  !> presses: the others have a place where they are in balance.
+  !> Before round obstacles alone these are restricted to motions that turn no normal at a pressing
+  !> point: turned normals decide where the others come to rest.
   subroutine rest(scene, points, solver, old, loop, trial, new)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

@@ -27,8 +27,7 @@ module load_step_error_mod
   use kinks_mod, only: has_too_many
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
-  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, &
-    trend_of
+  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_left_over
@@ -330,10 +329,8 @@ contains
       to%reaction = near%reaction
       to%trend = 0.0_wp
       if (allocated(trial%u_contact_start)) trial%u_contact_start = near%displacement - trial%u_free
-      if (.not. (is_linear(scene) .or. solver%choices%precision%renews_tangent)) then
-        call begin_from(scene, points, solver, near, trial)
-        where (.not. trial%forces%prescribed) trial%placed_at = near%displacement
-      end if
+      if (.not. (is_linear(scene) .or. solver%choices%precision%renews_tangent)) call begin_from( &
+        scene, points, solver, near, trial)
     end if
     if (can_look_ahead(scene, points, solver)) then
       call step_on_interface(scene, points, solver, increment, trial, to, report, answer)

@@ -103,8 +103,8 @@ contains
 
   end subroutine neutral_step
 
-  !> Those of some motions along which no normal turns at a point that presses, orthonormal: along
-  !> the axis of a cylinder, not about it.
+  !> The motions of a space that turn no normal at a pressing point, orthonormal: along the axis of
+  !> a cylinder, not about it.
   function unturned_motions(scene, points, motions, list, from, placement, state) result(unturned)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -114,9 +114,9 @@ contains
     type(placement_t), intent(in) :: placement
     type(state_t), intent(in) :: state      !! its reactions, displacement and rotations
     real(wp), allocatable :: unturned(:, :) !! (n,l) [-]
-    real(wp), parameter :: still = 1.0e-6_wp
-    !! of the turn of what turns most, above what differences round [-]
-    real(wp), parameter :: rounding = 1.0e-13_wp !! of a normal [-]
+    ! A block between two cylinders: 1e-11 to 1e-6 and 0 to 1e-10 give the same displacements.
+    real(wp), parameter :: still = 1.0e-6_wp     !! of the largest turn of a normal [-]
+    real(wp), parameter :: rounding = 1.0e-13_wp !! of a normal, where no motion turns one [-]
     type(placement_t) :: here, turned
     real(wp) :: moved(3, scene%mesh%n_nodes), step
     real(wp) :: turn(3*points%n, size(from, 2)), motion(motions%n)

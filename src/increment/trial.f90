@@ -24,7 +24,7 @@ module trial_mod
   implicit none
   private
 
-  public :: trial_t, set_gaps, begin_trial, begin_from, begin_along, apply_reactions, &
+  public :: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, apply_reactions, &
     displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
@@ -33,7 +33,7 @@ module trial_mod
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
-    logical :: has_gone_on = .false. !! displacements, as the increment begins
+    logical :: is_extrapolated = .false. !! from the increment before, as this one begins
     logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
@@ -181,19 +181,20 @@ contains
     trial%u_contact = moved_by(solver%body%inverse, trial%applied_force)
     trial%u_free = start%displacement - trial%u_contact
     call add_motions(solver%body%motions, scene%mesh, -trial%motion, trial%u_free)
+    where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
   end subroutine begin_from
 
-  !> At finite strain: begin where displacements lead that go on as in the increment before, with
+  !> At finite strain: begin where the displacements of the increment before lead, extrapolated, with
   !> the reactions to start from. Not behind a kink of the loads, nor where bodies are free, nor
   !> where a *STEP begins. docs/theory.md (8.21).
-  subroutine begin_along(scene, points, solver, old, increment, reaction, trial)
+  subroutine begin_extrapolated(scene, points, solver, old, increment, reaction, trial)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: reaction(:, :)     !! (3,n_points) [force]
-    type(trial_t), intent(inout) :: trial      !! gets has_gone_on where it does, as of begin_from
+    type(trial_t), intent(inout) :: trial      !! gets is_extrapolated where it does, as of begin_from
     type(state_t) :: start
     integer(i8) :: before !! where the increment before began, if it was as long
 
@@ -207,9 +208,8 @@ contains
       old%displacement_trend
     start%reaction = reaction
     call begin_from(scene, points, solver, start, trial)
-    where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
-    trial%has_gone_on = .true.
-  end subroutine begin_along
+    trial%is_extrapolated = .true.
+  end subroutine begin_extrapolated
 
   !> Apply the reactions of the increment before.
   pure subroutine apply_reactions(points, old, trial)
