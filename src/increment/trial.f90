@@ -184,8 +184,8 @@ contains
     where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
   end subroutine begin_from
 
-  !> At finite strain: begin where the displacements of the increment before lead, extrapolated, with
-  !> the reactions to start from. Not behind a kink of the loads, nor where bodies are free, nor
+  !> At finite strain: begin with displacements extrapolated from the increment before, and the
+  !> reactions to start from. Not behind a breakpoint of the loads, nor where bodies are free, nor
   !> where a *STEP begins. docs/theory.md (8.21).
   subroutine begin_extrapolated(scene, points, solver, old, increment, reaction, trial)
     type(scene_t), intent(in) :: scene
@@ -194,7 +194,7 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: reaction(:, :)     !! (3,n_points) [force]
-    type(trial_t), intent(inout) :: trial      !! gets is_extrapolated where it does, as of begin_from
+    type(trial_t), intent(inout) :: trial      !! gets is_extrapolated, as of begin_from
     type(state_t) :: start
     integer(i8) :: before !! where the increment before began, if it was as long
 
