@@ -75,6 +75,7 @@ class Decks(unittest.TestCase):
              "--bipot", PROGRAM, "--decks", "16", "--seed", "1300"],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertNotIn("wrong", done.stdout)
         self.assertNotIn("broken", done.stdout)
 
