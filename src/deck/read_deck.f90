@@ -194,9 +194,9 @@ contains
     end if
     call check_elements(reader, model%mesh)
     call check_matching(reader, model%mesh)
-    call strengthen_reduced(reader, model%mesh)
     call read_sets(reader, model)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
+    call strengthen_reduced(reader, model%mesh)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
     call read_materials(reader, scene%materials, materials)
