@@ -4,10 +4,11 @@
 !> docs/theory.md section 11.
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
-  use connectivity_mod, only: connectivity_t, nodes_of_element
+  use cells_mod, only: has_middles
+  use connectivity_mod, only: all_nodes_of_face, connectivity_t, nodes_of_element
   use constraints_mod, only: add_constraint, constraints_t
   use cut_mesh_mod, only: elements_of, nodes_by_id, refuse_uncut, replace_elements
-  use diagnostics_mod, only: any_mistakes
+  use diagnostics_mod, only: any_mistakes, quoted
   use kinds_mod, only: i8, wp
   use local_refinement_mod, only: between_t, cut_some, cut_with, find_hanging, parents_of
   use mesh_draft_mod, only: max_nodes, mesh_draft_t
@@ -15,11 +16,13 @@ module refine_locally_mod
   use refine_elements_mod, only: divide_elements, pieces_t, side_weights, value_between, widest
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
+  use surfaces_mod, only: surface_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: refinement_t, refine_locally, place_hanging, constrain_hanging, most_times
+  public :: refinement_t, refine_locally, refuse_hanging, place_hanging, constrain_hanging, &
+    most_times
 
   integer, parameter :: most_times = 10
   !> Of an element with all that it takes to cut it. [byte]
@@ -219,6 +222,32 @@ contains
       shape(added%nodes)), added%place, ok)
     if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen
+
+  !> Report slave faces with mid-side nodes that have nodes that hang: what hangs has a negative part
+  !> of some of the nodes about it, and so would these of the areas of contact.
+  subroutine refuse_hanging(reader, mesh, slaves, refinements)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: slaves(:) !! of pairs and ties
+    type(refinement_t), intent(in) :: refinements(:)
+    integer :: i, f
+
+    if (.not. allocated(mesh%hangs)) return
+    do i = 1, size(slaves)
+      associate (faces => slaves(i)%faces)
+        do f = 1, size(faces, 2)
+          if (.not. has_middles(mesh%connectivity%cell(faces(1, f)))) cycle
+          associate (nodes => all_nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f)))
+            if (.not. any(mesh%hangs(pack(nodes, nodes > 0)))) cycle
+          end associate
+          call report(reader, refinements(1)%position, 'slave surface '//quoted(slaves(i)%name)// &
+            ' consists of faces with mid-side nodes, and this refines a part of it: refine all '// &
+            'elements at it, or none')
+          return
+        end do
+      end associate
+    end do
+  end subroutine refuse_hanging
 
   !> Put nodes that hang back into the middle, after others were moved.
   pure subroutine place_hanging(mesh)
