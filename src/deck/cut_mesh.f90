@@ -9,8 +9,9 @@ module cut_mesh_mod
   use kinds_mod, only: wp
   use cards_mod, only: reader_t, report
   use cell_cuts_mod, only: can_be_cut
-  use cells_mod, only: cells
-  use connectivity_mod, only: connectivity_t, some_elements
+  use cells_mod, only: cells, has_middles
+  use connectivity_mod, only: all_nodes_of_face, connectivity_t, some_elements
+  use find_faces_mod, only: find_outer_faces
   use matching_faces_mod, only: outer_faces
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
   use refine_elements_mod, only: pieces_t, value_between
@@ -81,6 +82,7 @@ contains
     integer :: first(model%mesh%n_elements + 1), n, i
 
     n = model%mesh%n_elements
+    if (any(has_middles(model%mesh%connectivity%cell(:n)))) call add_middles(model, pieces)
     associate (mesh => model%mesh, origin => pieces%origin)
       if (.not. allocated(mesh%first_piece)) then
         mesh%n_given = mesh%n_nodes
@@ -115,6 +117,49 @@ contains
       call cut_members(first, model%element_sets%list(i))
     end do
   end subroutine replace_elements
+
+  !> Add to sets that have corners of elements alone the mid-side nodes of faces that are cut.
+  subroutine add_middles(model, pieces)
+    type(model_t), intent(inout) :: model
+    type(pieces_t), intent(in) :: pieces
+    integer, allocatable :: faces(:, :)
+    logical :: is_middle(model%mesh%n_nodes), is_cut(model%mesh%n_elements)
+    integer :: i, e, f
+
+    associate (mesh => model%mesh)
+      is_middle = .false.
+      do e = 1, mesh%n_elements
+        is_middle(mesh%connectivity%node(mesh%connectivity%first(e) + cells( &
+          mesh%connectivity%cell(e))%n_corners:mesh%connectivity%first(e + 1) - 1)) = .true.
+      end do
+      is_cut = .false.
+      is_cut(pack(pieces%origin, pieces%number > 0)) = .true.
+      do i = 1, model%node_sets%n
+        associate (set => model%node_sets%list(i))
+          if (.not. allocated(set%members)) cycle
+          if (any(is_middle(set%members(:set%n)))) cycle
+          call find_outer_faces(mesh, set%members(:set%n), faces)
+          do f = 1, size(faces, 2)
+            if (.not. is_cut(faces(1, f))) cycle
+            associate (nodes => all_nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f)))
+              call append_all(set, pack(nodes, nodes > 0))
+            end associate
+          end do
+          call finish(set)
+        end associate
+      end do
+    end associate
+  end subroutine add_middles
+
+  pure subroutine append_all(set, nodes)
+    type(set_t), intent(inout) :: set
+    integer, intent(in) :: nodes(:)
+    integer :: i
+
+    do i = 1, size(nodes)
+      call append(set%members, set%n, nodes(i))
+    end do
+  end subroutine append_all
 
   !> New nodes, behind all others, where those are that they lie between.
   subroutine add_nodes(mesh, between, place)
