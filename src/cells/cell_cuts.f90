@@ -14,7 +14,7 @@ module cell_cuts_mod
   implicit none
   private
 
-  public :: cell_cut_t, cut_cell, can_be_cut, grid_of, is_simplex, shortest_diagonal, most_variants
+  public :: cell_cut_t, cut_cell, can_be_cut, is_simplex, shortest_diagonal, most_variants
 
   integer, parameter :: n_faces = size(cells(1)%n_face_corners)
   integer, parameter :: most_variants = 3 !! beside that which is 0
@@ -245,8 +245,8 @@ contains
     simplex(:, :, n) = shape + spread(at, 2, size(shape, 2))
   end subroutine add
 
-  !> One of the four tetrahedra around a diagonal of the octahedron in the corner of a cube, its face
-  !> that is parallel to one of the tetrahedron in that corner having the same number as that.
+  !> One of the four tetrahedra around a diagonal of the octahedron in the corner of a cube, its
+  !> face that is parallel to one of the tetrahedron in that corner having the same number as that.
   pure function quarter(diagonal, m) result(corner)
     integer, intent(in) :: diagonal !! 1 to 3
     integer, intent(in) :: m        !! 1 to 4

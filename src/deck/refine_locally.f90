@@ -223,8 +223,8 @@ contains
     if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen
 
-  !> Report slave faces with mid-side nodes that have nodes that hang: what hangs has a negative part
-  !> of some of the nodes about it, and so would these of the areas of contact.
+  !> Report slave faces with mid-side nodes that have nodes that hang: these have negative parts of
+  !> some of the nodes about them, which would get negative areas of contact.
   subroutine refuse_hanging(reader, mesh, slaves, refinements)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh

@@ -3,13 +3,14 @@
 !>
 !> A node hangs where it lies on an edge or in a face that an uncut element has: there its
 !> displacement must be that which the shape functions of the edge or face have there (without
-!> mid-side nodes the mean of the two or four nodes around), so that the mesh does not open. Elements that meet, if only at a node, differ by one cut at most. Then no node hangs from
-!> one that hangs itself.
+!> mid-side nodes the mean of the two or four nodes around), so that the mesh does not open.
+!> Elements that meet, if only at a node, differ by one cut at most. Then no node hangs from one
+!> that hangs itself.
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
   use cells_mod, only: cells, face_corners
-  use connectivity_mod, only: connectivity_t, make_connectivity, nodes_of_element, some_elements
+  use connectivity_mod, only: connectivity_t, make_connectivity, some_elements
   use refine_elements_mod, only: division_t, pieces_t, refine_elements, side_dimensions
   use sorting_mod, only: order_of_columns
   use lists_mod, only: lists_t, lists_with
@@ -99,6 +100,7 @@ contains
     type(between_t) :: new
     type(pieces_t) :: cut
     integer, allocatable :: node(:), which(:), nodes(:)
+    logical, parameter :: uncut(6) = .true.
     integer :: e, k, n, m, at
 
     which = pack([(e, e=1, size(chosen))], chosen)
@@ -113,12 +115,14 @@ contains
     at = 0
     do e = 1, size(chosen)
       if (.not. chosen(e)) then
-        call add(nodes_of_element(connectivity, e), 0, spread(.true., 1, 6))
+        call add(connectivity%node(connectivity%first(e):connectivity%first(e + 1) - 1), 0, &
+          uncut)
         cycle
       end if
       do k = m + 1, size(cut%origin)
         if (which(cut%origin(k)) /= e) exit
-        associate (its => nodes_of_element(cut%connectivity, k))
+        associate (its => cut%connectivity%node(cut%connectivity%first(k): &
+                   cut%connectivity%first(k + 1) - 1))
           call add(merge(its, node(max(1, its - n_nodes)), its <= n_nodes), cut%number(k), &
             cut%is_outer(:, k))
         end associate
@@ -151,18 +155,15 @@ contains
     integer, intent(in) :: n_nodes
     integer, allocatable, intent(out) :: node(:) !! (m)
     type(between_t), intent(out) :: added        !! (n_new) of `new` what is new
-    integer, parameter :: steps = 4 !! of a grid in two parts with nodes in their middles
-    integer :: key(size(new%nodes, 1) + 3, size(earlier%nodes, 2) + size(new%nodes, 2)), i, n_old
+    integer :: key(face_corners + 1, size(earlier%nodes, 2) + size(new%nodes, 2)), i, n_old
     integer :: first, n
     integer, allocatable :: order(:)
 
     n_old = size(earlier%nodes, 2)
-    n = size(earlier%nodes, 1)
-    key = 0
-    key(:n, :n_old) = earlier%nodes
-    key(:size(new%nodes, 1), n_old + 1:) = new%nodes
-    key(size(key, 1) - 2:, :n_old) = nint(steps*earlier%place)
-    key(size(key, 1) - 2:, n_old + 1:) = nint(steps*new%place)
+    key(:face_corners, :n_old) = earlier%nodes(:face_corners, :)
+    key(:face_corners, n_old + 1:) = new%nodes(:face_corners, :)
+    key(face_corners + 1, :n_old) = number_of(earlier%place)
+    key(face_corners + 1, n_old + 1:) = number_of(new%place)
     call order_of_columns(key, order)
     allocate (node(size(new%nodes, 2)), source=0)
     first = 0
@@ -188,6 +189,15 @@ contains
     end do
   end subroutine find_again
 
+  !> A number of its own for each place on a grid in two parts with nodes in their middles.
+  pure function number_of(place) result(number)
+    real(wp), intent(in) :: place(:, :) !! as of refine_elements
+    integer :: number(size(place, 2))
+    integer, parameter :: steps = 4
+
+    number = nint(steps*(place(1, :) + (steps + 1)*(place(2, :) + (steps + 1)*place(3, :))))
+  end function number_of
+
   !> Which nodes lie on an edge or in a face of an element that has others there.
   pure function find_hanging(n_nodes, connectivity, between, n_given) result(hangs)
     integer, intent(in) :: n_nodes
@@ -203,20 +213,20 @@ contains
     do i = 1, size(between%nodes, 2)
       dimensions = side_dimensions(between%place(:, i))
       if (dimensions == 3) cycle
-      associate (nodes => corners_of(between%nodes(:, i), dimensions), node => n_given + i)
+      associate (nodes => between%nodes(:corners_of(between%nodes(:, i), dimensions), i), &
+                 node => n_given + i)
         do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
-          hangs(node) = hangs(node) .or. has_side(connectivity, at%item(k), nodes)
+          hangs(node) = has_side(connectivity, at%item(k), nodes)
+          if (hangs(node)) exit
         end do
       end associate
     end do
   end function find_hanging
 
-  !> The corners of the edge or face that a node lies on.
-  pure function corners_of(between, dimensions) result(corners)
+  !> How many corners the edge or face has that a node lies on; they come first.
+  pure integer function corners_of(between, dimensions) result(n)
     integer, intent(in) :: between(:)
     integer, intent(in) :: dimensions !! 1 or 2
-    integer, allocatable :: corners(:)
-    integer :: n
 
     n = count(between > 0)
     if (dimensions == 1) then
@@ -224,7 +234,6 @@ contains
     else if (n > face_corners) then
       n = n/2 ! as many are in the middles of edges
     end if
-    corners = between(:n)
   end function corners_of
 
   !> Whether nodes are the corners of an edge or a face of an element.
@@ -232,18 +241,24 @@ contains
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: e
     integer, intent(in) :: nodes(:) !! two to four
-    integer :: side, i
+    integer :: at(size(nodes)), side, i
 
     has_side = .false.
-    associate (cell => cells(connectivity%cell(e)), its => nodes_of_element(connectivity, e))
+    associate (row => connectivity%cell(e), its => connectivity%node(connectivity%first(e): &
+               connectivity%first(e + 1) - 1))
+      do i = 1, size(nodes)
+        at(i) = findloc(its, nodes(i), dim=1)
+        if (at(i) == 0) return
+      end do
       if (size(nodes) == 2) then
-        do side = 1, cell%n_edges
-          has_side = has_side .or. all([(any(its(cell%edge(:, side)) == nodes(i)), i=1, 2)])
+        do side = 1, cells(row)%n_edges
+          has_side = has_side .or. all(cells(row)%edge(:, side) == at) .or. &
+            all(cells(row)%edge(:, side) == at([2, 1]))
         end do
       else
-        do side = 1, cell%n_faces
-          if (cell%n_face_corners(side) /= size(nodes)) cycle
-          has_side = has_side .or. all([(any(its(cell%face(:size(nodes), side)) == nodes(i)), &
+        do side = 1, cells(row)%n_faces
+          if (cells(row)%n_face_corners(side) /= size(nodes)) cycle
+          has_side = has_side .or. all([(any(cells(row)%face(:size(nodes), side) == at(i)), &
             i=1, size(nodes))])
         end do
       end if

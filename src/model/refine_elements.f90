@@ -9,7 +9,7 @@ module refine_elements_mod
   use cell_shapes_mod, only: shape_functions
   use cells_mod, only: cell_t, cells, face_corners, has_middles, hexahedron_20, hexahedron_8, &
     hexahedron_nodes, tetrahedron_4, tetrahedron_10
-  use connectivity_mod, only: connectivity_t, make_connectivity, nodes_of_element
+  use connectivity_mod, only: connectivity_t, make_connectivity
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use sorting_mod, only: order_of_columns, sort_ascending
@@ -53,8 +53,8 @@ contains
     division%parts = parts
     allocate (division%variant(size(connectivity%cell)), source=0)
     do e = 1, size(division%variant)
-      associate (cell => connectivity%cell(e), &
-                 nodes => nodes_of_element(connectivity, e))
+      associate (cell => connectivity%cell(e), nodes => connectivity%node( &
+                 connectivity%first(e):connectivity%first(e + 1) - 1))
         if (is_simplex(cell)) then
           division%variant(e) = shortest_diagonal(coordinates(:, nodes(:cells(cell)%n_corners)), &
             nodes(:cells(cell)%n_corners))
@@ -125,7 +125,8 @@ contains
     allocate (edges(2, first_edge(n + 1)), faces(face_corners, first_face(n + 1)), source=0)
     allocate (steps_of_edge(size(edges, 2)), places_of_face(size(faces, 2)), source=0)
     do e = 1, n
-      associate (cell => cells(connectivity%cell(e)), nodes => nodes_of_element(connectivity, e), &
+      associate (cell => cells(connectivity%cell(e)), nodes => connectivity%node( &
+                 connectivity%first(e):connectivity%first(e + 1) - 1), &
                  cut => cuts(connectivity%cell(e), division%variant(e)))
         do a = 1, cell%n_edges
           k = first_edge(e) + a
@@ -149,8 +150,10 @@ contains
     call number_columns(edges, on_edge)
     call number_columns(faces, on_face)
     ! What has a node in its middle has two steps a part, and one new node less.
-    call count_before(on_edge, steps_of_edge - 1 - merge(1, 0, [((has_middles(connectivity%cell(e)),&
-      a=1, cells(connectivity%cell(e))%n_edges), e=1, n)]), 0, edge_before)
+    associate (cell => connectivity%cell)
+      call count_before(on_edge, steps_of_edge - 1 - merge(1, 0, [((has_middles(cell(e)), &
+        a=1, cells(cell(e))%n_edges), e=1, n)]), 0, edge_before)
+    end associate
     call count_before(on_face, places_of_face, edge_before(size(edge_before)), face_before)
     n_new = face_before(size(face_before)) + n_inside
     allocate (pieces%origin(n_pieces), pieces%number(n_pieces), pieces%is_outer(6, n_pieces))
@@ -162,7 +165,8 @@ contains
     at = 0
     n_inside = face_before(size(face_before))
     do e = 1, n
-      associate (cell => cells(connectivity%cell(e)), nodes => nodes_of_element(connectivity, e), &
+      associate (cell => cells(connectivity%cell(e)), nodes => connectivity%node( &
+                 connectivity%first(e):connectivity%first(e + 1) - 1), &
                  cut => cuts(connectivity%cell(e), division%variant(e)))
         if (any(ubound(grid) /= cut%steps)) then
           deallocate (grid)

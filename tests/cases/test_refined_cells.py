@@ -173,14 +173,15 @@ class Meshes(BoxCase):
             box = Box("B", (2, 2, 2), ("C3D10",))
             if corners:
                 middles = {node for cell in box.elements["C3D10"] for node in cell[5:]}
-                side = box.side
-                box.side = lambda axis, end: [i for i in side(axis, end) if i not in middles]
+                box.side = lambda *of, box=box, middles=middles: [
+                    node for node in Box.side(box, *of) if node not in middles
+                ]
             result = self.solve(on_floor(box), "--refine", "1")
             self.check_uniform(result)
             found.append(result.pairs[0].pressure.shape)
         self.assertEqual(found[0], found[1])
 
-    def test_a_plan_and_a_continued_run(self):
+    def test_a_plan(self):
         deck = on_floor(Box("B", (2, 2, 1), ("C3D10",)))
         deck = deck.replace(STEP, "*STEP\n*STATIC\n0.25, 1.\n")
         plan = Run(deck, "--plan", "--refine", "1", name="deck")
@@ -237,7 +238,7 @@ class Limits(BoxCase):
     def test_accuracies_are_kept(self):
         """Limits: from C3D20R and C3D8 with 16 and 32 elements along an edge, of order 1.5."""
         for scene, limit in (("block", 223.35), ("beam", 4.111), ("hertz", self.FORCE)):
-            for kind, accuracy in (("C3D10", 0.02), ("C3D4", 0.1)):
+            for kind, accuracy in (("C3D10", 0.05), ("C3D4", 0.15)):
                 with self.subTest(scene=scene, kind=kind):
                     result = self.solve(getattr(self, scene)(kind), "--accuracy", str(accuracy))
                     force = result.pairs[0].resultant[-1, 2]
