@@ -16,13 +16,15 @@ module contact_zone_mod
 
 contains
 
-  !> Mark the nodes through which contact presses, of both sides.
+  !> Mark the nodes through which contact presses, of both sides; none where slave faces have
+  !> mid-side nodes, for on those none may hang.
   pure subroutine mark_touched(points, contact, touched)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(inout) :: touched(:, :) !! (1,n_nodes) 1 where marked, else 0 [-]
     integer :: i
 
+    if (allocated(points%alpha)) return
     do i = 1, points%n
       if (.not. contact%reaction(1, i) > 0.0_wp) cycle
       touched(1, points%node(i)) = 1.0_wp

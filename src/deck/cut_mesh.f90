@@ -8,34 +8,52 @@ module cut_mesh_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
   use cards_mod, only: reader_t, report
-  use cells_mod, only: cells, hexahedron_8
-  use connectivity_mod, only: make_hexahedra
+  use cell_cuts_mod, only: can_be_cut
+  use cells_mod, only: cells, has_middles
+  use connectivity_mod, only: all_nodes_of_face, connectivity_t, some_elements
+  use find_faces_mod, only: find_outer_faces
+  use matching_faces_mod, only: outer_faces
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
-  use refine_elements_mod, only: piece_faces, pieces_t, value_between
+  use refine_elements_mod, only: pieces_t, value_between
   use sets_mod, only: finish, model_t, set_t
   use sorting_mod, only: order_of
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: nodes_by_id, refuse_other_cells, replace_elements
+  public :: nodes_by_id, elements_of, refuse_uncut, replace_elements
 
 contains
 
-  !> Report a mesh that has other cells than those that can be cut.
-  subroutine refuse_other_cells(reader, mesh)
+  !> The elements of the mesh, in numbers of nodes or what these are called instead.
+  pure function elements_of(mesh, rank) result(connectivity)
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in), optional :: rank(:) !! (1+n_nodes) instead of 0, 1, 2, ...
+    type(connectivity_t) :: connectivity
+    integer :: e
+
+    connectivity = some_elements(mesh%connectivity, [(e, e=1, mesh%n_elements)])
+    if (present(rank)) connectivity%node = rank(1 + connectivity%node)
+  end function elements_of
+
+  !> Report a cell that cannot be cut.
+  subroutine refuse_uncut(reader, mesh, chosen)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh
+    logical, intent(in), optional :: chosen(:) !! (n_elements) left out: all are to be cut
     integer :: e
 
     do e = 1, mesh%n_elements
-      if (mesh%connectivity%cell(e) == hexahedron_8) cycle
+      if (can_be_cut(mesh%connectivity%cell(e))) cycle
+      if (present(chosen)) then
+        if (.not. chosen(e)) cycle
+      end if
       call report(reader, mesh%element_position(e), 'element '//to_text(mesh%element_id(e))// &
-        ' is a '//trim(cells(mesh%connectivity%cell(e))%name)//': only meshes of 8-node '// &
-        'hexahedra are refined (C3D8, C3D8I, C3D8B)')
+        ' is a '//trim(cells(mesh%connectivity%cell(e))%name)//', which cannot be refined: its '// &
+        'pieces would not be of one type')
       return
     end do
-  end subroutine refuse_other_cells
+  end subroutine refuse_uncut
 
   !> Nodes by ascending id, in whose order sets of an equation go together, and the place of each
   !> node in this; 0 stays 0.
@@ -58,19 +76,21 @@ contains
     type(model_t), intent(inout) :: model
     type(pieces_t), intent(in) :: pieces
     integer, intent(in) :: ids(:)        !! (n) of the pieces
-    integer, intent(in) :: between(:, :) !! (8,n_new) as of refine_elements
+    integer, intent(in) :: between(:, :) !! (:,n_new) as of refine_elements
     real(wp), intent(in) :: place(:, :)  !! (3,n_new) likewise
     logical, intent(out) :: ok           !! false: there is no room
     integer :: first(model%mesh%n_elements + 1), n, i
 
     n = model%mesh%n_elements
+    if (any(has_middles(model%mesh%connectivity%cell(:n)))) call add_middles(model, pieces)
     associate (mesh => model%mesh, origin => pieces%origin)
       if (.not. allocated(mesh%first_piece)) then
         mesh%n_given = mesh%n_nodes
         mesh%given_id = mesh%element_id(:n)
         mesh%first_piece = [(i, i=1, n + 1)]
         allocate (mesh%outer(6, n), source=.true.)
-        allocate (mesh%between(8, 0), mesh%place(3, 0))
+        mesh%outside = outer_faces(mesh)
+        allocate (mesh%between(size(between, 1), 0), mesh%place(3, 0))
       end if
       call reserve_nodes(mesh, size(between, 2), ok)
       if (ok) call reserve_elements(mesh, size(origin) - n, ok)
@@ -85,13 +105,10 @@ contains
       mesh%element_id(:n) = mesh%element_id(origin)
       mesh%element_position(:n) = mesh%element_position(origin)
       mesh%element_kind(:n) = mesh%element_kind(origin)
-      mesh%connectivity = make_hexahedra(pieces%nodes)
+      mesh%connectivity = pieces%connectivity
       mesh%piece_id = ids
-      mesh%outer = mesh%outer(:, origin)
-      do i = 1, n
-        if (pieces%number(i) > 0) mesh%outer(:, i) = mesh%outer(:, i) .and. &
-          piece_faces(pieces%number(i), pieces%parts, pieces%uncut(origin(i)))
-      end do
+      mesh%outer = mesh%outer(:, origin) .and. pieces%is_outer
+      mesh%outside = mesh%outside(:, origin) .and. pieces%is_outer
       mesh%n_elements = n
     end associate
     call extend_marks(model, size(between, 2))
@@ -100,6 +117,49 @@ contains
       call cut_members(first, model%element_sets%list(i))
     end do
   end subroutine replace_elements
+
+  !> Add to sets that have corners of elements alone the mid-side nodes of faces that are cut.
+  subroutine add_middles(model, pieces)
+    type(model_t), intent(inout) :: model
+    type(pieces_t), intent(in) :: pieces
+    integer, allocatable :: faces(:, :)
+    logical :: is_middle(model%mesh%n_nodes), is_cut(model%mesh%n_elements)
+    integer :: i, e, f
+
+    associate (mesh => model%mesh)
+      is_middle = .false.
+      do e = 1, mesh%n_elements
+        is_middle(mesh%connectivity%node(mesh%connectivity%first(e) + cells( &
+          mesh%connectivity%cell(e))%n_corners:mesh%connectivity%first(e + 1) - 1)) = .true.
+      end do
+      is_cut = .false.
+      is_cut(pack(pieces%origin, pieces%number > 0)) = .true.
+      do i = 1, model%node_sets%n
+        associate (set => model%node_sets%list(i))
+          if (.not. allocated(set%members)) cycle
+          if (any(is_middle(set%members(:set%n)))) cycle
+          call find_outer_faces(mesh, set%members(:set%n), faces)
+          do f = 1, size(faces, 2)
+            if (.not. is_cut(faces(1, f))) cycle
+            associate (nodes => all_nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f)))
+              call append_all(set, pack(nodes, nodes > 0))
+            end associate
+          end do
+          call finish(set)
+        end associate
+      end do
+    end associate
+  end subroutine add_middles
+
+  pure subroutine append_all(set, nodes)
+    type(set_t), intent(inout) :: set
+    integer, intent(in) :: nodes(:)
+    integer :: i
+
+    do i = 1, size(nodes)
+      call append(set%members, set%n, nodes(i))
+    end do
+  end subroutine append_all
 
   !> New nodes, behind all others, where those are that they lie between.
   subroutine add_nodes(mesh, between, place)
@@ -118,7 +178,8 @@ contains
         end do
       end associate
     end do
-    mesh%between = reshape([mesh%between, between], [8, size(mesh%between, 2) + size(between, 2)])
+    mesh%between = reshape([mesh%between, between], [size(between, 1), size(mesh%place, 2) + &
+      size(place, 2)])
     mesh%place = reshape([mesh%place, place], [3, size(mesh%between, 2)])
     mesh%highest_node = mesh%highest_node + size(between, 2)
     mesh%n_nodes = mesh%n_nodes + size(between, 2)

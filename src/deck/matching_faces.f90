@@ -12,7 +12,7 @@ module matching_faces_mod
   implicit none
   private
 
-  public :: check_matching, strengthen_reduced
+  public :: check_matching, strengthen_reduced, outer_faces
 
 contains
 
@@ -62,8 +62,23 @@ contains
       'without strain')
   end subroutine strengthen_reduced
 
+  !> The faces that no two elements have.
+  pure function outer_faces(mesh) result(is_outer)
+    type(mesh_draft_t), intent(in) :: mesh
+    logical, allocatable :: is_outer(:, :) !! (6,n_elements)
+    integer, allocatable :: key(:, :), of_face(:, :)
+    logical, allocatable :: of_list(:)
+    integer :: i
+
+    allocate (is_outer(6, mesh%n_elements), source=.false.)
+    call list_faces(mesh, key, of_face, of_list)
+    do i = 1, size(of_list)
+      is_outer(of_face(2, i), of_face(1, i)) = of_list(i)
+    end do
+  end function outer_faces
+
   !> All faces, and which of them no two elements have.
-  subroutine list_faces(mesh, key, of_face, is_outer)
+  pure subroutine list_faces(mesh, key, of_face, is_outer)
     type(mesh_draft_t), intent(in) :: mesh
     integer, allocatable, intent(out) :: key(:, :)     !! (4,n) corners, ascending; 0 of a triangle
     integer, allocatable, intent(out) :: of_face(:, :) !! (2,n) element, face

@@ -99,6 +99,8 @@ module mesh_draft_mod
     logical, allocatable :: hangs(:)             !! likewise
     logical, allocatable :: outer(:, :)
     !! (6,n_elements) whether a face is a part of that face of the deck's element
+    logical, allocatable :: outside(:, :)
+    !! (6,n_elements) whether it is, of a face that no other element of the deck has
   end type mesh_draft_t
 
 contains

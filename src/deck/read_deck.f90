@@ -47,7 +47,8 @@ module read_deck_mod
   use read_surface_behavior_mod, only: read_surface_behavior
   use read_source_mod, only: read_source, source_from_text
   use read_refinements_mod, only: read_refinements
-  use refine_locally_mod, only: constrain_hanging, place_hanging, refinement_t, refine_locally
+  use refine_locally_mod, only: constrain_hanging, place_hanging, refinement_t, refine_locally, &
+    refuse_hanging
   use refine_mesh_mod, only: refine_mesh
   use read_temperatures_mod, only: read_first_temperatures
   use read_steps_mod, only: read_steps
@@ -194,9 +195,9 @@ contains
     end if
     call check_elements(reader, model%mesh)
     call check_matching(reader, model%mesh)
-    call strengthen_reduced(reader, model%mesh)
     call read_sets(reader, model)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
+    call strengthen_reduced(reader, model%mesh)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
     call read_materials(reader, scene%materials, materials)
@@ -219,6 +220,8 @@ contains
     end if
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
     call read_surface_behavior(reader)
+    if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
+      surfaces%list([scene%pairs%surface, ties%slave]), refinements)
     if (.not. any_mistakes(reader%diagnostics)) then
       call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
         adjusts)

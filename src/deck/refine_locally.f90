@@ -4,26 +4,30 @@
 !> docs/theory.md section 11.
 module refine_locally_mod
   use cards_mod, only: note, reader_t, report
-  use connectivity_mod, only: nodes_of_element, table_of_hexahedra
+  use cells_mod, only: has_middles
+  use connectivity_mod, only: all_nodes_of_face, connectivity_t, nodes_of_element
   use constraints_mod, only: add_constraint, constraints_t
-  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_elements
-  use diagnostics_mod, only: any_mistakes
+  use cut_mesh_mod, only: elements_of, nodes_by_id, refuse_uncut, replace_elements
+  use diagnostics_mod, only: any_mistakes, quoted
   use kinds_mod, only: i8, wp
-  use local_refinement_mod, only: cut_some, cut_with, find_hanging, parents_of
+  use local_refinement_mod, only: between_t, cut_some, cut_with, find_hanging, parents_of
   use mesh_draft_mod, only: max_nodes, mesh_draft_t
   use mesh_size_mod, only: is_near, zone_t
-  use refine_elements_mod, only: local_axes, pieces_t, value_between
+  use refine_elements_mod, only: divide_elements, pieces_t, side_weights, value_between, widest
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
+  use surfaces_mod, only: surface_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: refinement_t, refine_locally, place_hanging, constrain_hanging, most_times
+  public :: refinement_t, refine_locally, refuse_hanging, place_hanging, constrain_hanging, &
+    most_times
 
   integer, parameter :: most_times = 10
   !> Of an element with all that it takes to cut it. [byte]
   integer(i8), parameter :: bytes_of_element = 2000_i8
+  integer, parameter :: most_new = 64 !! nodes of an element that is cut
 
   !> A *REFINE.
   type :: refinement_t
@@ -50,8 +54,6 @@ contains
 
     if (max(zone%times, maxval([refinements%times, 0])) == 0 .or. model%mesh%n_elements == 0 .or. &
       any_mistakes(reader%diagnostics)) return
-    call refuse_other_cells(reader, model%mesh)
-    if (any_mistakes(reader%diagnostics)) return
     n_before = model%mesh%n_elements
     allocate (cuts(n_before), source=0)
     ok = fewest_elements(model, refinements) < max_nodes
@@ -65,13 +67,16 @@ contains
         call cut_with(elements_of(model%mesh), model%mesh%n_nodes, model%mesh%between, &
           model%mesh%n_given, cuts, chosen)
       end if
+      call refuse_uncut(reader, model%mesh, chosen)
+      if (any_mistakes(reader%diagnostics)) return
       call cut_chosen(model, chosen, across, cuts, ok)
       if (.not. ok) call refuse()
       if (.not. ok) return
     end do
     if (.not. any(cuts > 0)) return
     associate (mesh => model%mesh)
-      mesh%hangs = find_hanging(mesh%n_nodes, elements_of(mesh), mesh%between, mesh%n_given)
+      mesh%hangs = find_hanging(mesh%n_nodes, elements_of(mesh), between_t(mesh%between, &
+        mesh%place), mesh%n_given)
       if (.not. any(mesh%hangs)) deallocate (mesh%hangs)
       call note(reader, 'refined locally: '//to_text(n_before)//' elements are '// &
         to_text(mesh%n_elements))
@@ -177,8 +182,10 @@ contains
     integer, intent(in) :: across
     integer, allocatable, intent(inout) :: cuts(:) !! (n_elements) how often each was cut
     logical, intent(out) :: ok                     !! false: there is no room
+    type(connectivity_t) :: elements
     type(pieces_t) :: pieces
-    integer, allocatable :: node(:), rank(:), ids(:), between(:, :), added(:, :), elements(:, :)
+    type(between_t) :: between, added
+    integer, allocatable :: node(:), rank(:), ids(:)
     integer :: n, n_nodes, highest, i
 
     n = model%mesh%n_elements
@@ -191,44 +198,56 @@ contains
     highest = maxval(ids)
     ok = has_memory(8*bytes_of_element*count(chosen)) .and. n + 7*count(chosen) < &
       max_nodes .and. highest < huge(highest) - 8*count(chosen) .and. &
-      model%mesh%highest_node < huge(highest) - 16*count(chosen)
+      model%mesh%highest_node < huge(highest) - most_new*count(chosen)
     if (.not. ok) return
     call nodes_by_id(model%mesh, node, rank)
-    allocate (between(8, 0))
-    if (allocated(model%mesh%between)) between = reshape(rank([model%mesh%between]), &
-      shape(model%mesh%between))
-    elements = elements_of(model%mesh)
-    call cut_some(n_nodes, reshape(rank([elements]), shape(elements)), between, chosen, &
-      local_axes(model%mesh%coordinates, elements, across), pieces, added)
-    node = [node, [(n_nodes + i, i=1, size(added, 2))]]
-    pieces%nodes = reshape(node(1 + [pieces%nodes]), shape(pieces%nodes))
+    elements = elements_of(model%mesh, rank)
+    if (allocated(model%mesh%between)) then
+      between = between_t(reshape(rank([model%mesh%between]), shape(model%mesh%between)), &
+        model%mesh%place)
+    else
+      allocate (between%nodes(widest(elements), 0), between%place(3, 0))
+    end if
+    call cut_some(n_nodes, elements, between, chosen, divide_elements(model%mesh%coordinates(:, &
+      node(1:n_nodes)), elements, 2, across), pieces, added)
+    node = [node, [(n_nodes + i, i=1, size(added%nodes, 2))]]
+    pieces%connectivity%node = node(1 + pieces%connectivity%node)
     ids = ids(pieces%origin)
     do i = 1, size(ids)
       if (pieces%number(i) == 0) cycle
       highest = highest + 1
       ids(i) = highest
     end do
-    call replace_elements(model, pieces, ids, reshape(node(1 + [added]), shape(added)), &
-      middle_of(added), ok)
+    call replace_elements(model, pieces, ids, reshape(node(1 + [added%nodes]), &
+      shape(added%nodes)), added%place, ok)
     if (ok) cuts = cuts(pieces%origin) + merge(1, 0, pieces%number > 0)
   end subroutine cut_chosen
 
-  pure function elements_of(mesh) result(elements)
+  !> Report slave faces with mid-side nodes that have nodes that hang: these have negative parts of
+  !> some of the nodes about them, which would get negative areas of contact.
+  subroutine refuse_hanging(reader, mesh, slaves, refinements)
+    type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh
-    integer :: elements(8, mesh%n_elements)
+    type(surface_t), intent(in) :: slaves(:) !! of pairs and ties
+    type(refinement_t), intent(in) :: refinements(:)
+    integer :: i, f
 
-    elements = table_of_hexahedra(mesh%connectivity, mesh%n_elements)
-  end function elements_of
-
-  !> Where new nodes lie between others: in the middle.
-  pure function middle_of(between) result(place)
-    integer, intent(in) :: between(:, :) !! (8,n) as of refine_elements
-    real(wp) :: place(3, size(between, 2))
-
-    place = 0.5_wp
-    where (between(3, :) == 0) place(2, :) = 0.0_wp
-    where (between(5, :) == 0) place(3, :) = 0.0_wp
-  end function middle_of
+    if (.not. allocated(mesh%hangs)) return
+    do i = 1, size(slaves)
+      associate (faces => slaves(i)%faces)
+        do f = 1, size(faces, 2)
+          if (.not. has_middles(mesh%connectivity%cell(faces(1, f)))) cycle
+          associate (nodes => all_nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f)))
+            if (.not. any(mesh%hangs(pack(nodes, nodes > 0)))) cycle
+          end associate
+          call report(reader, refinements(1)%position, 'slave surface '//quoted(slaves(i)%name)// &
+            ' consists of faces with mid-side nodes, and this refines a part of it: refine all '// &
+            'elements at it, or none')
+          return
+        end do
+      end associate
+    end do
+  end subroutine refuse_hanging
 
   !> Put nodes that hang back into the middle, after others were moved.
   pure subroutine place_hanging(mesh)
@@ -255,10 +274,12 @@ contains
     do node = mesh%n_given + 1, size(mesh%hangs)
       if (.not. mesh%hangs(node)) cycle
       associate (parents => parents_of(mesh%between(:, node - mesh%n_given)))
-        do dof = 1, 3
-          call add_constraint(constraints, node, dof, parents, spread(dof, 1, size(parents)), &
-            spread(1.0_wp/real(size(parents), wp), 1, size(parents)))
-        end do
+        associate (weights => side_weights(size(parents), mesh%place(:, node - mesh%n_given)))
+          do dof = 1, 3
+            call add_constraint(constraints, node, dof, pack(parents, abs(weights) > 0.0_wp), &
+              spread(dof, 1, count(abs(weights) > 0.0_wp)), pack(weights, abs(weights) > 0.0_wp))
+          end do
+        end associate
       end associate
     end do
   end subroutine constrain_hanging

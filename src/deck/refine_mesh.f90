@@ -2,11 +2,11 @@
 module refine_mesh_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes
-  use cut_mesh_mod, only: nodes_by_id, refuse_other_cells, replace_elements
-  use connectivity_mod, only: table_of_hexahedra
+  use connectivity_mod, only: connectivity_t
+  use cut_mesh_mod, only: elements_of, nodes_by_id, refuse_uncut, replace_elements
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: max_nodes
-  use refine_elements_mod, only: local_axes, n_pieces, pieces_t, refine_elements
+  use refine_elements_mod, only: divide_elements, pieces_t, refine_elements
   use resource_limits_mod, only: has_memory
   use sets_mod, only: model_t
   use text_mod, only: to_text
@@ -17,6 +17,7 @@ module refine_mesh_mod
 
   !> Of an element with all that it takes to cut it: edges and faces, sorted, and what comes of it.
   integer(i8), parameter :: bytes_of_element = 2000_i8
+  integer(i8), parameter :: most_new = 8_i8 !! nodes a piece, of one element with mid-side nodes
 
 contains
 
@@ -32,7 +33,7 @@ contains
     logical :: ok
 
     if (parts == 1 .or. model%mesh%n_elements == 0 .or. any_mistakes(reader%diagnostics)) return
-    call refuse_other_cells(reader, model%mesh)
+    call refuse_uncut(reader, model%mesh)
     if (any_mistakes(reader%diagnostics)) return
     n_elements = model%mesh%n_elements
     pieces = int(parts, i8)**merge(2, 3, across > 0)
@@ -43,7 +44,7 @@ contains
         to_text(nodes)//' elements, at most '//to_text(max_nodes)//' are possible, '// &
         'memory permitting')
     else if (pieces*model%mesh%highest_element + nodes > huge(parts) .or. &
-      model%mesh%highest_node + 2*nodes > huge(parts)) then
+      model%mesh%highest_node + most_new*nodes > huge(parts)) then
       call report(reader, 0, 'the mesh cannot be '//in_words(parts)// &
         ': its ids are too high, which those of its parts are above')
     end if
@@ -64,23 +65,22 @@ contains
     type(model_t), intent(inout) :: model
     integer, intent(in) :: parts, across
     logical, intent(out) :: ok !! false: there is no room
-    integer, allocatable :: given(:, :), elements(:, :), uncut(:), between(:, :), node(:), rank(:)
+    type(connectivity_t) :: elements
+    type(pieces_t) :: pieces
+    integer, allocatable :: between(:, :), node(:), rank(:)
     real(wp), allocatable :: place(:, :)
-    integer :: pieces, n, n_nodes, e, k, i
+    integer :: of_each, n_nodes, i
 
-    n = model%mesh%n_elements
     n_nodes = model%mesh%n_nodes
-    given = table_of_hexahedra(model%mesh%connectivity, n)
-    uncut = local_axes(model%mesh%coordinates, given, across)
-    pieces = n_pieces(parts, uncut)
     call nodes_by_id(model%mesh, node, rank)
-    call refine_elements(n_nodes, reshape(rank([given]), shape(given)), parts, uncut, elements, &
-      between, place)
+    elements = elements_of(model%mesh, rank)
+    call refine_elements(n_nodes, elements, divide_elements(model%mesh%coordinates(:, &
+      node(1:n_nodes)), elements, parts, across), pieces, between, place)
     node = [node, [(n_nodes + i, i=1, size(between, 2))]]
-    call replace_elements(model, pieces_t(reshape(node(1 + [elements]), shape(elements)), &
-      [((e, k=1, pieces), e=1, n)], [((k, k=1, pieces), e=1, n)], uncut, parts), &
-      [((pieces*(model%mesh%element_id(e) - 1) + k, k=1, pieces), e=1, n)], &
-      reshape(node(1 + [between]), shape(between)), place, ok)
+    pieces%connectivity%node = node(1 + pieces%connectivity%node)
+    of_each = size(pieces%origin)/model%mesh%n_elements
+    call replace_elements(model, pieces, of_each*(model%mesh%element_id(pieces%origin) - 1) + &
+      pieces%number, reshape(node(1 + [between]), shape(between)), place, ok)
   end subroutine cut_elements
 
   !> Refined once, or so many times; else in how many parts edges are cut.

@@ -7,7 +7,7 @@ module slice_axis_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use obstacle_shapes_mod, only: is_same_along
-  use refine_elements_mod, only: along_edge, edge_nodes, local_axes
+  use refine_elements_mod, only: along_edge, edge_nodes, local_axis
   use scene_mod, only: scene_t
   use mesh_mod, only: deck_rounding
   use surfaces_mod, only: surface_t, nodes_of
@@ -53,7 +53,7 @@ contains
     integer, intent(in) :: axis
     integer, allocatable :: opposite(:)
     real(wp) :: low, high, close_by
-    integer :: along(1), nodes(hexahedron_nodes), e, a
+    integer :: along, nodes(hexahedron_nodes), e, a
     logical :: is_slice
 
     associate (mesh => scene%mesh)
@@ -64,9 +64,9 @@ contains
       is_slice = .true.
       do e = 1, mesh%n_elements
         nodes = nodes_of_hexahedron(mesh%connectivity, e)
-        along = local_axes(mesh%coordinates, reshape(nodes, [size(nodes), 1]), axis)
+        along = local_axis(mesh%coordinates(:, nodes), axis)
         do a = 1, size(along_edge)
-          if (along_edge(a) /= along(1)) cycle
+          if (along_edge(a) /= along) cycle
           associate (ends => nodes(edge_nodes(:, a)))
             is_slice = is_slice .and. are_opposite(mesh%coordinates(:, ends(1)), &
               mesh%coordinates(:, ends(2))) .and. all(opposite(ends) == 0 .or. opposite(ends) == &

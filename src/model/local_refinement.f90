@@ -1,45 +1,54 @@
 !> Some elements of a mesh cut into eight (of a slice into four), others not: which must be cut with
 !> them, and which nodes hang.
 !>
-!> A node hangs where it lies in the middle of an edge or of a face that an uncut element has: there
-!> its displacement must be the mean of the two or four nodes around, so that the mesh does not
-!> open. Elements that meet, if only at a node, differ by one cut at most. Then no node hangs from
-!> one that hangs itself.
+!> A node hangs where it lies on an edge or in a face that an uncut element has: there its
+!> displacement must be that which the shape functions of the edge or face have there (without
+!> mid-side nodes the mean of the two or four nodes around), so that the mesh does not open.
+!> Elements that meet, if only at a node, differ by one cut at most. Then no node hangs from one
+!> that hangs itself.
 module local_refinement_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
-  use refine_elements_mod, only: edge_nodes, face_nodes, n_pieces, pieces_t, refine_elements
-  use sorting_mod, only: order_of_columns, sort_ascending
-  use lists_mod, only: lists_t, columns_with
+  use cells_mod, only: cells, face_corners
+  use connectivity_mod, only: connectivity_t, make_connectivity, some_elements
+  use refine_elements_mod, only: division_t, pieces_t, refine_elements, side_dimensions
+  use sorting_mod, only: order_of_columns
+  use lists_mod, only: lists_t, lists_with
   implicit none
   private
 
-  public :: cut_with, cut_some, find_hanging, parents_of, fold_to_parents, &
+  public :: between_t, cut_with, cut_some, find_hanging, parents_of, fold_to_parents, &
     hanging_of
+
+  !> Nodes that lie between others.
+  type :: between_t
+    integer,  allocatable :: nodes(:, :) !! as of refine_elements
+    real(wp), allocatable :: place(:, :) !! likewise
+  end type between_t
 
 contains
 
-  !> The nodes that a node lies between: two, four or eight.
+  !> The nodes that a node lies between.
   pure function parents_of(between) result(parents)
-    integer, intent(in) :: between(8) !! as of refine_elements
+    integer, intent(in) :: between(:) !! as of refine_elements
     integer, allocatable :: parents(:)
 
     parents = pack(between, between > 0)
   end function parents_of
 
   !> Choose, too, every element that would be two cuts behind a neighbour if it stayed as it is.
-  subroutine cut_with(elements, n_nodes, between, n_given, cuts, chosen)
-    integer, intent(in) :: elements(:, :)     !! (8,n)
+  subroutine cut_with(connectivity, n_nodes, between, n_given, cuts, chosen)
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_elements
+    integer, intent(in) :: between(:, :)    !! (:,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given          !! nodes before those that lie between others
     integer, intent(in) :: cuts(:)          !! (n) how often each element was cut so far
     logical, intent(inout) :: chosen(:)     !! (n)
     type(lists_t) :: at !! the elements at each node
     integer, allocatable :: queue(:)
-    integer :: next, n, a, e
+    integer :: next, n, k, e
 
-    at = columns_with(elements, n_nodes)
+    at = lists_with(connectivity%first, connectivity%node, n_nodes)
     n = 0
     do e = 1, size(chosen)
       if (chosen(e)) call append(queue, n, e)
@@ -48,8 +57,8 @@ contains
     do while (next < n)
       next = next + 1
       e = queue(next)
-      do a = 1, 8
-        associate (node => elements(a, e))
+      do k = connectivity%first(e), connectivity%first(e + 1) - 1
+        associate (node => connectivity%node(k))
           call choose_behind([node])
           if (node > n_given) call choose_behind(parents_of(between(:, node - n_given)))
         end associate
@@ -66,7 +75,10 @@ contains
       do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
         associate (other => at%item(k))
           if (chosen(other) .or. cuts(other) >= cuts(e)) cycle
-          if (.not. all([(any(elements(:, other) == nodes(i)), i=1, size(nodes))])) cycle
+          associate (its => connectivity%node(connectivity%first(other): &
+                     connectivity%first(other + 1) - 1))
+            if (.not. all([(any(its == nodes(i)), i=1, size(nodes))])) cycle
+          end associate
           chosen(other) = .true.
           call append(queue, n, other)
         end associate
@@ -75,70 +87,85 @@ contains
 
   end subroutine cut_with
 
-  !> Cut every edge of the chosen elements in two, but for those not to be cut. Their pieces take
-  !> their place, as those of refine_elements follow each other. A node that an earlier cut put in
-  !> the middle of an edge or face is found again.
-  subroutine cut_some(n_nodes, elements, between, chosen, uncut, pieces, added)
+  !> Cut the chosen elements. Their pieces take their place, as those of refine_elements follow each
+  !> other. A node that an earlier cut put on an edge or in a face is found again.
+  subroutine cut_some(n_nodes, connectivity, earlier, chosen, division, pieces, added)
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: elements(:, :)              !! (8,n)
-    integer, intent(in) :: between(:, :)             !! (8,..) as of refine_elements: the last nodes
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
+    type(between_t), intent(in) :: earlier           !! the last nodes
     logical, intent(in) :: chosen(:)                 !! (n)
-    integer, intent(in) :: uncut(:)                  !! (n) as of refine_elements
+    type(division_t), intent(in) :: division         !! in two parts
     type(pieces_t), intent(out) :: pieces
-    integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) as `between`, of new nodes
-    integer, allocatable :: cut(:, :), middle(:, :), node(:)
-    real(wp), allocatable :: place(:, :)
-    integer :: of_each, e, k, n, m
+    type(between_t), intent(out) :: added            !! new nodes
+    type(between_t) :: new
+    type(pieces_t) :: cut
+    integer, allocatable :: node(:), which(:), nodes(:)
+    logical, parameter :: uncut(6) = .true.
+    integer :: e, k, n, m, at
 
-    of_each = n_pieces(2, uncut)
-    call refine_elements(n_nodes, elements(:, pack([(e, e=1, size(chosen))], chosen)), 2, &
-      pack(uncut, chosen), cut, middle, place)
-    call find_again(middle, between, n_nodes, node, added)
-    n = size(chosen) + (of_each - 1)*count(chosen)
-    allocate (pieces%nodes(8, n), pieces%origin(n))
-    allocate (pieces%number(n), source=0)
-    pieces%uncut = uncut
+    which = pack([(e, e=1, size(chosen))], chosen)
+    call refine_elements(n_nodes, some_elements(connectivity, which), &
+      division_t(division%parts, division%variant(which)), cut, new%nodes, new%place)
+    call find_again(new, earlier, n_nodes, node, added)
+    n = count(.not. chosen) + size(cut%origin)
+    allocate (pieces%origin(n), pieces%number(n), pieces%is_outer(6, n))
+    allocate (nodes(size(connectivity%node) + size(cut%connectivity%node)))
     n = 0
     m = 0
+    at = 0
     do e = 1, size(chosen)
       if (.not. chosen(e)) then
-        n = n + 1
-        pieces%nodes(:, n) = elements(:, e)
-        pieces%origin(n) = e
+        call add(connectivity%node(connectivity%first(e):connectivity%first(e + 1) - 1), 0, &
+          uncut)
         cycle
       end if
-      do k = 1, of_each
-        pieces%nodes(:, n + k) = merge(cut(:, m + k), node(max(1, cut(:, m + k) - n_nodes)), &
-          cut(:, m + k) <= n_nodes)
-        pieces%number(n + k) = k
+      do k = m + 1, size(cut%origin)
+        if (which(cut%origin(k)) /= e) exit
+        associate (its => cut%connectivity%node(cut%connectivity%first(k): &
+                   cut%connectivity%first(k + 1) - 1))
+          call add(merge(its, node(max(1, its - n_nodes)), its <= n_nodes), cut%number(k), &
+            cut%is_outer(:, k))
+        end associate
+        m = k
       end do
-      pieces%origin(n + 1:n + of_each) = e
-      n = n + of_each
-      m = m + of_each
     end do
+    pieces%connectivity = make_connectivity(connectivity%cell(pieces%origin), nodes(:at))
+
+  contains
+
+    subroutine add(its, number, is_outer)
+      integer, intent(in) :: its(:), number
+      logical, intent(in) :: is_outer(:)
+
+      n = n + 1
+      pieces%origin(n) = e
+      pieces%number(n) = number
+      pieces%is_outer(:, n) = is_outer
+      nodes(at + 1:at + size(its)) = its
+      at = at + size(its)
+    end subroutine add
+
   end subroutine cut_some
 
-  !> The numbers of middles: those of earlier ones between the same nodes, new ones of others.
-  pure subroutine find_again(middle, between, n_nodes, node, added)
-    integer, intent(in) :: middle(:, :)              !! (8,m) as of refine_elements
-    integer, intent(in) :: between(:, :)             !! (8,n_old) likewise: the last nodes
+  !> The numbers of nodes between others: those of earlier ones in the same place between the same
+  !> nodes, new ones of others.
+  pure subroutine find_again(new, earlier, n_nodes, node, added)
+    type(between_t), intent(in) :: new           !! (m)
+    type(between_t), intent(in) :: earlier       !! (n_old) the last nodes
     integer, intent(in) :: n_nodes
-    integer, allocatable, intent(out) :: node(:)     !! (m)
-    integer, allocatable, intent(out) :: added(:, :) !! (8,n_new) of `middle` what is new
-    integer :: key(4, size(between, 2) + size(middle, 2)), i, n, n_old, first
+    integer, allocatable, intent(out) :: node(:) !! (m)
+    type(between_t), intent(out) :: added        !! (n_new) of `new` what is new
+    integer :: key(face_corners + 1, size(earlier%nodes, 2) + size(new%nodes, 2)), i, n_old
+    integer :: first, n
     integer, allocatable :: order(:)
 
-    n_old = size(between, 2)
-    do i = 1, size(key, 2)
-      if (i <= n_old) then
-        key(:, i) = between(:4, i)
-      else
-        key(:, i) = middle(:4, i - n_old)
-      end if
-      call sort_ascending(key(:, i))
-    end do
+    n_old = size(earlier%nodes, 2)
+    key(:face_corners, :n_old) = earlier%nodes(:face_corners, :)
+    key(:face_corners, n_old + 1:) = new%nodes(:face_corners, :)
+    key(face_corners + 1, :n_old) = number_of(earlier%place)
+    key(face_corners + 1, n_old + 1:) = number_of(new%place)
     call order_of_columns(key, order)
-    allocate (node(size(middle, 2)), source=0)
+    allocate (node(size(new%nodes, 2)), source=0)
     first = 0
     do i = 1, size(order)
       if (i == 1) then
@@ -149,64 +176,99 @@ contains
       ! Equal ones stand in the order of their numbers: an earlier node comes first. What lies in an
       ! element is of no other.
       if (order(i) <= n_old .or. order(first) > n_old) cycle
-      if (middle(5, order(i) - n_old) > 0 .or. between(5, order(first)) > 0) cycle
+      if (side_dimensions(new%place(:, order(i) - n_old)) == 3) cycle
       node(order(i) - n_old) = n_nodes - n_old + order(first)
     end do
-    n = count(node == 0)
-    allocate (added(8, n))
-    n = 0
+    added%nodes = new%nodes(:, pack([(i, i=1, size(node))], node == 0))
+    added%place = new%place(:, pack([(i, i=1, size(node))], node == 0))
+    n = n_nodes
     do i = 1, size(node)
       if (node(i) > 0) cycle
       n = n + 1
-      node(i) = n_nodes + n
-      added(:, n) = middle(:, i)
+      node(i) = n
     end do
   end subroutine find_again
 
-  !> Which nodes lie in the middle of an edge or a face of an element.
-  pure function find_hanging(n_nodes, elements, between, n_given) result(hangs)
+  !> A number of its own for each place on a grid in two parts with nodes in their middles.
+  pure function number_of(place) result(number)
+    real(wp), intent(in) :: place(:, :) !! as of refine_elements
+    integer :: number(size(place, 2))
+    integer, parameter :: steps = 4
+
+    number = nint(steps*(place(1, :) + (steps + 1)*(place(2, :) + (steps + 1)*place(3, :))))
+  end function number_of
+
+  !> Which nodes lie on an edge or in a face of an element that has others there.
+  pure function find_hanging(n_nodes, connectivity, between, n_given) result(hangs)
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: elements(:, :)   !! (8,n)
-    integer, intent(in) :: between(:, :)  !! (8,n_nodes-n_given) as of refine_elements
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
+    type(between_t), intent(in) :: between  !! (n_nodes-n_given)
     integer, intent(in) :: n_given
     logical :: hangs(n_nodes)
     type(lists_t) :: at !! the elements at each node
-    integer :: i, k
+    integer :: i, k, dimensions
 
-    at = columns_with(elements, n_nodes)
+    at = lists_with(connectivity%first, connectivity%node, n_nodes)
     hangs = .false.
-    do i = 1, size(between, 2)
-      associate (nodes => parents_of(between(:, i)), node => n_given + i)
-        if (size(nodes) == 8) cycle
+    do i = 1, size(between%nodes, 2)
+      dimensions = side_dimensions(between%place(:, i))
+      if (dimensions == 3) cycle
+      associate (nodes => between%nodes(:corners_of(between%nodes(:, i), dimensions), i), &
+                 node => n_given + i)
         do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
-          hangs(node) = hangs(node) .or. has_side(elements(:, at%item(k)), nodes)
+          hangs(node) = has_side(connectivity, at%item(k), nodes)
+          if (hangs(node)) exit
         end do
       end associate
     end do
   end function find_hanging
 
-  !> Whether nodes are those of an edge or a face of an element.
-  pure logical function has_side(element, nodes)
-    integer, intent(in) :: element(8)
-    integer, intent(in) :: nodes(:) !! two or four
-    integer :: side, i
+  !> How many corners the edge or face has that a node lies on; they come first.
+  pure integer function corners_of(between, dimensions) result(n)
+    integer, intent(in) :: between(:)
+    integer, intent(in) :: dimensions !! 1 or 2
+
+    n = count(between > 0)
+    if (dimensions == 1) then
+      n = 2
+    else if (n > face_corners) then
+      n = n/2 ! as many are in the middles of edges
+    end if
+  end function corners_of
+
+  !> Whether nodes are the corners of an edge or a face of an element.
+  pure logical function has_side(connectivity, e, nodes)
+    type(connectivity_t), intent(in) :: connectivity
+    integer, intent(in) :: e
+    integer, intent(in) :: nodes(:) !! two to four
+    integer :: at(size(nodes)), side, i
 
     has_side = .false.
-    if (size(nodes) == 2) then
-      do side = 1, 12
-        has_side = has_side .or. all([(any(element(edge_nodes(:, side)) == nodes(i)), i=1, 2)])
+    associate (row => connectivity%cell(e), its => connectivity%node(connectivity%first(e): &
+               connectivity%first(e + 1) - 1))
+      do i = 1, size(nodes)
+        at(i) = findloc(its, nodes(i), dim=1)
+        if (at(i) == 0) return
       end do
-    else
-      do side = 1, 6
-        has_side = has_side .or. all([(any(element(face_nodes(:, side)) == nodes(i)), i=1, 4)])
-      end do
-    end if
+      if (size(nodes) == 2) then
+        do side = 1, cells(row)%n_edges
+          has_side = has_side .or. all(cells(row)%edge(:, side) == at) .or. &
+            all(cells(row)%edge(:, side) == at([2, 1]))
+        end do
+      else
+        do side = 1, cells(row)%n_faces
+          if (cells(row)%n_face_corners(side) /= size(nodes)) cycle
+          has_side = has_side .or. all([(any(cells(row)%face(:size(nodes), side) == at(i)), &
+            i=1, size(nodes))])
+        end do
+      end if
+    end associate
   end function has_side
 
   !> Those of some nodes that hang, with those that they lie between, which are among them too.
   pure function hanging_of(hangs, between, n_given, nodes) result(hanging)
     logical, allocatable, intent(in) :: hangs(:)      !! (n_nodes) not allocated: none does
-    integer, allocatable, intent(in) :: between(:, :) !! (8,n_nodes-n_given) as of refine_elements
+    integer, allocatable, intent(in) :: between(:, :) !! (:,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given
     integer, intent(in) :: nodes(:)
     integer, allocatable :: hanging(:, :)   !! (5,m) node, its parents: two, then 0, or four
@@ -230,7 +292,7 @@ contains
   !> What belongs to nodes that hang, given in equal parts to those that they lie between.
   pure subroutine fold_to_parents(hangs, between, n_given, values)
     logical, intent(in) :: hangs(:)         !! (n_nodes)
-    integer, intent(in) :: between(:, :)    !! (8,n_nodes-n_given) as of refine_elements
+    integer, intent(in) :: between(:, :)    !! (:,n_nodes-n_given) as of refine_elements
     integer, intent(in) :: n_given
     real(wp), intent(inout) :: values(:)    !! (n_nodes) 0 afterwards where they hang
     integer :: node

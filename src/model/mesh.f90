@@ -30,7 +30,7 @@ module mesh_mod
     integer,  allocatable :: piece(:)
     !! (n_nodes) what elements alone connect, 0 where none uses the node
     integer,  allocatable :: between(:, :)
-    !! (8,n) nodes that node `n_given` + i lies between, as of refine_elements; not allocated where
+    !! (:,n) nodes that node `n_given` + i lies between, as of refine_elements; not allocated where
     !! no element was refined
     real(wp), allocatable :: place(:, :)  !! (3,n) where it lies there, as of refine_elements [-]
     logical,  allocatable :: hangs(:)

@@ -1,224 +1,354 @@
 !> Every element cut into equal parts along each of its edges, or along all but those of one of its
 !> axes: nodes between those that are there, on edges, faces and in elements.
 !>
-!> An element is trilinear in its nodes, and so are its pieces in theirs: they fill what it filled.
-!> Of one edge or face all elements share the new nodes, so a mesh stays a mesh.
+!> New nodes lie where the shape functions of the element take them, and those of its pieces are
+!> these functions again: pieces fill what the element filled, curved edges stay as curved. Of one
+!> edge or face all elements share the new nodes, so a mesh stays a mesh.
 module refine_elements_mod
+  use cell_cuts_mod, only: cell_cut_t, cut_cell, is_simplex, most_variants, shortest_diagonal
+  use cell_shapes_mod, only: shape_functions
+  use cells_mod, only: cell_t, cells, face_corners, has_middles, hexahedron_20, hexahedron_8, &
+    hexahedron_nodes, tetrahedron_4, tetrahedron_10
+  use connectivity_mod, only: connectivity_t, make_connectivity
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
   use sorting_mod, only: order_of_columns, sort_ascending
-  use cells_mod, only: cells, hexahedron_8
   implicit none
   private
 
-  public :: pieces_t, refine_elements, n_pieces, local_axes, value_between, fill_between, &
-    piece_faces, edge_nodes, face_nodes, along_edge
+  public :: division_t, divide_elements, pieces_t, refine_elements, widest, local_axis, &
+    side_dimensions, side_weights, value_between, fill_between, edge_nodes, along_edge
+
+  !> How elements are cut.
+  type :: division_t
+    integer :: parts = 2               !! into which edges are cut
+    integer, allocatable :: variant(:) !! (elements) as of cut_cell
+  end type division_t
 
   !> What the elements of a mesh are cut into, all or some of them.
   type :: pieces_t
-    integer, allocatable :: nodes(:, :) !! (8,n) new ones behind those that there are
-    integer, allocatable :: origin(:)   !! (n) ascending: the element that each is all or part of
-    integer, allocatable :: number(:)   !! (n) which piece, as of refine_elements; 0: all of it
-    integer, allocatable :: uncut(:)    !! (elements before) as of refine_elements
-    integer :: parts = 2                !! into which edges are cut
+    type(connectivity_t) :: connectivity !! new nodes behind those that there are
+    integer, allocatable :: origin(:)    !! (n) ascending: the element that each is all or part of
+    integer, allocatable :: number(:)    !! (n) which piece; 0: all of it
+    logical, allocatable :: is_outer(:, :) !! (6,n) as of cut_cell
   end type pieces_t
 
-  !> Local nodes of each edge and face of the element.
+  !> Local nodes of each edge of an 8-node hexahedron.
   integer, parameter :: edge_nodes(2, 12) = cells(hexahedron_8)%edge
-  integer, parameter :: face_nodes(4, 6) = cells(hexahedron_8)%face(:4, :)
   integer, parameter :: along_edge(12) = [1, 2, 1, 2, 1, 2, 1, 2, 3, 3, 3, 3]
   !! the local axis of each
-  integer, parameter :: across_face(6) = [3, 3, 2, 1, 2, 1] !! the local axis that each is across
-  integer, parameter :: corner(3, 8) = reshape([ &
-    0, 0, 0,  1, 0, 0,  1, 1, 0,  0, 1, 0,  0, 0, 1,  1, 0, 1,  1, 1, 1,  0, 1, 1], [3, 8])
-  !! of a unit cube, in the order of an element's nodes
 
 contains
 
-  !> The local axis of elements across a slice: that which goes the farthest along it.
-  pure function local_axes(coordinates, elements, across) result(axes)
-    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
-    integer, intent(in) :: elements(:, :)       !! (8,n)
-    integer, intent(in) :: across             !! the axis across the slice; 0: there is none
-    integer :: axes(size(elements, 2))
+  !> How elements are cut: hexahedra of a slice not across it, tetrahedra by the shortest inner
+  !> diagonal.
+  pure function divide_elements(coordinates, connectivity, parts, across) result(division)
+    real(wp), intent(in) :: coordinates(:, :)        !! (3,n_nodes) [length]
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
+    integer, intent(in) :: parts                     !! of every edge
+    integer, intent(in) :: across                    !! the axis across the slice; 0: there is none
+    type(division_t) :: division
     integer :: e
 
-    axes = 0
-    if (across == 0) return
-    do e = 1, size(elements, 2)
-      axes(e) = local_axis(coordinates(:, elements(:, e)), across)
+    division%parts = parts
+    allocate (division%variant(size(connectivity%cell)), source=0)
+    do e = 1, size(division%variant)
+      associate (cell => connectivity%cell(e), nodes => connectivity%node( &
+                 connectivity%first(e):connectivity%first(e + 1) - 1))
+        if (is_simplex(cell)) then
+          division%variant(e) = shortest_diagonal(coordinates(:, nodes(:cells(cell)%n_corners)), &
+            nodes(:cells(cell)%n_corners))
+        else if (across > 0 .and. cell == hexahedron_8) then
+          division%variant(e) = local_axis(coordinates(:, nodes), across)
+        end if
+      end associate
     end do
-  end function local_axes
+  end function divide_elements
 
-  !> The local axis of an element that goes the farthest along an axis: 1 from its first node to the
-  !> second, 2 to the fourth, 3 to the fifth.
+  !> The local axis of an 8-node hexahedron that goes the farthest along an axis: 1 from its first
+  !> node to the second, 2 to the fourth, 3 to the fifth.
   pure integer function local_axis(x, axis)
-    real(wp), intent(in) :: x(3, 8) !! its nodes [length]
+    real(wp), intent(in) :: x(:, :) !! (3,8) its nodes [length]
     integer, intent(in) :: axis
 
     local_axis = maxloc(abs(x(axis, [2, 4, 5]) - x(axis, 1)), 1)
   end function local_axis
 
-  !> Into how many pieces elements are cut.
-  pure integer function n_pieces(parts, uncut)
-    integer, intent(in) :: parts    !! as of refine_elements
-    integer, intent(in) :: uncut(:) !! likewise
+  !> How many nodes a new one may lie between.
+  pure integer function widest(connectivity)
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
 
-    n_pieces = parts**merge(2, 3, any(uncut > 0))
-  end function n_pieces
+    widest = max(hexahedron_nodes, maxval([cells(connectivity%cell)%n_nodes]))
+  end function widest
 
-  !> Cut elements into `n_pieces` pieces.
+  !> Cut elements into pieces, `parts`**3 of each or in a slice `parts`**2.
   !>
-  !> Element `e` becomes the elements n_pieces (e - 1) + 1 to n_pieces e, those along its first edge
-  !> first, its axes and the numbers of its faces kept. New nodes follow those that are there: first
-  !> those on edges, then on faces, then inside, each in the order of the nodes that they lie
-  !> between. So two sides of a mesh that correspond node by node, in ascending order, still do so.
-  subroutine refine_elements(n_nodes, elements, parts, uncut, fine, between, place)
+  !> The pieces of an element follow each other, those along its first edge first, its axes and the
+  !> numbers of its faces kept. New nodes follow those that are there: first those on edges, then on
+  !> faces, then inside, each in the order of the nodes that they lie between. So two sides of a
+  !> mesh that correspond node by node, in ascending order, still do so.
+  subroutine refine_elements(n_nodes, connectivity, division, pieces, between, place)
     integer, intent(in) :: n_nodes
-    integer, intent(in) :: elements(:, :)                !! (8,n)
-    integer, intent(in) :: parts                       !! 2 or more
-    integer, intent(in) :: uncut(:)
-    !! (n) local axis of each element whose edges are not cut, the same ones of elements that meet;
-    !! of all elements 0: all edges are
-    integer, allocatable, intent(out) :: fine(:, :)    !! (8,n_pieces n)
+    type(connectivity_t), intent(in) :: connectivity !! no longer than its elements
+    type(division_t), intent(in) :: division
+    !! of hexahedra that meet, the same local axis across a slice
+    type(pieces_t), intent(out) :: pieces
     integer, allocatable, intent(out) :: between(:, :)
-    !! (8,n_new) nodes that node n_nodes + i lies between: the two of an edge, the four of a face
-    !! one after the other, or the eight of an element; else 0
+    !! (widest,n_new) nodes that node n_nodes + i lies between: those of an edge, its middle last,
+    !! of a face or of an element in the order of its cell; else 0
     real(wp), allocatable, intent(out) :: place(:, :)
-    !! (3,n_new) where: along their first edge, from the first to the fourth, to the fifth, 0..1 [-]
-    integer, allocatable :: edges(:, :), faces(:, :), on_edge(:), on_face(:)
-    integer :: grid(0:parts, 0:parts, 0:parts), along(3), n, n_edges, n_faces, n_insides
-    integer :: of_edges, of_faces, pieces, e, a
+    !! (3,n_new) where: along the first edge of a face or an element, from the first node to the
+    !! last around the face, and in the element's third direction; 0 to 1 along each edge [-]
+    type(cell_cut_t) :: cuts(size(cells), 0:most_variants)
+    integer, allocatable :: edges(:, :), faces(:, :), on_edge(:), on_face(:), grid(:, :, :), fine(:)
+    integer, allocatable :: steps_of_edge(:), places_of_face(:), edge_before(:), face_before(:)
+    integer :: first_edge(size(connectivity%cell) + 1), first_face(size(connectivity%cell) + 1)
+    integer :: n, n_pieces, n_new, n_inside, at, e, a, i, k
 
-    n = size(elements, 2)
-    pieces = n_pieces(parts, uncut)
-    allocate (edges(2, 12*n), faces(4, 6*n), source=0)
+    n = size(connectivity%cell)
+    n_pieces = 0
+    n_inside = 0
+    at = 0
+    first_edge(1) = 0
+    first_face(1) = 0
     do e = 1, n
-      do a = 1, 12
-        if (along_edge(a) == uncut(e)) cycle
-        edges(:, 12*(e - 1) + a) = elements(edge_nodes(:, a), e)
-        call sort_ascending(edges(:, 12*(e - 1) + a))
-      end do
-      do a = 1, 6
-        if (uncut(e) > 0 .and. across_face(a) /= uncut(e)) cycle
-        faces(:, 6*(e - 1) + a) = elements(face_nodes(:, a), e)
-        call sort_ascending(faces(:, 6*(e - 1) + a))
-      end do
+      associate (row => connectivity%cell(e), cut => cuts(connectivity%cell(e), &
+                 division%variant(e)))
+        if (.not. allocated(cut%piece)) cut = cut_cell(row, division%parts, division%variant(e))
+        n_pieces = n_pieces + size(cut%piece, 3)
+        n_inside = n_inside + count_inside(cells(row), cut)
+        at = at + size(cut%piece, 2)*size(cut%piece, 3)
+        first_edge(e + 1) = first_edge(e) + cells(row)%n_edges
+        first_face(e + 1) = first_face(e) + cells(row)%n_faces
+      end associate
     end do
-    call number_columns(edges, on_edge, n_edges)
-    call number_columns(faces, on_face, n_faces)
-    n_insides = merge(0, n, any(uncut > 0))
-    of_edges = n_edges*(parts - 1)
-    of_faces = n_faces*(parts - 1)**2
-    allocate (fine(8, pieces*n), between(8, of_edges + of_faces + n_insides*(parts - 1)**3))
-    allocate (place(3, size(between, 2)))
-    between = 0
-    place = 0.0_wp
+    allocate (edges(2, first_edge(n + 1)), faces(face_corners, first_face(n + 1)), source=0)
+    allocate (steps_of_edge(size(edges, 2)), places_of_face(size(faces, 2)), source=0)
     do e = 1, n
-      along = merge(1, parts, [1, 2, 3] == uncut(e))
-      do a = 1, 8
-        grid(along(1)*corner(1, a), along(2)*corner(2, a), along(3)*corner(3, a)) = elements(a, e)
-      end do
-      do a = 1, 12
-        if (along_edge(a) == uncut(e)) cycle
-        call put_on_edge(edge_nodes(:, a), (on_edge(12*(e - 1) + a) - 1)*(parts - 1))
-      end do
-      do a = 1, 6
-        if (uncut(e) > 0 .and. across_face(a) /= uncut(e)) cycle
-        call put_on_face(face_nodes(:, a), of_edges + (on_face(6*(e - 1) + a) - 1)*(parts - 1)**2)
-      end do
-      if (uncut(e) == 0) call put_inside(of_edges + of_faces + (e - 1)*(parts - 1)**3)
-      call cut(fine(:, pieces*(e - 1) + 1:pieces*e))
+      associate (cell => cells(connectivity%cell(e)), nodes => connectivity%node( &
+                 connectivity%first(e):connectivity%first(e + 1) - 1), &
+                 cut => cuts(connectivity%cell(e), division%variant(e)))
+        do a = 1, cell%n_edges
+          k = first_edge(e) + a
+          edges(:, k) = nodes(cell%edge(:, a))
+          call sort_ascending(edges(:, k))
+          steps_of_edge(k) = maxval(abs(cut%corner(:, cell%edge(1, a)) - cut%corner(:, &
+            cell%edge(2, a))))
+          if (steps_of_edge(k) == 1) edges(:, k) = 0
+        end do
+        do a = 1, cell%n_faces
+          k = first_face(e) + a
+          places_of_face(k) = count_on_face(cell, cut, a)
+          if (places_of_face(k) == 0) cycle
+          associate (corners => cell%face(:cell%n_face_corners(a), a))
+            faces(:size(corners), k) = nodes(corners)
+          end associate
+          call sort_ascending(faces(:, k))
+        end do
+      end associate
     end do
+    call number_columns(edges, on_edge)
+    call number_columns(faces, on_face)
+    ! What has a node in its middle has two steps a part, and one new node less.
+    associate (cell => connectivity%cell)
+      call count_before(on_edge, steps_of_edge - 1 - merge(1, 0, [((has_middles(cell(e)), &
+        a=1, cells(cell(e))%n_edges), e=1, n)]), 0, edge_before)
+    end associate
+    call count_before(on_face, places_of_face, edge_before(size(edge_before)), face_before)
+    n_new = face_before(size(face_before)) + n_inside
+    allocate (pieces%origin(n_pieces), pieces%number(n_pieces), pieces%is_outer(6, n_pieces))
+    allocate (fine(at))
+    allocate (between(widest(connectivity), n_new), source=0)
+    allocate (place(3, n_new), source=0.0_wp)
+    allocate (grid(0:0, 0:0, 0:0))
+    n_pieces = 0
+    at = 0
+    n_inside = face_before(size(face_before))
+    do e = 1, n
+      associate (cell => cells(connectivity%cell(e)), nodes => connectivity%node( &
+                 connectivity%first(e):connectivity%first(e + 1) - 1), &
+                 cut => cuts(connectivity%cell(e), division%variant(e)))
+        if (any(ubound(grid) /= cut%steps)) then
+          deallocate (grid)
+          allocate (grid(0:cut%steps(1), 0:cut%steps(2), 0:cut%steps(3)))
+        end if
+        grid = 0
+        do a = 1, size(nodes)
+          grid(cut%node(1, a), cut%node(2, a), cut%node(3, a)) = nodes(a)
+        end do
+        do a = 1, cell%n_edges
+          k = first_edge(e) + a
+          if (on_edge(k) > 0) call put_on_edge(cell, cut, nodes, cell%edge(:, a), &
+            edge_before(on_edge(k)))
+        end do
+        do a = 1, cell%n_faces
+          k = first_face(e) + a
+          if (on_face(k) > 0) call put_on_face(cell, cut, nodes, &
+            cell%face(:cell%n_face_corners(a), a), face_before(on_face(k)))
+        end do
+        call put_inside(cut, nodes, n_inside)
+        do i = 1, size(cut%piece, 3)
+          do a = 1, size(nodes)
+            at = at + 1
+            fine(at) = grid(cut%piece(1, a, i), cut%piece(2, a, i), cut%piece(3, a, i))
+          end do
+          n_pieces = n_pieces + 1
+          pieces%origin(n_pieces) = e
+          pieces%number(n_pieces) = i
+          pieces%is_outer(:, n_pieces) = cut%is_outer(:, i)
+        end do
+      end associate
+    end do
+    pieces%connectivity = make_connectivity(connectivity%cell(pieces%origin), fine)
 
   contains
 
     !> The nodes on an edge, from its lower node on.
-    subroutine put_on_edge(ends, before)
+    subroutine put_on_edge(cell, cut, nodes, ends, before)
+      type(cell_t), intent(in) :: cell
+      type(cell_cut_t), intent(in) :: cut
+      integer, intent(in) :: nodes(:)
       integer, intent(in) :: ends(2) !! of the element's nodes
       integer, intent(in) :: before  !! new nodes before these
-      integer :: from, to, x(3), i
+      integer :: from, to, steps, x(3), i, k
 
-      from = merge(ends(1), ends(2), elements(ends(1), e) < elements(ends(2), e))
+      from = merge(ends(1), ends(2), nodes(ends(1)) < nodes(ends(2)))
       to = sum(ends) - from
-      do i = 1, parts - 1
-        x = along*corner(:, from) + i*(corner(:, to) - corner(:, from))
-        grid(x(1), x(2), x(3)) = n_nodes + before + i
-        between(:2, before + i) = [elements(from, e), elements(to, e)]
-        place(1, before + i) = real(i, wp)/real(parts, wp)
+      steps = maxval(abs(cut%corner(:, to) - cut%corner(:, from)))
+      k = before
+      do i = 1, steps - 1
+        x = cut%corner(:, from) + i*((cut%corner(:, to) - cut%corner(:, from))/steps)
+        if (grid(x(1), x(2), x(3)) > 0) cycle ! its middle
+        k = k + 1
+        grid(x(1), x(2), x(3)) = n_nodes + k
+        between(:2, k) = nodes([from, to])
+        if (size(nodes) > cell%n_corners) between(3, k) = nodes(middle(cell, from, to))
+        place(1, k) = real(i, wp)/real(steps, wp)
       end do
     end subroutine put_on_edge
 
     !> The nodes in a face, from its lowest node on, towards the lower one beside it first.
-    subroutine put_on_face(nodes, before)
-      integer, intent(in) :: nodes(4) !! of the element's nodes, around the face
+    subroutine put_on_face(cell, cut, nodes, corners, before)
+      type(cell_t), intent(in) :: cell
+      type(cell_cut_t), intent(in) :: cut
+      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: corners(:) !! of the element's nodes, around the face
       integer, intent(in) :: before
-      integer :: around(4), x(3), i, j, k
+      integer :: around(2*size(corners)), x(3), d(3, 2), steps, n, i, j, k, m
 
-      around = cshift(nodes, minloc(elements(nodes, e), dim=1) - 1)
-      if (elements(around(4), e) < elements(around(2), e)) around([2, 4]) = around([4, 2])
+      n = size(corners)
+      around(:n) = cshift(corners, minloc(nodes(corners), dim=1) - 1)
+      if (nodes(around(n)) < nodes(around(2))) around([2, n]) = around([n, 2])
+      m = n
+      if (size(nodes) > cell%n_corners) then
+        do i = 1, n
+          around(n + i) = middle(cell, around(i), around(1 + mod(i, n)))
+        end do
+        m = 2*n
+      end if
+      d(:, 1) = cut%corner(:, around(2)) - cut%corner(:, around(1))
+      d(:, 2) = cut%corner(:, around(n)) - cut%corner(:, around(1))
+      steps = maxval(abs(d))
+      d = d/steps
       k = before
-      do j = 1, parts - 1
-        do i = 1, parts - 1
+      do j = 1, steps - 1
+        do i = 1, merge(steps - j, steps, n == 3) - 1
+          x = cut%corner(:, around(1)) + i*d(:, 1) + j*d(:, 2)
+          if (.not. cut%is_used(x(1), x(2), x(3))) cycle
           k = k + 1
-          x = along*corner(:, around(1)) + i*(corner(:, around(2)) - corner(:, around(1))) + &
-            j*(corner(:, around(4)) - corner(:, around(1)))
           grid(x(1), x(2), x(3)) = n_nodes + k
-          between(:4, k) = elements(around, e)
-          place(:2, k) = real([i, j], wp)/real(parts, wp)
+          between(:m, k) = nodes(around(:m))
+          place(:2, k) = real([i, j], wp)/real(steps, wp)
         end do
       end do
     end subroutine put_on_face
 
-    subroutine put_inside(before)
-      integer, intent(in) :: before
-      integer :: x, y, z, k
+    subroutine put_inside(cut, nodes, k)
+      type(cell_cut_t), intent(in) :: cut
+      integer, intent(in) :: nodes(:)
+      integer, intent(inout) :: k !! new nodes before these, then with these
+      integer :: x, y, z
 
-      k = before
-      do z = 1, parts - 1
-        do y = 1, parts - 1
-          do x = 1, parts - 1
+      do z = 0, cut%steps(3)
+        do y = 0, cut%steps(2)
+          do x = 0, cut%steps(1)
+            if (.not. cut%is_used(x, y, z) .or. grid(x, y, z) > 0) cycle
             k = k + 1
             grid(x, y, z) = n_nodes + k
-            between(:, k) = elements(:, e)
-            place(:, k) = real([x, y, z], wp)/real(parts, wp)
+            between(:size(nodes), k) = nodes
+            place(:, k) = real([x, y, z], wp)/real(cut%steps, wp)
           end do
         end do
       end do
     end subroutine put_inside
 
-    subroutine cut(pieces)
-      integer, intent(out) :: pieces(:, :) !! (8,n_pieces)
-      integer :: x, y, z, k, b
-
-      k = 0
-      do z = 0, along(3) - 1
-        do y = 0, along(2) - 1
-          do x = 0, along(1) - 1
-            k = k + 1
-            do b = 1, 8
-              pieces(b, k) = grid(x + corner(1, b), y + corner(2, b), z + corner(3, b))
-            end do
-          end do
-        end do
-      end do
-    end subroutine cut
-
   end subroutine refine_elements
 
+  !> The mid-side node between two corners.
+  pure integer function middle(cell, one, other)
+    type(cell_t), intent(in) :: cell
+    integer, intent(in) :: one, other
+
+    do middle = 1, cell%n_edges
+      if (all(cell%edge(:, middle) == [one, other]) .or. &
+        all(cell%edge(:, middle) == [other, one])) exit
+    end do
+    middle = cell%n_corners + middle
+  end function middle
+
+  !> The new nodes in a face.
+  pure integer function count_on_face(cell, cut, face) result(n)
+    type(cell_t), intent(in) :: cell
+    type(cell_cut_t), intent(in) :: cut
+    integer, intent(in) :: face
+    integer :: d(3, 2), x(3), last, steps, i, j
+
+    last = cell%n_face_corners(face)
+    associate (corner => cut%corner(:, cell%face(:last, face)))
+      d(:, 1) = corner(:, 2) - corner(:, 1)
+      d(:, 2) = corner(:, last) - corner(:, 1)
+      n = 0
+      steps = maxval(abs(d))
+      if (minval(maxval(abs(d), dim=1)) < steps) return ! across a slice
+      d = d/steps
+      do j = 1, steps - 1
+        do i = 1, merge(steps - j, steps, last == 3) - 1
+          x = corner(:, 1) + i*d(:, 1) + j*d(:, 2)
+          if (cut%is_used(x(1), x(2), x(3))) n = n + 1
+        end do
+      end do
+    end associate
+  end function count_on_face
+
+  !> The new nodes in a cell.
+  pure integer function count_inside(cell, cut) result(n)
+    type(cell_t), intent(in) :: cell
+    type(cell_cut_t), intent(in) :: cut
+    integer :: a, i, steps
+
+    n = count(cut%is_used) - size(cut%node, 2)
+    do a = 1, cell%n_edges
+      steps = maxval(abs(cut%corner(:, cell%edge(1, a)) - cut%corner(:, cell%edge(2, a))))
+      n = n - (steps - 1)
+      if (cell%n_nodes > cell%n_corners) n = n + 1
+    end do
+    do i = 1, cell%n_faces
+      n = n - count_on_face(cell, cut, i)
+    end do
+  end function count_inside
+
   !> Number columns by their entries, equal ones alike, in ascending order of these.
-  pure subroutine number_columns(columns, number, n)
+  pure subroutine number_columns(columns, number)
     integer, intent(in) :: columns(:, :)           !! of zeros: not to be numbered
     integer, allocatable, intent(out) :: number(:) !! 0 of such
-    integer, intent(out) :: n !! different ones
     integer, allocatable :: order(:)
-    integer :: i
+    integer :: i, n
 
     call order_of_columns(columns, order)
     allocate (number(size(order)))
     n = 0
     do i = 1, size(order)
-      if (columns(1, order(i)) == 0) then
+      if (all(columns(:, order(i)) == 0)) then
         n = 0
       else if (i == 1) then
         n = 1
@@ -229,20 +359,104 @@ contains
     end do
   end subroutine number_columns
 
-  !> The value at a new node of what is linear along every edge of those that it lies between.
+  !> How many new nodes there are before those of each edge or face, and behind the last.
+  pure subroutine count_before(number, n_of_each, n_before, before)
+    integer, intent(in) :: number(:)    !! of number_columns
+    integer, intent(in) :: n_of_each(:) !! of each column
+    integer, intent(in) :: n_before     !! before the first
+    integer, allocatable, intent(out) :: before(:)
+    integer :: i, n, next
+
+    allocate (before(max(0, maxval(number)) + 1), source=0)
+    do i = 1, size(number)
+      if (number(i) > 0) before(number(i)) = n_of_each(i)
+    end do
+    next = n_before
+    do i = 1, size(before)
+      n = before(i)
+      before(i) = next
+      next = next + n
+    end do
+  end subroutine count_before
+
+  !> Whether a new node lies on an edge (1), in a face (2) or in an element (3).
+  pure integer function side_dimensions(place)
+    real(wp), intent(in) :: place(3) !! as of refine_elements
+
+    side_dimensions = count(place > 0.0_wp)
+  end function side_dimensions
+
+  !> What a new node has of the nodes that it lies between: their shape functions there.
+  pure function side_weights(n, place) result(weight)
+    integer, intent(in) :: n         !! nodes that it lies between
+    real(wp), intent(in) :: place(3) !! as of refine_elements
+    real(wp) :: weight(n)
+    integer :: row, i
+    integer, allocatable :: nodes(:)
+
+    ! A side is a part of a cell where the other natural coordinates are the least.
+    nodes = [(i, i=1, n)]
+    row = 0
+    select case (10*side_dimensions(place) + min(n, 9))
+    case (12) ! of an edge
+      weight = [1.0_wp - place(1), place(1)]
+      return
+    case (13)
+      row = tetrahedron_10
+      nodes = [1, 2, 5]
+    case (23) ! of a triangle
+      row = tetrahedron_4
+    case (26)
+      row = tetrahedron_10
+      nodes = [1, 2, 3, 5, 6, 7]
+    case (24) ! of a quadrilateral
+      row = hexahedron_8
+    case (28)
+      row = hexahedron_20
+      nodes = [1, 2, 3, 4, 9, 10, 11, 12]
+    case default
+      do i = 1, size(cells)
+        if (cells(i)%n_nodes == n) row = i
+      end do
+    end select
+    associate (on_cell => shape_functions(cells(row), natural(cells(row), place)))
+      weight = on_cell(nodes)
+    end associate
+  end function side_weights
+
+  !> The natural coordinates of a place from 0 to 1 along each edge.
+  pure function natural(cell, place) result(xi)
+    type(cell_t), intent(in) :: cell
+    real(wp), intent(in) :: place(3)
+    real(wp) :: xi(3)
+    integer :: i
+
+    xi = place
+    do i = 1, 3
+      if (count(cell%factor == cell%factor(i)) == 1) xi(i) = 2.0_wp*place(i) - 1.0_wp
+    end do
+  end function natural
+
+  !> The value at a new node of what the shape functions of the nodes that it lies between carry.
   !>
   !> Of equal values it is that value to the last bit, so that what is flat stays flat.
   pure real(wp) function value_between(values, between, place) result(value)
     real(wp), intent(in) :: values(:)   !! (n_nodes)
-    integer, intent(in) :: between(8)   !! as of refine_elements
+    integer, intent(in) :: between(:)   !! as of refine_elements
     real(wp), intent(in) :: place(3)    !! likewise
+    integer :: n
 
-    if (between(3) == 0) then
+    n = count(between > 0)
+    if (n /= 2**side_dimensions(place)) then
+      associate (first => values(between(1)))
+        value = first + dot_product(side_weights(n, place), values(between(:n)) - first)
+      end associate
+    else if (n == 2) then
       value = along(values(between(1)), values(between(2)), place(1))
-    else if (between(5) == 0) then
+    else if (n == 4) then
       value = in_face(between(:4))
     else
-      value = along(in_face(between(:4)), in_face(between(5:)), place(3))
+      value = along(in_face(between(:4)), in_face(between(5:8)), place(3))
     end if
 
   contains
@@ -280,20 +494,5 @@ contains
       values(mesh%n_given + i) = value_between(values, mesh%between(:, i), mesh%place(:, i))
     end do
   end subroutine fill_between
-
-  !> The faces S1 to S6 of an element that its piece k has a part of.
-  pure function piece_faces(k, parts, uncut) result(has)
-    integer, intent(in) :: k     !! 1..n_pieces
-    integer, intent(in) :: parts
-    integer, intent(in) :: uncut !! its local axis, as of refine_elements
-    logical :: has(6)
-    integer :: along(3), at(3)
-
-    along = merge(1, parts, [1, 2, 3] == uncut)
-    at = [mod(k - 1, along(1)), mod((k - 1)/along(1), along(2)), (k - 1)/product(along(:2))]
-    associate (first => at == 0, last => at == along - 1)
-      has = [first(3), last(3), first(2), last(1), last(2), first(1)]
-    end associate
-  end function piece_faces
 
 end module refine_elements_mod

@@ -3,7 +3,8 @@ module prepare_scene_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: string_t, to_text
-  use cells_mod, only: hexahedron_8
+  use cell_cuts_mod, only: can_be_cut
+  use cells_mod, only: cells
   use fresh_file_mod, only: beginning_of
   use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded
   use loads_mod, only: start_of_step
@@ -91,11 +92,14 @@ contains
         'and none is asked for: --accuracy X')
       if (allocated(error)) return
     end associate
-    if (chooses_mesh(scene%accuracy) .and. any(scene%mesh%connectivity%cell /= hexahedron_8)) then
-      call raise(error, exit_wrong_input, 'bipot: error: an accuracy chooses the mesh, and '// &
-        'only 8-node hexahedra are refined: keep it by *ACCURACY, MESH=KEEP or --refine 0')
-      return
-    end if
+    associate (cell => scene%mesh%connectivity%cell)
+      if (chooses_mesh(scene%accuracy) .and. .not. all(can_be_cut(cell))) then
+        call raise(error, exit_wrong_input, 'bipot: error: an accuracy chooses the mesh, and a '// &
+          trim(cells(cell(findloc(can_be_cut(cell), .false., dim=1)))%name)//' cannot be '// &
+          'refined: keep it by *ACCURACY, MESH=KEEP or --refine 0')
+        return
+      end if
+    end associate
     call check_estimates()
     if (allocated(error)) return
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
