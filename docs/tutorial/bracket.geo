@@ -1,6 +1,6 @@
 // An angle bracket with a fillet and a bolt hole [mm]: any shape, meshed by tetrahedra.
 SetFactory("OpenCASCADE");
-DefineConstant[ size = { 4, Name "size" } ]; // of the elements
+DefineConstant[ size = { 5, Name "size" } ]; // of the elements
 
 width = 30;
 thick = 6;
