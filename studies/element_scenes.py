@@ -337,7 +337,7 @@ def ball_deck(kind, h, body):
 
 
 def ball_values(result):
-    """Return the error of the pressure within 0.8 of the radius, over its peak, root mean square."""
+    """Return the error of the pressure within 0.8 a, in the mean square, beside its peak."""
     touching = result.pairs[0]
     place = touching.coordinates
     inside = np.hypot(place[:, 0], place[:, 1]) < 0.8 * SMALL
