@@ -171,8 +171,12 @@ def difference(shown, printed):
 
 
 def keep_pictures(page, place, folder):
-    """Copy pictures that commands have made to where the page at `place` looks for them."""
-    made = {path.name: path for path in folder.glob("*-pictures/*.png")}
+    """Copy pictures that commands have made to where the page at `place` looks for them.
+
+    foot-pictures/stress.png is foot-stress.png there.
+    """
+    made = {f"{path.parent.name.removesuffix('-pictures')}-{path.name}": path
+            for path in folder.glob("*-pictures/*.png")}
     for name in re.findall(r"!\[[^]]*\]\(([^)]*\.png)\)", page):
         target = place.parent / name
         if target.parent.name == place.stem and target.name in made:

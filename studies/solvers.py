@@ -31,6 +31,7 @@ from bipot.program import (
 )
 from bipot.report import Bar, machine, table
 from bipot.result import Result
+from studies import solver_elements
 from studies.pages import PAGES, StudyError, claim
 
 MESHES = (1, 2, 4, 8, 16, 24)
@@ -816,7 +817,9 @@ def write_page(study, cases, path):
         "`RELAXATION=0.4`, `LINEAR=DIRECT` and `LINEAR=GMRES` are no parameters of that deck:"
         " the script puts them on its `*CONTACT SOLVER` line.",
     ]
-    path.write_text("\n".join(text) + "\n", encoding="utf-8")
+    page = solver_elements.with_section(
+        "\n".join(text) + "\n", solver_elements.section(solver_elements.read_kept()))
+    path.write_text(page, encoding="utf-8")
     print(path)
 
 
