@@ -455,7 +455,8 @@ contains
   end subroutine displace_interface
 
   !> Let motions that nothing which presses sees go where their bodies were when the increment
-  !> began, but for what turned normals led them; neutral ones alone where others would close a gap.
+  !> began, but for what turned normals led them; neutral ones alone where others would close a gap,
+  !> and where nothing presses as far as to where the first gap closes.
   !> Before round obstacles alone these are restricted to motions that turn no normal at a pressing
   !> point: turned normals decide where the others come to rest.
   subroutine rest(scene, points, solver, old, loop, trial, new)
@@ -487,6 +488,7 @@ contains
     subroutine rest_group(group)
       type(contact_group_t), intent(in) :: group
       real(wp), allocatable :: unpressed(:, :), neutral(:, :)
+      real(wp) :: part
 
       allocate (unpressed(0, 0), neutral(0, 0))
       associate (motions => solver%body%motions, list => group%motion)
@@ -500,26 +502,32 @@ contains
         if (size(unpressed, 2) == 0) return
         way(list) = way_to_rest(scene, motions, list, unpressed, moved)
         if (size(unpressed, 2) == size(neutral, 2)) return
-        if (closes_gap(group, way(list))) way(list) = way_to_rest(scene, motions, list, neutral, &
-          moved)
+        part = part_of_way(group, way(list))
+        if (.not. part < 1.0_wp) return
+        if (size(unpressed, 2) == size(list)) then
+          way(list) = part*way(list)
+        else
+          way(list) = way_to_rest(scene, motions, list, neutral, moved)
+        end if
       end associate
     end subroutine rest_group
 
-    !> Whether motions take a point into the obstacle before it.
-    pure logical function closes_gap(group, way)
+    !> How much of a way the motions can go until a gap closes, 1 if they can go all of it.
+    pure real(wp) function part_of_way(group, way) result(part)
       type(contact_group_t), intent(in) :: group
       real(wp), intent(in) :: way(:) !! of the group's motions [length]
-      real(wp) :: change
+      real(wp) :: change, gap
       integer :: k
 
-      closes_gap = .false.
+      part = 1.0_wp
       do k = 1, size(group%active)
         if (group%problem%row(1, k) == 0) cycle
         change = dot_product(group%floating%g(group%problem%row(1, k), :), way)
-        closes_gap = closes_gap .or. (change < 0.0_wp .and. change + gap_at(trial%placement, &
-          points, group%active(k), new%displacement) < 0.0_wp)
+        if (.not. change < 0.0_wp) cycle
+        gap = gap_at(trial%placement, points, group%active(k), new%displacement)
+        if (gap + change < 0.0_wp) part = min(part, max(0.0_wp, -gap/change))
       end do
-    end function closes_gap
+    end function part_of_way
 
   end subroutine rest
 
