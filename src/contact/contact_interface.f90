@@ -16,7 +16,7 @@ module contact_interface_mod
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
   use mortar_mod, only: reach_of_faces
-  use candidate_points_mod, only: list_master_nodes
+  use candidate_points_mod, only: find_curved, list_master_nodes
   use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
@@ -63,6 +63,7 @@ contains
       if (sweeps(scene, i)) loose_ref_node(scene%obstacles(i)%ref_node) = .true.
     end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
+    call find_curved(scene, points)
     call find_symmetry_planes(scene, points)
     call find_joined_points(scene, points)
   end subroutine find_reach
@@ -133,6 +134,7 @@ contains
     type(contact_points_t), intent(inout) :: points
 
     points%in_reach = .true.
+    call find_curved(scene, points)
     call list_master_nodes(scene, points)
   end subroutine reach_everything
 

@@ -96,7 +96,7 @@ contains
     call size_iterated(plan%choices%precision, bare)
     sizes = bare
     plan%is_analysed = .true.
-    call forget_compliance(scene, plan)
+    call forget_compliance(plan)
     call describe_iterative(plan)
   end subroutine choose_body
 
@@ -158,7 +158,7 @@ contains
         by_products = seconds_at_fixed_rates(sizes)
         sizes%ordering = sizes%ordering + of_dense%ordering
         if (by_products < by_dense) then
-          call forget_compliance(scene, plan)
+          call forget_compliance(plan)
           call describe_products(plan, 'a share of '//to_text(by_products/by_dense, 2)// &
             ' of the time that it takes dense')
           return
@@ -170,7 +170,7 @@ contains
     end if
     call look_at_pattern(scene, file, plan, factor, sizes, reasons, error)
     if (plan%choices%compliance /= compliance_products) return
-    call forget_compliance(scene, plan)
+    call forget_compliance(plan)
     call describe_products(plan, why)
   end subroutine choose_compliance
 

@@ -2,7 +2,7 @@
 !> is done with them.
 module count_sizes_mod
   use kinds_mod, only: wp
-  use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
+  use obstacle_shapes_mod, only: is_before_faces
   use scene_mod, only: scene_t
   use controls_mod, only: solver_sweeps
   use plan_mod, only: plan_t
@@ -87,7 +87,9 @@ contains
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)
-      if (has_fixed_normals(scene, i)) cycle
+      associate (first => plan%points%first(i), last => plan%points%first(i + 1) - 1)
+        if (.not. any(plan%points%is_curved(first:last))) cycle
+      end associate
       sizes%is_curved = .true.
       sizes%most_columns = 0.0_wp
       if (is_before_faces(scene%pairs(i), scene%obstacles)) sizes%follows_faces = .true.

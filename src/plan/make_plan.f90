@@ -5,7 +5,7 @@ module make_plan_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use obstacles_mod, only: ref_nodes
-  use obstacle_shapes_mod, only: check_shapes, has_fixed_normals
+  use obstacle_shapes_mod, only: check_shapes
   use constraints_mod, only: active_constraints
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
@@ -185,7 +185,7 @@ contains
       call rows_of_points(can_move, points, placement%weights, placement%frame, row)
       do i = 1, points%n
         n = count(row(:, i) > 0)
-        if (.not. has_fixed_normals(scene, points%pair(i))) then
+        if (points%is_curved(i)) then
           if (points%in_reach(i) .and. (any(can_move(:, points%node(i))) .or. &
             free_masters(points%pair(i)))) n = merge(3, 1, points%mu(i) > 0.0_wp)
         end if
@@ -195,14 +195,13 @@ contains
   end subroutine count_rows
 
   !> No compliance is formed, but for W of a few points near surfaces that move or are round.
-  pure subroutine forget_compliance(scene, plan)
-    type(scene_t), intent(in) :: scene
+  pure subroutine forget_compliance(plan)
     type(plan_t), intent(inout) :: plan
-    integer :: n, i
+    integer :: n
 
     n = min(sum(plan%rows), few_rows)
     if (plan%choices%precision%iterative) n = 0
-    if (all([(has_fixed_normals(scene, i), i=1, size(scene%pairs))])) n = 0
+    if (.not. any(plan%points%is_curved)) n = 0
     call change_figure(plan, 'compliance_bytes', 0.0_wp)
     call change_figure(plan, 'contact_matrix_bytes', 8.0_wp*real(n, wp)**2)
   end subroutine forget_compliance
@@ -229,7 +228,7 @@ contains
     call add_figure(plan, 'compliance_bytes', 8.0_wp*entries_of(plan%blocks), bound)
     call add_figure(plan, 'contact_matrix_bytes', 8.0_wp*real(sum(plan%rows), wp)**2, &
       bound_at_most)
-    if (plan%choices%compliance == compliance_products) call forget_compliance(scene, plan)
+    if (plan%choices%compliance == compliance_products) call forget_compliance(plan)
   end subroutine list_figures
 
 end module make_plan_mod

@@ -738,6 +738,26 @@ class Reach(unittest.TestCase):
         self.assertLess(found[0][0], -1)
         self.assertLess(np.abs(found[0] - found[1]).max(), 1e-8 * np.abs(found[0]).max())
 
+    def test_out_of_reach_changes_nothing(self):
+        """A block is pressed down and dragged before a wall that is far away."""
+        bodies = (
+            block("LOW", (4, 2, 1), (-0.5, -0.5, -1), (2, 2, 1)),
+            block("UP", (3, 2, 2), (0, 0, 0), (1, 1, 1)),
+            block("WALL", (1, 3, 3), (3, -0.5, -0.5), (0.5, 2, 2)),
+        )
+        steps = step("UP-ZMAX, 3, 3, -0.02", 2), step("UP-ZMAX, 1, 1, 0.2", 4)
+        held = "UP-ZMAX, 1, 2\nLOW-ZMIN, 1, 3\nWALL-XMAX, 1, 3"
+        near = pair("UP-ZMIN, LOW-ZMAX", 0.3)
+        beside, alone = (
+            solved(self, deck(*bodies, near, *others, *steps, held=held))
+            for others in ((pair("UP-XMAX, WALL-XMIN", 0.3, number=2),), ())
+        )
+        forces = [of_pair(r, "UP-ZMIN:LOW-ZMAX", "resultant") for r in (beside, alone)]
+        self.assertLess(np.abs(forces[0] - forces[1]).max(), 1e-9 * np.abs(forces[1]).max())
+        # The upper edge is driven; what is below it lags behind.
+        gaps = of_pair(beside, "UP-XMAX:WALL-XMIN", "gap")[-1]
+        self.assertAlmostEqual(gaps.min(), 1.8, delta=1e-3)
+
 
 class SmallSliding(unittest.TestCase):
     def test_weights_and_normals_stay(self):
