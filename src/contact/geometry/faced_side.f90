@@ -15,8 +15,8 @@ module faced_side_mod
   use local_frame_mod, only: local_frame, straight
   use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all
   use fixed_points_mod, only: find_fixed, are_held
-  use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
-    reach_of_all_facets
+  use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, near_facets, &
+    reach_of_facets, reach_of_all_facets
   implicit none
   private
 
@@ -322,7 +322,7 @@ contains
         obstacle, shift, facets)
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
-      call face_facets(now, reach, mortar)
+      call face_facets(near_facets(now, reach), reach, mortar)
       ! What moves freely may fall any way.
       if (any(mortar%area > 0.0_wp)) return
       call face_facets(now, reach + reach_of_all_facets(now), mortar, behind=reach)

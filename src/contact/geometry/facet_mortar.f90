@@ -1,6 +1,7 @@
 !> What the nodes of a slave surface face of an obstacle of facets: the mortar of a surface whose
 !> nodes move as one. docs/theory.md section 11.
 module facet_mortar_mod
+  use connectivity_mod, only: corners_in
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
   use sorting_mod, only: sort_unique
@@ -9,7 +10,7 @@ module facet_mortar_mod
   implicit none
   private
 
-  public :: facet_pair_t, join_facets, corners_of, face_facets, reach_of_facets, &
+  public :: facet_pair_t, join_facets, near_facets, corners_of, face_facets, reach_of_facets, &
     reach_of_all_facets, facets_face
 
   !> A slave surface and facets, where both are, as faces over one list of places.
@@ -60,6 +61,35 @@ contains
       pair%x(:, n + i) = obstacle%corner(:, corners(i)) + shift
     end do
   end function join_facets
+
+  !> The same with the facets alone that may cover a part of a slave face within reach.
+  pure function near_facets(pair, reach) result(near)
+    type(facet_pair_t), intent(in) :: pair
+    real(wp), intent(in) :: reach         !! as of `make_mortar` [length]
+    type(facet_pair_t) :: near
+    real(wp) :: low(3), high(3), far
+    logical :: is_near(size(pair%facet, 2)), is_low(size(pair%x, 2)), is_high(size(pair%x, 2))
+    integer :: f, i
+
+    ! A facet may reach over a face from where its own corner is near.
+    far = reach + 2.0_wp*reach_of_facets(pair)
+    low = minval(pair%x(:, :pair%n), 2) - far
+    high = maxval(pair%x(:, :pair%n), 2) + far
+    is_near = .true.
+    do i = 1, 3
+      is_low = pair%x(i, :) < low(i)
+      is_high = pair%x(i, :) > high(i)
+      do f = 1, size(pair%facet, 2)
+        associate (corner => pair%facet(:corners_in(pair%facet(:, f)), f))
+          is_near(f) = is_near(f) .and. .not. (all(is_low(corner)) .or. all(is_high(corner)))
+        end associate
+      end do
+    end do
+    near%slave = pair%slave
+    near%n = pair%n
+    near%x = pair%x
+    near%facet = pair%facet(:, pack([(f, f=1, size(is_near))], is_near))
+  end function near_facets
 
   !> The corners of facets, ascending, each once.
   pure function corners_of(facet) result(corners)
