@@ -116,7 +116,7 @@ def show_block(runs, folder):
     for name, caption in (
         (
             "deformed",
-            "The block at the end of the push, from below (8 x 8 x 8 elements, displacements to "
+            "The block at the end of the push (8 x 8 x 8 elements, displacements to "
             "scale); grey is the ground.",
         ),
         ("pressure", "The contact pressure there."),

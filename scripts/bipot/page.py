@@ -14,7 +14,7 @@ import numpy as np
 
 from bipot.drawing.style import save
 from bipot.page_style import STYLE
-from bipot.pictures import pictures_of
+from bipot.pictures import Look, pictures_of
 from bipot.summary import HEAD, UNKNOWN, row_in_words, summarize
 
 if TYPE_CHECKING:
@@ -28,19 +28,19 @@ CLASS_TEXT = ' class="text"'
 CERTIFIED = {1: "yes", 0: "no", -1: "pending"}
 
 
-def write_page(result: Result, path: Path, scale: float | None = None) -> Path:
+def write_page(result: Result, path: Path, look: Look | None = None) -> Path:
     """Write the page of a result with at least one increment; return its path."""
-    path.write_text(make_page(result, scale), encoding="utf-8")
+    path.write_text(make_page(result, look), encoding="utf-8")
     return path
 
 
-def make_page(result: Result, scale: float | None = None) -> str:
+def make_page(result: Result, look: Look | None = None) -> str:
     """Return the page's text."""
     title, name = escape(deck_title(result)), escape(result.path.stem)
     sections = [
         ("summary", "Summary", summary(result)),
         ("notes", "Notes and warnings", notes(result)),
-        ("pictures", "Pictures", pictures(result, scale)),
+        ("pictures", "Pictures", pictures(result, look)),
         ("forces", "Contact forces", forces(result)),
         ("errors", "Estimated errors", estimated_errors(result)),
         ("plan", "Plan", plan(result)),
@@ -214,10 +214,10 @@ def warnings(result: Result) -> list[str]:
     return found
 
 
-def pictures(result: Result, scale: float | None) -> str:
+def pictures(result: Result, look: Look | None) -> str:
     """Return the pictures, inlined."""
     made = []
-    for picture in pictures_of(result, scale):
+    for picture in pictures_of(result, look):
         target = io.BytesIO()
         save(picture.figure, target, picture.tight, form="png")
         data = base64.b64encode(target.getvalue()).decode()

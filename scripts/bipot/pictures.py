@@ -4,23 +4,26 @@ What is drawn, a subject a file, is in bipot.drawing; which pictures there are i
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 import matplotlib
 import matplotlib.pyplot as plt
 
-from bipot.drawing.bodies import QUANTITIES, Bodies, draw_bodies
+from bipot.drawing.bodies import COMPONENTS, QUANTITIES, Bodies, Look, draw_bodies
 from bipot.drawing.contact_map import draw_contact
 from bipot.drawing.film import draw_animation
 from bipot.drawing.histories import draw_errors, draw_forces
 from bipot.drawing.sequence import draw_sequence
 from bipot.result import Result, ResultError
 
-__all__ = ("Picture", "animate", "figure", "has_bodies", "pictures_of")
+__all__ = (
+    "COMPONENTS", "NAMES", "Look", "Picture", "animate", "figure", "has_bodies", "pictures_of",
+)  # fmt: skip
 
 BODIES = {"displacement": "deformed", "stress": "stress", "pressure": "pressure",
           "mesh_error": "mesh-error"}  # fmt: skip
+NAMES = (*BODIES.values(), "contact", "forces", "errors", "accuracy")
 OF_PAIRS = {"contact": draw_contact, "forces": draw_forces}
 
 
@@ -45,59 +48,71 @@ def has_quantity(result: Result, quantity: str) -> bool:
     return any(quantity in names for names in result.field_names)
 
 
-def pictures_of(result: Result, scale: float | None = None) -> Iterator[Picture]:
-    """Yield all pictures, one after the other; the receiver closes the figure."""
+def pictures_of(
+    result: Result, look: Look | None = None, names: Collection[str] | None = None
+) -> Iterator[Picture]:
+    """Yield all pictures, one after the other; the receiver closes the figure.
+
+    `names`: these alone, of several pairs all that begin so.
+    """
+    look = look or Look()
     if has_bodies(result):
-        bodies = Bodies(result, scale)
         for quantity, name in BODIES.items():
-            if not has_quantity(result, quantity):
-                continue
-            if quantity == "pressure":
-                bodies = Bodies(result, scale, apart=True, close=True)
-            label = QUANTITIES[quantity][0].removesuffix(" (deck units)")
-            when = result.label(result.field_rows[-1])
-            text = f"The bodies at {when}, coloured by {label}; {bodies.words()}."
-            yield Picture(name, text, draw_bodies(result, bodies, quantity), True)
+            if has_quantity(result, quantity) and (names is None or name in names):
+                yield picture_of_bodies(result, look, quantity, name)
     for pair in result.pairs.values():
         if len(pair.nodes) == 0:
             continue
         suffix = "" if len(result.pairs) == 1 else "-" + re.sub(r"[^A-Za-z0-9]+", "-", pair.name)
+        if names is None or "contact" in names:
+            yield Picture(
+                f"contact{suffix}", f"Which points of {pair.name} are open, stick and slide, at "
+                "a few increments; arrows are friction.", draw_contact(result, pair), False,
+            )  # fmt: skip
+        if names is None or "forces" in names:
+            yield Picture(
+                f"forces{suffix}", f"Forces of {pair.name} over the time, and friction over "
+                "normal force.", draw_forces(result, pair), True,
+            )  # fmt: skip
+    if names is None or "errors" in names:
         yield Picture(
-            f"contact{suffix}", f"Which points of {pair.name} are open, stick and slide, at a few "
-            "increments; arrows are friction.", draw_contact(result, pair), False,
-        )
-        yield Picture(
-            f"forces{suffix}", f"Forces of {pair.name} over the time, and friction over normal "
-            "force.", draw_forces(result, pair), True,
-        )
-    yield Picture(
-        "errors", "Errors of the certificate, and estimated ones, over the time.",
-        draw_errors(result), True,
-    )
-    if result.accuracy is not None:
+            "errors", "Errors of the certificate, and estimated ones, over the time.",
+            draw_errors(result), True,
+        )  # fmt: skip
+    if result.accuracy is not None and (names is None or "accuracy" in names):
         yield Picture(
             "accuracy", "How far each run on the way to the accuracy was from what they tend to.",
             draw_sequence(result), True,
-        )
+        )  # fmt: skip
 
 
-def animate(result: Result, path, writer, scale: float | None = None) -> None:
+def picture_of_bodies(result: Result, look: Look, quantity: str, name: str) -> Picture:
+    """Return a picture of the bodies in the colours of a quantity."""
+    pressure = quantity == "pressure"
+    bodies = Bodies(result, look, apart=pressure, close=pressure)
+    label = bodies.label(quantity).removesuffix(" (deck units)")
+    when = result.label(result.field_rows[look.index])
+    text = f"The bodies at {when}, coloured by {label}; {bodies.words()}."
+    return Picture(name, text, draw_bodies(bodies, quantity), True)
+
+
+def animate(result: Result, path, writer, look: Look | None = None) -> None:
     """Save the animation of the bodies, with the pair that has the largest surface beside them."""
     pairs = [pair for pair in result.pairs.values() if len(pair.nodes)]
     largest = max(pairs, key=lambda pair: pair.area.sum(), default=None)
-    draw_animation(result, Bodies(result, scale), largest, path, writer)
+    draw_animation(result, Bodies(result, look), largest, path, writer)
 
 
-def figure(result, what=None, index=-1, pair=0, scale=None):
+def figure(result, what, pair, look):
     """Return the figure that Result.plot describes."""
-    made = make_figure(result, what, index, pair, scale)
+    made = make_figure(result, what, pair, look)
     # A notebook shows the figure that its cell ends with, and all that are open once more.
     if "inline" in matplotlib.get_backend():
         plt.close(made)
     return made
 
 
-def make_figure(result, what, index, pair, scale):
+def make_figure(result, what, pair, look):
     """Return the figure that is asked for."""
     drawn = has_bodies(result)
     if what is None:
@@ -123,10 +138,11 @@ def make_figure(result, what, index, pair, scale):
             if what == "pressure":
                 missing = "contact pair"
             raise ResultError(f"{result.path}: no {missing}")
-        result.field("displacement", index)  # that there is such an increment
+        if look.component is not None and look.component not in COMPONENTS.get(what, ()):
+            raise ValueError(f"{what} has no component {look.component!r}")
+        result.field("displacement", look.index)  # that there is such an increment
         pressure = what == "pressure"
-        bodies = Bodies(result, scale, apart=pressure, close=pressure)
-        return draw_bodies(result, bodies, what, index)
+        return draw_bodies(Bodies(result, look, apart=pressure, close=pressure), what)
     if not result.pairs:
         raise ResultError(f"{result.path}: no contact pair")
     return OF_PAIRS[what](result, result.pairs[pair])

@@ -571,7 +571,8 @@ class Result:
 
     def plot(
         self, what: str | None = None, index: int = -1, pair: str | int = 0,
-        scale: float | None = None,
+        scale: float | None = None, *, component: str | None = None,
+        view: tuple[float, float] | None = None, limits: tuple[float, float] | None = None,
     ) -> matplotlib.figure.Figure:
         """Return a matplotlib figure, as scripts/show draws it.
 
@@ -582,12 +583,17 @@ class Result:
                  None: "displacement", or "forces" where no field is stored
         pair     name or number of the pair
         scale    factor of the drawn displacements; None: chosen so that they are seen
+        component  "x", "y" or "z" of the displacement, "xx", "yy", "zz", "xy", "yz" or "xz" of the
+                 stress; None: the magnitude, von Mises's stress
+        view     elevation and azimuth of the spectator, in degrees; None: chosen
+        limits   of the colours, the least and the largest value; None: those of the increment
 
         Raises ResultError where the file does not hold it, ValueError for another word.
         """
         from bipot import pictures
 
-        return pictures.figure(self, what, index, pair, scale)
+        look = pictures.Look(scale, index, view, limits, component)
+        return pictures.figure(self, what, pair, look)
 
     def to_html(self, path: str | os.PathLike[str], scale: float | None = None) -> Path:
         """Write pictures, plan, errors and certificate as one page that needs nothing else.
@@ -596,10 +602,11 @@ class Result:
         finished.
         """
         from bipot.page import write_page
+        from bipot.pictures import Look
 
         if self.finished == 0:
             raise ResultError(f"{self.path}: no increment is finished")
-        return write_page(self, Path(path), scale)
+        return write_page(self, Path(path), Look(scale))
 
     @property
     def error_of_energy(self) -> bool:

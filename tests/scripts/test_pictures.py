@@ -20,7 +20,7 @@ sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
 import synthetic_result  # noqa: E402
 from bipot.drawing import views  # noqa: E402
-from bipot.drawing.bodies import Bodies  # noqa: E402
+from bipot.drawing.bodies import Bodies, Look  # noqa: E402
 from bipot.drawing.contact_map import Map  # noqa: E402
 from bipot.drawing.histories import draw_errors, draw_forces  # noqa: E402
 from bipot.obstacle import clip, rotation_matrix  # noqa: E402
@@ -234,6 +234,22 @@ class Bounds(WithFolder):
         self.assertEqual(norm.vmax, still.norm("displacement", range(3)).vmax)
         self.assertEqual(bodies.scale, still.scale)
 
+    def test_components_and_ranges_that_are_asked_for(self):
+        result = self.written(0)
+        down = Bodies(result, Look(component="z"))
+        np.testing.assert_array_equal(down.lengths(2), result.field("displacement", 2)[:, 2])
+        least = result.field("displacement", 2)[:, 2].min()
+        norm = down.norm("displacement", [2])
+        self.assertEqual((norm.vmin, norm.vmax), (least, -least))
+        along = Bodies(result, Look(component="zz"))
+        np.testing.assert_allclose(along.mises(2), -30.0)
+        # What is no component of a quantity leaves it as it is.
+        np.testing.assert_allclose(down.mises(2), 30.0)
+        norm = Bodies(result, Look(limits=(-1.0, 2.0))).norm("stress", [2])
+        self.assertEqual((norm.vmin, norm.vmax), (-1.0, 2.0))
+        with self.assertRaisesRegex(ValueError, "displacement has no component 'zz'"):
+            result.plot("displacement", component="zz")
+
     def test_pressure_is_that_of_the_pair(self):
         result = self.written(0)
         bodies = Bodies(result, apart=True)
@@ -254,15 +270,22 @@ class Bounds(WithFolder):
 class Views(WithFolder):
     """The contact is seen."""
 
-    def view_of(self, **options):
+    def view_of(self, look=None, **options):
         path = self.folder / "view.vtkhdf"
-        synthetic_result.write(path, **options)
+        synthetic_result.write(path)
         with Result(path) as result:
-            return Bodies(result)
+            return Bodies(result, look, **options)
 
     def test_contact_below_is_seen_from_below(self):
-        bodies = self.view_of()
-        self.assertLess(bodies.eye[2], 0)
+        self.assertLess(self.view_of(apart=True).eye[2], 0)
+
+    def test_bodies_are_seen_from_above(self):
+        self.assertGreater(self.view_of().eye[2], 0)
+
+    def test_a_view_that_is_asked_for(self):
+        for apart in (False, True):
+            bodies = self.view_of(Look(view=(90.0, 0.0)), apart=apart)
+            np.testing.assert_allclose(bodies.eye, [0, 0, 1], atol=1e-12)
 
     def test_surfaces_turned_to_the_spectator_are_chosen(self):
         path = self.folder / "view.vtkhdf"

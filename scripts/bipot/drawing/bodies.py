@@ -1,5 +1,9 @@
 """The deformed bodies and the obstacles that they touch, in 3-D axes."""
 
+from __future__ import annotations
+
+from typing import NamedTuple
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
@@ -7,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from bipot.drawing import views
-from bipot.drawing.style import OBSTACLE, PLAIN, colour_bar, styled
+from bipot.drawing.style import BOTH, COLD, OBSTACLE, PLAIN, RED, WARM, colour_bar, styled
 from bipot.element_faces import face_normals
 from bipot.result import von_mises
 
@@ -18,11 +22,22 @@ SMALL = 0.3  # extent of what is pressed, of that size, up to which it gets a cl
 MARGIN = 1.0  # about it, of its extent
 
 QUANTITIES = {
-    "displacement": ("displacement, magnitude (deck units)", plt.cm.viridis),
-    "stress": ("von Mises's stress (deck units)", plt.cm.inferno),
-    "pressure": ("contact pressure (deck units)", plt.cm.YlOrRd),
-    "mesh_error": ("energy of the error by the mesh (deck units)", plt.cm.magma),
+    "displacement": ("displacement, magnitude", COLD),
+    "stress": ("von Mises's stress", WARM),
+    "pressure": ("contact pressure", RED),
+    "mesh_error": ("energy of the error by the mesh", WARM),
 }
+COMPONENTS = {"displacement": ("x", "y", "z"), "stress": ("xx", "yy", "zz", "xy", "yz", "xz")}
+
+
+class Look(NamedTuple):
+    """What is drawn of the bodies, and how; what is left out is chosen."""
+
+    scale: float | None = None  #: factor of the drawn displacements
+    index: int = -1  #: the stored increment
+    view: tuple[float, float] | None = None  #: elevation and azimuth of the spectator, in degrees
+    limits: tuple[float, float] | None = None  #: of the colours
+    component: str | None = None  #: one of COMPONENTS in place of magnitude and von Mises's stress
 
 
 def subdivide(corners, pieces):
@@ -61,11 +76,12 @@ class Bodies:
     `close` they are cut out about the contact, where that is small.
     """
 
-    def __init__(self, result, scale=None, apart=False, close=False):
-        self.result = result
+    def __init__(self, result, look=None, apart=False, close=False):
+        look = look or Look()
+        self.result, self.look = result, look
         self.faces, self.face_element = result.boundary
         self.stress_on = "elements" if "stress" in result.field_names[1] else "nodes"
-        self.scale = self.choose_scale() if scale is None else scale
+        self.scale = self.choose_scale() if look.scale is None else look.scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
         self.offset = np.zeros(result.points.shape)
         blocks = [nodes for _, nodes in result.cells.values()]
@@ -87,9 +103,34 @@ class Bodies:
         """Return where the nodes are drawn, (N, 3)."""
         return self.result.points + self.scale * self.displacement(index) + self.offset
 
+    def component(self, quantity):
+        """Return the number of the component that is drawn, None where it is none."""
+        names = COMPONENTS.get(quantity, ())
+        return names.index(self.look.component) if self.look.component in names else None
+
+    def label(self, quantity):
+        """Return what the colours are."""
+        words, k = QUANTITIES[quantity][0], self.component(quantity)
+        if k is not None:
+            words = f"{quantity}, {COMPONENTS[quantity][k]}"
+        return f"{words} (deck units)"
+
+    def colour_map(self, quantity):
+        """Return the colours of a quantity."""
+        return QUANTITIES[quantity][1] if self.component(quantity) is None else BOTH
+
+    def lengths(self, index):
+        """Return the displacements' magnitude, or the component that is drawn, (N,)."""
+        u, k = self.displacement(index), self.component("displacement")
+        return np.linalg.norm(u, axis=1) if k is None else u[:, k]
+
     def mises(self, index):
-        """Return von Mises's stress of the elements, or of the nodes where only they have it."""
-        return von_mises(self.result.field("stress", index, on=self.stress_on))
+        """Return von Mises's stress, or the component that is drawn.
+
+        Of the elements, or of the nodes where only they have it.
+        """
+        stress, k = self.result.field("stress", index, on=self.stress_on), self.component("stress")
+        return von_mises(stress) if k is None else stress[:, k]
 
     def mesh_error(self, index):
         """Return the error by the mesh of the elements, an energy."""
@@ -175,13 +216,18 @@ class Bodies:
         return np.unique(np.linspace(0, stored - 1, min(stored, most)).round().astype(int))
 
     def choose_direction(self, apart):
-        """Return elevation and azimuth; with `apart` also pull the bodies apart."""
+        """Return elevation and azimuth; with `apart` also pull the bodies apart.
+
+        Bodies are seen from above. From where contact is seen is asked with `apart` alone.
+        """
         points = self.places(-1)
         surfaces = [views.ContactFaces(pair, points) for pair in self.result.pairs.values()]
         before_bodies = [one for one in surfaces if len(one.pair.master_nodes)]
         if not apart or not before_bodies:
             # Before another body nothing is seen of it.
-            return views.choose_direction([one for one in surfaces if one not in before_bodies])[0]
+            seen = [one for one in surfaces if one not in before_bodies]
+            directions = views.DIRECTIONS if apart else views.ABOVE
+            return self.look.view or views.choose_direction(seen, None, directions)[0]
         if self.box:
             points = np.clip(points, *self.box)
         size = np.ptp(points, axis=0).max()
@@ -190,7 +236,8 @@ class Bodies:
             offset, far = views.pull_apart(points, self.body, before_bodies, eye)
             return offset, far / size
 
-        direction, offset = views.choose_direction(surfaces, pull)
+        directions = [self.look.view] if self.look.view else views.DIRECTIONS
+        direction, offset = views.choose_direction(surfaces, pull, directions)
         if offset is not None:
             self.offset = offset
         return direction
@@ -239,15 +286,14 @@ class Bodies:
 
     def norm(self, quantity, indices):
         """Return the colour range of a quantity over stored increments."""
-        if quantity == "stress":
-            largest = max(self.mises(i).max() for i in indices)
-        elif quantity == "mesh_error":
-            largest = max(self.mesh_error(i).max() for i in indices)
-        elif quantity == "pressure":
-            largest = max(np.nan_to_num(self.pressure(i, False)).max() for i in indices)
-        else:
-            largest = max(np.linalg.norm(self.displacement(i), axis=1).max() for i in indices)
-        return Normalize(0, largest if largest > 0 else 1.0)
+        if self.look.limits:
+            return Normalize(*self.look.limits)
+        values = {
+            "stress": self.mises, "mesh_error": self.mesh_error, "displacement": self.lengths,
+            "pressure": lambda i: np.nan_to_num(self.pressure(i, False)),
+        }[quantity]  # fmt: skip
+        largest = max(np.abs(values(i)).max() for i in indices) or 1.0
+        return Normalize(0 if self.component(quantity) is None else -largest, largest)
 
     def face_values(self, index, quantity):
         """Return the values at the corners of the boundary's faces, (F, 4)."""
@@ -260,16 +306,16 @@ class Bodies:
             return np.repeat(self.mesh_error(index)[self.face_element, None], 4, axis=1)
         if quantity == "pressure":
             return self.pressure(index)[self.faces]
-        return np.linalg.norm(self.displacement(index), axis=1)[self.faces]
+        return self.lengths(index)[self.faces]
 
-    def draw(self, axes, index, quantity, norm, colour_map):
+    def draw(self, axes, index, quantity, norm):
         """Draw bodies and obstacles at a stored increment, coloured by `quantity`."""
         corners, values, edges = self.drawn_faces(index, quantity)
         pieces = int(np.clip(np.sqrt(PIECES / max(len(corners), 1)), 1, 8))
         parts = subdivide(np.concatenate([corners, values[:, :, None]], axis=2), pieces)
         parts = self.cut_out(parts)
         means = parts[:, :, -1].mean(axis=1)
-        colours = colour_map(norm(np.nan_to_num(means)))
+        colours = self.colour_map(quantity)(norm(np.nan_to_num(means)))
         colours[np.isnan(means), :3] = to_rgb(PLAIN)
         colours[:, :3] *= self.light(parts)[:, None]
 
@@ -281,7 +327,7 @@ class Bodies:
         first, last = along[:-1, edges].reshape(-1, 6), along[1:, edges].reshape(-1, 6)
         lines = self.cut_out(np.stack([first, first, last, last], axis=1))
         lines = lines[:, :, :3] + 0.02 * self.size * self.eye
-        line_colour = np.array([0.1, 0.1, 0.1, 0.6 if len(corners) < 2000 else 0.2])
+        line_colour = np.array([0.25, 0.25, 0.25, 0.6 if len(corners) < 2000 else 0.25])
         sheets, sheet_colours = self.obstacle_sheets(index)
         bodies = Poly3DCollection(
             [*parts[:, :, :3], *lines, *sheets],
@@ -329,7 +375,7 @@ class Bodies:
         """Return how bright faces are: a lamp over the spectator's shoulder gives them depth."""
         lamp = self.eye + np.array([-0.4, 0.3, 0.8 * np.sign(self.eye[2])])
         shine = face_normals(corners[:, :, :3]) @ (lamp / np.linalg.norm(lamp))
-        return 0.8 + 0.2 * np.clip(shine, 0, 1)
+        return 0.7 + 0.3 * np.clip(shine, 0, 1)
 
     def obstacle_sheets(self, index):
         """Return the obstacles' pieces (F, 4, 3) and colours (F, 4), half transparent.
@@ -386,17 +432,26 @@ class Bodies:
         return said
 
 
+def known_to(result, row):
+    """Return how well the contact forces of an increment are known, '' where nobody says."""
+    if "error/total" not in result.history_names or result.error_of_energy or not result.pairs:
+        return ""
+    error = result.history("error/total")[row]
+    return f"; contact force known to {100 * error:.2g} %" if error > 0 else ""
+
+
 @styled
-def draw_bodies(result, bodies, quantity, index=-1):
-    """Return a figure of the bodies at a stored increment."""
-    label, colour_map = QUANTITIES[quantity]
-    last = range(len(result.field_rows))[index]
+def draw_bodies(bodies, quantity):
+    """Return a figure of the bodies at the stored increment that is looked at."""
+    result = bodies.result
+    last = range(len(result.field_rows))[bodies.look.index]
+    row = result.field_rows[last]
     norm = bodies.norm(quantity, [last])
     figure = plt.figure(figsize=(7.2, 5.4))
     axes = figure.add_subplot(projection="3d")
-    bodies.draw(axes, last, quantity, norm, colour_map)
-    colour_bar(figure, axes, norm, colour_map, label)
+    bodies.draw(axes, last, quantity, norm)
+    colour_bar(figure, axes, norm, bodies.colour_map(quantity), bodies.label(quantity))
     axes.set_title(
-        f"{result.path.stem}: {result.label(result.field_rows[last])}\n{bodies.words()}", pad=12
+        f"{result.path.stem}: {result.label(row)}{known_to(result, row)}\n{bodies.words()}", pad=12
     )
     return figure

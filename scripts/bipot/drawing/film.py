@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import animation
 
-from bipot.drawing.bodies import QUANTITIES
 from bipot.drawing.contact_map import Map
 from bipot.drawing.style import colour_bar, styled
 
@@ -31,7 +30,6 @@ class Progress:
 def draw_animation(result, bodies, pair, path, writer):
     """Save the bodies, and the contact surface beside them, over the increments."""
     frames = bodies.sampled(MAX_FRAMES)
-    label, colour_map = QUANTITIES["displacement"]
     norm = bodies.norm("displacement", frames)
     figure = plt.figure(figsize=(9.6 if pair else 6.2, 4.6), dpi=80)
     places = figure.add_gridspec(
@@ -39,14 +37,16 @@ def draw_animation(result, bodies, pair, path, writer):
         width_ratios=[1.6, 1] if pair else [1],
     )
     body_axes = figure.add_subplot(places[0], projection="3d")
-    colour_bar(figure, body_axes, norm, colour_map, label)
+    colour_bar(
+        figure, body_axes, norm, bodies.colour_map("displacement"), bodies.label("displacement")
+    )
     surface = Map(pair) if pair else None
     map_axes = figure.add_subplot(places[1]) if pair else None
 
     def draw(frame):
         row = result.field_rows[frame]
         body_axes.clear()
-        bodies.draw(body_axes, frame, "displacement", norm, colour_map)
+        bodies.draw(body_axes, frame, "displacement", norm)
         if surface:
             map_axes.clear()
             surface.draw(map_axes, row)

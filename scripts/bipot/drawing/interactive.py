@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bipot.drawing.bodies import Bodies
-from bipot.drawing.style import OBSTACLE
+from bipot.drawing.bodies import Bodies, Look
+from bipot.drawing.style import COLD, OBSTACLE, RED, WARM
 from bipot.errors import ResultError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bipot.result import Result
 
 # What is coloured, the first of these that the file has.
-SCALARS = {"contact_pressure": "YlOrRd", "von_mises": "inferno", "displacement": "viridis"}
+SCALARS = {"contact_pressure": RED, "von_mises": WARM, "displacement": COLD}
 
 
 def open_window(result: Result, scale: float | None = None) -> None:
@@ -56,7 +56,7 @@ def make_plotter(
 
     if len(result.field_rows) == 0 or "displacement" not in result.field_names[0]:
         raise ResultError(f"{result.path}: no displacements are stored")
-    bodies = Bodies(result, scale)
+    bodies = Bodies(result, Look(scale))
     stored = len(result.field_rows)
     names = result.field_names[0] | result.field_names[1]
     scalars = next(name for name in SCALARS if name in names)

@@ -4,6 +4,7 @@ import functools
 
 import matplotlib.pyplot as plt
 from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap
 
 from bipot.result import OPEN, SLIDE, STICK
 
@@ -11,6 +12,18 @@ COLOURS = {OPEN: "#ffffff", STICK: "#2f6db0", SLIDE: "#e8813a"}
 INK, GRID = "#303030", "#c9c9c9"
 PLAIN = "#dcdcd8"  # a body where it has no colour of its own
 OBSTACLE = "#7d8794"
+
+# Light where nothing happens, so that lines of the mesh and shades are seen there; ever darker.
+# BOTH is of components: cold below 0, warm above.
+WARM, COLD, RED, BOTH = (
+    LinearSegmentedColormap.from_list(name, colours)
+    for name, colours in {
+        "warm": ("#f3f2ee", "#fbdc98", "#f28e54", "#c53d5e", "#701f70", "#28103f"),
+        "cold": ("#f3f3f0", "#c4e3d0", "#6bbcb4", "#2f84ab", "#26488c", "#1b1b4d"),
+        "red": ("#f5f3ea", "#fbe08d", "#f6a04c", "#e2502f", "#a61b2b", "#5c0a24"),
+        "both": ("#26488c", "#5aa6b8", "#f3f2ee", "#f28e54", "#a3234f"),
+    }.items()
+)
 
 STYLE = {
     "font.size": 9,
@@ -44,9 +57,10 @@ def colour_bar(figure, axes, norm, colour_map, label):
     bar.outline.set_visible(False)
 
 
-def save(figure, target, tight=True, form=None):
+def save(figure, target, tight=True, form=None, dpi=None):
     """Write a picture to a path or a file, and forget the figure."""
     figure.savefig(
-        target, bbox_inches="tight" if tight else None, facecolor="white", format=form
-    )
+        target, bbox_inches="tight" if tight else None, facecolor="white", format=form,
+        dpi=dpi or "figure",
+    )  # fmt: skip
     plt.close(figure)

@@ -6,6 +6,7 @@ from bipot.element_faces import face_normals
 
 # The first view that is nearly as good as any is taken: from above, if the contact allows it.
 DIRECTIONS = [(el, az) for el in (24.0, -24.0) for az in (-58.0, 32.0, -148.0, 122.0)]
+ABOVE = DIRECTIONS[:4]
 NEARLY = 0.9
 ROOM = 0.08  # between bodies that are pulled apart, of the size of all
 
@@ -120,14 +121,14 @@ def _keep_with_neighbours(points, body, placed, offset):
         offset[k] = offset[there[np.argmin(np.linalg.norm(away, axis=1))]]
 
 
-def choose_direction(surfaces, pull=None):
+def choose_direction(surfaces, pull=None, directions=DIRECTIONS):
     """Return the (elevation, azimuth) from which contact is seen, and the offsets of the nodes.
 
     surfaces  ContactFaces that are to be seen
     pull      a function of the eye that gives offsets and their size over that of the bodies
     """
     found = []
-    for direction in DIRECTIONS:
+    for direction in directions:
         eye = towards_the_eye(*direction)
         offset, far = pull(eye) if pull else (0.0, 0.0)
         score = sum(surface.seen_by(eye) for surface in surfaces) / (1 + far)
