@@ -9,7 +9,7 @@ module face_couplings_mod
   use dense_mod, only: invert_general
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
-  use faces_mod, only: face_node_areas
+  use faces_mod, only: face_node_areas, face_node_moments
   use kinds_mod, only: wp
   use mesh_draft_mod, only: add_node_beside
   use scene_mod, only: coupled_rotation_t
@@ -184,28 +184,29 @@ contains
     end do
   end subroutine carry
 
-  !> Distributing: the reference node moves as the mean of the nodes does, weighed by their areas,
-  !> and turns as they do in the mean of least squares. A force on it is spread over them.
+  !> Distributing: the reference node moves as the surface does in the mean, and turns as it does in
+  !> the mean of least squares: a force on it is a uniform traction, a moment a linear one.
+  !> docs/theory.md (11.13).
   subroutine distribute(reader, model, surface, coupling, equations)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surface
     type(coupling_t), intent(in) :: coupling
     type(equation_list_t), intent(inout) :: equations
-    real(wp), allocatable :: weight(:), moved(:, :, :), turned(:, :, :)
+    real(wp), allocatable :: weight(:), moment(:, :), moved(:, :, :), turned(:, :, :)
     real(wp) :: middle(3), inertia(3, 3), arm(3)
     integer :: i, a, m
     logical :: ok
 
     m = size(surface%nodes)
-    allocate (weight(m), moved(3, 3, m), turned(3, 3, m))
-    weight = shares(model, surface)
+    allocate (moved(3, 3, m), turned(3, 3, m))
+    call find_shares(model, surface, weight, moment)
     associate (x => model%mesh%coordinates(:, surface%nodes), ref => coupling%node)
-      middle = matmul(x, weight)
+      middle = x(:, 1) + sum(moment, dim=2)
       inertia = 0.0_wp
       do i = 1, m
-        arm = x(:, i) - middle
-        inertia = inertia - weight(i)*matmul(cross_matrix(arm), cross_matrix(arm))
+        moment(:, i) = moment(:, i) - weight(i)*(middle - x(:, 1))
+        inertia = inertia - matmul(cross_matrix(moment(:, i)), cross_matrix(x(:, i) - middle))
       end do
       call invert_general(inertia, ok)
       if (.not. ok) then
@@ -215,7 +216,7 @@ contains
       end if
       arm = model%mesh%coordinates(:, ref) - middle
       do i = 1, m
-        turned(:, :, i) = weight(i)*matmul(inertia, cross_matrix(x(:, i) - middle))
+        turned(:, :, i) = matmul(inertia, cross_matrix(moment(:, i)))
         moved(:, :, i) = -matmul(cross_matrix(arm), turned(:, :, i))
         do a = 1, 3
           moved(a, a, i) = moved(a, a, i) + weight(i)
@@ -249,24 +250,29 @@ contains
 
   end subroutine distribute
 
-  !> The part of a surface's area that belongs to each of its nodes, int N_a dA: means of nodes are
-  !> those of the surface. Parts of corners of faces with mid-side nodes are 0 or negative.
-  function shares(model, surface) result(share)
+  !> The part of a surface that belongs to each of its nodes, and the moment of this part.
+  subroutine find_shares(model, surface, share, moment)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surface
-    real(wp) :: share(size(surface%nodes))
-    real(wp) :: area(model%mesh%n_nodes)
+    real(wp), allocatable, intent(out) :: share(:)     !! (n) int N_a dA of the area [-]
+    real(wp), allocatable, intent(out) :: moment(:, :)
+    !! (3,n) int N_a (x - x_1) dA of it, x_1 the place of the first node [length]
+    real(wp) :: area(model%mesh%n_nodes), of_nodes(3, model%mesh%n_nodes)
     integer :: faces(face_nodes, size(surface%faces, 2)), f
 
     faces = all_nodes_of(surface%faces, model%mesh%connectivity)
     area = 0.0_wp
+    of_nodes = 0.0_wp
     do f = 1, size(faces, 2)
-      associate (nodes => faces(:count(faces(:, f) > 0), f))
-        area(nodes) = area(nodes) + face_node_areas(model%mesh%coordinates(:, nodes))
+      associate (nodes => faces(:count(faces(:, f) > 0), f), x => model%mesh%coordinates)
+        area(nodes) = area(nodes) + face_node_areas(x(:, nodes))
+        of_nodes(:, nodes) = of_nodes(:, nodes) + face_node_moments(x(:, nodes) - &
+          spread(x(:, surface%nodes(1)), 2, size(nodes)))
       end associate
     end do
     share = area(surface%nodes)/sum(area(surface%nodes))
-  end function shares
+    moment = of_nodes(:, surface%nodes)/sum(area(surface%nodes))
+  end subroutine find_shares
 
   !> What takes a vector to `v` x the vector.
   pure function cross_matrix(v) result(matrix)

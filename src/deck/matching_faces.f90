@@ -4,8 +4,11 @@ module matching_faces_mod
   use cards_mod, only: note, reader_t, report
   use cells_mod, only: cells, face_corners, has_middles, hexahedron_20_of_14, &
     hexahedron_20_reduced, hexahedron_8
-  use connectivity_mod, only: nodes_of_face
+  use connectivity_mod, only: all_nodes_of_face, nodes_of_face
   use equal_columns_mod, only: number_columns
+  use kinds_mod, only: wp
+  use loads_mod, only: load_step_t
+  use mesh_mod, only: deck_rounding
   use mesh_draft_mod, only: mesh_draft_t
   use sorting_mod, only: sort_ascending
   use text_mod, only: to_text
@@ -17,8 +20,8 @@ module matching_faces_mod
 contains
 
   !> Report what does not match: an edge with a node in its middle in one element and another or
-  !> none in another element, and a quadrilateral beside two triangles, of which elements without
-  !> mid-side nodes are noted.
+  !> none in another element, or that is half of another's, and a quadrilateral beside two
+  !> triangles, of which elements without mid-side nodes are noted.
   subroutine check_matching(reader, mesh)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh
@@ -35,32 +38,79 @@ contains
   end subroutine check_matching
 
   !> The 20-node hexahedra with reduced integration that have four faces or more without neighbour
-  !> take 14 points: else chains of single elements have motions without strain.
-  !> docs/theory.md section 8.
-  subroutine strengthen_reduced(reader, mesh)
+  !> take 14 points: else chains of single elements have motions without strain. What is beyond a
+  !> plane of symmetry is a neighbour. docs/theory.md section 8.
+  subroutine strengthen_reduced(reader, mesh, steps)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(inout) :: mesh
+    type(load_step_t), intent(in) :: steps(:)
     ! Of an element in a chain. tests/cases/test_second_order.py has shapes that need it.
     integer, parameter :: many = 4
-    integer, allocatable :: key(:, :), of_face(:, :)
-    logical, allocatable :: is_outer(:)
-    integer :: n_outer(mesh%n_elements), i
+    logical, allocatable :: is_outer(:, :), held(:, :)
+    integer :: n_outer(mesh%n_elements), e, f, n
+    real(wp) :: rounding !! [length]
 
     if (mesh%n_elements == 0) return
     if (.not. any(mesh%connectivity%cell(:mesh%n_elements) == hexahedron_20_reduced)) return
-    call list_faces(mesh, key, of_face, is_outer)
+    is_outer = outer_faces(mesh)
+    held = held_throughout(steps, mesh%n_nodes)
+    rounding = deck_rounding(mesh%coordinates(:, :mesh%n_nodes), mesh%origin)
     n_outer = 0
-    do i = 1, size(is_outer)
-      if (is_outer(i)) n_outer(of_face(1, i)) = n_outer(of_face(1, i)) + 1
+    do e = 1, mesh%n_elements
+      do f = 1, size(is_outer, 1)
+        if (is_outer(f, e)) is_outer(f, e) = .not. is_on_mirror(all_nodes_of_face( &
+          mesh%connectivity, e, f))
+      end do
+      n_outer(e) = count(is_outer(:, e))
     end do
     associate (cell => mesh%connectivity%cell(:mesh%n_elements))
-      i = count(cell == hexahedron_20_reduced .and. n_outer >= many)
+      n = count(cell == hexahedron_20_reduced .and. n_outer >= many)
       where (cell == hexahedron_20_reduced .and. n_outer >= many) cell = hexahedron_20_of_14
     end associate
-    if (i > 0) call note(reader, to_text(i)//' elements of C3D20R have four faces or more '// &
+    if (n > 0) call note(reader, to_text(n)//' elements of C3D20R have four faces or more '// &
       'without a neighbour: they take 14 points instead of 8, at which others may move '// &
       'without strain')
+
+  contains
+
+    !> Whether a face lies across an axis along which all of its nodes are held.
+    pure logical function is_on_mirror(nodes)
+      integer, intent(in) :: nodes(:) !! as of all_nodes_of_face
+      integer :: axis
+
+      is_on_mirror = .false.
+      associate (of_face => pack(nodes, nodes > 0))
+        do axis = 1, 3
+          if (.not. all(held(axis, of_face))) cycle
+          associate (x => mesh%coordinates(:, of_face))
+            is_on_mirror = is_on_mirror .or. maxval(x(axis, :)) - minval(x(axis, :)) <= rounding
+          end associate
+        end do
+      end associate
+    end function is_on_mirror
+
   end subroutine strengthen_reduced
+
+  !> The degrees of freedom that are held where they are in all steps.
+  pure function held_throughout(steps, n_nodes) result(held)
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: n_nodes
+    logical, allocatable :: held(:, :) !! (3,n_nodes)
+    logical :: now(3, n_nodes)
+    integer :: k, i
+
+    allocate (held(3, n_nodes), source=size(steps) > 0)
+    now = .false.
+    do k = 1, size(steps)
+      if (steps(k)%replace_boundary) now = .false.
+      do i = 1, size(steps(k)%boundary)
+        associate (b => steps(k)%boundary(i))
+          now(b%dof, b%node) = .not. abs(b%value) > 0.0_wp
+        end associate
+      end do
+      held = held .and. now
+    end do
+  end function held_throughout
 
   !> The faces that no two elements have.
   pure function outer_faces(mesh) result(is_outer)
@@ -119,26 +169,29 @@ contains
     end associate
   end function is_flawed
 
-  !> Edges whose middle is a node of its own in each element, or of one of them alone.
+  !> Edges whose middle is a node of its own in each element, or of one of them alone, and edges of
+  !> one element that are halves of another's.
   subroutine check_edges(reader, mesh)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh
+    integer, parameter :: of_half = -1
     integer, allocatable :: ends(:, :), middle(:), element(:), number(:)
-    integer :: e, k, n
+    integer :: e, k, m, n
 
     n = sum(cells(mesh%connectivity%cell(:mesh%n_elements))%n_edges)
-    allocate (ends(2, n), middle(n), element(n))
+    allocate (ends(2, 3*n), middle(3*n), element(3*n))
     n = 0
     do e = 1, mesh%n_elements
       if (is_flawed(mesh, e)) cycle
       associate (cell => cells(mesh%connectivity%cell(e)), &
                  node => mesh%connectivity%node(mesh%connectivity%first(e):))
         do k = 1, cell%n_edges
-          n = n + 1
-          ends(:, n) = [minval(node(cell%edge(:, k))), maxval(node(cell%edge(:, k)))]
-          middle(n) = 0
-          if (has_middles(mesh%connectivity%cell(e))) middle(n) = node(cell%n_corners + k)
-          element(n) = e
+          m = 0
+          if (has_middles(mesh%connectivity%cell(e))) m = node(cell%n_corners + k)
+          call add(node(cell%edge(1, k)), node(cell%edge(2, k)), m)
+          if (m == 0) cycle
+          call add(node(cell%edge(1, k)), m, of_half)
+          call add(m, node(cell%edge(2, k)), of_half)
         end do
       end associate
     end do
@@ -146,13 +199,45 @@ contains
     call number_columns(ends, number)
     do k = 1, n
       if (middle(k) == middle(number(k))) cycle
-      call report(reader, mesh%element_position(element(k)), 'elements '// &
-        to_text(mesh%element_id(element(number(k))))//' and '// &
-        to_text(mesh%element_id(element(k)))//' have the edge from node '// &
-        to_text(mesh%node_id(ends(1, k)))//' to node '//to_text(mesh%node_id(ends(2, k)))// &
-        ', but not the same node in its middle: join parts of first and second order by *TIE')
+      associate (pair => [number(k), k])
+        if (any(middle(pair) == of_half)) then
+          associate (whole => merge(pair(1), pair(2), middle(pair(2)) == of_half), &
+                     half => merge(pair(2), pair(1), middle(pair(2)) == of_half))
+            call report(reader, mesh%element_position(element(whole)), 'the edge of element '// &
+              to_text(mesh%element_id(element(whole)))//' from '//both_ends(k)// &
+              ' is half of an edge of element '//to_text(mesh%element_id(element(half)))// &
+              ': join parts of first and second order by *TIE')
+          end associate
+        else
+          call report(reader, mesh%element_position(element(k)), 'elements '// &
+            to_text(mesh%element_id(element(number(k))))//' and '// &
+            to_text(mesh%element_id(element(k)))//' have the edge from '//both_ends(k)// &
+            ', but not the same node in its middle: join parts of first and second order by *TIE')
+        end if
+      end associate
       return
     end do
+
+  contains
+
+    subroutine add(one, other, m)
+      integer, intent(in) :: one, other !! nodes
+      integer, intent(in) :: m          !! the one between them; 0: none
+
+      n = n + 1
+      ends(:, n) = [min(one, other), max(one, other)]
+      middle(n) = m
+      element(n) = e
+    end subroutine add
+
+    function both_ends(k) result(words)
+      integer, intent(in) :: k
+      character(:), allocatable :: words
+
+      words = 'node '//to_text(mesh%node_id(ends(1, k)))//' to node '// &
+        to_text(mesh%node_id(ends(2, k)))
+    end function both_ends
+
   end subroutine check_edges
 
   !> Quadrilaterals on the outside whose corners lie on two triangles there.
@@ -167,7 +252,7 @@ contains
     integer, allocatable :: candidate(:, :), number(:)
     integer :: corners(face_corners), quads(count(is_outer .and. key(1, :) > 0))
     integer :: triangles(count(is_outer .and. key(1, :) == 0))
-    integer :: i, k, n_triangles
+    integer :: i, k, n, n_triangles, first
     logical :: found(4)
 
     quads = pack([(i, i=1, size(is_outer))], is_outer .and. key(1, :) > 0)
@@ -186,22 +271,37 @@ contains
       end do
     end do
     call number_columns(candidate, number)
+    first = 0
+    n = 0
     do i = 1, size(quads)
       found = number(n_triangles + 4*i - 3:n_triangles + 4*i) <= n_triangles
       if (.not. (all(found(:2)) .or. all(found(3:)))) cycle
       associate (e => of_face(1, quads(i)))
         if (has_middles(mesh%connectivity%cell(e))) then
-          call report(reader, mesh%element_position(e), 'face '//to_text(of_face(2, quads(i)))// &
-            ' of element '//to_text(mesh%element_id(e))//' is a quadrilateral beside two '// &
-            'triangles: they do not match; put pyramids between, or *TIE')
-        else
-          call note(reader, 'face '//to_text(of_face(2, quads(i)))//' of element '// &
-            to_text(mesh%element_id(e))//' is a quadrilateral beside two triangles: between '// &
-            'its edges they gape or overlap')
+          call report(reader, mesh%element_position(e), face_in_words(quads(i))// &
+            ' is a quadrilateral beside two triangles: they do not match; put pyramids '// &
+            'between, or *TIE')
+          return
         end if
       end associate
-      return
+      n = n + 1
+      if (first == 0) first = quads(i)
     end do
+    if (n == 1) call note(reader, face_in_words(first)//' is a quadrilateral beside two '// &
+      'triangles: between its edges they gape or overlap')
+    if (n > 1) call note(reader, to_text(n)//' quadrilaterals are beside two triangles, '// &
+      face_in_words(first)//' first: between their edges they gape or overlap')
+
+  contains
+
+    function face_in_words(k) result(words)
+      integer, intent(in) :: k !! of of_face
+      character(:), allocatable :: words
+
+      words = 'face '//to_text(of_face(2, k))//' of element '// &
+        to_text(mesh%element_id(of_face(1, k)))
+    end function face_in_words
+
   end subroutine check_diagonals
 
 end module matching_faces_mod

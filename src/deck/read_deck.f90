@@ -197,7 +197,6 @@ contains
     call check_matching(reader, model%mesh)
     call read_sets(reader, model)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
-    call strengthen_reduced(reader, model%mesh)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
     call read_materials(reader, scene%materials, materials)
@@ -248,6 +247,8 @@ contains
     call read_first_temperatures(reader, model, scene%first_temperature)
     call read_steps(reader, model, amplitudes, scene%pairs, surfaces, scene%steps, &
       scene%regions, scene%finite_strain)
+    if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
+      scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &
       scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) then

@@ -6,7 +6,7 @@ module faces_mod
   implicit none
   private
 
-  public :: face_area_vectors, face_node_areas
+  public :: face_area_vectors, face_node_areas, face_node_moments
 
 contains
 
@@ -53,6 +53,25 @@ contains
       areas = areas + rule%weight(g)*n*norm2(normal)
     end do
   end function face_node_areas
+
+  !> int N_a x dA for each node: exact for flat faces.
+  pure function face_node_moments(x) result(moments)
+    real(wp), intent(in) :: x(:, :)           !! (3,n) nodes as of all_nodes_of_face [length]
+    real(wp) :: moments(3, size(x, 2))        !! [length^3]
+    type(face_rule_t) :: rule
+    real(wp) :: n(size(x, 2)), normal(3), place(3)
+    integer :: g, a
+
+    moments = 0.0_wp
+    rule = rule_of(size(x, 2))
+    do g = 1, rule%n
+      call shape_and_normal(x, rule%point(:, g), n, normal)
+      place = rule%weight(g)*norm2(normal)*matmul(x, n)
+      do a = 1, size(n)
+        moments(:, a) = moments(:, a) + n(a)*place
+      end do
+    end do
+  end function face_node_moments
 
   !> Shape functions and normal, as long as the area is for that of the natural coordinates.
   pure subroutine shape_and_normal(x, place, n, normal)

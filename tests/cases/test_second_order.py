@@ -236,6 +236,21 @@ class SecondOrder(BoxCase):
         self.assertEqual(run.status, 1, run.output)
         self.assertIn("but not the same node in its middle", run.errors)
 
+    def test_an_edge_that_is_half_of_another(self):
+        """A tetrahedron beside a hexahedron, from a corner of it to the middle of an edge."""
+        box = Box("B", (1, 1, 1), ("C3D20",))
+        deck = (
+            box.cards() + "*NODE\n8001, 2., 0.2, 0.2\n"
+            + "*ELEMENT, TYPE=C3D4, ELSET=B\n9, 5, 10, 6, 8001\n" + MATERIAL + on_corner("B")
+            + STEP + "*DSLOAD\nB-Z1, P, 1.\n*END STEP\n"
+        )
+        run = Run(deck, name="deck")
+        self.assertEqual(run.status, 1, run.output)
+        self.assertIn(
+            "the edge of element 9 from node 5 to node 10 is half of an edge of element 1: join "
+            "parts of first and second order by *TIE", run.errors
+        )  # fmt: skip
+
     def test_what_is_refused(self):
         box = Box("B", (1, 1, 1), ("C3D20R",))
         alone = box.cards() + MATERIAL + DRY + on_corner("B") + FLOOR
