@@ -225,7 +225,8 @@ contains
     type(material_t), intent(in) :: materials(:)
     type(tangent_t), intent(in) :: tangent
     integer, intent(in) :: e           !! element
-    real(wp), intent(out) :: k(:, :)   !! node by node, x y z [force/length]
+    real(wp), intent(out) :: k(:, :)
+    !! node by node, x y z; (24,24), by the nodes of a hexahedron, without mid-side nodes [force/length]
     type(second_order_t) :: of_second_order
     real(wp), allocatable :: h(:, :, :)
     integer :: negative
