@@ -9,6 +9,9 @@
 !> Bodies and obstacles that supports do not hold are free in K: what the solver pins is not. Free
 !> obstacles have unknowns of their own behind those of the mesh, without stiffness.
 !>
+!> The gap of a point in the middle of an edge is made of those of three nodes, (9.11): its row and
+!> its curvature are.
+!>
 !> Where points slide with friction K is not symmetric, and this is a hint; so it is where the work
 !> of pressures depends on the way. The curvature of masters that are surfaces is not in K.
 module stability_mod
@@ -19,7 +22,7 @@ module stability_mod
   use scene_mod, only: scene_t
   use obstacles_mod, only: obstacle_t
   use mesh_mod, only: kind_c3d8b
-  use contact_points_mod, only: contact_points_t, weights_t, contact_nodes
+  use contact_points_mod, only: contact_points_t, weights_t, contact_nodes, list_slave
   use state_mod, only: state_t, modes_t
   use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t
@@ -178,8 +181,8 @@ contains
     type(pressed_t), intent(in) :: contact
     type(rows_t), intent(out) :: rows
     integer, allocatable :: free(:)
-    real(wp) :: direction(3)
-    integer :: i, j, axis, n_axes, first
+    real(wp) :: direction(3), factor(3)
+    integer :: i, j, k, axis, n_axes, first, n_slave, slave(3)
     logical :: is_alone
 
     allocate (free(0), rows%direction(3, 3*points%n))
@@ -190,7 +193,8 @@ contains
       n_axes = merge(3, 1, contact%sticks(i))
       associate (weights => contact%placement%weights)
         free = free_obstacle(scene, motions, points%pair(i))
-        is_alone = size(free) == 0 .and. .not. can_any_move(map, &
+        call list_slave(points, weights, i, n_slave, slave, factor)
+        is_alone = n_slave == 1 .and. size(free) == 0 .and. .not. can_any_move(map, &
           weights%node(weights%first(i):weights%first(i + 1) - 1))
       end associate
       do axis = 1, n_axes
@@ -203,7 +207,9 @@ contains
         end if
         rows%n = rows%n + 1
         first = rows%n_entries + 1
-        call add_entries(map, points%node(i), direction, rows)
+        do k = 1, n_slave
+          call add_entries(map, slave(k), factor(k)*direction, rows)
+        end do
         call add_masters(map, contact%placement%weights, i, direction, rows)
         call put(rows%entries, rows%n_entries, spread(rows%n, 1, size(free)), map%n_free + free, &
           [(-dot_product(motions%translation(:, free(j)), direction), j=1, size(free))])
@@ -369,8 +375,8 @@ contains
     type(triplets_t) :: bends
     integer, allocatable :: free(:), equations(:)
     real(wp), allocatable :: way(:, :) !! (3,size(equations)) of the point before the obstacle [-]
-    real(wp) :: bend(3, 3)
-    integer :: pair, i, j, l, n
+    real(wp) :: bend(3, 3), factor(3)
+    integer :: pair, i, j, l, m, n, n_slave, slave(3)
 
     n = 0
     allocate (bends%row(0), bends%column(0), bends%value(0), free(0), equations(0))
@@ -382,15 +388,19 @@ contains
         -motions%translation(:, free)], [3, 3 + size(free)])
       do i = points%first(pair), points%first(pair + 1) - 1
         if (.not. contact%presses(i)) cycle
-        equations = [equations_of(map, points%node(i)), map%n_free + free]
-        bend = -contact%normal_force(i)*bend_of_gap(obstacle, shift_of(obstacle, &
-          state%displacement), scene%mesh%coordinates(:, points%node(i)) + &
-          state%displacement(:, points%node(i)))
-        do j = 1, size(equations)
-          do l = 1, j
-            if (equations(j) == 0 .or. equations(l) == 0) cycle
-            call put(bends, n, [max(equations(j), equations(l))], [min(equations(j), &
-              equations(l))], [dot_product(way(:, j), matmul(bend, way(:, l)))])
+        ! The gap of a point in the middle of an edge is made of those of three nodes.
+        call list_slave(points, contact%placement%weights, i, n_slave, slave, factor)
+        do m = 1, n_slave
+          equations = [equations_of(map, slave(m)), map%n_free + free]
+          bend = -factor(m)*contact%normal_force(i)*bend_of_gap(obstacle, shift_of(obstacle, &
+            state%displacement), scene%mesh%coordinates(:, slave(m)) + &
+            state%displacement(:, slave(m)))
+          do j = 1, size(equations)
+            do l = 1, j
+              if (equations(j) == 0 .or. equations(l) == 0) cycle
+              call put(bends, n, [max(equations(j), equations(l))], [min(equations(j), &
+                equations(l))], [dot_product(way(:, j), matmul(bend, way(:, l)))])
+            end do
           end do
         end do
       end do

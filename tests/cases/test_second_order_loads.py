@@ -58,6 +58,26 @@ class Bending(BoxCase):
                 np.testing.assert_allclose(stress, exact, rtol=0, atol=1e-8 * exact.max())
 
 
+class LargeBending(BoxCase):
+    def test_elastica(self):
+        """A cantilever under P L^2/EI = 4 goes down by .6700 and back by .3289 of its length.
+
+        Ten elements; the clamp holds Poisson's strain, and the bar has shear.
+        """
+        length, young = 10.0, 1000.0
+        for kind in KINDS:
+            with self.subTest(kind=kind):
+                box = Box("B", (10, 1, 1), (kind,), size=(length, 1, 1), shift=0)
+                result = self.solve(
+                    box.cards() + f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{young}, 0.3\n"
+                    + "*NODE\n8002, 10., 0.5, 0.5\n" + COUPLING.format("TIP", 8002, "B-X1")
+                    + "1, 3\n*BOUNDARY\nB-X0, 1, 3\n*STEP, NLGEOM\n*STATIC\n0.1, 1.\n"
+                    + f"*CLOAD\n8002, 3, {4 * young / 12 / length**2!r}\n*END STEP\n"
+                )
+                tip = result.reference_nodes[8002].displacement[-1] / length
+                np.testing.assert_allclose(tip, [-0.3289, 0, 0.6700], atol=8e-3)
+
+
 # The faces of elements as CalculiX and Abaqus number them, by their corners.
 FACES = {
     "C3D10": ((1, 2, 3), (1, 4, 2), (2, 4, 3), (3, 4, 1)),
