@@ -226,7 +226,8 @@ contains
     type(tangent_t), intent(in) :: tangent
     integer, intent(in) :: e           !! element
     real(wp), intent(out) :: k(:, :)
-    !! node by node, x y z; (24,24), by the nodes of a hexahedron, without mid-side nodes [force/length]
+    !! node by node, x y z; without mid-side nodes (24,24), by the nodes of a hexahedron
+    !! [force/length]
     type(second_order_t) :: of_second_order
     real(wp), allocatable :: h(:, :, :)
     integer :: negative

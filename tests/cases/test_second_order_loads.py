@@ -65,7 +65,7 @@ class LargeBending(BoxCase):
         Ten elements; the clamp holds Poisson's strain, and the bar has shear.
         """
         length, young = 10.0, 1000.0
-        for kind in KINDS:
+        for kind in ("C3D10", "C3D20R"):
             with self.subTest(kind=kind):
                 box = Box("B", (10, 1, 1), (kind,), size=(length, 1, 1), shift=0)
                 result = self.solve(
@@ -75,7 +75,7 @@ class LargeBending(BoxCase):
                     + f"*CLOAD\n8002, 3, {4 * young / 12 / length**2!r}\n*END STEP\n"
                 )
                 tip = result.reference_nodes[8002].displacement[-1] / length
-                np.testing.assert_allclose(tip, [-0.3289, 0, 0.6700], atol=8e-3)
+                np.testing.assert_allclose(tip, [-0.3289, 0, 0.6700], atol=1.2e-3)
 
 
 # The faces of elements as CalculiX and Abaqus number them, by their corners.
