@@ -92,7 +92,9 @@ class SameForces(unittest.TestCase):
             for variant in (PRODUCTS, *OTHERS):
                 with self.subTest(scene=name, variant=variant):
                     found, n = forces(text.replace("*STEP", variant + "*STEP", 1))
-                    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * abs(expected).max())
+                    np.testing.assert_allclose(
+                        found, expected, rtol=0, atol=1e-7 * abs(expected).max()
+                    )
                     self.assertLessEqual(n, 1.1 * iterations)
 
     def test_tangent_of_each_iteration(self):

@@ -119,7 +119,8 @@ class Independent(unittest.TestCase):
             extra = result.history("extra") != 0
             found = result.pairs[0].resultant[~extra]
             energy = result.history("energy/strain")[~extra]
-        np.testing.assert_allclose(found, wanted[:, 1:4], rtol=0, atol=1e-9 * np.abs(wanted[:, 1:4]).max())
+        forces = wanted[:, 1:4]
+        np.testing.assert_allclose(found, forces, rtol=0, atol=1e-9 * np.abs(forces).max())
         np.testing.assert_allclose(energy, wanted[:, column], rtol=1e-8)
 
     def test_paper_block(self):
