@@ -194,7 +194,8 @@ class Joints(BoxCase):
                     reaction.sum(axis=0) + reference.reaction_force[-1], 0, rtol=0, atol=1e-8
                 )
                 moment = np.cross(x - place, reaction).sum(axis=0)
-                np.testing.assert_allclose(moment, -reference.reaction_moment[-1], rtol=0, atol=1e-8)
+                torque = reference.reaction_moment[-1]
+                np.testing.assert_allclose(moment, -torque, rtol=0, atol=1e-8)
 
     def test_a_corner_of_two_planes(self):
         """Pressed along z between a floor and two walls, one of them smooth, as the law has it.
