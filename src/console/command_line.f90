@@ -1,8 +1,8 @@
 !> The command line.
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
-!>                [--memory SIZE] [--refine K] [--nlgeom no] [--plan | --check | --flat] [--force]
-!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
+!>                [--memory SIZE] [--refine K] [--theory] [--nlgeom no]
+!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
 !>                [--quiet | --verbose]
 !>     bipot --help | --version
@@ -39,6 +39,7 @@ module command_line_mod
     real(wp) :: memory = 0.0_wp                  !! --memory: at the peak; 0: what there is [bytes]
     integer :: refine = -1
     !! --refine: how often elements are cut into eight; negative: not given
+    logical :: theory = .false.                  !! --theory: its error is estimated
     logical :: small_strain = .false.            !! --nlgeom no: in place of the deck's NLGEOM
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
@@ -119,6 +120,8 @@ contains
         if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--refine')
         call take_refinement(word, i, options%refine, error)
+      case ('--theory')
+        options%theory = .true.
       case ('--nlgeom')
         call take_value(word, i, value, error)
         if (allocated(error)) return
@@ -191,6 +194,7 @@ contains
       if (options%time > 0.0_wp) misplaced = '--time'
       if (options%memory > 0.0_wp) misplaced = '--memory'
       if (options%refine >= 0) misplaced = '--refine'
+      if (options%theory) misplaced = '--theory'
       if (options%small_strain) misplaced = '--nlgeom'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
@@ -314,7 +318,7 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
-        '--memory', '--refine', '--extrapolated', '--nlgeom', &
+        '--memory', '--refine', '--extrapolated', '--theory', '--nlgeom', &
         '--quiet', '--verbose', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -441,6 +445,8 @@ contains
       '  --memory SIZE       memory of each run, as 4GB or 500MB; likewise', &
       '  --refine K          divide each element into eight, K times (0 to 6); sets, surfaces', &
       '                      and loads follow; --accuracy, --time and --memory keep this mesh', &
+      '  --theory            estimate the error of small-strain theory by a run at finite strain', &
+      '                      beside the linear one, instead of a bound on it', &
       '  --nlgeom no         run a deck that says NLGEOM with small strain', &
       '', &
       'runs:', &

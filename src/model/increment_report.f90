@@ -53,7 +53,12 @@ module increment_report_mod
     real(wp) :: load_steps = -1.0_wp !! by increments of another size
     real(wp) :: mesh = -1.0_wp       !! of the stresses by recovery, a part of the energy
     real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition
-    real(wp) :: theory = -1.0_wp     !! what finite strain would change, at most: in no sum
+    real(wp) :: theory = -1.0_wp
+    !! what finite strain would change: in no sum; huge: more than linear theory can say
+    logical  :: follows_theory = .false. !! it is an estimate by a shadow run, else a bound
+    real(wp) :: of_law(2) = -1.0_wp
+    !! the estimates with the deck's law, and where it leaves the law open with another one
+    real(wp) :: law = -1.0_wp        !! how far these two laws are apart, likewise
   end type error_parts_t
 
   !> The energies of the run up to this increment [energy].
