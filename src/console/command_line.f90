@@ -1,7 +1,7 @@
 !> The command line.
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
-!>                [--memory SIZE] [--refine K] [--theory] [--nlgeom no]
+!>                [--memory SIZE] [--refine K] [--theory] [--nlgeom W]
 !>                [--plan | --check | --flat] [--force] [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
 !>                [--quiet | --verbose]
@@ -40,7 +40,9 @@ module command_line_mod
     integer :: refine = -1
     !! --refine: how often elements are cut into eight; negative: not given
     logical :: theory = .false.                  !! --theory: its error is estimated
-    logical :: small_strain = .false.            !! --nlgeom no: in place of the deck's NLGEOM
+    character(4) :: nlgeom = ''
+    !! --nlgeom, upper case: NO, YES or AUTO in place of the deck's NLGEOM
+    character(4) :: chosen = ''                  !! YES: AUTO has come to finite strain
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
@@ -125,9 +127,9 @@ contains
       case ('--nlgeom')
         call take_value(word, i, value, error)
         if (allocated(error)) return
-        if (upper(value) /= 'NO') call refuse(word, "no: it is a *STEP's NLGEOM that asks for "// &
-          'finite strain', value, error)
-        options%small_strain = .true.
+        options%nlgeom = upper(value)
+        if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) call refuse(word, 'no, yes or auto', &
+          value, error)
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -195,7 +197,7 @@ contains
       if (options%memory > 0.0_wp) misplaced = '--memory'
       if (options%refine >= 0) misplaced = '--refine'
       if (options%theory) misplaced = '--theory'
-      if (options%small_strain) misplaced = '--nlgeom'
+      if (options%nlgeom /= '') misplaced = '--nlgeom'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -447,7 +449,9 @@ contains
       '                      and loads follow; --accuracy, --time and --memory keep this mesh', &
       '  --theory            estimate the error of small-strain theory by a run at finite strain', &
       '                      beside the linear one, instead of a bound on it', &
-      '  --nlgeom no         run a deck that says NLGEOM with small strain', &
+      '  --nlgeom W          no: small strain; yes: finite strain, in place of the deck''s', &
+      '                      NLGEOM; auto: small strain where that is enough, for 1 % or the', &
+      '                      accuracy that is asked for, else finite strain', &
       '', &
       'runs:', &
       '  --continue          resume the run that left an unfinished result', &

@@ -31,8 +31,9 @@ module shadow_run_mod
   public :: shadow_run_t, shadow_solver_t, has_no_shadow, count_shadows, begin_shadows, &
     follow_shadows, compare_shadows
 
-  real(wp), parameter :: enough = 1.0e-4_wp
-  !! of the largest force of a body: what iterations may leave out of balance [-]
+  real(wp), parameter :: least = 1.0e-4_wp, part = 0.01_wp
+  !! what iterations may leave out of balance, of the largest force of a body: that, or that part of
+  !! what the theory changes. Resultants are a hundredth of the change off at most then [-]
   integer, parameter :: most_iterations = 12 !! of an increment
 
   !> Where a shadow run is.
@@ -139,8 +140,9 @@ contains
       call find_stability(shadow%finite, points, solver, runs(k)%state, increment%fraction, &
         increment%step_time, stability)
       if (stability%n_unstable == 0 .or. is_hint(stability)) cycle
-      runs(k)%lost_in = new%increments_done
-      runs(k)%is_unstable = 1
+      ! So it is with any law of the same constants.
+      runs%lost_in = new%increments_done
+      runs%is_unstable = 1
     end do
     call exchange_responses(solver, shadow)
     solver%body%motions = motions
@@ -216,7 +218,8 @@ contains
     if (.not. ok) return
     call set_gaps(scene, points, increment, now, solver)
     call begin_trial(scene, now, solver, state, increment, trial)
-    trial%controls%tolerance = enough
+    trial%controls%tolerance = max(least, min(0.1_wp, part*apart(points, old%reaction, &
+      old%strain_energy, state)))
     trial%most_iterations = most_iterations
     start = state
     start%displacement = state%displacement + (new%displacement - old%displacement)

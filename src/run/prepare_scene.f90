@@ -36,7 +36,7 @@ contains
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
 
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=choices%mesh_size, small_strain=options%small_strain)
+      mesh_size=choices%mesh_size, nlgeom=trim(merge(options%chosen, options%nlgeom, options%chosen /= '')))
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
@@ -63,7 +63,14 @@ contains
 
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
     if (options%extrapolated) scene%accuracy%extrapolates = .true.
-    if (options%theory) scene%accuracy%follows_theory = .true.
+    if (options%theory .or. scene%accuracy%chooses_theory) scene%accuracy%follows_theory = .true.
+    if (scene%accuracy%chooses_theory .and. chooses_mesh(scene%accuracy) .and. options%refine < 0) &
+      then
+      call raise(error, exit_wrong_input, 'bipot: error: NLGEOM=AUTO takes a mesh that is kept '// &
+        '(--refine 0; *ACCURACY, MESH=KEEP): with an accuracy that chooses the mesh say '// &
+        '--nlgeom yes or no')
+      return
+    end if
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
     if (scene%finite_strain) then
@@ -112,7 +119,9 @@ contains
     end if
     if (options%theory) call keep('--theory')
     call check_shadow()
-    if (options%small_strain) call keep('--nlgeom no')
+    if (options%nlgeom == 'NO') call keep('--nlgeom no')
+    if (options%nlgeom == 'YES') call keep('--nlgeom yes')
+    if (options%nlgeom == 'AUTO') call keep('--nlgeom auto')
     if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
     if (options%extrapolated) call keep('--extrapolated')
     if (options%time > 0.0_wp) call keep('--time '//to_text(options%time))

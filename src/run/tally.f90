@@ -54,6 +54,7 @@ module tally_mod
     real(wp) :: largest_strain = 0.0_wp   !! where it was computed [-]
     real(wp) :: largest_rotation = 0.0_wp !! the same [rad]
     real(wp) :: theory = 0.0_wp           !! the largest error of small strain, at ends of steps [-]
+    real(wp) :: of_law(2) = 0.0_wp        !! with the deck's law, and with another one [-]
     real(wp) :: law = 0.0_wp              !! and by a law that the deck leaves open [-]
     integer  :: follows_theory = 0        !! ends of steps where these are estimates, not bounds
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
@@ -95,6 +96,7 @@ contains
     tally%largest_strain = max(tally%largest_strain, report%largest_strain)
     tally%largest_rotation = max(tally%largest_rotation, report%largest_rotation)
     tally%theory = max(tally%theory, report%errors%theory)
+    tally%of_law = max(tally%of_law, report%errors%of_law)
     tally%law = max(tally%law, report%errors%law)
     if (report%errors%follows_theory) tally%follows_theory = tally%follows_theory + 1
     tally%contact_iterations = tally%contact_iterations + report%contact_iterations
@@ -220,6 +222,8 @@ contains
     call archive(list, tally%certified)
     call archive(list, tally%missed)
     call archive(list, tally%follows_theory)
+    call archive(list, tally%of_law(1))
+    call archive(list, tally%of_law(2))
     call archive(list, tally%allowed)
     call archive(list, tally%worst)
     call archive(list, tally%worst_increment)
