@@ -127,6 +127,8 @@ module increment_report_mod
     integer  :: solved_in_parts = 0     !! as many equal ones, 0 if none are known
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
+    real(wp) :: largest_stress = -1.0_wp
+    !! von Mises, of *ELASTIC, as a part of Young's modulus; negative: not computed [-]
     real(wp) :: face_penetration = 0.0_wp
     !! of an obstacle into a slave face, between its nodes [length]
     real(wp) :: face_penetration_on_way = 0.0_wp

@@ -55,7 +55,7 @@ contains
       kept = why_kept(tally, allowed)
       if (kept == '') then
         if (allocated(error)) deallocate (error)
-        call say('NLGEOM=AUTO: small strain '//trim(merge('is off by         ', &
+        call say('NLGEOM=AUTO: small strain '//trim(merge('is off by          ', &
           'may be off by up to', scene%accuracy%follows_theory))//' '//or_more(tally%theory)// &
           ', and '//percent(allowed)//' is allowed: the run begins again at finite strain')
         call move_result(path, set_aside(path), error)

@@ -24,12 +24,16 @@ contains
     type(tally_t), intent(in) :: tally
     character(*), intent(in) :: path
     real(wp) :: theory
+    real(wp), parameter :: elastic = 0.01_wp !! of Young's modulus: no metal yields later [-]
     logical :: is_followed
 
     if (console%verbose) call print_costs(console, tally)
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
     is_followed = tally%follows_theory > 0
     call tell_theory(console, theory, is_followed, tally)
+    if (tally%largest_stress > elastic) call print_lines(console, [string_t('von Mises'' stress '// &
+      'gets to '//percent(tally%largest_stress)//' of Young''s modulus: no metal stays elastic '// &
+      'there')], 'note: ')
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &

@@ -31,7 +31,8 @@ module judge_increment_mod
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t
-  use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
+  use measure_increment_mod, only: estimate_mesh, measure_deformation, measure_stress, &
+    estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words
@@ -432,6 +433,7 @@ contains
           solver, shadow, progress%shadows)
         if (is_last) call compare_shadows(plan%points, solved%state, report%energy%strain, &
           progress%shadows, report%errors)
+        if (is_last) call measure_stress(scene, solved%state, report)
       else if (is_linear(scene)) then
         call estimate_theory(scene, plan%points, solver%contact, solved%state, report)
       else if (is_last) then

@@ -54,6 +54,7 @@ module tally_mod
     real(wp) :: largest_strain = 0.0_wp   !! where it was computed [-]
     real(wp) :: largest_rotation = 0.0_wp !! the same [rad]
     real(wp) :: theory = 0.0_wp           !! the largest error of small strain, at ends of steps [-]
+    real(wp) :: largest_stress = 0.0_wp   !! of *ELASTIC, of Young's modulus, likewise [-]
     real(wp) :: of_law(2) = 0.0_wp        !! with the deck's law, and with another one [-]
     real(wp) :: law = 0.0_wp              !! and by a law that the deck leaves open [-]
     integer  :: follows_theory = 0        !! ends of steps where these are estimates, not bounds
@@ -96,6 +97,7 @@ contains
     tally%largest_strain = max(tally%largest_strain, report%largest_strain)
     tally%largest_rotation = max(tally%largest_rotation, report%largest_rotation)
     tally%theory = max(tally%theory, report%errors%theory)
+    tally%largest_stress = max(tally%largest_stress, report%largest_stress)
     tally%of_law = max(tally%of_law, report%errors%of_law)
     tally%law = max(tally%law, report%errors%law)
     if (report%errors%follows_theory) tally%follows_theory = tally%follows_theory + 1
@@ -222,6 +224,7 @@ contains
     call archive(list, tally%certified)
     call archive(list, tally%missed)
     call archive(list, tally%follows_theory)
+    call archive(list, tally%largest_stress)
     call archive(list, tally%of_law(1))
     call archive(list, tally%of_law(2))
     call archive(list, tally%allowed)
