@@ -38,7 +38,7 @@ module judge_increment_mod
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable, note_unknown_stability
+    note_unusual, note_unstable, note_unknown_stability, note_lost_shadow
   implicit none
   private
 
@@ -120,7 +120,7 @@ contains
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
-      call measure_theory(scene, plan, solver, solved, progress, watch%shadow)
+      call measure_theory(scene, plan, solver, solved, progress, watch%shadow, notes)
       call refuse_lost_energy(increment, report, error)
       if (allocated(error)) return
       call judge_path(scene, plan, solver, progress, solved, error)
@@ -417,20 +417,29 @@ contains
 
   !> How far small strain is from finite strain, at the end of a *STEP: bounded, or by runs that go
   !> beside this one.
-  subroutine measure_theory(scene, plan, solver, solved, progress, shadow)
+  subroutine measure_theory(scene, plan, solver, solved, progress, shadow, notes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(step_solver_t), intent(inout) :: solver
     type(solved_t), intent(inout) :: solved      !! its report gets the error
     type(progress_t), intent(inout) :: progress  !! before the increment; its shadow runs follow
     type(shadow_solver_t), intent(inout) :: shadow
+    type(note_t), allocatable, intent(inout) :: notes(:)
     real(wp) :: clock
+    integer :: k
 
     clock = wall_seconds()
     associate (report => solved%report, is_last => solved%increment%last_of_step)
       if (size(progress%shadows) > 0) then
         call follow_shadows(scene, plan%points, progress%begun, progress%state, solved%state, &
           solver, shadow, progress%shadows)
+        do k = 1, size(progress%shadows)
+          associate (run => progress%shadows(k))
+            if (run%lost_in /= solved%increment%index) cycle
+            call note_lost_shadow(solved%increment, run%is_unstable > 0, k > 1, notes)
+            if (run%is_unstable > 0) exit ! all are
+          end associate
+        end do
         if (is_last) call compare_shadows(plan%points, solved%state, report%energy%strain, &
           progress%shadows, report%errors)
         if (is_last) call measure_stress(scene, solved%state, report)
