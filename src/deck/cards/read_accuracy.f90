@@ -212,6 +212,9 @@ contains
 
     call next_data_line(reader, card, fields, found, 1, 'an accuracy')
     if (.not. found) then
+      ! That the theory's error is estimated may be all there is to say.
+      if (has_option(card, 'THEORY') .and. .not. any([has_option(card, 'OF'), has_option(card, &
+        'NSET'), has_option(card, 'MESH'), has_option(card, 'VALUE')])) return
       call report(reader, card%position, '*ACCURACY needs a data line: an accuracy, as 0.01')
       return
     end if
