@@ -42,7 +42,7 @@ module shadow_run_mod
   type :: shadow_run_t
     type(state_t) :: state
     integer :: lost_in = 0     !! increment of the run that it did not follow; 0: none
-    integer :: is_unstable = 0 !! 1: it was unstable there
+    integer :: is_unstable = 0 !! 1: it was unstable there, 2: it may have been
   end type shadow_run_t
 
   !> What shadow runs are solved with, beside the solver of the linear run.
@@ -141,10 +141,13 @@ contains
       if (k > 1 .or. .not. increment%last_of_step .or. runs(k)%lost_in > 0) cycle
       call find_stability(shadow%finite, points, solver, runs(k)%state, increment%fraction, &
         increment%step_time, stability)
-      if (stability%n_unstable == 0 .or. is_hint(stability)) cycle
-      ! So it is with any law of the same constants.
+      if (stability%n_unstable == 0) cycle
+      ! Friction alone holds a body that is free.
+      if (is_hint(stability) .and. any(motions%body > 0)) cycle
+      ! So it is with any law of the same constants. Where friction or curved surfaces may yet hold
+      ! it, linear theory does not see that either.
       runs%lost_in = new%increments_done
-      runs%is_unstable = 1
+      runs%is_unstable = merge(2, 1, is_hint(stability))
     end do
     call exchange_responses(solver, shadow)
     solver%body%motions = motions

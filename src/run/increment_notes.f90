@@ -210,16 +210,18 @@ contains
   end subroutine note_unknown_stability
 
   !> From here on linear theory does not say how far it is off, by a law.
-  pure subroutine note_lost_shadow(increment, is_unstable, is_other_law, notes)
+  pure subroutine note_lost_shadow(increment, instability, is_other_law, notes)
     type(increment_t), intent(in) :: increment
-    logical, intent(in) :: is_unstable, is_other_law
+    integer, intent(in) :: instability !! as of shadow_run_t
+    logical, intent(in) :: is_other_law
     type(note_t), allocatable, intent(inout) :: notes(:)
     character(:), allocatable :: why, law
 
     law = ''
     if (is_other_law) law = ' and neo-Hooke''s law'
     why = ' there is no equilibrium near that of small strain'
-    if (is_unstable) why = ' the equilibrium is unstable (it buckles)'
+    if (instability > 0) why = ' the equilibrium '//trim(merge('may be', 'is    ', &
+      instability > 1))//' unstable (it buckles)'
     call add_note(notes, increment, .true., ': at finite strain'//law//why//': how far small '// &
       'strain is off is more than linear theory can say')
   end subroutine note_lost_shadow

@@ -436,7 +436,7 @@ contains
         do k = 1, size(progress%shadows)
           associate (run => progress%shadows(k))
             if (run%lost_in /= solved%increment%index) cycle
-            call note_lost_shadow(solved%increment, run%is_unstable > 0, k > 1, notes)
+            call note_lost_shadow(solved%increment, run%is_unstable, k > 1, notes)
             if (run%is_unstable > 0) exit ! all are
           end associate
         end do
