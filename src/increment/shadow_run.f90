@@ -13,7 +13,8 @@ module shadow_run_mod
   use finite_strain_limits_mod, only: beyond_finite_strain
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increments_mod, only: increment_t, next_increment, mark_end
+  use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
+    whole_increment
   use increment_report_mod, only: increment_report_t, error_parts_t, ended_out_of_balance
   use bodies_mod, only: strain_energy
   use rigid_modes_mod, only: free_motions_t, follow_turns
@@ -29,9 +30,9 @@ module shadow_run_mod
   private
 
   public :: shadow_run_t, shadow_solver_t, has_no_shadow, count_shadows, begin_shadows, &
-    follow_shadows, compare_shadows
+    is_due, follow_shadows, compare_shadows
 
-  real(wp), parameter :: least = 1.0e-4_wp, part = 0.01_wp
+  real(wp), parameter :: least = 1.0e-5_wp, part = 0.01_wp
   !! what iterations may leave out of balance, of the largest force of a body: that, or that part of
   !! what the theory changes. Resultants are a hundredth of the change off at most then [-]
   integer, parameter :: most_iterations = 12 !! of an increment
@@ -108,14 +109,31 @@ contains
     finite%finite_strain = .true.
   end function at_finite_strain
 
-  !> Let the shadow runs follow an increment of the linear run, and look at the end of a *STEP
+  !> Whether shadow runs are to catch up with the linear run: in increments that are a tenth of a
+  !> *STEP or more, each with several of the linear run; but where a load's amplitude bends or an
+  !> obstacle turns in all of them.
+  pure logical function is_due(scene, solver, followed, new)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: followed, new !! of the linear run: where they are, and where it is
+    integer(i8), parameter :: most = 10        !! increments of a *STEP
+
+    is_due = ends_step(scene%steps, new) .or. any(scene%obstacles%turns) .or. &
+      size(solver%response%loads%kinks) > 0
+    if (is_due) return
+    is_due = most*(new%position - merge(followed%position, 0_i8, followed%step == new%step)) >= &
+      scene%steps(new%step)%n_increments*whole_increment
+  end function is_due
+
+  !> Let the shadow runs follow the linear run to where it is, and look at the end of a *STEP
   !> whether the first is stable: that of the deck's law. The solver is given back as it came.
   subroutine follow_shadows(scene, points, begun, old, new, solver, shadow, runs)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: begun(:, :)
     !! (3,n_nodes) prescribed displacements as the *STEP begins [length]
-    type(state_t), intent(in) :: old, new !! of the linear run
+    type(state_t), intent(in) :: old, new
+    !! of the linear run: where they are, and where it is
     type(step_solver_t), intent(inout) :: solver
     type(shadow_solver_t), intent(inout) :: shadow
     type(shadow_run_t), intent(inout) :: runs(:)
@@ -228,6 +246,8 @@ contains
     trial%most_iterations = most_iterations
     to = state
     call mark_end(increment, to)
+    to%increments_done = new%increments_done
+    to%increment = new%increment
     ! Where bodies are free the reactions are not those of the place that they are at.
     if (.not. any(solver%body%motions%body > 0)) then
       start = state

@@ -43,6 +43,7 @@ module checkpoint_mod
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
     type(shadow_run_t), allocatable :: shadows(:)
     !! runs at finite strain beside this one, for the error of the theory
+    type(state_t) :: followed           !! where this one was when they followed it last
     integer :: entered = 0              !! *STEP that the solver is made for; 0: none yet
     integer :: widened_in = 0
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not
@@ -82,6 +83,7 @@ contains
     do i = 1, size(progress%shadows)
       progress%shadows(i)%state = progress%state
     end do
+    progress%followed = progress%state
     progress%tolerance = plan%choices%tolerance
     allocate (progress%seen(1, size(scene%obstacles)), source=0.0_wp)
   end subroutine start_run
@@ -147,6 +149,7 @@ contains
     call archive(list, progress%coarse%energy%strain)
     call archive(list, progress%coarse%energy%balance)
     call archive(list, progress%coarse%most_strained)
+    if (size(progress%shadows) > 0) call archive_state(list, progress%followed)
     do i = 1, size(progress%shadows)
       call archive_state(list, progress%shadows(i)%state)
       call archive(list, progress%shadows(i)%lost_in)

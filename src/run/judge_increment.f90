@@ -16,7 +16,8 @@ module judge_increment_mod
   use contact_points_mod, only: master_nodes
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
-  use shadow_run_mod, only: shadow_solver_t, begin_shadows, follow_shadows, compare_shadows
+  use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
+    compare_shadows
   use smooth_faces_mod, only: smooth_faces_t
   use cells_mod, only: face_corners
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
@@ -431,8 +432,11 @@ contains
     clock = wall_seconds()
     associate (report => solved%report, is_last => solved%increment%last_of_step)
       if (size(progress%shadows) > 0) then
-        call follow_shadows(scene, plan%points, progress%begun, progress%state, solved%state, &
-          solver, shadow, progress%shadows)
+        if (is_due(scene, solver, progress%followed, solved%state)) then
+          call follow_shadows(scene, plan%points, progress%begun, progress%followed, &
+            solved%state, solver, shadow, progress%shadows)
+          progress%followed = solved%state
+        end if
         do k = 1, size(progress%shadows)
           associate (run => progress%shadows(k))
             if (run%lost_in /= solved%increment%index) cycle
