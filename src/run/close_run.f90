@@ -82,10 +82,11 @@ contains
     character(:), allocatable :: change
 
     if (.not. error > 0.0_wp) return
-    change = 'may change forces by '//percent(error)
-    if (is_followed) change = 'changes forces by '//percent(error)
-    if (is_followed .and. .not. error < huge(1.0_wp)) change = 'changes forces by more than '// &
-      'linear theory can say: --nlgeom yes'
+    if (is_followed .and. .not. error < huge(1.0_wp)) then
+      change = 'changes forces by more than linear theory can say: --nlgeom yes'
+    else
+      change = trim(merge('changes   ', 'may change', is_followed))//' forces by '//percent(error)
+    end if
     line(1)%text = 'note: strains up to '//percent(tally%largest_strain)//', rotations up to '// &
       to_text(tally%largest_rotation, 2)//' rad: finite strain '//change
     call print_lines(console, line)
