@@ -200,7 +200,9 @@ def warnings(result: Result) -> list[str]:
     counters = result.counters if "counters" in result.file["run"] else {}
     theory = counters.get("largest_theory_error", 0.0)
     if theory > LARGE:
-        found.append(f"small-strain theory may be off by {100 * theory:.2g} %: strains up to "
+        off = "more than it can say" if theory > 1e300 else f"{100 * theory:.2g} %"
+        is_off = "is" if result.theory_is == "estimate" else "may be"
+        found.append(f"small-strain theory {is_off} off by {off}: strains up to "
                      f"{100 * counters['largest_strain']:.2g} %, rotations up to "
                      f"{counters['largest_rotation']:.2g} rad")
     for name, words in (

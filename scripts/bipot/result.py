@@ -616,6 +616,13 @@ class Result:
         return of_energy or not len(self.pairs)
 
     @property
+    def theory_is(self) -> str:
+        """What `error/theory` is: a "bound", an "estimate", or of "finite strain", and then 0."""
+        group = self.file.get("history/error")
+        told = group.attrs.get("theory_is", "bound") if group is not None else "bound"
+        return told.decode() if isinstance(told, bytes) else str(told)
+
+    @property
     def certified(self) -> bool:
         """Whether there is an increment, and every one passed the certificate."""
         found = self.history("certified")

@@ -1,8 +1,8 @@
 !> The command line.
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
-!>                [--memory SIZE] [--refine K] [--nlgeom no] [--plan | --check | --flat] [--force]
-!>                [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
+!>                [--memory SIZE] [--refine K] [--theory] [--nlgeom W]
+!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
 !>                [--quiet | --verbose]
 !>     bipot --help | --version
@@ -39,7 +39,10 @@ module command_line_mod
     real(wp) :: memory = 0.0_wp                  !! --memory: at the peak; 0: what there is [bytes]
     integer :: refine = -1
     !! --refine: how often elements are cut into eight; negative: not given
-    logical :: small_strain = .false.            !! --nlgeom no: in place of the deck's NLGEOM
+    logical :: theory = .false.                  !! --theory: its error is estimated
+    character(4) :: nlgeom = ''
+    !! --nlgeom, upper case: NO, YES or AUTO in place of the deck's NLGEOM
+    character(4) :: chosen = ''                  !! YES: AUTO has come to finite strain
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
@@ -119,12 +122,14 @@ contains
         if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--refine')
         call take_refinement(word, i, options%refine, error)
+      case ('--theory')
+        options%theory = .true.
       case ('--nlgeom')
         call take_value(word, i, value, error)
         if (allocated(error)) return
-        if (upper(value) /= 'NO') call refuse(word, "no: it is a *STEP's NLGEOM that asks for "// &
-          'finite strain', value, error)
-        options%small_strain = .true.
+        options%nlgeom = upper(value)
+        if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) call refuse(word, 'no, yes or auto', &
+          value, error)
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
@@ -191,7 +196,8 @@ contains
       if (options%time > 0.0_wp) misplaced = '--time'
       if (options%memory > 0.0_wp) misplaced = '--memory'
       if (options%refine >= 0) misplaced = '--refine'
-      if (options%small_strain) misplaced = '--nlgeom'
+      if (options%theory) misplaced = '--theory'
+      if (options%nlgeom /= '') misplaced = '--nlgeom'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -314,7 +320,7 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
-        '--memory', '--refine', '--extrapolated', '--nlgeom', &
+        '--memory', '--refine', '--extrapolated', '--theory', '--nlgeom', &
         '--quiet', '--verbose', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -441,7 +447,11 @@ contains
       '  --memory SIZE       memory of each run, as 4GB or 500MB; likewise', &
       '  --refine K          divide each element into eight, K times (0 to 6); sets, surfaces', &
       '                      and loads follow; --accuracy, --time and --memory keep this mesh', &
-      '  --nlgeom no         run a deck that says NLGEOM with small strain', &
+      '  --theory            estimate the error of small-strain theory by a run at finite strain', &
+      '                      beside the linear one, instead of a bound on it', &
+      '  --nlgeom W          no: small strain; yes: finite strain, in place of the deck''s', &
+      '                      NLGEOM; auto: small strain where that is enough, for 1 % or the', &
+      '                      accuracy that is asked for, else finite strain', &
       '', &
       'runs:', &
       '  --continue          resume the run that left an unfinished result', &

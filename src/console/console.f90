@@ -168,8 +168,33 @@ contains
     if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
     words = words//', contact '//percent(errors%contact)//', arithmetic '// &
       percent(errors%arithmetic)
-    if (errors%theory >= 0.0_wp) words = words//'; theory: at most '//percent(errors%theory)
+    if (errors%theory > 0.0_wp .or. errors%follows_theory) words = words//'; theory: '//theory_part(errors)
   end function errors_in_words
+
+  !> At most 5.7 %; 2.1 %; 6.5 %, or 3.1 % by neo-Hooke's law.
+  pure function theory_part(errors) result(words)
+    type(error_parts_t), intent(in) :: errors
+    character(:), allocatable :: words
+
+    if (.not. errors%follows_theory) then
+      words = 'at most '//percent(errors%theory)
+    else
+      words = of_law(errors%of_law(1))
+      if (errors%of_law(2) >= 0.0_wp) words = words//', or '//of_law(errors%of_law(2))// &
+        ' by neo-Hooke''s law'
+    end if
+
+  contains
+
+    pure function of_law(error) result(part)
+      real(wp), intent(in) :: error
+      character(:), allocatable :: part
+
+      part = 'more than linear theory can say'
+      if (error < huge(1.0_wp)) part = percent(error)
+    end function of_law
+
+  end function theory_part
 
   !> The error of small strain where it is worth naming: large, or more than the accuracy asked for,
   !> which is that of the small-strain solution; else 0.
@@ -185,13 +210,22 @@ contains
   end function theory_worth_naming
 
   !> What goes behind a promise of a small-strain solution; '' where its theory is not in doubt.
-  pure function theory_in_words(error) result(words)
+  pure function theory_in_words(error, is_followed) result(words)
     real(wp), intent(in) :: error !! by the theory, 0: not worth naming [-]
-    character(:), allocatable :: words
+    logical, intent(in), optional :: is_followed !! it is an estimate, not a bound
+    character(:), allocatable :: words, verb
 
     words = ''
-    if (error > 0.0_wp) words = ' within small-strain theory, which may be off by '// &
-      percent(error)//' here'
+    if (.not. error > 0.0_wp) return
+    verb = 'may be'
+    if (present(is_followed)) then
+      if (is_followed) verb = 'is'
+    end if
+    if (verb == 'is' .and. .not. error < huge(1.0_wp)) then
+      words = ' within small-strain theory, which is off by more than it can say here'
+    else
+      words = ' within small-strain theory, which '//verb//' off by '//percent(error)//' here'
+    end if
   end function theory_in_words
 
   !> A contact solver as the console calls it.

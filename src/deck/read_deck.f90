@@ -72,7 +72,7 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size, small_strain)
+  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size, nlgeom)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
@@ -81,10 +81,10 @@ contains
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
     type(mesh_size_t), intent(in), optional :: mesh_size !! left out: as written
-    logical, intent(in), optional :: small_strain !! in place of the deck's NLGEOM
+    character(*), intent(in), optional :: nlgeom !! NO, YES or AUTO in place of the deck's
     type(reader_t) :: reader
 
-    if (present(small_strain)) reader%small_strain = small_strain
+    if (present(nlgeom)) reader%nlgeom = nlgeom
     call read_source(path, reader%source, reader%diagnostics)
     call read_scene(reader, overrides, scene, error, flat, mesh_size)
     if (present(in_lines)) then
@@ -247,6 +247,7 @@ contains
     call read_first_temperatures(reader, model, scene%first_temperature)
     call read_steps(reader, model, amplitudes, scene%pairs, surfaces, scene%steps, &
       scene%regions, scene%finite_strain)
+    scene%accuracy%chooses_theory = reader%chooses_theory
     if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
       scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &

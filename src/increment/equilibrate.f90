@@ -46,7 +46,6 @@ module equilibrate_mod
 
   public :: equilibrate
 
-  integer, parameter :: max_newton_raphson = 40
   real(wp), parameter :: nearby = 1.0e-2_wp
   !! of the way of an increment: so near the modes of the last iteration lead to the next [-]
   real(wp), parameter :: roughly = 1.0e-4_wp
@@ -74,7 +73,7 @@ contains
     is_missed = .false.
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)
-    newton_raphson: do while (loop%i < max_newton_raphson)
+    newton_raphson: do while (loop%i < trial%most_iterations)
       loop%i = loop%i + 1
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
 
@@ -99,7 +98,7 @@ contains
       end if
 
       ! 4. Displacement: of the interface alone until the points have settled.
-      if (settles_on_interface(points, solver, loop)) then
+      if (settles_on_interface(points, solver, loop, trial%most_iterations)) then
         call displace_interface(scene, points, solver, trial, new)
         call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
         if (is_missed .or. .not. are_places_settled(loop, merge(trial%controls%tolerance, &
@@ -283,15 +282,16 @@ contains
   !> the factor. Not where a correction waits for its interior, nor where neutral motions come to
   !> rest by what all of their body does, nor where forces are not linear: iterations take
   !> placements along. Surfaces move again as an inexact factor is refined: that is done at once.
-  pure logical function settles_on_interface(points, solver, loop)
+  pure logical function settles_on_interface(points, solver, loop, most)
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(newton_raphson_t), intent(in) :: loop
+    integer, intent(in) :: most !! iterations
 
     associate (inverse => solver%body%inverse, n => solver%body%motions%n)
       settles_on_interface = loop%is_linear .and. any(points%is_curved) .and. &
         inverse%is_condensed .and. &
-        inverse%map%n_interface > 0 .and. loop%i < max_newton_raphson .and. .not. &
+        inverse%map%n_interface > 0 .and. loop%i < most .and. .not. &
         (allocated(inverse%iterative) .or. allocated(loop%begun))
       if (.not. settles_on_interface .or. size(loop%follow%node) == 0) return
       settles_on_interface = is_exact(solver%choices%precision)

@@ -32,6 +32,7 @@ module trial_mod
   !> All that an increment's solution is made from; nothing of it outlives the trial.
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
+    integer :: most_iterations = 40 !! of Newton-Raphson
     logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
     logical :: is_extrapolated = .false. !! from the increment before, as this one begins
     logical :: has_begun = .false. !! a placement has been solved

@@ -23,7 +23,7 @@ module turned_bodies_mod
   implicit none
   private
 
-  public :: begin_turned, end_turned
+  public :: begin_turned, end_turned, condense_flat
 
   real(wp), parameter :: negligible = 1.0e-9_wp !! turn that rounding may make [rad]
 

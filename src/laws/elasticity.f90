@@ -10,7 +10,7 @@ module elasticity_mod
   private
 
   public :: elasticity_t, elasticity_of, stress_of, thermal_stress_of, complementary_energy
-  public :: bulk_modulus, constrained_modulus, plane_strain_modulus
+  public :: young_modulus, bulk_modulus, constrained_modulus, plane_strain_modulus
 
   type :: elasticity_t
     real(wp) :: lambda = 0.0_wp !! Lame's first constant [force/length^2]
@@ -48,6 +48,15 @@ contains
 
     stress = (3.0_wp*elastic%lambda + 2.0_wp*elastic%shear)*free
   end function thermal_stress_of
+
+  !> E = 9 K G/(3 K + G).
+  pure elemental real(wp) function young_modulus(elastic)
+    type(elasticity_t), intent(in) :: elastic
+
+    associate (bulk => bulk_modulus(elastic))
+      young_modulus = 9.0_wp*bulk*elastic%shear/(3.0_wp*bulk + elastic%shear)
+    end associate
+  end function young_modulus
 
   !> K = lambda + 2 G/3.
   pure elemental real(wp) function bulk_modulus(elastic)

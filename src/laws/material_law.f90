@@ -4,7 +4,7 @@
 !> knows no law by its name.
 module material_law_mod
   use kinds_mod, only: wp
-  use elasticity_mod, only: elasticity_t, elasticity_of
+  use elasticity_mod, only: elasticity_t, elasticity_of, bulk_modulus
   use st_venant_kirchhoff_mod, only: stress_of_svk => first_piola, energy_of_svk => energy, &
     tangent_of_svk => tangent, usual_from_svk => usual_from, usual_to_svk => usual_to, &
     beyond_svk => beyond_usual
@@ -15,7 +15,7 @@ module material_law_mod
   implicit none
   private
 
-  public :: law_t, new_law, finite_stress, finite_energy, finite_tangent
+  public :: law_t, new_law, other_law, finite_stress, finite_energy, finite_tangent
 
   integer, parameter :: most_constants = 3 !! of any law
 
@@ -26,6 +26,7 @@ module material_law_mod
     real(wp) :: usual_from = 0.0_wp, usual_to = huge(1.0_wp)
     !! principal stretches beyond which a run says the following [-]
     character(len(beyond_svk)) :: beyond_usual = '' !! in words
+    logical :: is_open = .false. !! its card names no law of finite strain
     procedure(stress_of_gradient), pointer, nopass :: first_piola => null()
     procedure(energy_of_gradient), pointer, nopass :: energy => null()
     procedure(tangent_of_gradient), pointer, nopass :: tangent => null()
@@ -76,6 +77,7 @@ contains
       law%first_piola => stress_of_svk
       law%energy => energy_of_svk
       law%tangent => tangent_of_svk
+      law%is_open = .true.
       law%usual_from = usual_from_svk
       law%usual_to = usual_to_svk
       law%beyond_usual = beyond_svk
@@ -96,6 +98,15 @@ contains
       law = law_t()
     end select
   end function new_law
+
+  !> Neo-Hooke's law with the constants that a law has at small strain.
+  pure type(law_t) function other_law(law)
+    type(law_t), intent(in) :: law
+
+    associate (elastic => law%elastic)
+      other_law = new_law('NEO HOOKE', [0.5_wp*elastic%shear, 2.0_wp/bulk_modulus(elastic)])
+    end associate
+  end function other_law
 
   !> First Piola-Kirchhoff stress of a displacement gradient, det(I + H) > 0.
   pure function finite_stress(law, h) result(p)

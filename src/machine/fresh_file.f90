@@ -9,7 +9,7 @@ module fresh_file_mod
   implicit none
   private
 
-  public :: beginning_of, take_place, delete_file, settle
+  public :: beginning_of, take_place, move_file, delete_file, settle
   public :: folder_lock_t, lock_folder, unlock_folder, is_locked
 
   !> A lock on a folder, held by at most one process at a time.
@@ -33,10 +33,17 @@ contains
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error !! the folder does not let it
 
-    if (c_rename(beginning_of(path)//c_null_char, path//c_null_char) /= 0) then
-      call raise(error, exit_machine, "cannot rename '"//beginning_of(path)//"' to '"//path//"'")
-    end if
+    call move_file(beginning_of(path), path, error)
   end subroutine take_place
+
+  !> Give a file another name, which may be that of an older one.
+  subroutine move_file(from, to, error)
+    character(*), intent(in) :: from, to
+    type(error_t), allocatable, intent(out) :: error !! the folder does not let it
+
+    if (c_rename(from//c_null_char, to//c_null_char) /= 0) call raise(error, exit_machine, &
+      "cannot rename '"//from//"' to '"//to//"'")
+  end subroutine move_file
 
   !> Wait until the disk has the file, where the file system tells: before it takes the place of
   !> what cannot be had again.

@@ -103,6 +103,9 @@ module controls_mod
     logical  :: extrapolates = .false. !! it is that of values extrapolated from several meshes
     logical  :: keeps_mesh = .false. !! the mesh is not chosen: estimates by recovery are told
     logical  :: estimates = .true.   !! errors of mesh and load steps are estimated
+    logical  :: follows_theory = .false.
+    !! that of the theory is estimated, by a shadow run; else it is bounded
+    logical  :: chooses_theory = .false. !! NLGEOM=AUTO: small strain where that is enough
     real(wp) :: time = 0.0_wp        !! of the processor that a run may take; 0: any [s]
     real(wp) :: memory = 0.0_wp      !! at the peak, that it may take; 0: what there is [bytes]
     character(:), allocatable :: set !! of nodes that it is of; not allocated: of all there is

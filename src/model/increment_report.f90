@@ -53,7 +53,12 @@ module increment_report_mod
     real(wp) :: load_steps = -1.0_wp !! by increments of another size
     real(wp) :: mesh = -1.0_wp       !! of the stresses by recovery, a part of the energy
     real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition
-    real(wp) :: theory = -1.0_wp     !! what finite strain would change, at most: in no sum
+    real(wp) :: theory = -1.0_wp
+    !! what finite strain would change: in no sum; huge: more than linear theory can say
+    logical  :: follows_theory = .false. !! it is an estimate by a shadow run, else a bound
+    real(wp) :: of_law(2) = -1.0_wp
+    !! the estimates with the deck's law, and where it leaves the law open with another one
+    real(wp) :: law = -1.0_wp        !! how far these two laws are apart, likewise
   end type error_parts_t
 
   !> The energies of the run up to this increment [energy].
@@ -122,6 +127,8 @@ module increment_report_mod
     integer  :: solved_in_parts = 0     !! as many equal ones, 0 if none are known
     real(wp) :: largest_strain = -1.0_wp   !! principal, at the centres; negative: not computed [-]
     real(wp) :: largest_rotation = -1.0_wp !! the same [rad]
+    real(wp) :: largest_stress = -1.0_wp
+    !! von Mises, of *ELASTIC, as a part of Young's modulus; negative: not computed [-]
     real(wp) :: face_penetration = 0.0_wp
     !! of an obstacle into a slave face, between its nodes [length]
     real(wp) :: face_penetration_on_way = 0.0_wp

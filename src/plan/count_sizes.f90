@@ -7,6 +7,7 @@ module count_sizes_mod
   use controls_mod, only: solver_sweeps
   use plan_mod, only: plan_t
   use look_ahead_mod, only: most_ahead
+  use shadow_run_mod, only: count_shadows
   implicit none
   private
 
@@ -37,6 +38,7 @@ module count_sizes_mod
     real(wp) :: squares, cubes   !! sums over the blocks of the compliance, one a body
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
+    real(wp) :: shadows = 0.0_wp !! runs at finite strain beside this one
     real(wp) :: neighbours
     real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
     real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
@@ -84,6 +86,7 @@ contains
     sizes%increments = plan%n_increments + plan%n_cuts
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
+    sizes%shadows = count_shadows(scene)
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)

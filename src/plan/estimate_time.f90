@@ -57,6 +57,10 @@ module estimate_time_mod
   real(wp), parameter :: place_of_point = 25.0_wp !! in internal forces of an element
   real(wp), parameter :: entry_of_rows = 0.02_wp  !! of W, the same
 
+  ! Of an increment of a shadow run (docs/theory-error.md).
+  real(wp), parameter :: iterations_of_shadow = 2.0_wp
+  real(wp), parameter :: force_of_finite = 2.0_wp !! in internal forces of an element
+
   !> Seconds of the phases of a run.
   type :: seconds_t
     real(wp) :: prepare = 0.0_wp, factorise = 0.0_wp, condense = 0.0_wp, contact = 0.0_wp, &
@@ -100,11 +104,30 @@ contains
       call time_solver(sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
         2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
+      seconds%recover = seconds%recover + seconds_of_shadows(sizes, speed, force_time, &
+        stiffness_time)
       seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
         file%zeros/squeeze_zeros + file%dense/keep_rate)
     end subroutine sum_up
 
   end function seconds_of_run
+
+  !> Seconds of the runs at finite strain beside this one.
+  pure real(wp) function seconds_of_shadows(sizes, speed, force_time, stiffness_time) &
+    result(seconds)
+    type(sizes_t), intent(in) :: sizes
+    type(machine_speed_t), intent(in) :: speed
+    real(wp), intent(in) :: force_time     !! internal force of an element [s]
+    real(wp), intent(in) :: stiffness_time !! its stiffness [s]
+    real(wp) :: iteration
+
+    seconds = 0.0_wp
+    if (.not. sizes%shadows > 0.0_wp) return
+    iteration = sizes%elements*force_of_finite*force_time + passes_to_solve*sizes%word* &
+      sizes%factor/speed%bytes + products_of_increment(sizes)*sizes%rows**2/speed%entries
+    seconds = sizes%shadows*sizes%increments*iterations_of_shadow*iteration + sizes%steps* &
+      (sizes%flops/speed%flops + sizes%elements*stiffness_time)
+  end function seconds_of_shadows
 
   !> Seconds of an increment to place points before faces that move, and to bring W there.
   pure real(wp) function seconds_to_follow(sizes, force_time) result(seconds)

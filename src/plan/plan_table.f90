@@ -20,6 +20,7 @@ module plan_table_mod
   use describe_motions_mod, only: body_in_words, motions_together
   use alternatives_mod, only: where_in_words
   use amounts_mod, only: bytes_in_words, bounds_in_words
+  use shadow_run_mod, only: count_shadows
   implicit none
   private
 
@@ -70,6 +71,9 @@ contains
     accuracy = accuracy_in_words(scene%accuracy)
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
       'accuracy', 0, accuracy, accuracy)
+    if (count_shadows(scene) > 0 .and. .not. plan%choices%precision%iterative) call add_line(plan, &
+      'theory', 0, 'its error by a run at finite strain beside this one'//trim(merge( &
+      ', with each of two laws', repeat(' ', 23), count_shadows(scene) > 1)))
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact, plan%choices%tolerance))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))

@@ -28,7 +28,7 @@ module result_claims_mod
   implicit none
   private
 
-  public :: take_arithmetic, take_mesh_size, claim_place, check_place, open_unfinished, &
+  public :: is_of_finite_strain, take_arithmetic, take_mesh_size, claim_place, check_place, open_unfinished, &
     begin_look, clear_beginning, how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
@@ -215,6 +215,32 @@ contains
     precision%low_rank_is_given = .true.
     precision%core_is_given = .true.
   end subroutine take_arithmetic
+
+  !> Whether a file holds a run at finite strain; not where it cannot be read.
+  logical function is_of_finite_strain(path) result(is_finite)
+    character(*), intent(in) :: path
+    type(child_t) :: child
+    character(:), allocatable :: answer, fate
+
+    call begin_look(path, child)
+    if (is_child(child)) call end_child(child, theory_of(path))
+    call wait_for(child, answer, fate)
+    is_finite = answer == 'finite strain'
+  end function is_of_finite_strain
+
+  !> What the error of the theory is of in a file; empty where it is damaged.
+  function theory_of(path) result(theory)
+    character(*), intent(in) :: path
+    character(:), allocatable :: theory
+    type(hdf5_file_t) :: hdf5
+    type(error_t), allocatable :: error
+
+    theory = ''
+    call open_sound(path, hdf5, error)
+    if (.not. allocated(error)) call read_attribute(hdf5, '/history/error', 'theory_is', theory, &
+      error)
+    if (allocated(error)) theory = ''
+  end function theory_of
 
   !> The arithmetic of a file's run for `take_arithmetic`; empty where it is damaged.
   function arithmetic_of(path, given, given_compliance) result(answer)

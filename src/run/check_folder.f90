@@ -31,7 +31,7 @@ contains
     n_refused = 0
     do i = 1, size(files)
       call read_deck(files(i)%text, options%overrides, scene, refused, in_lines=.true., &
-        small_strain=options%small_strain)
+        nlgeom=options%nlgeom)
       if (.not. allocated(refused)) then
         n_accepted = n_accepted + 1
         call say('accepted  '//files(i)%text)

@@ -20,6 +20,7 @@ module checkpoint_mod
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
   use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
+  use shadow_run_mod, only: shadow_run_t, count_shadows
   use choose_increment_mod, only: increment_size_t, carry_size
   use mesh_sequence_mod, only: mesh_sequence_t, carry_sequence
   use result_file_mod, only: result_file_t, count_increment, keep_state
@@ -40,6 +41,9 @@ module checkpoint_mod
     type(tally_t) :: tally              !! what the run adds up to so far
     type(ahead_t) :: ahead              !! increments whose contact is solved
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
+    type(shadow_run_t), allocatable :: shadows(:)
+    !! runs at finite strain beside this one, for the error of the theory
+    type(state_t) :: followed           !! where this one was when they followed it last
     integer :: entered = 0              !! *STEP that the solver is made for; 0: none yet
     integer :: widened_in = 0
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not
@@ -67,10 +71,19 @@ contains
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(progress_t), intent(out) :: progress
+    integer :: i
 
     progress%state = initial_state(scene%mesh%n_nodes, plan%points%n, &
       size(scene%obstacles))
     call start_coarse(progress%state, progress%coarse)
+    i = count_shadows(scene)
+    ! Their iterations take a factor.
+    if (plan%choices%precision%iterative) i = 0
+    allocate (progress%shadows(i))
+    do i = 1, size(progress%shadows)
+      progress%shadows(i)%state = progress%state
+    end do
+    progress%followed = progress%state
     progress%tolerance = plan%choices%tolerance
     allocate (progress%seen(1, size(scene%obstacles)), source=0.0_wp)
   end subroutine start_run
@@ -136,6 +149,12 @@ contains
     call archive(list, progress%coarse%energy%strain)
     call archive(list, progress%coarse%energy%balance)
     call archive(list, progress%coarse%most_strained)
+    if (size(progress%shadows) > 0) call archive_state(list, progress%followed)
+    do i = 1, size(progress%shadows)
+      call archive_state(list, progress%shadows(i)%state)
+      call archive(list, progress%shadows(i)%lost_in)
+      call archive(list, progress%shadows(i)%is_unstable)
+    end do
     call carry_size(list, progress%size)
     call carry_ahead(list, progress%ahead)
     call archive(list, progress%tolerance)

@@ -24,10 +24,16 @@ contains
     type(tally_t), intent(in) :: tally
     character(*), intent(in) :: path
     real(wp) :: theory
+    real(wp), parameter :: elastic = 0.01_wp !! of Young's modulus: no metal yields later [-]
+    logical :: is_followed
 
     if (console%verbose) call print_costs(console, tally)
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
-    call tell_theory(console, theory, tally)
+    is_followed = tally%follows_theory > 0
+    call tell_theory(console, theory, is_followed, tally)
+    if (tally%largest_stress > elastic) call print_lines(console, [string_t('von Mises'' stress '// &
+      'gets to '//percent(tally%largest_stress)//' of Young''s modulus: no metal stays elastic '// &
+      'there')], 'note: ')
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &
@@ -35,7 +41,7 @@ contains
     end if
     call say(to_text(tally%certified)//' of '//to_text(tally%increments)// &
       ' increments certified to '// &
-             to_text(tally%allowed, 3)//theory_in_words(theory)// &
+             to_text(tally%allowed, 3)//theory_in_words(theory, is_followed)// &
              ', worst error '//to_text(tally%worst, 2)// &
              ' (increment '// &
              to_text(tally%worst_increment)//'), '//seconds_in_words(tally%total_time)//': '//path)
@@ -67,16 +73,22 @@ contains
 
   !> How far strains and rotations went where the error of small strain is named. docs/theory.md
   !> (8.11).
-  subroutine tell_theory(console, error, tally)
+  subroutine tell_theory(console, error, is_followed, tally)
     type(console_t), intent(in) :: console
     real(wp), intent(in) :: error !! as of theory_worth_naming [-]
+    logical, intent(in) :: is_followed !! it is an estimate
     type(tally_t), intent(in) :: tally
     type(string_t) :: line(1)
+    character(:), allocatable :: change
 
     if (.not. error > 0.0_wp) return
+    if (is_followed .and. .not. error < huge(1.0_wp)) then
+      change = 'changes forces by more than linear theory can say: --nlgeom yes'
+    else
+      change = trim(merge('changes   ', 'may change', is_followed))//' forces by '//percent(error)
+    end if
     line(1)%text = 'note: strains up to '//percent(tally%largest_strain)//', rotations up to '// &
-      to_text(tally%largest_rotation, 2)//' rad: finite strain may change forces by '// &
-      percent(error)
+      to_text(tally%largest_rotation, 2)//' rad: finite strain '//change
     call print_lines(console, line)
   end subroutine tell_theory
 

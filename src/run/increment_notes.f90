@@ -24,7 +24,7 @@ module increment_notes_mod
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_unknown_stability
+    note_unknown_stability, note_lost_shadow
 
   !> A line for the console.
   type :: note_t
@@ -208,6 +208,23 @@ contains
     call add_note(notes, increment, .true., ': whether the equilibrium is stable is not known: '// &
       'the bordered tangent could not be factorised')
   end subroutine note_unknown_stability
+
+  !> From here on linear theory does not say how far it is off, by a law.
+  pure subroutine note_lost_shadow(increment, instability, is_other_law, notes)
+    type(increment_t), intent(in) :: increment
+    integer, intent(in) :: instability !! as of shadow_run_t
+    logical, intent(in) :: is_other_law
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: why, law
+
+    law = ''
+    if (is_other_law) law = ' and neo-Hooke''s law'
+    why = ' there is no equilibrium near that of small strain'
+    if (instability > 0) why = ' the equilibrium '//trim(merge('may be', 'is    ', &
+      instability > 1))//' unstable (it buckles)'
+    call add_note(notes, increment, .true., ': at finite strain'//law//why//': how far small '// &
+      'strain is off is more than linear theory can say')
+  end subroutine note_lost_shadow
 
   !> Where contact forces are many times what drives them at the end of a *STEP.
   subroutine note_opposed_reactions(scene, points, first_gap, increment, state, report, notes)

@@ -16,6 +16,8 @@ module judge_increment_mod
   use contact_points_mod, only: master_nodes
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
+  use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
+    compare_shadows
   use smooth_faces_mod, only: smooth_faces_t
   use cells_mod, only: face_corners
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
@@ -30,13 +32,14 @@ module judge_increment_mod
   use leaning_pairs_mod, only: find_leaning, presses
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t
-  use measure_increment_mod, only: estimate_mesh, measure_deformation, estimate_theory
+  use measure_increment_mod, only: estimate_mesh, measure_deformation, measure_stress, &
+    estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable, note_unknown_stability
+    note_unusual, note_unstable, note_unknown_stability, note_lost_shadow
   implicit none
   private
 
@@ -65,6 +68,7 @@ module judge_increment_mod
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
     logical :: is_unusual = .false.     !! stretches were beyond the usual ones of a law
+    type(shadow_solver_t) :: shadow     !! of the runs at finite strain beside this one
   end type watch_t
 
 contains
@@ -77,6 +81,7 @@ contains
     call list_faces(scene, watch%faces)
     watch%reach = find_reach(scene%mesh)
     if (.not. is_linear(scene)) watch%limit = find_limits(scene%materials)
+    call begin_shadows(scene, watch%shadow)
     watch%hollow = hollows_of_pairs(scene)
     watch%fit = fits_of_pairs(scene)
   end subroutine begin_watch
@@ -116,6 +121,7 @@ contains
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
+      call measure_theory(scene, plan, solver, solved, progress, watch%shadow, notes)
       call refuse_lost_energy(increment, report, error)
       if (allocated(error)) return
       call judge_path(scene, plan, solver, progress, solved, error)
@@ -403,12 +409,51 @@ contains
       plan%points, solver, progress%state, new, progress%coarse, report)
     if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
       plan%points, new, report)
-    if (is_linear(scene)) call estimate_theory(scene, plan%points, solver%contact, new, report)
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
+
+  !> How far small strain is from finite strain, at the end of a *STEP: bounded, or by runs that go
+  !> beside this one.
+  subroutine measure_theory(scene, plan, solver, solved, progress, shadow, notes)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(step_solver_t), intent(inout) :: solver
+    type(solved_t), intent(inout) :: solved      !! its report gets the error
+    type(progress_t), intent(inout) :: progress  !! before the increment; its shadow runs follow
+    type(shadow_solver_t), intent(inout) :: shadow
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    real(wp) :: clock
+    integer :: k
+
+    clock = wall_seconds()
+    associate (report => solved%report, is_last => solved%increment%last_of_step)
+      if (size(progress%shadows) > 0) then
+        if (is_due(scene, solver, progress%followed, solved%state)) then
+          call follow_shadows(scene, plan%points, progress%begun, progress%followed, &
+            solved%state, solver, shadow, progress%shadows)
+          progress%followed = solved%state
+        end if
+        do k = 1, size(progress%shadows)
+          associate (run => progress%shadows(k))
+            if (run%lost_in /= solved%increment%index) cycle
+            call note_lost_shadow(solved%increment, run%is_unstable, k > 1, notes)
+            if (run%is_unstable > 0) exit ! all are
+          end associate
+        end do
+        if (is_last) call compare_shadows(plan%points, solved%state, report%energy%strain, &
+          progress%shadows, report%errors)
+        if (is_last) call measure_stress(scene, solved%state, report)
+      else if (is_linear(scene)) then
+        call estimate_theory(scene, plan%points, solver%contact, solved%state, report)
+      else if (is_last) then
+        report%errors%theory = 0.0_wp
+      end if
+    end associate
+    progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+  end subroutine measure_theory
 
 end module judge_increment_mod

@@ -8,9 +8,11 @@ module measure_increment_mod
   use state_mod, only: state_t
   use increments_mod, only: ends_step, asked_number
   use increment_report_mod, only: contact_fields_t, increment_report_t, status_open
-  use step_fields_mod, only: fields_due
+  use step_fields_mod, only: fields_due, tensor_field_t
+  use elasticity_mod, only: young_modulus
+  use invariants_mod, only: von_mises
   use expansion_mod, only: find_free_strain
-  use mesh_fields_mod, only: find_largest_deformation
+  use mesh_fields_mod, only: find_largest_deformation, fill_tensors_of
   use recovered_error_mod, only: estimate_mesh_error
   use condensed_contact_mod, only: condensed_contact_t
   use contact_work_mod, only: least_contact_work
@@ -19,7 +21,7 @@ module measure_increment_mod
   implicit none
   private
 
-  public :: estimate_mesh, measure_deformation, estimate_theory
+  public :: estimate_mesh, measure_deformation, measure_stress, estimate_theory
 
 contains
 
@@ -79,6 +81,26 @@ contains
     call find_largest_deformation(scene%mesh, state%displacement, report%largest_strain, &
       report%largest_rotation)
   end subroutine measure_deformation
+
+  !> The largest von Mises stress of an element of *ELASTIC, as a part of Young's modulus.
+  subroutine measure_stress(scene, state, report)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(increment_report_t), intent(inout) :: report !! gets it
+    type(tensor_field_t) :: strain, stress
+    real(wp) :: mises(scene%mesh%n_elements)
+    integer :: e
+
+    allocate (stress%at_centroids(6, scene%mesh%n_elements))
+    call fill_tensors_of(scene, state, strain, stress)
+    mises = von_mises(stress%at_centroids)
+    do e = 1, scene%mesh%n_elements
+      associate (law => scene%materials(scene%mesh%material(e))%law)
+        if (law%is_open) report%largest_stress = max(report%largest_stress, &
+          mises(e)/young_modulus(law%elastic))
+      end associate
+    end do
+  end subroutine measure_stress
 
   !> The error of small strain, at the end of a step.
   subroutine estimate_theory(scene, points, condensed, state, report)

@@ -11,6 +11,7 @@ module prepare_scene_mod
   use kinks_mod, only: find_kinks, followed_amplitudes
   use scene_mod, only: scene_t
   use finite_strain_limits_mod, only: beyond_finite_strain
+  use shadow_run_mod, only: has_no_shadow
   use choices_mod, only: choices_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
@@ -35,7 +36,7 @@ contains
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
 
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=choices%mesh_size, small_strain=options%small_strain)
+      mesh_size=choices%mesh_size, nlgeom=trim(merge(options%chosen, options%nlgeom, options%chosen /= '')))
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
@@ -62,6 +63,14 @@ contains
 
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
     if (options%extrapolated) scene%accuracy%extrapolates = .true.
+    if (options%theory .or. scene%accuracy%chooses_theory) scene%accuracy%follows_theory = .true.
+    if (scene%accuracy%chooses_theory .and. chooses_mesh(scene%accuracy) .and. options%refine < 0) &
+      then
+      call raise(error, exit_wrong_input, 'bipot: error: NLGEOM=AUTO takes a mesh that is kept '// &
+        '(--refine 0; *ACCURACY, MESH=KEEP): with an accuracy that chooses the mesh say '// &
+        '--nlgeom yes or no')
+      return
+    end if
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
     if (scene%finite_strain) then
@@ -108,7 +117,11 @@ contains
       call check_paths(scene, error)
       if (allocated(error)) return
     end if
-    if (options%small_strain) call keep('--nlgeom no')
+    if (options%theory) call keep('--theory')
+    call check_shadow()
+    if (options%nlgeom == 'NO') call keep('--nlgeom no')
+    if (options%nlgeom == 'YES') call keep('--nlgeom yes')
+    if (options%nlgeom == 'AUTO') call keep('--nlgeom auto')
     if (options%accuracy > 0.0_wp) call keep('--accuracy '//to_text(options%accuracy))
     if (options%extrapolated) call keep('--extrapolated')
     if (options%time > 0.0_wp) call keep('--time '//to_text(options%time))
@@ -130,6 +143,20 @@ contains
       if (option /= '') call raise(error, exit_wrong_input, 'bipot: error: '//option// &
         ' takes the estimates that the deck leaves out by *ACCURACY, ESTIMATE=NO')
     end subroutine check_estimates
+
+    !> Bound the error of the theory where no run at finite strain can go beside the linear one.
+    subroutine check_shadow()
+      character(:), allocatable :: why
+      type(string_t) :: note
+
+      if (.not. scene%accuracy%follows_theory .or. scene%finite_strain) return
+      why = has_no_shadow(scene)
+      if (why == '') return
+      scene%accuracy%follows_theory = .false.
+      note%text = 'the error of small-strain theory is bounded, not estimated: NLGEOM does not '// &
+        'cover '//why
+      scene%notes = [scene%notes, note]
+    end subroutine check_shadow
 
     subroutine keep(option)
       character(*), intent(in) :: option

@@ -14,6 +14,7 @@ module run_mod
   use console_mod, only: console_t, open_console, say, print_lines
   use prepare_scene_mod, only: prepare_scene
   use run_mesh_mod, only: run_mesh
+  use choose_theory_mod, only: choose_theory
   use reach_accuracy_mod, only: reach_accuracy
   use version_mod, only: version
   implicit none
@@ -54,6 +55,8 @@ contains
     call print_lines(console, scene%notes, 'note: ')
     if (chooses_mesh(scene%accuracy)) then
       call reach_accuracy(options, scene, console, error)
+    else if (scene%accuracy%chooses_theory) then
+      call choose_theory(options, scene, choices, console, error)
     else
       call run_mesh(options, scene, choices, console, error)
     end if
@@ -68,7 +71,7 @@ contains
     integer :: written
 
     call read_deck(options%deck, options%overrides, scene, error, flat=flat, &
-      small_strain=options%small_strain)
+      nlgeom=options%nlgeom)
     if (allocated(error)) return
     call write_most(standard_output, flat%text, written)
     if (written < len(flat%text)) call raise(error, exit_machine, &

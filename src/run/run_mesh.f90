@@ -63,7 +63,7 @@ contains
     !! the runs before this one, on other meshes or with other increments; gets this one
     type(choice_t), intent(inout), optional :: choice !! that led to it; there with a sequence
     type(tally_t), intent(inout), optional :: tally
-    !! the same; what the run adds up to, which the caller prints
+    !! what the run adds up to, which the caller prints where there is a sequence
     type(plan_t) :: plan
     type(exports_t) :: exports
     type(step_solver_t) :: solver
@@ -120,9 +120,9 @@ contains
     call run_scene(options, scene, plan, exports, solver, console, progress, error)
     if (allocated(error)) return
     progress%tally%precision = solver%choices%precision
+    if (present(tally)) tally = progress%tally
     if (present(sequence)) then
       sequence = progress%sequence
-      tally = progress%tally
     else
       call print_summary(result_path(options, scene), scene, console)
       call close_run(scene, console, progress%tally, result_path(options, scene))

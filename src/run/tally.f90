@@ -54,6 +54,10 @@ module tally_mod
     real(wp) :: largest_strain = 0.0_wp   !! where it was computed [-]
     real(wp) :: largest_rotation = 0.0_wp !! the same [rad]
     real(wp) :: theory = 0.0_wp           !! the largest error of small strain, at ends of steps [-]
+    real(wp) :: largest_stress = 0.0_wp   !! of *ELASTIC, of Young's modulus, likewise [-]
+    real(wp) :: of_law(2) = 0.0_wp        !! with the deck's law, and with another one [-]
+    real(wp) :: law = 0.0_wp              !! and by a law that the deck leaves open [-]
+    integer  :: follows_theory = 0        !! ends of steps where these are estimates, not bounds
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
@@ -93,6 +97,10 @@ contains
     tally%largest_strain = max(tally%largest_strain, report%largest_strain)
     tally%largest_rotation = max(tally%largest_rotation, report%largest_rotation)
     tally%theory = max(tally%theory, report%errors%theory)
+    tally%largest_stress = max(tally%largest_stress, report%largest_stress)
+    tally%of_law = max(tally%of_law, report%errors%of_law)
+    tally%law = max(tally%law, report%errors%law)
+    if (report%errors%follows_theory) tally%follows_theory = tally%follows_theory + 1
     tally%contact_iterations = tally%contact_iterations + report%contact_iterations
     tally%products = tally%products + report%compliance_products
     if (report%solver_stages > 1) tally%fallbacks = tally%fallbacks + 1
@@ -189,6 +197,7 @@ contains
     call amount('largest_strain', tally%largest_strain)
     call amount('largest_rotation', tally%largest_rotation)
     call amount('largest_theory_error', tally%theory)
+    call amount('largest_law_error', tally%law)
     call amount('compliance_bytes', tally%compliance_bytes)
     call amount('contact_matrix_bytes', tally%contact_matrix_bytes)
     if (lists) then
@@ -214,6 +223,10 @@ contains
     if (.not. present(list)) return
     call archive(list, tally%certified)
     call archive(list, tally%missed)
+    call archive(list, tally%follows_theory)
+    call archive(list, tally%largest_stress)
+    call archive(list, tally%of_law(1))
+    call archive(list, tally%of_law(2))
     call archive(list, tally%allowed)
     call archive(list, tally%worst)
     call archive(list, tally%worst_increment)

@@ -40,16 +40,19 @@ contains
     type(accuracy_controls_t), intent(out) :: accuracy
     type(card_t) :: card
     type(fields_t) :: fields
-    integer :: choice, estimate, mesh, value
+    integer :: choice, estimate, mesh, value, theory
     logical :: found, ok
 
     call open_only_card(reader, 'ACCURACY', card, found)
     if (.not. found) return
     call allow_options(reader, card, [character(9) :: 'OF', 'NSET', 'DIRECTION', 'MESH', &
-      'VALUE', 'ESTIMATE'])
+      'VALUE', 'ESTIMATE', 'THEORY'])
     estimate = 1
     call choice_option(reader, card, 'ESTIMATE', ['YES', 'NO '], estimate, ok)
     accuracy%estimates = estimate == 1
+    theory = 1
+    call choice_option(reader, card, 'THEORY', ['BOUND   ', 'ESTIMATE'], theory, ok)
+    accuracy%follows_theory = theory == 2
     call choice_option(reader, card, 'OF', accuracy_names, choice, ok)
     if (ok) accuracy%of = choice
     mesh = 1
@@ -209,6 +212,9 @@ contains
 
     call next_data_line(reader, card, fields, found, 1, 'an accuracy')
     if (.not. found) then
+      ! That the theory's error is estimated may be all there is to say.
+      if (has_option(card, 'THEORY') .and. .not. any([has_option(card, 'OF'), has_option(card, &
+        'NSET'), has_option(card, 'MESH'), has_option(card, 'VALUE')])) return
       call report(reader, card%position, '*ACCURACY needs a data line: an accuracy, as 0.01')
       return
     end if

@@ -20,7 +20,7 @@ module read_properties_mod
   use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, integer_option, name_option, open_card, option_position
-  use material_law_mod, only: new_law
+  use material_law_mod, only: new_law, other_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
   use text_mod, only: one_of, to_text
@@ -92,19 +92,21 @@ contains
     end do
   end subroutine read_materials
 
-  !> *ELASTIC[, TYPE=ISOTROPIC]: E, nu
+  !> *ELASTIC[, TYPE=ISOTROPIC][, LAW=SVK|NEO HOOKE]: E, nu
   subroutine read_elastic(reader, card, material)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(material_t), intent(inout) :: material
     type(fields_t) :: fields
     real(wp) :: young, poisson
-    integer :: kind
+    integer :: kind, law
     logical :: found, ok
 
     young = 0.0_wp
     poisson = 0.0_wp
-    call allow_options(reader, card, ['TYPE'])
+    call allow_options(reader, card, ['TYPE', 'LAW '])
+    law = 1
+    call choice_option(reader, card, 'LAW', ['SVK      ', 'NEO HOOKE'], law, ok)
     kind = 1
     call choice_option(reader, card, 'TYPE', ['ISOTROPIC', 'ISO      '], kind, ok)
     if (has_option(card, 'TYPE') .and. .not. ok) return ! its lines have other constants
@@ -127,6 +129,8 @@ contains
       'properties that depend on temperature are not available: one line E, nu')
     if (young > 0.0_wp .and. poisson > -1.0_wp .and. poisson < 0.5_wp) material%law = &
       new_law('ELASTIC', [young, poisson])
+    if (law == 2 .and. material%law%elastic%shear > 0.0_wp) material%law = other_law(material%law)
+    if (has_option(card, 'LAW')) material%law%is_open = .false.
   end subroutine read_elastic
 
   !> *HYPERELASTIC, NEO HOOKE: C10, D1; MOONEY-RIVLIN: C10, C01, D1

@@ -229,7 +229,7 @@ contains
     end do
   end subroutine forget_initial
 
-  !> *STEP[, INC=n][, NLGEOM[=YES|NO]]; data lines are a title.
+  !> *STEP[, INC=n][, NLGEOM[=YES|NO|AUTO]]; data lines are a title.
   !>
   !> Finite strain holds from a step on: one that says nothing goes on as the one before it.
   subroutine read_step_options(reader, card, is_first, finite_strain)
@@ -238,15 +238,22 @@ contains
     logical, intent(in) :: is_first
     logical, intent(inout) :: finite_strain !! of the step before; of this one
     integer :: choice
-    logical :: ok, nonlinear, perturbation
+    logical :: ok, nonlinear, perturbation, is_auto
 
     call allow_options(reader, card, ['NLGEOM      ', 'PERTURBATION', 'AMPLITUDE   '], &
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
     nonlinear = finite_strain
-    call flag_option(reader, card, 'NLGEOM', nonlinear)
-    if (nonlinear .and. reader%small_strain) then
+    call flag_option(reader, card, 'NLGEOM', nonlinear, 'AUTO', is_auto)
+    if (is_auto .and. .not. (is_first .or. reader%chooses_theory .or. reader%nlgeom /= '')) call &
+      report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=AUTO begins with the first *STEP, '// &
+      'or not at all')
+    if (reader%nlgeom == '' .and. is_auto .and. is_first) reader%chooses_theory = .true.
+    if (reader%nlgeom == 'NO' .and. nonlinear) then
       call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &
         'taken as small')
+    else if (reader%nlgeom /= '') then
+      reader%chooses_theory = reader%nlgeom == 'AUTO'
+      finite_strain = reader%nlgeom == 'YES'
     else if (nonlinear .and. .not. (is_first .or. finite_strain)) then
       call report(reader, option_position(card, 'NLGEOM'), &
         'NLGEOM begins with the first *STEP, or not at all', '--nlgeom no runs the deck by '// &

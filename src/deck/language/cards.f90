@@ -48,7 +48,8 @@ module cards_mod
     logical :: lacks_elements = .false.
     !! elements of the deck, or what else its nodes belong to, were refused
     logical :: other_field = .false.    !! a keyword or an element of another field was refused
-    logical :: small_strain = .false.   !! NLGEOM of the deck is set aside (--nlgeom no)
+    character(4) :: nlgeom = ''         !! NO, YES or AUTO in place of the deck's (--nlgeom)
+    logical :: chooses_theory = .false. !! AUTO, of the deck or of the option
     logical :: numbers_block = .false. !! a node or element of a *BLOCK is meant by its number
   end type reader_t
 

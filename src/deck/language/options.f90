@@ -202,15 +202,26 @@ contains
   end function option_position
 
   !> A flag: set where it stands alone or with the value YES, not set with NO.
-  subroutine flag_option(reader, card, name, set)
+  subroutine flag_option(reader, card, name, set, other, is_other)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     character(*), intent(in) :: name
-    logical, intent(inout) :: set !! unchanged when the option is absent or wrong
+    logical, intent(inout) :: set !! unchanged when the option is absent, wrong or another word
+    character(*), intent(in), optional :: other !! a word beside YES and NO
+    logical, intent(out), optional :: is_other  !! there with it: it is that word
+    character(:), allocatable :: words
     integer :: i
 
+    words = 'YES or NO'
+    if (present(other)) words = 'YES, NO or '//other
+    if (present(other)) is_other = .false.
     i = find_option(card, name)
     if (i == 0) return
+    if (present(other)) is_other = card%options(i)%has_value .and. same_word(card%options(i)%value, &
+      other)
+    if (present(other)) then
+      if (is_other) return
+    end if
     if (.not. card%options(i)%has_value) then
       set = .true.
     else if (same_word(card%options(i)%value, 'YES')) then
@@ -218,8 +229,8 @@ contains
     else if (same_word(card%options(i)%value, 'NO')) then
       set = .false.
     else if (len(card%options(i)%value) > 0) then ! else it was reported when it was read
-      call report(reader, card%options(i)%value_position, name//' takes no value but YES or '// &
-        'NO, found '//quoted(card%options(i)%value))
+      call report(reader, card%options(i)%value_position, name//' takes no value but '//words// &
+        ', found '//quoted(card%options(i)%value))
     end if
   end subroutine flag_option
 

@@ -1,0 +1,337 @@
+!> What finite strain changes of a small-strain solution, by a run beside it: the shadow run.
+!>
+!> Beside the linear run a second state goes through the same increments at finite strain, with the
+!> factor and the compliance of the linear run, which it gives back as they were. Each of its
+!> increments begins with the change that the linear run's has made. Where it does not settle, or
+!> where what it finds is unstable, linear theory cannot say how far it is off.
+!> docs/theory.md (8.39).
+module shadow_run_mod
+  use kinds_mod, only: wp, i8
+  use errors_mod, only: error_t
+  use scene_mod, only: scene_t, material_t
+  use material_law_mod, only: law_t, other_law
+  use finite_strain_limits_mod, only: beyond_finite_strain
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
+    whole_increment
+  use increment_report_mod, only: increment_report_t, error_parts_t, ended_out_of_balance
+  use bodies_mod, only: strain_energy
+  use rigid_modes_mod, only: free_motions_t, follow_turns
+  use step_loads_mod, only: resolve_loads
+  use load_response_mod, only: load_response_t, respond_to_loads
+  use linearisation_mod, only: solver_work_t
+  use step_solver_mod, only: step_solver_t
+  use stability_mod, only: stability_t, find_stability, is_hint
+  use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from
+  use turned_bodies_mod, only: condense_flat
+  use equilibrate_mod, only: equilibrate
+  implicit none
+  private
+
+  public :: shadow_run_t, shadow_solver_t, has_no_shadow, count_shadows, begin_shadows, &
+    is_due, follow_shadows, compare_shadows
+
+  real(wp), parameter :: least = 1.0e-5_wp, part = 0.01_wp
+  !! what iterations may leave out of balance, of the largest force of a body: that, or that part of
+  !! what the theory changes. Resultants are a hundredth of the change off at most then [-]
+  integer, parameter :: most_iterations = 12 !! of an increment
+  real(wp), parameter :: tenth = 0.1_wp
+  !! of what the theory changes: what may be left out of balance when these are spent [-]
+
+  !> Where a shadow run is.
+  type :: shadow_run_t
+    type(state_t) :: state
+    integer :: lost_in = 0     !! increment of the run that it did not follow; 0: none
+    integer :: is_unstable = 0 !! 1: it was unstable there, 2: it may have been
+  end type shadow_run_t
+
+  !> What shadow runs are solved with, beside the solver of the linear run.
+  type :: shadow_solver_t
+    type(scene_t) :: finite           !! the scene at finite strain
+    type(law_t), allocatable :: law(:, :) !! (n_materials,n_runs) of each run
+    type(load_response_t) :: response !! of the *STEP
+    integer :: step = 0               !! that the response is of; 0: none yet
+  end type shadow_solver_t
+
+contains
+
+  !> Why no run at finite strain can go beside the linear one, in words; empty: one can.
+  pure function has_no_shadow(scene) result(why)
+    type(scene_t), intent(in) :: scene !! at small strain
+    character(:), allocatable :: why
+    type(scene_t) :: finite
+
+    finite = at_finite_strain(scene)
+    why = beyond_finite_strain(finite)
+    ! Finite strain holds other nodes of these.
+    if (why == '' .and. allocated(scene%rotations)) why = 'couplings whose reference node turns'
+  end function has_no_shadow
+
+  !> How many shadow runs are asked for: one for each law that the cards leave open, as *ELASTIC
+  !> does; none where finite strain is no theory beside the run, but its own.
+  pure integer function count_shadows(scene) result(n)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    n = 0
+    if (.not. scene%accuracy%follows_theory .or. scene%finite_strain) return
+    n = 1
+    do i = 1, size(scene%materials)
+      if (scene%materials(i)%law%is_open) n = 2
+    end do
+  end function count_shadows
+
+  !> Begin what shadow runs are solved with. The first one has the deck's laws, the second one the
+  !> other law of the same constants where a card leaves the law open.
+  subroutine begin_shadows(scene, shadow)
+    type(scene_t), intent(in) :: scene
+    type(shadow_solver_t), intent(out) :: shadow
+    integer :: i
+
+    if (count_shadows(scene) == 0) return
+    shadow%finite = at_finite_strain(scene)
+    allocate (shadow%law(size(scene%materials), count_shadows(scene)))
+    do i = 1, size(scene%materials)
+      associate (law => scene%materials(i)%law)
+        shadow%law(i, :) = law
+        if (law%is_open) shadow%law(i, 2) = other_law(law)
+      end associate
+    end do
+  end subroutine begin_shadows
+
+  !> The same scene at finite strain.
+  pure function at_finite_strain(scene) result(finite)
+    type(scene_t), intent(in) :: scene
+    type(scene_t) :: finite
+
+    finite = scene
+    finite%finite_strain = .true.
+  end function at_finite_strain
+
+  !> Whether shadow runs are to catch up with the linear run: in increments that are a tenth of a
+  !> *STEP or more, each with several of the linear run; but where a load's amplitude bends or an
+  !> obstacle turns in all of them.
+  pure logical function is_due(scene, solver, followed, new)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: followed, new !! of the linear run: where they are, and where it is
+    integer(i8), parameter :: most = 10        !! increments of a *STEP
+
+    is_due = ends_step(scene%steps, new) .or. any(scene%obstacles%turns) .or. &
+      size(solver%response%loads%kinks) > 0
+    if (is_due) return
+    is_due = most*(new%position - merge(followed%position, 0_i8, followed%step == new%step)) >= &
+      scene%steps(new%step)%n_increments*whole_increment
+  end function is_due
+
+  !> Let the shadow runs follow the linear run to where it is, and look at the end of a *STEP
+  !> whether the first is stable: that of the deck's law. The solver is given back as it came.
+  subroutine follow_shadows(scene, points, begun, old, new, solver, shadow, runs)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: begun(:, :)
+    !! (3,n_nodes) prescribed displacements as the *STEP begins [length]
+    type(state_t), intent(in) :: old, new
+    !! of the linear run: where they are, and where it is
+    type(step_solver_t), intent(inout) :: solver
+    type(shadow_solver_t), intent(inout) :: shadow
+    type(shadow_run_t), intent(inout) :: runs(:)
+    type(free_motions_t) :: motions
+    type(increment_t) :: increment
+    type(stability_t) :: stability
+    integer :: k
+    logical :: ok
+
+    if (all(runs%lost_in > 0)) return
+    increment = increment_between(scene, old, new)
+    motions = solver%body%motions
+    solver%body%motions%are_finite = .true.
+    call exchange_responses(solver, shadow)
+    ok = .true.
+    if (shadow%step /= new%step) call enter_step(ok)
+    do k = 1, size(runs)
+      if (runs(k)%lost_in > 0) cycle
+      call take_laws(shadow%law(:, k), shadow%finite%materials)
+      if (ok) call follow(shadow%finite, points, old, new, increment, solver, runs(k)%state, ok)
+      if (.not. ok) runs(k)%lost_in = new%increments_done
+      ok = .true.
+      if (k > 1 .or. .not. increment%last_of_step .or. runs(k)%lost_in > 0) cycle
+      call find_stability(shadow%finite, points, solver, runs(k)%state, increment%fraction, &
+        increment%step_time, stability)
+      if (stability%n_unstable == 0) cycle
+      ! Friction alone holds a body that is free.
+      if (is_hint(stability) .and. any(motions%body > 0)) cycle
+      ! So it is with any law of the same constants. Where friction or curved surfaces may yet hold
+      ! it, linear theory does not see that either.
+      runs%lost_in = new%increments_done
+      runs%is_unstable = merge(2, 1, is_hint(stability))
+    end do
+    call exchange_responses(solver, shadow)
+    solver%body%motions = motions
+    if (any(motions%body > 0)) call condense_flat(scene, points, solver)
+
+  contains
+
+    subroutine enter_step(ok)
+      logical, intent(out) :: ok
+      type(solver_work_t) :: work
+      type(error_t), allocatable :: error
+
+      call resolve_loads(shadow%finite, new%step, begun, solver%response%loads)
+      call respond_to_loads(shadow%finite, solver%choices%tolerance, solver%body, solver%response, &
+        work, error)
+      ok = .not. allocated(error)
+      shadow%step = new%step
+    end subroutine enter_step
+
+  end subroutine follow_shadows
+
+  !> The increment from one state of the linear run to the next.
+  pure function increment_between(scene, old, new) result(increment)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: old, new
+    type(increment_t) :: increment
+
+    increment = next_increment(scene%steps, old, new%position - merge(old%position, 0_i8, &
+      old%step == new%step))
+  end function increment_between
+
+  !> Give materials other laws.
+  pure subroutine take_laws(law, materials)
+    type(law_t), intent(in) :: law(:)
+    type(material_t), intent(inout) :: materials(:)
+    integer :: i
+
+    do i = 1, size(materials)
+      materials(i)%law = law(i)
+    end do
+  end subroutine take_laws
+
+  !> Put the response of the one in the place of that of the other.
+  subroutine exchange_responses(solver, shadow)
+    type(step_solver_t), intent(inout) :: solver
+    type(shadow_solver_t), intent(inout) :: shadow
+    type(load_response_t) :: response
+
+    response = solver%response
+    solver%response = shadow%response
+    shadow%response = response
+  end subroutine exchange_responses
+
+  !> One increment of a shadow run. Its first iteration is foreseen: displacements and reactions
+  !> change as those of the linear run.
+  subroutine follow(scene, points, old, new, increment, solver, state, ok)
+    type(scene_t), intent(in) :: scene        !! at finite strain, with the laws of the run
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old, new     !! of the linear run
+    type(increment_t), intent(in) :: increment
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(inout) :: state     !! of the shadow run
+    logical, intent(out) :: ok                !! it has settled
+    type(contact_points_t) :: now
+    type(trial_t) :: trial
+    type(state_t) :: start, to
+    type(increment_report_t) :: report
+    type(error_t), allocatable :: error
+    integer :: i
+
+    call follow_turns(scene%mesh, state%displacement, solver%body%prescribed, solver%body%motions, &
+      ok)
+    if (.not. ok) return
+    call set_gaps(scene, points, increment, now, solver)
+    call begin_trial(scene, now, solver, state, increment, trial)
+    trial%controls%tolerance = max(least, min(0.1_wp, part*apart(points, old%reaction, &
+      old%strain_energy, state)))
+    trial%most_iterations = most_iterations
+    to = state
+    call mark_end(increment, to)
+    to%increments_done = new%increments_done
+    to%increment = new%increment
+    ! Where bodies are free the reactions are not those of the place that they are at.
+    if (.not. any(solver%body%motions%body > 0)) then
+      start = state
+      start%displacement = state%displacement + (new%displacement - old%displacement)
+      start%reaction = state%reaction + (new%reaction - old%reaction)
+      associate (motions => solver%body%motions)
+        trial%motion = [(start%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
+        trial%is_foreseen = motions%n == 0
+      end associate
+      report%converged = trial%is_foreseen
+      call begin_from(scene, now, solver, start, trial)
+      to%reaction = start%reaction
+    end if
+    call equilibrate(scene, now, solver, state, trial, to, report, error)
+    ok = .not. allocated(error)
+    if (ok) ok = report%converged .or. (report%ending == ended_out_of_balance .and. &
+      report%imbalance <= tenth*apart(points, new%reaction, new%strain_energy, to))
+    if (.not. ok) return
+    to%external_force = trial%forces%external
+    if (increment%last_of_step) to%strain_energy = strain_energy(scene, trial%free, to, &
+      trial%forces%internal)
+    state = to
+  end subroutine follow
+
+  !> How far shadow runs are from the linear one, at the end of a *STEP.
+  !>
+  !> Of two sets of resultants of the pairs the largest difference, beside the largest of finite
+  !> strain; where nothing presses in either, of the strain energies. Huge where a run was lost.
+  pure subroutine compare_shadows(points, new, strain, runs, errors)
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: new          !! of the linear run
+    real(wp), intent(in) :: strain            !! its energy [energy]
+    type(shadow_run_t), intent(in) :: runs(:)
+    type(error_parts_t), intent(inout) :: errors !! gets those by theory and law
+    integer :: k
+
+    errors%follows_theory = .true.
+    do k = 1, size(runs)
+      errors%of_law(k) = huge(1.0_wp)
+      if (runs(k)%lost_in == 0) errors%of_law(k) = apart(points, new%reaction, strain, &
+        runs(k)%state)
+    end do
+    errors%theory = maxval(errors%of_law)
+    if (size(runs) < 2) return
+    errors%law = huge(1.0_wp)
+    if (any(runs%lost_in > 0)) return
+    errors%law = max(apart(points, runs(1)%state%reaction, runs(1)%state%strain_energy, &
+      runs(2)%state), apart(points, runs(2)%state%reaction, runs(2)%state%strain_energy, &
+      runs(1)%state))
+  end subroutine compare_shadows
+
+  !> How far reactions are from those of a shadow run, as a part of these.
+  pure real(wp) function apart(points, reaction, strain, shadow)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
+    real(wp), intent(in) :: strain            !! strain energy beside them [energy]
+    type(state_t), intent(in) :: shadow
+    real(wp) :: largest, change, either
+    integer :: i
+
+    change = 0.0_wp
+    largest = 0.0_wp
+    either = 0.0_wp
+    do i = 1, size(points%first) - 1
+      associate (a => points%first(i), b => points%first(i + 1) - 1)
+        change = max(change, norm2(sum(reaction(:, a:b) - shadow%reaction(:, a:b), dim=2)))
+        largest = max(largest, norm2(sum(shadow%reaction(:, a:b), dim=2)))
+        either = max(either, norm2(sum(reaction(:, a:b), dim=2)))
+      end associate
+    end do
+    if (max(largest, either) > 0.0_wp) then
+      apart = share(change, largest)
+    else
+      apart = share(abs(strain - shadow%strain_energy), shadow%strain_energy)
+    end if
+  end function apart
+
+  !> A part of a whole; 0 where neither is there, huge where there is no whole.
+  pure real(wp) function share(part, whole)
+    real(wp), intent(in) :: part, whole
+
+    share = 0.0_wp
+    if (part > 0.0_wp) share = huge(1.0_wp)
+    if (whole > part*epsilon(1.0_wp)) share = part/whole
+  end function share
+
+end module shadow_run_mod

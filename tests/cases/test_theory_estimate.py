@@ -1,0 +1,326 @@
+"""The error of small-strain theory by a run at finite strain beside the linear one, and NLGEOM=AUTO."""
+
+import re
+import unittest
+
+import h5py
+import numpy as np
+from program import Run
+
+# A block on a plane, pressed and pushed; the law, the theory and what is asked as parameters.
+BLOCK = """*PARAMETER
+n = 3
+down = 0.02
+mu = 0.3
+steps = 5
+*BLOCK, NAME=B, TYPE={element}, NX=<n>, NY=<n>, NZ=<n>
+0., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+{law}
+{expansion}*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+<mu>
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+{accuracy}*STEP{nlgeom}
+*STATIC, DIRECT
+<1/steps>, 1.
+*BOUNDARY
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, <-down>
+{loads}*END STEP
+*STEP
+*STATIC, DIRECT
+<1/steps>, 1.
+*BOUNDARY
+B-ZMAX, 1, 1, <2*down>
+*END STEP
+"""
+SVK = "*ELASTIC, LAW=SVK\n1000., 0.3"
+NEO = "*ELASTIC, LAW=NEO HOOKE\n1000., 0.3"
+OPEN = "*ELASTIC\n1000., 0.3"
+ESTIMATE = "*ACCURACY, THEORY=ESTIMATE\n"
+# A block between smooth plates: every point has the same stress.
+BAR = """*PARAMETER
+down = 0.1
+*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+*STEP
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+B-XMIN, 1, 1
+B-YMIN, 2, 2
+B-ZMAX, 3, 3, <-down>
+*END STEP
+"""
+# A column on a rough plane, clamped at its upper end: Euler's strain is (2 pi/L)^2/12.
+COLUMN = """*PARAMETER
+load = 0.8
+*BLOCK, NAME=B, TYPE=C3D8I, NX=2, NY=2, NZ=20
+0., 0., 0., 1., 1., 20.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.5
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, <-load*20*pi*pi/1200>
+*END STEP
+"""
+# Two blocks that slide on each other.
+PAIR = """*PARAMETER
+down = 0.05
+*BLOCK, NAME=LOW, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*BLOCK, NAME=HIGH, NX=3, NY=3, NZ=2
+0.2, 0.2, 1., 0.8, 0.8, 1.6
+*MATERIAL, NAME=M
+*ELASTIC, LAW=SVK
+1000., 0.3
+*ELSET, ELSET=ALL
+LOW, HIGH
+*SOLID SECTION, ELSET=ALL, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+HIGH-ZMIN, LOW-ZMAX
+*STEP{nlgeom}
+*STATIC, DIRECT
+0.25, 1.
+*BOUNDARY
+LOW-ZMIN, 1, 3
+HIGH-ZMAX, 1, 1, <down>
+HIGH-ZMAX, 2, 2
+HIGH-ZMAX, 3, 3, <-down>
+*END STEP
+"""
+HUGE = 1e300
+TIMES = re.compile(r"time|checksum")
+OF_THEORY = tuple(f"history/error/{name}" for name in
+                  ("theory", "theory_deck_law", "theory_other_law", "law"))
+
+
+def block(law=SVK, nlgeom="", accuracy="", element="C3D8", expansion="", loads=""):
+    """The deck of the block."""
+    return BLOCK.format(law=law, nlgeom=nlgeom, accuracy=accuracy, element=element,
+                        expansion=expansion, loads=loads)
+
+
+def errors(run, name="theory"):
+    """The error by the theory at the ends of the steps."""
+    with run.result() as result:
+        values = result.history(f"error/{name}")
+        return np.array([values[row] for row in result.step_ends])
+
+
+def resultants(run):
+    """The resultants of the pairs at the ends of the steps."""
+    with run.result() as result:
+        pairs = result.file["contact"]
+        return np.array([[pairs[name]["resultant"][row] for name in pairs]
+                         for row in result.step_ends])
+
+
+def change(linear, finite):
+    """How far resultants are from those of finite strain, as a part of these."""
+    norm = np.linalg.norm
+    return np.array([norm(one - other, axis=-1).max() / norm(other, axis=-1).max()
+                     for one, other in zip(resultants(linear), resultants(finite), strict=True)])
+
+
+def unlike(one, other, but=OF_THEORY):
+    """The datasets that differ in a bit, but times and those named."""
+    found = []
+    with h5py.File(one) as a, h5py.File(other) as b:
+        def look(name, item):
+            if not isinstance(item, h5py.Dataset) or TIMES.search(name) or name in but:
+                return
+            if name.startswith(("run/", "state")):
+                return
+            if name not in b or np.asarray(item[()]).tobytes() != np.asarray(b[name][()]).tobytes():
+                found.append(name)
+        a.visititems(look)
+    return found
+
+
+class Estimate(unittest.TestCase):
+    """The shadow run finds the resultants of NLGEOM, and leaves those of the linear run alone."""
+
+    def holds(self, make, within=0.05, options=(), **values):
+        """The estimate is within a part of the true error, at all ends of steps."""
+        linear = Run(make(nlgeom=""), "--theory", *options, name="d", **values)
+        finite = Run(make(nlgeom=", NLGEOM"), *options, name="d", **values)
+        self.assertEqual((linear.status, finite.status), (0, 0), linear.errors + finite.errors)
+        true = change(linear, finite)
+        np.testing.assert_allclose(errors(linear), true, rtol=within, atol=2e-5)
+        self.assertGreater(true.max(), 1e-3)
+
+    def test_pressed_blocks(self):
+        for law in (SVK, NEO):
+            for down in (0.002, 0.02, 0.08):
+                with self.subTest(law=law, down=down):
+                    self.holds(lambda nlgeom, law=law: block(law, nlgeom), down=down)
+
+    def test_other_elements_and_no_friction(self):
+        for element in ("C3D8I", "C3D8B"):
+            with self.subTest(element=element):
+                self.holds(lambda nlgeom, e=element: block(NEO, nlgeom, element=e), mu=0)
+
+    def test_two_bodies(self):
+        self.holds(lambda nlgeom: PAIR.format(nlgeom=nlgeom))
+
+    def test_warmth_and_pressures_that_follow(self):
+        heat, loads = "*EXPANSION\n1e-3\n", "*TEMPERATURE\nB, 20.\n*DSLOAD\nB-XMIN, P, 30.\n"
+        self.holds(lambda nlgeom: block(NEO, nlgeom, expansion=heat, loads=loads), down=0.01)
+
+    def test_factor_in_single_precision(self):
+        single = "*PRECISION, FACTOR=SINGLE\n"
+        self.holds(lambda nlgeom: block(NEO, nlgeom, accuracy="" if nlgeom else single))
+
+    def test_closed_forms(self):
+        # P/E of a bar with nu = 0: linear l - 1, St Venant-Kirchhoff l (l^2 - 1)/2.
+        for down in (0.01, 0.1):
+            run = Run(BAR, "--theory", name="bar", down=down)
+            l = 1 - down
+            svk = l * (1 - l * l) / 2
+            np.testing.assert_allclose(errors(run), abs(down - svk) / svk, rtol=0.02)
+            # Of the same size and other sign: the laws are apart by both.
+            neo = errors(run, "theory_other_law")
+            self.assertGreater(errors(run, "law")[0], 0.9 * (down + neo[0]))
+            self.assertIn("by neo-Hooke's law", run.output)
+
+    def test_the_run_keeps_its_bits(self):
+        for name, deck in (("block", block(OPEN)), ("pair", PAIR.format(nlgeom=""))):
+            plain, followed = (Run(deck, *more, name=name) for more in ((), ("--theory",)))
+            self.assertEqual(unlike(plain.file, followed.file), [])
+            with plain.result() as one, followed.result() as other:
+                self.assertEqual((one.theory_is, other.theory_is), ("bound", "estimate"))
+            # The bound is one.
+            self.assertTrue(np.all(errors(plain) >= errors(followed)))
+
+    def test_continued_runs_say_the_same(self):
+        deck = block(OPEN, accuracy=ESTIMATE)
+        whole = Run(deck, name="deck")
+        continued = Run(deck, "--continue", name="deck", ended_at=("1", "3"))
+        self.assertEqual(continued.status, 0, continued.errors)
+        self.assertEqual(unlike(whole.file, continued.file, but=()), [])
+
+    def test_finite_strain_has_none(self):
+        run = Run(block(nlgeom=", NLGEOM"), name="deck")
+        self.assertEqual(list(errors(run)), [0.0, 0.0])
+        with run.result() as result:
+            self.assertEqual(result.theory_is, "finite strain")
+
+    def test_couplings_that_turn_have_a_bound(self):
+        text = PAIR.format(nlgeom="").replace("*STEP", "*NODE, NSET=R\n9999, 0.5, 0.5, 1.6\n"
+            "*SURFACE, NAME=TOP\nHIGH-ZMAX\n*COUPLING, REF NODE=9999, SURFACE=HIGH-ZMAX, "
+            "CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n*STEP", 1)
+        text = text.replace("*SURFACE, NAME=TOP\nHIGH-ZMAX\n", "")
+        for dof in (1, 2, 3):
+            text = re.sub(rf"HIGH-ZMAX, {dof}, {dof}", f"9999, {dof}, {dof}", text)
+        run = Run(text.replace("*END STEP", "9999, 4, 6\n*END STEP"), "--theory", name="deck")
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        self.assertIn("theory is bounded, not estimated", run.output)
+        with run.result() as result:
+            self.assertEqual(result.theory_is, "bound")
+
+
+class Buckling(unittest.TestCase):
+    """Beyond Euler's load linear theory says nothing; below it says how far it is off."""
+
+    def test_column_whose_edge_slides(self):
+        # Lateral expansion makes points of the foot slide, and what friction holds is not known.
+        deck = COLUMN.replace("1000., 0.\n", "1000., 0.3\n")
+        stable, unstable = (Run(deck, "--theory", name="column", load=load) for load in (0.8, 2.4))
+        self.assertTrue(0.003 < errors(stable)[0] < 0.02)
+        self.assertGreater(errors(unstable)[0], HUGE)
+        self.assertIn("may be unstable (it buckles)", unstable.output)
+
+    def test_column(self):
+        stable, unstable = (Run(COLUMN, "--theory", name="column", load=load) for load in (0.8, 2.4))
+        self.assertTrue(0.003 < errors(stable)[0] < 0.02)
+        self.assertGreater(errors(unstable)[0], HUGE)
+        self.assertIn("is unstable (it buckles)", unstable.output)
+        self.assertIn("theory: more than linear theory can say", unstable.output)
+        self.assertRegex(unstable.output, "which is off by more than it can say here")
+        self.assertEqual(unstable.status, 0)
+
+
+class Choice(unittest.TestCase):
+    """NLGEOM=AUTO takes finite strain where small strain is not enough, and only there."""
+
+    def test_small_strain_is_enough(self):
+        run = Run(block(nlgeom=", NLGEOM=AUTO"), name="deck", down=0.002)
+        plain = Run(block(), name="deck", down=0.002)
+        self.assertEqual(unlike(plain.file, run.file), [])
+
+    def test_finite_strain_takes_its_place(self):
+        finite = Run(block(nlgeom=", NLGEOM"), name="deck")
+        for deck, options in ((block(nlgeom=", NLGEOM=AUTO"), ()), (block(), ("--nlgeom", "auto")),
+                              (block(nlgeom=", NLGEOM"), ("--nlgeom", "auto")),
+                              (block(), ("--nlgeom", "yes"))):
+            run = Run(deck, *options, name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertEqual(unlike(finite.file, run.file, but=()), [])
+            self.assertEqual([path.name for path in run.folder.glob("*.linear")], [])
+            if options != ("--nlgeom", "yes"):
+                self.assertRegex(run.output, r"small strain is off by \S+ %, and 1 % is allowed")
+
+    def test_what_is_asked_decides(self):
+        run = Run(block(), "--nlgeom", "auto", "--accuracy", "0.3", "--refine", "0", name="deck")
+        self.assertNotIn("begins again", run.output)
+
+    def test_a_law_that_is_open_decides_nothing(self):
+        run = Run(block(OPEN), "--nlgeom", "auto", name="deck")
+        self.assertEqual(run.status, 0)
+        self.assertRegex(run.output, r"keeps small strain: which law .* \*ELASTIC does not say")
+        plain = Run(block(OPEN), name="deck")
+        self.assertEqual(unlike(plain.file, run.file), [])
+
+    def test_what_finite_strain_refuses_stays(self):
+        run, plain = (Run(COLUMN, *more, name="column", load=1.5)
+                      for more in (("--nlgeom", "auto"), ()))
+        self.assertEqual(run.status, 0)
+        self.assertRegex(run.output, r"keeps small strain: .*the equilibrium is unstable")
+        self.assertEqual(unlike(plain.file, run.file), [])
+        self.assertEqual([path.name for path in run.folder.glob("*.linear")], [])
+
+    def test_continued_runs_decide_alike(self):
+        deck = block(nlgeom=", NLGEOM=AUTO")
+        whole = Run(deck, name="deck")
+        continued = Run(deck, "--continue", name="deck", ended_at=("2", "3"))
+        self.assertEqual(continued.status, 0, continued.errors)
+        self.assertEqual(unlike(whole.file, continued.file, but=()), [])
+
+    def test_a_mesh_that_is_chosen_is_refused(self):
+        run = Run(block(), "--nlgeom", "auto", "--accuracy", "0.3", name="deck")
+        self.assertEqual(run.status, 1)
+        self.assertIn("--refine 0", run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
