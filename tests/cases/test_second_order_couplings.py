@@ -1,0 +1,137 @@
+"""Couplings and loads on the faces of elements of second order, against closed forms.
+
+Boxes of tests/cases/boxes.py.
+"""
+
+import unittest
+
+import numpy as np
+from boxes import MATERIAL, POISSON, STEP, YOUNG, Box, BoxCase
+
+KINDS = ("C3D10", "C3D15", "C3D20", "C3D20R")
+LENGTH, WIDE, THICK = 3.0, 1.0, 0.6
+
+
+def bar(kind, shift=0.0):
+    """Return a bar along x, whose axis is that of x."""
+    return Box("B", (3, 2, 2), (kind,), (0, -WIDE / 2, -THICK / 2), (LENGTH, WIDE, THICK),
+               shift=shift)
+
+
+def pinned(box):
+    """Hold a side as the middle of a bar in bending about any axis: plane, free to grow."""
+    at = {}
+    for y in (-WIDE / 2, 0.0, WIDE / 2):
+        at[y] = box.first + next(i for i, x in enumerate(box.x) if np.allclose(x, (0, y, 0)))
+    return (
+        f"*BOUNDARY\nB-X0, 1\n{at[0.0]}, 2, 3\n"
+        f"*EQUATION\n2\n{at[-WIDE / 2]}, 3, 1., {at[WIDE / 2]}, 3, -1.\n"
+    )
+
+
+def numbers(v):
+    """Return numbers as the entries of a line."""
+    return ", ".join(map(repr, np.array(v, float).tolist()))
+
+
+def coupled(place, kind="*DISTRIBUTING", node=9001, side="B-X1"):
+    """Return a reference node and its coupling."""
+    return (
+        f"*NODE\n{node}, {numbers(place)}\n"
+        f"*COUPLING, CONSTRAINT NAME=C{node}, REF NODE={node}, SURFACE={side}\n{kind}\n"
+    )
+
+
+def loads(node, force=(0, 0, 0), moment=(0, 0, 0)):
+    """Return the lines of *CLOAD of a force and a moment."""
+    return "".join(
+        f"{node}, {i}, {float(v)!r}\n" for i, v in enumerate([*force, *moment], 1) if v
+    )
+
+
+class Couplings(BoxCase):
+    def reference(self, result, name, node=9001):
+        """Return what is written of a reference node."""
+        group = result.file["reference_nodes"]
+        return group[name][-1, list(group["node_id"][:]).index(node)]
+
+    def test_a_moment_bends_a_bar(self):
+        """Pure bending about an oblique axis, u quadratic in x: exact in all of these."""
+        moment = np.array([0.0, 3.0, 10.0])
+        for kind in KINDS:
+            box = bar(kind, shift=0.15 if kind == "C3D10" else 0.0)
+            for place in ((LENGTH, 0, 0), (LENGTH + 1, 0.3, -0.7)):
+                with self.subTest(kind=kind, place=place):
+                    result = self.solve(
+                        box.cards() + MATERIAL + pinned(box) + coupled(place) + STEP
+                        + "*CLOAD\n" + loads(9001, moment=moment) + "*END STEP\n"
+                    )
+                    bend_z = moment[2] / (YOUNG * WIDE**3 * THICK / 12)
+                    bend_y = moment[1] / (YOUNG * THICK**3 * WIDE / 12)
+                    x, y, z = box.x.T
+                    expected = np.column_stack([
+                        x * (bend_y * z - bend_z * y),
+                        bend_z / 2 * (x**2 + POISSON * (y**2 - z**2)) - bend_y * POISSON * y * z,
+                        -bend_y / 2 * (x**2 + POISSON * (z**2 - y**2)) + bend_z * POISSON * y * z,
+                    ])
+                    u = result.field("displacement")[: len(box.x)]
+                    scale = abs(expected).max()
+                    np.testing.assert_allclose(u, expected, rtol=0, atol=1e-9 * scale)
+                    # The work of the moment: what it turns by.
+                    turn = LENGTH * np.array([0, bend_y, bend_z])
+                    np.testing.assert_allclose(
+                        self.reference(result, "rotation"), turn, rtol=0, atol=1e-9 * scale
+                    )
+                    flat = (WIDE**2 - THICK**2) / 12
+                    mean = [0, bend_z / 2 * (LENGTH**2 + POISSON * flat),
+                            -bend_y / 2 * (LENGTH**2 - POISSON * flat)]
+                    arm = np.array(place, float) - (LENGTH, 0, 0)
+                    np.testing.assert_allclose(
+                        self.reference(result, "displacement"), mean + np.cross(turn, arm),
+                        rtol=0, atol=1e-9 * scale,
+                    )
+
+    def test_rigid_motions_are_those_of_the_mean(self):
+        """On curved faces of every type: the reference node goes along, in force and in place."""
+        place, drawn = np.array([4.0, 0.3, -0.7]), np.array([0.3, -0.2, 0.5])
+        turn, move = np.array([0.01, -0.02, 0.03]), np.array([0.1, 0.2, -0.3])
+        force, moment = np.array([2.0, -3.0, 5.0]), np.array([7.0, -1.0, 4.0])
+        for kind in (*KINDS, "C3D8", "C3D6", "C3D4"):
+            with self.subTest(kind=kind):
+                box = bar(kind)
+                end = box.side(0, 1)
+                faces = [i - box.first for i in end]
+                box.x[faces, 0] += 0.2 * np.sin(5 * box.x[faces, 1] + 3 * box.x[faces, 2])
+                held = "*BOUNDARY\n" + "".join(
+                    f"9002, {i}, {i}, {float(v)!r}\n" for i, v in enumerate([*move, *turn], 1)
+                )
+                cards = box.cards() + "*NSET, NSET=END\n" + "".join(f"{i}\n" for i in end)
+                cards += MATERIAL + coupled(place, side="END")
+                result = self.solve(
+                    cards + coupled(drawn, "*KINEMATIC", 9002, "B-X0") + STEP + held
+                    + "*END STEP\n"
+                )
+                np.testing.assert_allclose(self.reference(result, "rotation"), turn, atol=1e-10)
+                np.testing.assert_allclose(
+                    self.reference(result, "displacement"),
+                    move + np.cross(turn, place - drawn), rtol=0, atol=1e-10,
+                )
+                result = self.solve(
+                    cards + "*BOUNDARY\nB-X0, 1, 3\n" + STEP + "*CLOAD\n"
+                    + loads(9001, force, moment) + "*END STEP\n"
+                )
+                support = result.field("reaction_force")[: len(box.x)]
+                np.testing.assert_allclose(support.sum(axis=0), -force, rtol=0, atol=1e-10)
+                np.testing.assert_allclose(
+                    np.cross(box.x - place, support).sum(axis=0), -moment, rtol=0, atol=1e-10
+                )
+                # The loads' work is that of what carries them.
+                work = force @ self.reference(result, "displacement") + (
+                    moment @ self.reference(result, "rotation")
+                )
+                energy = result.history("energy/strain")[-1]
+                self.assertAlmostEqual(work / (2 * energy), 1, delta=1e-10)
+
+
+if __name__ == "__main__":
+    unittest.main()
