@@ -6,9 +6,21 @@ Boxes of tests/cases/boxes.py.
 import unittest
 
 import numpy as np
-from boxes import MATERIAL, POISSON, STEP, YOUNG, Box, BoxCase
+from boxes import (
+    DRY,
+    FLOOR,
+    MATERIAL,
+    POISSON,
+    PRESSURE,
+    STEP,
+    YOUNG,
+    Box,
+    BoxCase,
+    on_corner,
+)
 
 KINDS = ("C3D10", "C3D15", "C3D20", "C3D20R")
+N_CORNERS = {"C3D10": 4, "C3D15": 6, "C3D20": 8, "C3D20R": 8}
 LENGTH, WIDE, THICK = 3.0, 1.0, 0.6
 
 
@@ -50,6 +62,13 @@ def loads(node, force=(0, 0, 0), moment=(0, 0, 0)):
 
 
 class Couplings(BoxCase):
+    def check_uniform(self, result, n):
+        """A uniform stress along z of the first nodes, in rest at their corner."""
+        x = result.points[:n]
+        strain = np.array([POISSON, POISSON, -1.0]) * PRESSURE / YOUNG
+        u = result.field("displacement")[:n]
+        np.testing.assert_allclose(u - u[0], (x - x[0]) * strain, rtol=0, atol=1e-10)
+
     def reference(self, result, name, node=9001):
         """Return what is written of a reference node."""
         group = result.file["reference_nodes"]
@@ -131,6 +150,55 @@ class Couplings(BoxCase):
                 )
                 energy = result.history("energy/strain")[-1]
                 self.assertAlmostEqual(work / (2 * energy), 1, delta=1e-10)
+
+    def test_sets_that_lack_mid_side_nodes(self):
+        """Faces are those of the corners, with all of their nodes: contact, tie, both couplings."""
+        for kind in KINDS:
+            box = Box("B", (2, 2, 1), (kind,), size=(1, 1, 0.5))
+            corners = {a for e in box.elements[kind] for a in e[1 : 1 + N_CORNERS[kind]]}
+            corners = sorted(corners.intersection(box.side(2, 0)))
+            middles = sorted(set(box.side(2, 0)).difference(corners))
+            low = Box("A", (2, 2, 1), ("C3D8",), low=(0, 0, -1), after=box)
+            tied = (
+                low.cards() + on_corner("A") + "*BOUNDARY\nA-Z0, 3\n*TIE, NAME=T\nFACES, A-Z1\n"
+            )
+            for name, ids in (("corners", corners), ("one is missing", corners + middles[1:])):
+                faces = "*NSET, NSET=SOME\n" + "".join(f"{i}\n" for i in ids)
+                faces += "*SURFACE, NAME=FACES, TYPE=NODE\nSOME\n"
+                for what, more in (
+                    ("contact", DRY + FLOOR.replace("B-Z0,", "FACES,")),
+                    ("tie", tied),
+                    ("rigid", coupled((0, 0, 0), "*KINEMATIC\n3", side="SOME")
+                     + "*BOUNDARY\n9001, 3, 6, 0.\n"),
+                    ("mean", coupled((0.5, 0.5, 0), side="SOME")),
+                ):
+                    with self.subTest(kind=kind, what=what, set=name):
+                        held = "*BOUNDARY\nB-Z0, 3\n" if what == "mean" else ""
+                        result = self.solve(
+                            box.cards() + faces + MATERIAL + on_corner("B") + more + STEP + held
+                            + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*END STEP\n"
+                        )
+                        self.check_uniform(result, len(box.x))
+                        if what == "contact":
+                            np.testing.assert_allclose(
+                                result.pairs[0].pressure[-1], PRESSURE, rtol=1e-8
+                            )
+
+    def test_forces_on_sets_that_lack_mid_side_nodes(self):
+        """All of a force arrives, as on the whole face."""
+        for kind in KINDS:
+            box = bar(kind)
+            end = box.side(0, 1)
+            for lost in ([], end[-1:]):
+                with self.subTest(kind=kind, lost=lost):
+                    some = "".join(f"{i}\n" for i in end if i not in lost)
+                    result = self.solve(
+                        box.cards() + "*NSET, NSET=SOME\n" + some + MATERIAL
+                        + coupled((LENGTH, 0, 0), side="SOME") + "*BOUNDARY\nB-X0, 1, 3\n" + STEP
+                        + "*CLOAD\n9001, 1, 5.\n*END STEP\n"
+                    )
+                    force = result.field("reaction_force")[: len(box.x)].sum(axis=0)
+                    np.testing.assert_allclose(force, [-5, 0, 0], rtol=0, atol=1e-10)
 
 
 if __name__ == "__main__":
