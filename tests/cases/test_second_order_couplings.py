@@ -46,6 +46,13 @@ def numbers(v):
     return ", ".join(map(repr, np.array(v, float).tolist()))
 
 
+def turn_about(axis, angle):
+    """Return the matrix of a turn (Rodrigues)."""
+    x, y, z = np.array(axis, float) / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
 def coupled(place, kind="*DISTRIBUTING", node=9001, side="B-X1"):
     """Return a reference node and its coupling."""
     return (
@@ -199,6 +206,65 @@ class Couplings(BoxCase):
                     )
                     force = result.field("reaction_force")[: len(box.x)].sum(axis=0)
                     np.testing.assert_allclose(force, [-5, 0, 0], rtol=0, atol=1e-10)
+
+
+class Corner(BoxCase):
+    """A block between a floor and a wall, which both press the nodes of one edge.
+
+    The plane y = 0 is one of symmetry through both of these faces.
+    """
+
+    def deck(self, kind, friction, turn, solver="AUTO"):
+        """Return the box, and its deck turned by a matrix: pressed by 100 on top, by 60 aside."""
+        box = Box("B", (2, 2, 2), (kind,))
+        cards = "*NODE\n" + "".join(
+            f"{box.first + i}, {numbers(turn @ x)}\n" for i, x in enumerate(box.x)
+        )
+        flat = box.cards()
+        cards += flat[flat.index("*ELEMENT"):] + MATERIAL
+        cards += f"*SURFACE INTERACTION, NAME=ROUGH\n*FRICTION\n{friction}\n"
+        cards += f"*TRANSFORM, NSET=B-Y0, TYPE=R\n{numbers([*turn[:, 0], *turn[:, 1]])}\n"
+        for name, axis, side in (("FLOOR", 2, "Z"), ("WALL", 0, "X")):
+            cards += f"*OBSTACLE, NAME={name}, TYPE=PLANE\n0., 0., 0., {numbers(turn[:, axis])}\n"
+            cards += f"*CONTACT PAIR, INTERACTION=ROUGH\nB-{side}0, {name}\n"
+        cards += f"*CONTACT SOLVER, SOLVER={solver}, TOLERANCE=1e-10\n"
+        return box, cards + (
+            "*BOUNDARY\nB-Y0, 2\n*STEP\n*STATIC\n"
+            "*DSLOAD\nB-Z1, P, 100.\nB-X1, P, 60.\n*END STEP\n"
+        )
+
+    def test_both_press_evenly_without_friction(self):
+        """Stresses are uniform, in any direction: the edge takes its part of both."""
+        stress = np.array([-60.0, 0.0, -100.0])
+        strain = ((1 + POISSON) * stress - POISSON * stress.sum()) / YOUNG
+        for kind in KINDS:
+            for turn in (np.eye(3), turn_about((1, 2, 0.5), 0.6)):
+                with self.subTest(kind=kind, turned=turn[0, 0] < 1):
+                    box, deck = self.deck(kind, 0.0, turn)
+                    result = self.solve(deck)
+                    u = result.field("displacement") @ turn
+                    np.testing.assert_allclose(
+                        u, box.x * strain, rtol=0, atol=1e-9 * abs(strain).max()
+                    )
+                    for pair, pressure in zip((0, 1), (60, 100), strict=True):
+                        np.testing.assert_allclose(
+                            result.pairs[pair].pressure[-1], pressure, rtol=1e-8
+                        )
+
+    def test_what_each_takes_is_the_same_whoever_solves(self):
+        """With friction the edge is held twice: the least shares are taken."""
+        for kind in KINDS:
+            found = {}
+            for solver, turn in (
+                ("SWEEPS", np.eye(3)),
+                ("GLOBAL NEWTON", np.eye(3)),
+                ("AUTO", turn_about((1, 2, 0.5), 0.6)),
+            ):
+                result = self.solve(self.deck(kind, 0.3, turn, solver)[1])
+                found[solver] = np.array([result.pairs[i].resultant[-1] @ turn for i in (0, 1)])
+            for solver, force in found.items():
+                with self.subTest(kind=kind, solver=solver):
+                    np.testing.assert_allclose(force, found["SWEEPS"], rtol=0, atol=1e-5)
 
 
 if __name__ == "__main__":
