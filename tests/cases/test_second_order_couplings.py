@@ -18,6 +18,7 @@ from boxes import (
     BoxCase,
     on_corner,
 )
+from program import Run
 
 KINDS = ("C3D10", "C3D15", "C3D20", "C3D20R")
 N_CORNERS = {"C3D10": 4, "C3D15": 6, "C3D20": 8, "C3D20R": 8}
@@ -206,6 +207,24 @@ class Couplings(BoxCase):
                     )
                     force = result.field("reaction_force")[: len(box.x)].sum(axis=0)
                     np.testing.assert_allclose(force, [-5, 0, 0], rtol=0, atol=1e-10)
+
+    def test_temperatures_of_corners_alone_are_noted(self):
+        """The mean over the nodes of an element is no longer what the set was meant to say."""
+        for kind in KINDS:
+            box = Box("B", (1, 1, 1), (kind,))
+            corners = {a for e in box.elements[kind] for a in e[1 : 1 + N_CORNERS[kind]]}
+            sets = "*NSET, NSET=CORNERS\n" + "".join(f"{i}\n" for i in sorted(corners))
+            sets += "*NSET, NSET=ALL, ELSET=B\n"
+            for name in ("CORNERS", "ALL"):
+                with self.subTest(kind=kind, set=name):
+                    run = Run(
+                        box.cards() + sets + MATERIAL + "*EXPANSION\n1e-5\n" + on_corner("B")
+                        + "*BOUNDARY\nB-Z0, 3\n" + STEP + f"*TEMPERATURE\n{name}, 10.\n*END STEP\n",
+                        name="deck",
+                    )
+                    self.assertEqual(run.status, 0, run.errors)
+                    noted = "and not to all of their mid-side nodes" in run.output
+                    self.assertEqual(noted, name == "CORNERS")
 
 
 class Corner(BoxCase):
