@@ -208,6 +208,24 @@ class Couplings(BoxCase):
                     force = result.field("reaction_force")[: len(box.x)].sum(axis=0)
                     np.testing.assert_allclose(force, [-5, 0, 0], rtol=0, atol=1e-10)
 
+    def test_tied_faces_of_reduced_elements_have_neighbours(self):
+        """A layer of four elements: four free faces each, three where it is tied to a base."""
+        box = Box("B", (2, 2, 1), ("C3D20R",), size=(1, 1, 0.5))
+        base = Box("A", (3, 3, 1), ("C3D8",), low=(0, 0, -1), after=box)
+        below = base.cards() + on_corner("A") + "*BOUNDARY\nA-Z0, 3\n"
+        for tie, wanted in (("*TIE, NAME=T\nB-Z0, A-Z1\n", False), ("", True)):
+            with self.subTest(tie=tie):
+                run = Run(
+                    box.cards() + MATERIAL + on_corner("B") + below + tie
+                    + ("" if tie else DRY + "*CONTACT PAIR, INTERACTION=DRY\nB-Z0, A-Z1\n")
+                    + STEP + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*END STEP\n", name="deck",
+                )
+                self.assertEqual(run.status, 0, run.errors)
+                self.assertEqual("have four faces or more without a neighbour" in run.output, wanted)
+                result = run.result()
+                self.addCleanup(result.close)
+                self.check_uniform(result, len(box.x))
+
     def test_temperatures_of_corners_alone_are_noted(self):
         """The mean over the nodes of an element is no longer what the set was meant to say."""
         for kind in KINDS:
