@@ -144,7 +144,9 @@ contains
     real(wp), intent(in) :: allowed              !! how far from the law they may be [force]
     real(wp), intent(inout) :: r(:, :)           !! (3,m) [force]
     logical, intent(out) :: found                !! else r has no meaning
-    integer, parameter :: most_projections = 1000
+    ! Where a share ends on the side of its cone they gain slowly: 1600 were seen, at the end of the
+    ! edge of a block of C3D20 between a rough floor and a rough wall.
+    integer, parameter :: most_projections = 10000
     real(wp), parameter :: sharp = 1.0e-3_wp !! part of what is allowed
     real(wp), dimension(3, size(point)) :: y, beyond, of_law
     real(wp) :: whole(3), of_sum(3, 3)

@@ -161,16 +161,18 @@ contains
   !> A direction along which neither the slave node nor a node of its row can move has no compliance
   !> and no row; without friction there are no tangential rows; a point whose normal cannot move, or
   !> that is out of reach of its master, or not covered by it, has none at all (docs/theory.md
-  !> sections 2 and 11). A node in the middle of an edge that supports hold has none: the row would
-  !> hold the ends of the edge by it.
+  !> sections 2 and 11). A node in the middle of an edge that supports hold along the normal has
+  !> none: the row would hold the ends of the edge by it. Held along the surface it has rows as far
+  !> as these ends move: their slips are in its own (9.11).
   pure subroutine rows_of_points(movable, points, weights, frame, row)
     logical, intent(in) :: movable(:, :)          !! (3,n_nodes)
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
     real(wp), intent(in) :: frame(:, :, :)        !! (3,3,n_points) columns n, t1, t2
     integer, intent(out) :: row(:, :)             !! (3,n_points) 0 where there is none
-    integer :: i, a, k, n
-    logical :: free(3)
+    integer :: i, a, k, n, n_slaves, node(3)
+    logical :: free(3), along(3)
+    real(wp) :: factor(3)
 
     row = 0
     n = 0
@@ -178,15 +180,21 @@ contains
       if (.not. points%in_reach(i)) cycle
       if (.not. is_covered(points, weights, i)) cycle
       free = movable(:, points%node(i))
-      if (is_before_faces(points, i) .or. .not. is_in_middle(points, weights, i)) then
-        do k = weights%first(i), weights%first(i + 1) - 1
-          if (abs(weights%weight(k)) > 0.0_wp) free = free .or. movable(:, weights%node(k))
-        end do
-      end if
+      along = free
+      do k = weights%first(i), weights%first(i + 1) - 1
+        if (abs(weights%weight(k)) > 0.0_wp) along = along .or. movable(:, weights%node(k))
+      end do
+      if (is_before_faces(points, i) .or. .not. is_in_middle(points, weights, i)) free = along
+      call list_slave(points, weights, i, n_slaves, node, factor)
+      do k = 2, n_slaves
+        along = along .or. movable(:, node(k))
+      end do
       free = free .and. .not. (is_across(points, i) .or. is_still(weights, i))
+      along = along .and. .not. (is_across(points, i) .or. is_still(weights, i))
       do a = 1, 3
         if (a > 1 .and. (row(1, i) == 0 .or. points%mu(i) <= 0.0_wp)) exit
-        if (.not. any(free .and. abs(frame(:, a, i)) > straight)) cycle
+        if (a == 1 .and. .not. any(free .and. abs(frame(:, a, i)) > straight)) cycle
+        if (a > 1 .and. .not. any(along .and. abs(frame(:, a, i)) > straight)) cycle
         n = n + 1
         row(a, i) = n
       end do

@@ -2,13 +2,14 @@
 !> faces of an element have no neighbour.
 module matching_faces_mod
   use cards_mod, only: note, reader_t, report
-  use cells_mod, only: cells, face_corners, has_middles, hexahedron_20_of_14, &
+  use cells_mod, only: cells, face_corners, face_nodes, has_middles, hexahedron_20_of_14, &
     hexahedron_20_reduced, hexahedron_8
   use connectivity_mod, only: all_nodes_of_face, nodes_of_face
   use equal_columns_mod, only: number_columns
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
   use mesh_mod, only: deck_rounding
+  use constraints_mod, only: constraint_of, constraints_t
   use mesh_draft_mod, only: mesh_draft_t
   use sorting_mod, only: sort_ascending
   use text_mod, only: to_text
@@ -39,15 +40,18 @@ contains
 
   !> The 20-node hexahedra with reduced integration that have four faces or more without neighbour
   !> take 14 points: else chains of single elements have motions without strain. What is beyond a
-  !> plane of symmetry is a neighbour. docs/theory.md section 8.
-  subroutine strengthen_reduced(reader, mesh, steps)
+  !> plane of symmetry is a neighbour, and so is what all nodes of a face are tied to.
+  !> docs/theory.md section 8.
+  subroutine strengthen_reduced(reader, mesh, steps, ties)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(inout) :: mesh
     type(load_step_t), intent(in) :: steps(:)
+    type(constraints_t), intent(in) :: ties
     ! Of an element in a chain. tests/cases/test_second_order.py has shapes that need it.
     integer, parameter :: many = 4
     logical, allocatable :: is_outer(:, :), held(:, :)
-    integer :: n_outer(mesh%n_elements), e, f, n
+    integer :: n_outer(mesh%n_elements), e, f, n, nodes(face_nodes)
+    logical :: is_tied(0:mesh%n_nodes)
     real(wp) :: rounding !! [length]
 
     if (mesh%n_elements == 0) return
@@ -55,11 +59,14 @@ contains
     is_outer = outer_faces(mesh)
     held = held_throughout(steps, mesh%n_nodes)
     rounding = deck_rounding(mesh%coordinates(:, :mesh%n_nodes), mesh%origin)
+    is_tied(0) = .true. ! behind the nodes of a face
+    is_tied(1:) = all(constraint_of(ties, mesh%n_nodes) > 0, dim=1)
     n_outer = 0
     do e = 1, mesh%n_elements
       do f = 1, size(is_outer, 1)
-        if (is_outer(f, e)) is_outer(f, e) = .not. is_on_mirror(all_nodes_of_face( &
-          mesh%connectivity, e, f))
+        if (.not. is_outer(f, e)) cycle
+        nodes = all_nodes_of_face(mesh%connectivity, e, f)
+        is_outer(f, e) = .not. (all(is_tied(nodes)) .or. is_on_mirror(nodes))
       end do
       n_outer(e) = count(is_outer(:, e))
     end do

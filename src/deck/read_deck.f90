@@ -249,7 +249,7 @@ contains
       scene%regions, scene%finite_strain)
     scene%accuracy%chooses_theory = reader%chooses_theory
     if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
-      scene%steps)
+      scene%steps, scene%constraints)
     if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &
       scene%steps)
     if (.not. any_mistakes(reader%diagnostics)) then

@@ -180,11 +180,35 @@ contains
     end if
     call find_outer_faces(model%mesh, surfaces%list(index)%nodes, faces)
     call move_alloc(faces, surfaces%list(index)%faces)
+    call add_middles(reader, model, surfaces%list(index))
     n = size(bare_nodes(surfaces%list(index), model%mesh%connectivity, model%mesh%n_nodes))
     if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
       quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
       'that lies in it with all of its corners: they carry no area')
   end subroutine find_faces_of_nodes
+
+  !> Give a surface of nodes all mid-side nodes of the faces whose corners it has: without them a
+  !> face has neither area nor contact between its corners.
+  subroutine add_middles(reader, model, surface)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(inout) :: surface
+    type(surface_t) :: of_faces
+    logical :: has(model%mesh%n_nodes)
+    integer, allocatable :: missing(:)
+
+    of_faces%faces = surface%faces
+    call find_nodes(model%mesh, of_faces)
+    has = .false.
+    has(surface%nodes) = .true.
+    missing = pack(of_faces%nodes, .not. has(of_faces%nodes))
+    if (size(missing) == 0) return
+    call note(reader, 'surface '//quoted(surface%name)//' has all corners of faces without all '// &
+      'of their mid-side nodes; added: '//to_text(size(missing))//' (the first: node '// &
+      to_text(model%mesh%node_id(missing(1)))//')')
+    surface%nodes = [surface%nodes, missing]
+    call sort_unique(surface%nodes)
+  end subroutine add_middles
 
   !> The nodes of the faces of a surface, ascending, each once.
   subroutine find_nodes(mesh, surface)

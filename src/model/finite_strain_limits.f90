@@ -3,6 +3,7 @@ module finite_strain_limits_mod
   use kinds_mod, only: wp
   use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
+  use text_mod, only: to_text
   use grips_mod, only: is_grip, is_turning, is_held_at_0
   implicit none
   private
@@ -17,13 +18,12 @@ contains
   pure function beyond_finite_strain(scene) result(what)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: what
+    integer :: beyond
 
     what = ''
-    if (turns_by_coupling(scene)) then
-      what = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
-        'middle of their surface, and *KINEMATIC couplings that turn but couple only some of '// &
-        'directions 1 to 3, or whose reference node has local directions or rotations that '// &
-        'equations name: couple all directions by *KINEMATIC, or hold directions 4 to 6 at 0'
+    beyond = turning_coupling(scene)
+    if (beyond > 0) then
+      what = coupling_in_words(scene, beyond)
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
       what = 'SMALL SLIDING between surfaces of elements'
     else if (scene%precision%iterative) then
@@ -35,30 +35,56 @@ contains
     end if
   end function beyond_finite_strain
 
-  !> Whether a coupling speaks of a rotation that is not held at 0: its equations are those of small
-  !> ones. A mean of displacements alone may stand: the rotation beside it holds nothing.
-  pure logical function turns_by_coupling(scene) result(turns)
+  !> The first coupled rotation that is not held at 0 and whose equations are those of small ones; 0
+  !> where there is none. A mean of displacements alone may stand: the rotation beside it holds
+  !> nothing.
+  pure integer function turning_coupling(scene) result(found)
     type(scene_t), intent(in) :: scene
-    integer :: c, i
+    integer :: c
+    logical :: turns
 
-    turns = .false.
-    if (.not. allocated(scene%rotations)) return
-    do i = 1, size(scene%rotations)
-      associate (of => scene%rotations(i), joints => scene%constraints)
-        if (is_held_at_0(scene, of%rotation_node) .or. is_grip(scene, i) .or. is_turning(scene, &
-          i)) cycle
-        turns = turns .or. is_loaded(scene, of%rotation_node)
-        do c = 1, joints%n
-          associate (first => joints%first(c), last => joints%first(c + 1) - 1)
-            turns = turns .or. any(joints%master(first:last) == of%rotation_node)
-            if (joints%node(c) /= of%node .and. all(joints%master(first:last) /= of%node)) cycle
-            turns = turns .or. any(joints%master_dof(first:last) /= joints%dof(c) .and. &
-              abs(joints%weight(first:last)) > nothing*maxval(abs(joints%weight(first:last))))
-          end associate
-        end do
-      end associate
-    end do
-  end function turns_by_coupling
+    if (allocated(scene%rotations)) then
+      do found = 1, size(scene%rotations)
+        associate (of => scene%rotations(found), joints => scene%constraints)
+          if (is_held_at_0(scene, of%rotation_node) .or. is_grip(scene, found) .or. &
+            is_turning(scene, found)) cycle
+          turns = is_loaded(scene, of%rotation_node)
+          do c = 1, joints%n
+            associate (first => joints%first(c), last => joints%first(c + 1) - 1)
+              turns = turns .or. any(joints%master(first:last) == of%rotation_node)
+              if (joints%node(c) /= of%node .and. all(joints%master(first:last) /= of%node)) cycle
+              turns = turns .or. any(joints%master_dof(first:last) /= joints%dof(c) .and. &
+                abs(joints%weight(first:last)) > nothing*maxval(abs(joints%weight(first:last))))
+            end associate
+          end do
+          if (turns) return
+        end associate
+      end do
+    end if
+    found = 0
+  end function turning_coupling
+
+  !> What such a coupling is, and what may stand in its place.
+  pure function coupling_in_words(scene, rotation) result(words)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: rotation !! among the scene's
+    character(:), allocatable :: words
+    character(:), allocatable :: id
+
+    associate (of => scene%rotations(rotation), joints => scene%constraints)
+      id = to_text(scene%mesh%node_id(of%node))
+      if (any(joints%node(:joints%n) == of%rotation_node .or. joints%node(:joints%n) == of%node)) &
+        then
+        words = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
+          'middle of their surface (reference node '//id//'): put forces alone on a node in the '// &
+          'middle, or couple all directions by *KINEMATIC'
+      else
+        words = '*KINEMATIC couplings that turn and couple only some of directions 1 to 3, or '// &
+          'whose reference node has local directions or rotations that equations name '// &
+          '(reference node '//id//'): couple all directions, or hold its directions 4 to 6 at 0'
+      end if
+    end associate
+  end function coupling_in_words
 
   !> Whether a step puts a force on a node or prescribes its displacement.
   pure logical function is_loaded(scene, node)

@@ -75,6 +75,51 @@ class SecondOrderJoints(BoxCase):
                 with self.subTest(kind=kind, angle=angle):
                     self.check_lifted(kind, turn_about((1, 2, 0.5), angle), held)
 
+    def test_middles_may_be_held_along_rough_planes(self):
+        """Pressed and dragged with a mid-side node of the sole held along it: all balances."""
+        drag = np.array([0.002, 0.0005, -0.001])
+        for kind in KINDS:
+            along_axes = None
+            for angle in (0.0, 0.6):
+                with self.subTest(kind=kind, angle=angle):
+                    turn = turn_about((1, 2, 0.5), angle)
+                    box = TurnedBox(kind, turn)
+                    middle = box.first + next(
+                        i for i, x in enumerate(box.flat) if np.allclose(x, (0, 0.5, 0))
+                    )
+                    cards = box.cards() + f"*NSET, NSET=HELD\n{middle}\n" + MATERIAL
+                    cards += DRY + "*FRICTION\n0.3\n"
+                    for name in ("HELD", "B-Z1"):
+                        cards += f"*TRANSFORM, NSET={name}, TYPE=R\n"
+                        cards += numbers([*turn[:, 0], *turn[:, 1]]) + "\n"
+                    cards += (
+                        f"*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0., {numbers(turn[:, 2])}\n"
+                        "*CONTACT PAIR, INTERACTION=DRY\nB-Z0, FLOOR\n"
+                    )
+                    found = []
+                    for held in ("HELD, 1, 2\n", "HELD, 1\n", ""):
+                        result = self.solve(
+                            cards + STEP + "*BOUNDARY\n" + held
+                            + "".join(f"B-Z1, {i}, {i}, {v}\n" for i, v in enumerate(drag, 1))
+                            + "*END STEP\n"
+                        )
+                        contact, support = (
+                            result.field(name) for name in ("contact_force", "reaction_force")
+                        )
+                        scale = abs(contact).max()
+                        all_forces = contact + support
+                        np.testing.assert_allclose(
+                            all_forces.sum(axis=0), 0, rtol=0, atol=1e-9 * scale
+                        )
+                        np.testing.assert_allclose(
+                            np.cross(result.points, all_forces).sum(axis=0), 0, rtol=0,
+                            atol=1e-9 * scale,
+                        )
+                        found.append(result.pairs[0].resultant[-1] @ turn)
+                    # However the scene is turned.
+                    along_axes = found if along_axes is None else along_axes
+                    np.testing.assert_allclose(found, along_axes, rtol=0, atol=1e-6 * scale)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -217,9 +217,14 @@ class Elements:
         """The part (N,) of the area of `faces` that belongs to each node: int N dA."""
         return self.pushed(faces)[1].astype(float)
 
+    def node_moments(self, faces):
+        """int N x dA (N, 3) over `faces`."""
+        return self.pushed(faces)[2].astype(float)
+
     def pushed(self, faces, u=0.0):
-        """Forces of a unit pressure and areas of nodes, by 2 x 2 Gauss points of each face."""
+        """Forces of a unit pressure, areas and int N x dA, by 2 x 2 Gauss points of each face."""
         out = np.zeros(self.points.shape, dtype=REAL)
+        moment = np.zeros(self.points.shape, dtype=REAL)
         area = np.zeros(len(self.points), dtype=REAL)
         root = 1 / np.sqrt(REAL(3))
         places = self.points + np.asarray(u, dtype=REAL)
@@ -234,5 +239,7 @@ class Elements:
                     along_t = np.array([-(1 - s), -(1 + s), 1 + s, 1 - s]) / 4 @ x
                     normal = np.cross(along_s, along_t)
                     out[corners] -= np.outer(n, normal)
-                    area[corners] += n * np.sqrt(normal @ normal)
-        return out, area
+                    part = n * np.sqrt(normal @ normal)
+                    area[corners] += part
+                    moment[corners] += np.outer(part, n @ x)
+        return out, area, moment

@@ -49,19 +49,23 @@ class Joints:
                 self.lines[int(row), i] = terms
 
     def take_mean(self, one):
-        """A reference node goes with its surface: the fit of a rigid motion, weighed by area."""
+        """A reference node goes with its surface: the fit of a rigid motion over the area."""
         scene = self.scene
         rows = scene.side_rows(one.part, one.side)
-        share = scene.elements().node_areas(scene.parts[one.part].sides[one.side])[rows]
-        share /= share.sum()
+        faces = scene.parts[one.part].sides[one.side]
+        elements = scene.elements()
+        share = elements.node_areas(faces)[rows]
+        area = share.sum()
+        share /= area
         middle = share @ scene.points[rows]
         arm = scene.points[rows] - middle
-        inertia = np.einsum("n,nij->ij", share, np.einsum("nk,nk->n", arm, arm)[:, None, None]
-                            * np.eye(3) - np.einsum("ni,nj->nij", arm, arm))  # fmt: skip
+        # int N_n (x - middle) dA / area
+        lever = elements.node_moments(faces)[rows] / area - np.outer(share, middle)
+        inertia = np.einsum("nk,nk", lever, arm) * np.eye(3) - lever.T @ arm
         inverse = np.linalg.inv(inertia)
-        # theta_i = inverse_ij w_n (arm_n x u_n)_j
-        cross = np.array([np.cross(a, np.eye(3)).T for a in arm])  # (n, i, k): (arm x e_k)_i
-        turn = np.einsum("ij,n,njk->ink", inverse, share, cross)
+        # theta_i = inverse_ij (lever_n x u_n)_j
+        cross = np.array([np.cross(a, np.eye(3)).T for a in lever])  # (n, i, k): (lever x e_k)_i
+        turn = np.einsum("ij,njk->ink", inverse, cross)
         beyond = scene.points[one.reference] - middle
         shift = np.einsum("n,ik->ink", share, np.eye(3))
         shift += np.cross(turn, beyond, axis=0)

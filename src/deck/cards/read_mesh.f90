@@ -182,7 +182,7 @@ contains
       hint = 'in Gmsh Mesh.ElementOrder=1, or no recombined surfaces beside tetrahedra'
     case ('C3D4H', 'C3D5H', 'C3D6H', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I')
       hint = 'C3D10 does not lock near incompressibility; from Gmsh: Mesh.ElementOrder=2'
-    case ('C3D15H', 'C3D15V')
+    case ('C3D15H', 'C3D15V', 'C3D18')
       hint = 'C3D15 from Gmsh: '//no_inner_nodes
     case ('C3D20H', 'C3D20RH', 'C3D20RI')
       hint = 'C3D20R does not lock near incompressibility'

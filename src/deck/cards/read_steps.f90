@@ -140,7 +140,7 @@ contains
       if (s == 0) return
       call close_step(draft, steps(s))
       call close_element_loads(element_draft, steps(s))
-      call close_temperatures(temperatures, steps(s))
+      call close_temperatures(reader, model, temperatures, steps(s))
       associate (cards => reader%cards(:reader%n_cards))
         ! Another procedure was refused.
         if (any(cards%is_refused .and. cards%step == s)) return

@@ -6,6 +6,8 @@
 !>     SHAFT, -180.                   set or node, temperature
 module read_temperatures_mod
   use cards_mod, only: note, reader_t, report, report_in_field
+  use cells_mod, only: cells, has_middles
+  use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: quoted
   use fields_mod, only: fields_t, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
@@ -15,6 +17,7 @@ module read_temperatures_mod
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: read_op
   use sets_mod, only: model_t, referenced_nodes
+  use text_mod, only: to_text
   implicit none
   private
 
@@ -44,9 +47,10 @@ contains
     real(wp) :: value
     character(:), allocatable :: kind
     integer :: k
-    logical :: ok, found
+    logical :: ok, found, is_named(model%mesh%n_nodes)
 
     allocate (first(model%mesh%n_nodes), source=0.0_wp)
+    is_named = .false.
     work = 0
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'INITIAL CONDITIONS') cycle
@@ -63,6 +67,7 @@ contains
           'TYPE must be TEMPERATURE, not '//quoted(kind))
       end if
     end do
+    call note_unnamed_middles(reader, model, is_named, '*INITIAL CONDITIONS')
 
   contains
 
@@ -74,6 +79,7 @@ contains
         call next_line(reader, card, model, fields, nodes, value, found, work)
         if (.not. found) return
         first(nodes) = value
+        is_named(nodes) = .true.
       end do
     end subroutine read_lines
 
@@ -89,10 +95,13 @@ contains
   end subroutine start_temperatures
 
   !> Hand the temperatures of the step over.
-  subroutine close_temperatures(draft, step)
+  subroutine close_temperatures(reader, model, draft, step)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
     type(temperature_draft_t), intent(in) :: draft
     type(load_step_t), intent(inout) :: step
 
+    call note_unnamed_middles(reader, model, draft%of_node%node > 0, '*TEMPERATURE')
     step%temperatures = pack(draft%of_node, draft%of_node%node > 0)
   end subroutine close_temperatures
 
@@ -122,6 +131,36 @@ contains
       end do
     end do
   end subroutine read_temperature
+
+  !> Note elements all of whose corners are named and not all of their mid-side nodes: sets of
+  !> corners alone, which make the mean over an element's nodes another.
+  subroutine note_unnamed_middles(reader, model, is_named, card)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    logical, intent(in) :: is_named(:)   !! (n_nodes)
+    character(*), intent(in) :: card
+    integer :: e, n, first_element, first_node
+
+    if (.not. any(is_named)) return
+    n = 0
+    do e = 1, model%mesh%n_elements
+      associate (cell => model%mesh%connectivity%cell(e), &
+                 nodes => nodes_of_element(model%mesh%connectivity, e))
+        if (.not. has_middles(cell)) cycle
+        if (.not. all(is_named(nodes(:cells(cell)%n_corners))) .or. all(is_named(nodes))) cycle
+        n = n + 1
+        if (n > 1) cycle
+        first_element = e
+        first_node = nodes(findloc(is_named(nodes), .false., dim=1))
+      end associate
+    end do
+    if (n == 0) return
+    call note(reader, card//' gives temperatures to all corners of '//to_text(n)// &
+      ' elements and not to all of their mid-side nodes (node '// &
+      to_text(model%mesh%node_id(first_node))//' of element '// &
+      to_text(model%mesh%element_id(first_element))//', for one): the mean over all nodes of an '// &
+      'element counts')
+  end subroutine note_unnamed_middles
 
   !> The next line of a set or node and its temperature.
   subroutine next_line(reader, card, model, fields, nodes, value, found, work)
