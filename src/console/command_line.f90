@@ -2,7 +2,8 @@
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
 !>                [--memory SIZE] [--refine K] [--theory] [--nlgeom W]
-!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS] [--overwrite | --continue] [--quiet | --verbose]
+!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS]
+!>                [--overwrite | --continue] [--quiet | --verbose]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
 !>                [--quiet | --verbose]
 !>     bipot --help | --version

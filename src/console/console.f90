@@ -168,7 +168,8 @@ contains
     if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
     words = words//', contact '//percent(errors%contact)//', arithmetic '// &
       percent(errors%arithmetic)
-    if (errors%theory > 0.0_wp .or. errors%follows_theory) words = words//'; theory: '//theory_part(errors)
+    if (errors%theory > 0.0_wp .or. errors%follows_theory) words = words//'; theory: '// &
+      theory_part(errors)
   end function errors_in_words
 
   !> At most 5.7 %; 2.1 %; 6.5 %, or 3.1 % by neo-Hooke's law.

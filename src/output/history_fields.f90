@@ -118,11 +118,12 @@ contains
         e%arithmetic)
       call ratio('error/theory', 'what finite strain would change, at the end of a step: a '// &
         'bound or an estimate, as theory_is of the group says', e%theory)
-      call ratio('error/theory_deck_law', 'the estimate with the deck''s law, which of *ELASTIC '// &
-        'is St Venant-Kirchhoff''s', e%of_law(1))
+      call ratio('error/theory_deck_law', 'the estimate with the deck''s law, which of '// &
+        '*ELASTIC is St Venant-Kirchhoff''s', e%of_law(1))
       call ratio('error/theory_other_law', 'the estimate where *ELASTIC is neo-Hooke''s law', &
         e%of_law(2))
-      call ratio('error/law', 'what the law that *ELASTIC leaves open makes at finite strain', e%law)
+      call ratio('error/law', 'what the law that *ELASTIC leaves open makes at finite strain', &
+        e%law)
       call ratio('error/total', 'sum of the parts but the theory''s', total_error(e))
     end associate
     call get_fields(list, fields)

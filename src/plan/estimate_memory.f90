@@ -65,7 +65,7 @@ contains
       (1.0_wp - square)*near_interface*sizes%interface + &
       30.0_wp*24.0_wp*sizes%nodes + 16.0_wp*sizes%equations*sizes%columns + krylov_bytes(sizes) + &
       file%cache
-    ! A shadow run: its states, Anderson's displacements, the scene; and once a *STEP another factor.
+    ! Shadow runs: states, Anderson's displacements, the scene; and once a *STEP another factor.
     if (sizes%shadows > 0.0_wp) running = running + matrix + mesh + sizes%workspace + &
       (20.0_wp + 10.0_wp*sizes%shadows)*24.0_wp*sizes%nodes
     ! The Schur complement beside its blocks, which are copied out of it where there are several.

@@ -22,7 +22,8 @@ module choose_theory_mod
 
   public :: choose_theory
 
-  real(wp), parameter :: usual = 0.01_wp !! what the theory may change where no accuracy is asked [-]
+  real(wp), parameter :: usual = 0.01_wp
+  !! what the theory may change where no accuracy is asked for [-]
 
 contains
 
@@ -65,8 +66,8 @@ contains
     if (goes_on .or. kept == '') call run_finite(options, path, console, kept, error)
     if (kept == '') return
     call print_warning(console, 'NLGEOM=AUTO keeps small strain: '//kept)
-    if (scene%accuracy%wanted > 0.0_wp .and. .not. allocated(error)) call raise(error, exit_not_solved, 'accuracy '// &
-      percent(allowed)//' is not reached by small strain; the result is otherwise complete')
+    if (scene%accuracy%wanted > 0.0_wp .and. .not. allocated(error)) call raise(error, &
+      exit_not_solved, 'accuracy '//percent(allowed)//' is not reached by small strain; the result is otherwise complete')
   end subroutine choose_theory
 
   !> The run at finite strain, in the place of the other result.

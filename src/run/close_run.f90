@@ -31,8 +31,8 @@ contains
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
     is_followed = tally%follows_theory > 0
     call tell_theory(console, theory, is_followed, tally)
-    if (tally%largest_stress > elastic) call print_lines(console, [string_t('von Mises'' stress '// &
-      'gets to '//percent(tally%largest_stress)//' of Young''s modulus: no metal stays elastic '// &
+    if (tally%largest_stress > elastic) call print_lines(console, [string_t( &
+      'von Mises'' stress gets to '//percent(tally%largest_stress)//' of Young''s modulus: no metal stays elastic '// &
       'there')], 'note: ')
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &

@@ -36,7 +36,8 @@ contains
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
 
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=choices%mesh_size, nlgeom=trim(merge(options%chosen, options%nlgeom, options%chosen /= '')))
+      mesh_size=choices%mesh_size, nlgeom=trim(merge(options%chosen, options%nlgeom, &
+      options%chosen /= '')))
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.

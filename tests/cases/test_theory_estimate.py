@@ -1,4 +1,4 @@
-"""The error of small-strain theory by a run at finite strain beside the linear one, and NLGEOM=AUTO."""
+"""The error of small-strain theory by a run at finite strain beside it, and NLGEOM=AUTO."""
 
 import re
 import unittest
@@ -205,8 +205,8 @@ class Estimate(unittest.TestCase):
         # P/E of a bar with nu = 0: linear l - 1, St Venant-Kirchhoff l (l^2 - 1)/2.
         for down in (0.01, 0.1):
             run = Run(BAR, "--theory", name="bar", down=down)
-            l = 1 - down
-            svk = l * (1 - l * l) / 2
+            stretch = 1 - down
+            svk = stretch * (1 - stretch**2) / 2
             np.testing.assert_allclose(errors(run), abs(down - svk) / svk, rtol=0.02)
             # Of the same size and other sign: the laws are apart by both.
             neo = errors(run, "theory_other_law")
@@ -255,13 +255,15 @@ class Buckling(unittest.TestCase):
     def test_column_whose_edge_slides(self):
         # Lateral expansion makes points of the foot slide, and what friction holds is not known.
         deck = COLUMN.replace("1000., 0.\n", "1000., 0.3\n")
-        stable, unstable = (Run(deck, "--theory", name="column", load=load) for load in (0.8, 2.4))
+        stable, unstable = (Run(deck, "--theory", name="column", load=load)
+                            for load in (0.8, 2.4))
         self.assertTrue(0.003 < errors(stable)[0] < 0.02)
         self.assertGreater(errors(unstable)[0], HUGE)
         self.assertIn("may be unstable (it buckles)", unstable.output)
 
     def test_column(self):
-        stable, unstable = (Run(COLUMN, "--theory", name="column", load=load) for load in (0.8, 2.4))
+        stable, unstable = (Run(COLUMN, "--theory", name="column", load=load)
+                            for load in (0.8, 2.4))
         self.assertTrue(0.003 < errors(stable)[0] < 0.02)
         self.assertGreater(errors(unstable)[0], HUGE)
         self.assertIn("is unstable (it buckles)", unstable.output)

@@ -245,8 +245,8 @@ contains
     nonlinear = finite_strain
     call flag_option(reader, card, 'NLGEOM', nonlinear, 'AUTO', is_auto)
     if (is_auto .and. .not. (is_first .or. reader%chooses_theory .or. reader%nlgeom /= '')) call &
-      report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=AUTO begins with the first *STEP, '// &
-      'or not at all')
+      report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=AUTO begins with the first '// &
+      '*STEP, or not at all')
     if (reader%nlgeom == '' .and. is_auto .and. is_first) reader%chooses_theory = .true.
     if (reader%nlgeom == 'NO' .and. nonlinear) then
       call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &

@@ -217,9 +217,8 @@ contains
     if (present(other)) is_other = .false.
     i = find_option(card, name)
     if (i == 0) return
-    if (present(other)) is_other = card%options(i)%has_value .and. same_word(card%options(i)%value, &
-      other)
     if (present(other)) then
+      is_other = card%options(i)%has_value .and. same_word(card%options(i)%value, other)
       if (is_other) return
     end if
     if (.not. card%options(i)%has_value) then
