@@ -67,7 +67,8 @@ contains
     if (kept == '') return
     call print_warning(console, 'NLGEOM=AUTO keeps small strain: '//kept)
     if (scene%accuracy%wanted > 0.0_wp .and. .not. allocated(error)) call raise(error, &
-      exit_not_solved, 'accuracy '//percent(allowed)//' is not reached by small strain; the result is otherwise complete')
+      exit_not_solved, 'accuracy '//percent(allowed)//' is not reached by small strain; the '// &
+      'result is otherwise complete')
   end subroutine choose_theory
 
   !> The run at finite strain, in the place of the other result.

@@ -32,8 +32,8 @@ contains
     is_followed = tally%follows_theory > 0
     call tell_theory(console, theory, is_followed, tally)
     if (tally%largest_stress > elastic) call print_lines(console, [string_t( &
-      'von Mises'' stress gets to '//percent(tally%largest_stress)//' of Young''s modulus: no metal stays elastic '// &
-      'there')], 'note: ')
+      'von Mises'' stress gets to '//percent(tally%largest_stress)//' of Young''s modulus: '// &
+      'no metal stays elastic there')], 'note: ')
     if (tally%certified < tally%increments) then
       call print_warning(console, to_text(tally%increments - tally%certified)//' of '// &
         to_text(tally%increments)// &
