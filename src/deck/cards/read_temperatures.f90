@@ -143,6 +143,8 @@ contains
 
     if (.not. any(is_named)) return
     n = 0
+    first_element = 0
+    first_node = 0
     do e = 1, model%mesh%n_elements
       associate (cell => model%mesh%connectivity%cell(e), &
                  nodes => nodes_of_element(model%mesh%connectivity, e))
