@@ -35,7 +35,7 @@ class OutOfReach(unittest.TestCase):
                 self.assertIn(FAR, result.output)
                 points = result.pairs[0]
                 radius = float(card.split()[-1])
-                at = (points.coordinates + [0.1, WAY, 0.0] - centre)[:, across]
+                at = (points.coordinates - centre + np.array([0.1, WAY, 0.0]))[:, across]
                 expected = sign * (np.linalg.norm(at, axis=1) - radius)
                 self.assertGreater(expected.min(), WAY)
                 np.testing.assert_allclose(points.gap[-1], expected, rtol=0, atol=1e-9)
