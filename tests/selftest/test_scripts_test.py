@@ -179,7 +179,8 @@ class ScriptsTest(unittest.TestCase):
                 self.assertEqual(built, ["build/debug", "build", "build --target bipot",
                                          "build/mpi"])  # fmt: skip
                 self.assertRegex(printed.splitlines()[-1], rf"^full: {verdict} in \d+ min$")
-                self.assertRegex(printed, rf"\nlabelled full: +{'100' if status == 0 else '0'}% tests")
+                percent = 100 if status == 0 else 0
+                self.assertRegex(printed, rf"\nlabelled full: +{percent}% tests passed")
                 self.assertIn("5 of 5 passed", printed)
 
     def test_what_failed_is_named(self) -> None:
