@@ -63,7 +63,7 @@ contains
       if (sweeps(scene, i)) loose_ref_node(scene%obstacles(i)%ref_node) = .true.
     end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
-    call find_curved(scene, points)
+    call find_curved(points)
     call find_symmetry_planes(scene, points)
     call find_joined_points(scene, points)
   end subroutine find_reach
@@ -122,7 +122,7 @@ contains
           active_constraints(scene%constraints, prescribed), null)
         is_joined = is_joined .or. points_of_rows(row, null)
         uncarried = uncarried + merge(uncarried_overlaps(row, null, undeformed%gap + uncarried), &
-          0.0_wp, points%on_surface .or. .not. points%is_curved)
+          0.0_wp, points%on_surface .or. .not. points%turns)
       end do
     end subroutine look_at_steps
 
@@ -134,7 +134,7 @@ contains
     type(contact_points_t), intent(inout) :: points
 
     points%in_reach = .true.
-    call find_curved(scene, points)
+    call find_curved(points)
     call list_master_nodes(scene, points)
   end subroutine reach_everything
 

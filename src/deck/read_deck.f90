@@ -220,7 +220,7 @@ contains
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
     call read_surface_behavior(reader)
     if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
-      surfaces%list([scene%pairs%surface, ties%slave]), refinements)
+      surfaces%list(:surfaces%n), [scene%pairs%surface, ties%slave], refinements)
     if (.not. any_mistakes(reader%diagnostics)) then
       call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
         adjusts)

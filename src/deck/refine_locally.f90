@@ -225,24 +225,25 @@ contains
 
   !> Report slave faces with mid-side nodes that have nodes that hang: these have negative parts of
   !> some of the nodes about them, which would get negative areas of contact.
-  subroutine refuse_hanging(reader, mesh, slaves, refinements)
+  subroutine refuse_hanging(reader, mesh, surfaces, slaves, refinements)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: mesh
-    type(surface_t), intent(in) :: slaves(:) !! of pairs and ties
+    type(surface_t), intent(in) :: surfaces(:)
+    integer, intent(in) :: slaves(:) !! rows of `surfaces`: of pairs and ties
     type(refinement_t), intent(in) :: refinements(:)
     integer :: i, f
 
     if (.not. allocated(mesh%hangs)) return
     do i = 1, size(slaves)
-      associate (faces => slaves(i)%faces)
+      associate (faces => surfaces(slaves(i))%faces)
         do f = 1, size(faces, 2)
           if (.not. has_middles(mesh%connectivity%cell(faces(1, f)))) cycle
           associate (nodes => all_nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f)))
             if (.not. any(mesh%hangs(pack(nodes, nodes > 0)))) cycle
           end associate
-          call report(reader, refinements(1)%position, 'slave surface '//quoted(slaves(i)%name)// &
-            ' consists of faces with mid-side nodes, and this refines a part of it: refine all '// &
-            'elements at it, or none')
+          call report(reader, refinements(1)%position, 'slave surface '// &
+            quoted(surfaces(slaves(i))%name)//' consists of faces with mid-side nodes, and '// &
+            'this refines a part of it: refine all elements at it, or none')
           return
         end do
       end associate

@@ -209,7 +209,8 @@ contains
         trial%turned_from, new%displacement)
 
       ! 6. Certificate
-      call place_curved(scene, points, new%displacement, trial%placement, new%rotation, stay=.true.)
+      call place_curved(scene, points, new%displacement, trial%placement, new%rotation, &
+        stay=.true., everywhere=.true.)
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
       call drag_along_surfaces(scene, points, trial%began, old, new%displacement, trial%placement, &
         new%reaction)
@@ -290,7 +291,7 @@ contains
 
     call find_edge_middles(scene, points, report%contact%weights, middles)
     began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began, old%rotation)
+    call place_curved(scene, points, old%displacement, began, old%rotation, everywhere=.true.)
     new%slip = carried_slip(points, began, trial%placement, old%slip) + &
       report%contact%slip_increment
     new%external_force = trial%forces%external

@@ -23,9 +23,11 @@ module contact_points_mod
     integer :: n = 0
     integer,  allocatable :: pair(:)  !! (n) index into the scene's pairs
     integer,  allocatable :: node(:)  !! (n) slave node
+    logical,  allocatable :: turns(:)
+    !! (n) normals are not fixed: the master is curved, or turns, or the point is on a bent edge
     logical,  allocatable :: is_curved(:)
-    !! (n) the master is, or turns: normals are not fixed, and points are placed anew in every
-    !! iteration
+    !! (n) these, of pairs that have points in reach: they are placed anew in every iteration, the
+    !! others where an increment ends
     logical,  allocatable :: on_surface(:)
     !! (n) the master consists of faces, a body's or an obstacle's: it may not cover the point
     logical,  allocatable :: across(:, :)

@@ -5,7 +5,7 @@ digits that double precision leaves.
 """
 
 import numpy as np
-from scipy.optimize import linprog
+from scipy.optimize import linprog, nnls
 
 from studies.extremes.judge import prescribed_at, rounding_of
 from studies.extremes.scenes import CYLINDER, PLANE, SPHERE, corner_jacobian, stiffness
@@ -25,6 +25,13 @@ def confirm(scene, cause):
         return True, "prescribed so by the scene"
     if cause == "contact missed":
         return passes_between_nodes(scene)
+    if cause == "inside out":
+        least = least_volume(scene)
+        return least <= 0, f"least Jacobian as displaced, without friction: {least:.1e}"
+    if cause == "begins too deep":
+        depth = -min(undeformed_gaps(scene).values())
+        edge = min(np.ptp(scene.points[nodes], axis=0).min() for nodes in scene.elements)
+        return depth >= edge, f"a node begins {depth:.1e} deep, elements are {edge:.1e} thick"
     lost, words = lost_digits(scene)
     return lost > 0.1 * scene.tolerance, words
 
@@ -41,6 +48,54 @@ def passes_between_nodes(scene):
         if is_below and nearest > 2 * obstacle.radius:
             return True, f"the nodes pass at {nearest:.1e} from a sphere of {obstacle.radius:.1e}"
     return False, "no sphere lies between the nodes"
+
+
+def undeformed_gaps(scene):
+    """Gaps of the undeformed mesh before planes, by (pair, row of the point)."""
+    return {
+        (i, at): float(
+            (scene.points[at] - np.asarray(scene.obstacles[pair.obstacle].point))
+            @ locate(scene.obstacles[pair.obstacle], scene.points[[at]])[0]
+        )
+        + scene.gaps.get(at, 0.0)
+        for i, pair in enumerate(scene.pairs)
+        for at in map(int, pair.nodes)
+        if scene.obstacles[pair.obstacle].kind == PLANE
+    }
+
+
+def least_volume(scene):
+    """Return the least determinant of a displaced element at a corner over the increments.
+
+    Of the solution without friction before fixed planes, a problem of non-negative least squares in
+    the reactions; weak springs stand for what friction alone would hold.
+    """
+    k = stiffness(scene)
+    k += 1e-6 * np.abs(np.diag(k)).max() * np.eye(len(k))
+    gaps = undeformed_gaps(scene)
+    rows = np.zeros((len(gaps), len(k)))
+    for row, (i, at) in zip(rows, gaps, strict=True):
+        obstacle = scene.obstacles[scene.pairs[i].obstacle]
+        row[3 * at : 3 * at + 3] = locate(obstacle, scene.points[[at]])[0]
+    least = np.inf
+    for increment in range(sum(step.increments for step in scene.steps)):
+        fixed, loads = prescribed_at(scene, increment)
+        u = np.zeros(len(k))
+        free = np.ones(len(k), dtype=bool)
+        for (at, direction), value in fixed.items():
+            u[3 * at + direction], free[3 * at + direction] = value, False
+        inner = k[np.ix_(free, free)]
+        u[free] = np.linalg.solve(inner, loads.ravel()[free] - k[np.ix_(free, ~free)] @ u[~free])
+        gap = np.array(list(gaps.values())) + rows @ u
+        moves = np.linalg.solve(inner, rows[:, free].T)
+        compliance = rows[:, free] @ moves
+        compliance += 1e-9 * np.diag(compliance).max() * np.eye(len(gap))
+        root = np.linalg.cholesky(compliance)
+        # 1/2 r.W r + r.g is least for r >= 0 where |L^T r + L^-1 g| is.
+        u[free] += moves @ nnls(root.T, -np.linalg.solve(root, gap), maxiter=1000)[0]
+        places = scene.points + u.reshape(-1, 3)
+        least = min(least, *(corner_jacobian(places[nodes]) for nodes in scene.elements))
+    return least
 
 
 def locate(obstacle, points):

@@ -25,6 +25,8 @@ CAUSES = {
     "points do not settle": r"do not settle \(they still move by \d",
     "prescribed into an obstacle": r"is prescribed to move \S+ into",
     "contact missed": r"deep into the face of nodes .*contact is missed",
+    "inside out": r"element \d+ is turned inside out, det\(I \+ grad u\) = -\S+: the body would go",
+    "begins too deep": r"begins \S+ inside its master, which is more than element \d+ behind it is",
     "tips over an edge": r"presses \S+ beyond the edge of .* from tipping over",
     "deck refused": r"\.inp:\d+.*: error: ",
 }

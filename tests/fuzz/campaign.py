@@ -18,7 +18,8 @@ def campaign_options(description, what, count):
     parser.add_argument("--bipot", type=lambda word: Path(word).resolve(), help="the program",
                         default=os.environ.get("BIPOT", ROOT / "build" / "bipot"))
     parser.add_argument("--count", type=int, default=count)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=os.environ.get("BIPOT_SEED", "1"),
+                        help="default: BIPOT_SEED, or 1")
     parser.add_argument("--first", type=int, default=0, help=f"number of the first {what}")
     parser.add_argument("--keep", type=Path, help="folder for what is found")
     return parser

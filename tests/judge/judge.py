@@ -211,7 +211,8 @@ def read_options(words=None):
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--decks", type=int, default=200, help="how many")
-    parser.add_argument("--seed", type=int, default=1, help="of the first deck")
+    parser.add_argument("--seed", type=int, default=os.environ.get("BIPOT_SEED", "1"),
+                        help="of the first deck; default: BIPOT_SEED, or 1")  # fmt: skip
     parser.add_argument("--family", choices=[*FAMILIES, "both", "all"], default="all")
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks, kept")
     parser.add_argument("--keep", type=Path, help="where decks that fail are kept")

@@ -421,7 +421,8 @@ def main():
     """Judge decks, print what failed and a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--decks", type=int, default=60, help="how many")
-    parser.add_argument("--seed", type=int, default=1, help="of the first deck")
+    parser.add_argument("--seed", type=int, default=os.environ.get("BIPOT_SEED", "1"),
+                        help="of the first deck; default: BIPOT_SEED, or 1")  # fmt: skip
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks")
     parser.add_argument("--keep", type=Path, help="where decks are run")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds that a run may take")

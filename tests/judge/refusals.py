@@ -190,14 +190,13 @@ def ties_nothing(scene, message):
     return any(lost)
 
 
-def missed_depth(scene, increment, solution, divisions=20):
+def missed_depth(scene, increment, solution):
     """How deep a round obstacle is in a slave face of which no neighbour's node touches; 0: none.
 
-    The faces are flat between their displaced nodes, and looked at on a grid.
+    The faces are flat between their displaced nodes, and looked at on a grid: four lines and more
+    a radius, at most 200.
     """
     u, deepest = solution.u, 0.0
-    s, t = (g.ravel() for g in np.meshgrid(*2 * [np.linspace(-1, 1, divisions + 1)]))
-    shapes = np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
     for pair, force in zip(scene.pairs, solution.forces, strict=True):
         if pair.obstacle is None:
             continue
@@ -207,6 +206,11 @@ def missed_depth(scene, increment, solution, divisions=20):
         touching = set(scene.side_rows(pair.part, pair.side)[np.abs(force).max(axis=1) > 0])
         faces = [scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]]
         for face in faces:
+            size = np.ptp(scene.points[face], axis=0).max()
+            lines = np.linspace(-1, 1, int(np.clip(4 * size / obstacle.radius, 20, 200)) + 1)
+            s, t = (g.ravel() for g in np.meshgrid(lines, lines))
+            shapes = np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t),
+                               (1 - s) * (1 + t)])  # fmt: skip
             places, moved, added = (shapes.T @ a[face] / 4 for a in (
                 scene.points, u, increment.added[:, None]))  # fmt: skip
             gap, _, _ = locate(obstacle, places, moved, shift_of(obstacle, u), added[:, 0])
@@ -331,7 +335,8 @@ def confirm(scene, stored, message):
         share = gained_share(increment, found, stored)
         if abs(share) > 0.1:
             return CONFIRMED, f"in its own solution contact gains {share:.1e} of the strain energy"
-    if re.search("would press it from behind|passes|from inside its body", message):
+    # From behind no normal settles: a tool's middle is in the face.
+    if re.search("would press it from behind|passes|from inside its body|do not settle", message):
         behind = [f for f in findings if f.kind in FROM_BEHIND]
         if behind:
             return CONFIRMED, f"its own solution of the increment: {behind[0]}"

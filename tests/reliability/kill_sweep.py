@@ -13,6 +13,7 @@ Exit status 0: no loss. Environment: see result_checks.py.
 """
 
 import argparse
+import os
 import random
 import shutil
 import signal
@@ -198,7 +199,8 @@ def main():
     parser.add_argument("--random", type=int, default=70, help="kills at random moments")
     parser.add_argument("--continue", type=int, default=70, dest="continued", help="continuations")
     parser.add_argument("--twice", type=int, default=35, help="of them, killed a second time")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=os.environ.get("BIPOT_SEED", "1"),
+                        help="default: BIPOT_SEED, or 1")
     options = parser.parse_args()
     if MISSING_VTK:
         print(MISSING_VTK)

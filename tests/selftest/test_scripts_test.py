@@ -163,6 +163,26 @@ class ScriptsTest(unittest.TestCase):
             self.assertEqual((status, built), (1, []))
             self.assertIn("at a time", told)
 
+    def test_full(self) -> None:
+        both = add("unit_a", "true", "LABELS unit") + add("lint", "true")
+        for command, status, verdict in (
+            ("test $BIPOT_SEED -gt 20000000", 0, "passed"), ("false", 1, "FAILED")
+        ):  # fmt: skip
+            of_full = add("full_x", command, "LABELS full")
+            self.tree("build", f'{both}if(CTEST_CONFIGURATION_TYPE STREQUAL "full")\n'
+                      f"{of_full}endif()\n")  # fmt: skip
+            (self.root / "build/Makefile").unlink(missing_ok=True)
+            with self.subTest(command):
+                found, printed, told, built = self.run_it("--full")
+                self.assertEqual(found, status, printed + told)
+                # Nothing is left to the Debug tree.
+                self.assertEqual(built, ["build/debug", "build", "build --target bipot",
+                                         "build/mpi"])  # fmt: skip
+                self.assertRegex(printed.splitlines()[-1], rf"^full: {verdict} in \d+ min$")
+                percent = 100 if status == 0 else 0
+                self.assertRegex(printed, rf"\nlabelled full: +{percent}% tests passed")
+                self.assertIn("5 of 5 passed", printed)
+
     def test_what_failed_is_named(self) -> None:
         self.tree("debug", add("unit_a", "false"))
         self.tree("build", add("unit_a", "true") + add("case_b", "echo no; false") +

@@ -35,6 +35,7 @@ contains
     integer, allocatable :: ends(:, :)
     real(wp), allocatable :: alpha(:)
     integer :: pair, side, i, k, slot, begin
+    logical :: is_bent
 
     allocate (points%first(size(scene%pairs) + 1))
     call list_master_nodes(scene, points)
@@ -46,7 +47,7 @@ contains
         size(scene%surfaces(scene%pairs(pair)%surface)%nodes)
     end do
     allocate (points%pair(points%n), points%node(points%n))
-    allocate (points%mu(points%n), points%area(points%n), points%is_curved(points%n))
+    allocate (points%mu(points%n), points%area(points%n), points%turns(points%n))
     allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
     k = 0
     slot = 0
@@ -55,6 +56,8 @@ contains
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call find_edges(scene, pair, ends, alpha)
         call find_areas(scene%mesh, surface, ends, alpha, area)
+        is_bent = .not. is_before_faces(scene%pairs(pair), scene%obstacles) .and. &
+          any_bent(scene%mesh%coordinates, surface%nodes, ends)
         begin = slot
         do side = 1, n_sides(points, pair)
           slot = begin
@@ -66,36 +69,27 @@ contains
             points%node(k) = surface%nodes(i)
             points%area(k) = area(surface%nodes(i))
             points%mu(k) = scene%pairs(pair)%mu
+            points%turns(k) = .not. has_fixed_normals(scene, pair) .or. is_bent
             points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
           end do
         end do
       end associate
     end do
     points%first(size(scene%pairs) + 1) = k + 1
-    call find_curved(scene, points)
+    call find_curved(points)
     call join_ends(scene, points)
     call find_extra_gaps(scene, points)
   end subroutine find_points
 
-  !> Which points have normals that turn as bodies move: those of pairs before round or meshed
-  !> masters, and of edges that are bent. Not where no point of a pair can reach its master.
-  pure subroutine find_curved(scene, points)
-    type(scene_t), intent(in) :: scene
+  !> Which points are placed in every iteration: not those of a pair that has none in reach.
+  pure subroutine find_curved(points)
     type(contact_points_t), intent(inout) :: points
-    integer, allocatable :: ends(:, :)
-    real(wp), allocatable :: alpha(:)
     integer :: pair
 
-    do pair = 1, size(scene%pairs)
-      associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
-                 surface => scene%surfaces(scene%pairs(pair)%surface))
-        points%is_curved(first:last) = .not. has_fixed_normals(scene, pair)
-        if (.not. is_before_faces(scene%pairs(pair), scene%obstacles)) then
-          call find_edges(scene, pair, ends, alpha)
-          if (any_bent(scene%mesh%coordinates, surface%nodes, ends)) points%is_curved(first:last) &
-            = .true.
-        end if
-        if (.not. allocated(points%in_reach)) cycle
+    points%is_curved = points%turns
+    if (.not. allocated(points%in_reach)) return
+    do pair = 1, size(points%first) - 1
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
         if (.not. any(points%in_reach(first:last))) points%is_curved(first:last) = .false.
       end associate
     end do

@@ -74,7 +74,7 @@ contains
 
     carried = slip
     do i = 1, points%n
-      if (.not. points%is_curved(i)) cycle
+      if (.not. points%turns(i)) cycle
       associate (from => before%frame(:, :, i), to => placement%frame(:, :, i))
         carried(:, i) = matmul(transport_tangent(matmul(from(:, 2:), slip(:, i)), from(:, 1), &
           to(:, 1)), to(:, 2:))

@@ -103,20 +103,22 @@ contains
   end subroutine place_all
 
   !> The points before curved masters, where displacement `u` takes them.
-  pure subroutine place_curved(scene, points, u, placement, rotation, stay)
+  pure subroutine place_curved(scene, points, u, placement, rotation, stay, everywhere)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
     type(placement_t), intent(inout) :: placement
     real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
     logical, intent(in), optional :: stay            !! the same
+    logical, intent(in), optional :: everywhere      !! those of pairs out of reach, too; default no
+    logical :: is_wanted(points%n)
     integer :: pair
 
+    is_wanted = points%is_curved
+    if (present(everywhere)) is_wanted = is_wanted .or. (everywhere .and. points%turns)
     do pair = 1, size(scene%pairs)
-      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-        if (any(points%is_curved(first:last))) call place(scene, points, pair, u, placement, &
-          rotation, stay)
-      end associate
+      if (any(is_wanted(points%first(pair):points%first(pair + 1) - 1))) call place(scene, points, &
+        pair, u, placement, rotation, stay)
     end do
   end subroutine place_curved
 
