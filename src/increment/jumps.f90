@@ -12,7 +12,7 @@ module jumps_mod
   use increment_report_mod, only: increment_report_t
   use increments_mod, only: increment_t, next_increment
   use finite_forces_mod, only: finite_strain_energy
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_state
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t, take_tangent
   use load_step_error_mod, only: begins_with_jump
@@ -131,8 +131,7 @@ contains
     lost = 0.5_wp*sum((to%displacement - from%displacement)*(from%external_force + &
       from%support_force + to%external_force + to%support_force)) - (to%strain_energy - &
       from%strain_energy)
-    ended = solver%undeformed
-    call place_curved(scene, points, to%displacement, ended, to%rotation)
+    call place_state(scene, points, solver%undeformed, to, ended)
     do i = 1, points%n
       slid = relative_motion(points, ended%weights, i, to%displacement - from%displacement)
       associate (tangents => ended%frame(:, 2:, i))

@@ -21,7 +21,7 @@ module load_step_error_mod
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
   use follow_points_mod, only: rounding_of_places
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_state
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
   use kinks_mod, only: has_too_many
@@ -215,8 +215,7 @@ contains
       type(placement_t) :: placement
 
       if (scene%accuracy%of == accuracy_of_energy) then
-        placement = solver%undeformed
-        call place_curved(scene, points, new%displacement, placement, new%rotation)
+        call place_state(scene, points, solver%undeformed, new, placement)
         change = energy_change(points, placement, other, new, report%energy%strain)
       else
         change = resultant_change(points, other%reaction, new%reaction)

@@ -4,7 +4,7 @@ module path_balance_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_state
   use interference_mod, only: has_interference, extra_gap_at
   use transfer_mod, only: relative_motion
   implicit none
@@ -28,10 +28,8 @@ contains
     real(wp) :: moved(3)
     integer :: i
 
-    began = undeformed
-    ended = undeformed
-    call place_curved(scene, points, from%displacement, began, from%rotation)
-    call place_curved(scene, points, to%displacement, ended, to%rotation)
+    call place_state(scene, points, undeformed, from, began)
+    call place_state(scene, points, undeformed, to, ended)
     left = work_on_overlaps(scene, points, first_gap, began, ended, from, to)
     do i = 1, points%n
       moved = relative_motion(points, began%weights, i, to%displacement) - relative_motion(points, &
