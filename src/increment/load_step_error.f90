@@ -30,7 +30,7 @@ module load_step_error_mod
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
-  use path_balance_mod, only: work_left_over
+  use path_balance_mod, only: work_left_over, largest_switch_energy
   implicit none
   private
 
@@ -75,9 +75,10 @@ contains
     type(coarse_run_t), intent(inout) :: coarse
     type(increment_report_t), intent(inout) :: report
     !! of the increment; gets errors%load_steps, negative where there is none
-    type(state_t) :: middle, other, from_here
+    type(state_t) :: middle, other, from_here, kept
     integer :: n_run !! increments of the run that the coarse one has to catch up
     real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
+    real(wp) :: least_doubtful !! energy left over that is to be looked into
     logical :: ok, is_doubtful
 
     report%errors%load_steps = -1.0_wp
@@ -95,9 +96,10 @@ contains
     if (new%increment == 1) coarse%state = old
     left_beside = 0.0_wp
     left = report%energy%balance - coarse%energy%balance
-    is_doubtful = abs(left) > max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
+    least_doubtful = max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation) .and. is_linear(scene) .and. .not. &
+      noise*report%energy%dissipation)
+    is_doubtful = abs(left) > least_doubtful .and. is_linear(scene) .and. .not. &
       any(scene%obstacles%turns)
     coarse%most_strained = report%energy%strain
     coarse%energy = report%energy
@@ -154,23 +156,43 @@ contains
     !> Look whether the same in quarters of the increments leaves less over.
     subroutine look_closer()
       integer, parameter :: parts = 4
-      integer(i8) :: ends(0:2)
+      integer(i8) :: ends(0:2), length
+      real(wp) :: switched, allowed
+      !! what is lost as points become ones by themselves, or are no more, and at most [energy]
       integer :: i, k
 
       left_beside = 0.0_wp
+      switched = 0.0_wp
+      allowed = 0.0_wp
       ends(0) = beginning(from_here, new%step)
       ends(1) = beginning(old, new%step)
       ends(n_run) = new%position
       other = from_here
       do i = 1, n_run
         do k = 1, parts
-          call try_increment(scene, points, solver, other, ends(i - 1) + (ends(i) - ends(i - 1))* &
-            k/parts - beginning(other, new%step), middle, ok)
+          length = ends(i - 1) + (ends(i) - ends(i - 1))*k/parts - beginning(other, new%step)
+          call try_increment(scene, points, solver, other, length, middle, ok)
           if (.not. ok) return
-          call add_left_over(other, middle)
+          if (have_switched(other, middle)) then
+            ! With the points as they were, and then at once, under the same loads.
+            call try_increment(scene, points, solver, other, length, kept, ok, alone=other%alone)
+            if (.not. ok) return
+            call add_left_over(other, kept)
+            switched = switched + work_left_over(scene, points, solver%undeformed, &
+              solver%first_gap, kept, middle)
+            allowed = allowed + largest_switch_energy(scene, points, solver%undeformed, kept, middle)
+          else
+            call add_left_over(other, middle)
+          end if
           other = middle
         end do
       end do
+      if (abs(switched) <= allowed) then
+        left = left - switched
+      else
+        left_beside = left_beside + switched
+      end if
+      if (.not. abs(left) > least_doubtful) return
       ! More of it would be a path that the increments do not follow.
       if (abs(left_beside) > as_much*abs(left) .and. abs(left_beside) < abs(left)/as_much) then
         report%left_over = abs([left, left_beside])
@@ -223,6 +245,15 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> Whether points in the middle of edges have become points by themselves, or are no more.
+  pure logical function have_switched(from, to)
+    type(state_t), intent(in) :: from, to
+
+    have_switched = .false.
+    if (allocated(from%alone) .and. allocated(to%alone)) have_switched = any(from%alone .neqv. &
+      to%alone)
+  end function have_switched
 
   !> Whether the coarse run is where the run is: where it began anew there.
   pure logical function is_at(state, of_run)
@@ -283,7 +314,7 @@ contains
   end function beginning
 
   !> An increment that only an estimate needs, as far as its contact goes.
-  subroutine try_increment(scene, points, solver, from, length, to, ok, near)
+  subroutine try_increment(scene, points, solver, from, length, to, ok, near, alone)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
@@ -292,20 +323,21 @@ contains
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
     logical, intent(out) :: ok         !! it was solved
     type(state_t), intent(in), optional :: near !! to where it ends, nearer than where it begins
+    logical, intent(in), optional :: alone(:)   !! (n_points) those of the state in its place
     type(increment_t) :: increment
     type(contact_points_t) :: now
 
     increment = next_increment(scene%steps, from, length)
     if (has_interference(scene)) then
       call set_gaps(scene, points, increment, now, solver)
-      call try_with(scene, now, solver, from, increment, to, ok, near)
+      call try_with(scene, now, solver, from, increment, to, ok, near, alone)
     else
-      call try_with(scene, points, solver, from, increment, to, ok, near)
+      call try_with(scene, points, solver, from, increment, to, ok, near, alone)
     end if
   end subroutine try_increment
 
   !> The same with the extra gaps that the points have at the end of the increment.
-  subroutine try_with(scene, points, solver, from, increment, to, ok, near)
+  subroutine try_with(scene, points, solver, from, increment, to, ok, near, alone)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
@@ -314,12 +346,14 @@ contains
     type(state_t), intent(out) :: to   !! as of `try_increment`
     logical, intent(out) :: ok         !! the same
     type(state_t), intent(in), optional :: near !! the same
+    logical, intent(in), optional :: alone(:)   !! the same
     type(trial_t) :: trial
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
     real(wp) :: answer(solver%body%inverse%map%n_interface)
 
     call begin_trial(scene, points, solver, from, increment, trial)
+    if (present(alone)) trial%placement%weights%alone = alone
     trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
     if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)
