@@ -51,6 +51,7 @@ class Scene:
         self.centre = np.array([*under[:2], -self.radius])
         self.choose_surfaces()
         self.choose_loads()
+        self.solved = None  # what `free_motion` has solved
 
     def curve(self, x):
         """Bend the foot: a bulge, a hollow or a saddle, lowest at 0, and less of it above."""
@@ -161,11 +162,8 @@ class Scene:
         for faces, size in self.pressures:
             out += self.at(size, k) * self.mesh.pressure(faces)
         for b, vectors in self.gravity:
-            own = Mesh(self.points, self.elements, self.middles, [
-                (*m[:2], m[2] * (self.first_element[b] <= e < self.first_element[b + 1]), m[3])
-                for e, m in enumerate(self.mesh.materials)
-            ])  # fmt: skip
-            out += own.weight(self.at(vectors, k))
+            span = range(self.first_element[b], self.first_element[b + 1])
+            out += self.mesh.weight(span, self.at(vectors, k))
         return out
 
     def warmer(self, k):
@@ -214,27 +212,28 @@ class Scene:
         kept = np.array(list(lines))
         return kept, np.array([lines[r] for r in kept])
 
-    def free_motion(self, k, stiffness, tie):
+    def free_motion(self, k, tie):
         """Displacements (N, 3) without contact at the end of increment k."""
         count = len(self.points)
+        if not self.has_loads:
+            return np.tile(self.at(self.ways, k), (count, 1))
+        if self.solved is None:
+            own = np.ones(count, dtype=bool)
+            own[self.top] = own[self.rest] = False
+            follow = np.eye(count)
+            if tie is not None:
+                own[tie[0]] = False
+                follow[tie[0]] = tie[1]
+            stiffness = self.mesh.stiffness()
+            follow = np.kron(follow[:, own], np.eye(3))
+            half = stiffness @ follow
+            self.solved = follow, half, np.linalg.inv(follow.T @ half)
+        follow, half, flexibility = self.solved
         u = np.zeros((count, 3))
         u[self.top] = self.at(self.ways, k)
-        if not self.has_loads and self.master is None:
-            return np.tile(self.at(self.ways, k), (count, 1))
         force = self.loads(k) - self.internal_force(np.zeros_like(u), k)
-        held = np.zeros(count, dtype=bool)
-        held[self.top] = held[self.rest] = True
-        follow = np.eye(count)
-        if tie is not None:
-            follow[tie[0]] = tie[1]
-            held[tie[0]] = False
-        own = ~held
-        if tie is not None:
-            own[tie[0]] = False
-        follow = np.kron(follow[:, own], np.eye(3))
-        left = (force.ravel() - stiffness @ u.ravel()) @ follow
-        solved = np.linalg.solve(follow.T @ stiffness @ follow, left)
-        return u + (follow @ solved).reshape(-1, 3)
+        left = force.ravel() @ follow - u.ravel() @ half
+        return u + (follow @ (flexibility @ left)).reshape(-1, 3)
 
     def deck(self):
         """The deck's text."""

@@ -31,7 +31,7 @@ def places_seen(face, x, plane, points, start):
         s, t = slopes[0] @ flat, slopes[1] @ flat
         step = np.column_stack([cross2(left, t), cross2(s, left)]) / cross2(s, t)[:, None]
         at = at + step
-        if np.abs(step).max() < 1e-14:
+        if np.abs(step).max() < 1e-12:  # the next would be its square
             break
     return at
 

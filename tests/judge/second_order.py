@@ -92,16 +92,13 @@ class Face:
 
     def at(self, points):
         """Functions (G, A), and their slopes along both coordinates, at points (G, 2)."""
-        powers = self.powers
-        values = np.prod(points[:, None] ** powers[None], axis=2) @ self.inverse
-        slopes = []
-        for i in range(2):
-            less = powers.copy()
-            less[:, i] = np.maximum(less[:, i] - 1, 0)
-            slopes.append(
-                powers[:, i] * np.prod(points[:, None] ** less[None], axis=2) @ self.inverse
-            )
-        return values, slopes
+        x, y = points.T
+        first, second = self.powers.T
+        of_x, of_y = (np.stack([np.ones_like(v), v, v * v]) for v in (x, y))
+        slope_x, slope_y = (np.stack([0 * v, np.ones_like(v), 2 * v]) for v in (x, y))
+        values = (of_x[first] * of_y[second]).T @ self.inverse
+        slopes = ((slope_x[first] * of_y[second]).T, (of_x[first] * slope_y[second]).T)
+        return values, [slope @ self.inverse for slope in slopes]
 
     def pressed(self, x):
         """Return int N n dA (n, 3) of nodes at x, n into the body."""
@@ -269,12 +266,12 @@ class Mesh:
             out[at] += k
         return out.reshape(3 * count, 3 * count)
 
-    def weight(self, acceleration):
-        """Forces (N, 3) of gravity, by the points of the stiffness."""
+    def weight(self, elements, acceleration):
+        """Forces (N, 3) of gravity on elements, by the points of the stiffness."""
         out = np.zeros_like(self.points)
-        for e, (kind, _) in enumerate(self.elements):
+        for e in elements:
             nodes, _, volume = self.at_points(e)
-            shares = self.materials[e][2] * volume @ KINDS[kind].values
+            shares = self.materials[e][2] * volume @ KINDS[self.elements[e][0]].values
             np.add.at(out, nodes, shares[:, None] * acceleration)
         return out
 
