@@ -12,7 +12,7 @@ from program import PROGRAM, SOURCE
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
-from mixed import Scene, judge
+from mixed import Scene, judge, solve_next
 from second_order import KINDS
 
 
@@ -115,6 +115,23 @@ class Mistakes(unittest.TestCase):
             with self.subTest(family=family):
                 self.assertEqual(self.findings(family, seed, lambda scene: None), set())
                 self.assertIn(kind, self.findings(family, seed, shares))
+
+    def test_its_own_solution_is_that_of_the_program(self):
+        for family, seed in (("plain", 5), ("bodies", 16)):
+            scene = Scene(seed, family)
+            with self.subTest(family=family), tempfile.TemporaryDirectory() as folder:
+                deck = Path(folder) / "deck.inp"
+                deck.write_text(scene.deck())
+                subprocess.run([PROGRAM, deck.name, "--quiet"], cwd=folder, check=True,
+                               capture_output=True)  # fmt: skip
+                with h5py.File(deck.with_suffix(".vtkhdf")) as file:
+                    view, count = file["VTKHDF"], len(scene.points)
+                    u = np.zeros((count, 3))
+                    first = view["Steps/PointDataOffsets/displacement"][0]
+                    ids = view["PointData/node_id"][:count] - 1
+                    u[ids] = view["PointData/displacement"][first : first + count]
+                own = solve_next(scene, Path(folder) / "none")
+                self.assertLess(np.abs(own - u).max(), 1e-5 * np.abs(u).max())
 
     def test_a_refusal_fails(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -36,11 +36,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 from mixed_scenes import FAMILIES, LEAST_SHARE, Scene, slave_points
+from mixed_solver import solve_increment
 
 ROOT = Path(__file__).resolve().parents[2]
 ALLOWED = 2e-7  # twice what a certified increment may be off, of the largest force or motion
 ROUGH = 1e-6  # where faces that have deformed are integrated over: 3e-9 in 24 decks
 AREA = 1e-5  # of areas of curved faces: 2e-7 in 24 decks
+
 
 def judge(scene, path):
     """Findings [(increment, kind, found over allowed)] on a result."""
@@ -186,6 +188,31 @@ def before_obstacle(scene, rows, u, free_motion, told, length):
     return combination, own_gap, normal[rows]
 
 
+def solve_next(scene, path):
+    """Displacements (N, 3) after the last increment in a file, by the judge; None: not found."""
+    count, k, before = len(scene.points), 0, np.zeros((len(scene.points), 3))
+    if path.exists():
+        with h5py.File(path) as file:
+            view, k = file["VTKHDF"], int(file["history"].attrs["finished"])
+            ids = view["PointData/node_id"][:count] - 1
+            if k:
+                first = view["Steps/PointDataOffsets/displacement"][k - 1]
+                before[ids] = view["PointData/displacement"][first : first + count]
+    tie = scene.tied() if scene.tie else None
+    start = in_mesh(scene, scene.foot) if scene.master else None
+
+    def place_points(u, free):
+        if scene.master:
+            combination, normal, cover, whole = in_mesh(scene, scene.foot, u, start)
+            on = cover / whole > LEAST_SHARE
+            gap = np.einsum("pi,pi->p", normal, combination @ (scene.points + u))
+            return combination[on], gap[on], normal[on]
+        nothing = np.zeros(len(scene.foot))
+        return before_obstacle(scene, scene.foot, u, free, nothing, 0.0)
+
+    return solve_increment(scene, k, before, place_points, tie)
+
+
 def judge_seed(seed, family, options):
     """(outcome, words) of a seed."""
     scene = Scene(seed, family)
@@ -197,7 +224,10 @@ def judge_seed(seed, family, options):
             timeout=options.limit, check=False, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
         )  # fmt: skip
         if done.returncode != 0:
-            outcome = "refused, unconfirmed" if done.returncode == 2 else "broken"
+            outcome = "broken"
+            if done.returncode == 2:
+                found = solve_next(scene, deck.with_suffix(".vtkhdf"))
+                outcome = f"refused, {'unconfirmed' if found is None else 'solvable'}"
             return scene, outcome, f"{done.returncode}: {done.stderr.strip()[:300]}"
         findings = judge(scene, deck.with_suffix(".vtkhdf"))
     if not findings:
@@ -225,7 +255,7 @@ def main():
         scene, outcome, words = judge_seed(seed, family, options)
         counts[outcome] += 1
         if outcome != "right":
-            against = scene.master and "body" or ("sphere" if scene.ball else "plane")
+            against = "body" if scene.master else "sphere" if scene.ball else "plane"
             print(f"{family} {seed} ({' and '.join(scene.types)}, {against}, mu {scene.mu:g}): "
                   f"{outcome}: {words}", flush=True)  # fmt: skip
     print(dict(counts))

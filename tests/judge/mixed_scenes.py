@@ -51,7 +51,7 @@ class Scene:
         self.centre = np.array([*under[:2], -self.radius])
         self.choose_surfaces()
         self.choose_loads()
-        self.solved = None  # what `free_motion` has solved
+        self.solved = None  # what `factor` gives
 
     def curve(self, x):
         """Bend the foot: a bulge, a hollow or a saddle, lowest at 0, and less of it above."""
@@ -212,12 +212,10 @@ class Scene:
         kept = np.array(list(lines))
         return kept, np.array([lines[r] for r in kept])
 
-    def free_motion(self, k, tie):
-        """Displacements (N, 3) without contact at the end of increment k."""
-        count = len(self.points)
-        if not self.has_loads:
-            return np.tile(self.at(self.ways, k), (count, 1))
+    def factor(self, tie):
+        """Displacements (3N, n) of unknowns, the stiffness times these, and its inverse at them."""
         if self.solved is None:
+            count = len(self.points)
             own = np.ones(count, dtype=bool)
             own[self.top] = own[self.rest] = False
             follow = np.eye(count)
@@ -228,7 +226,14 @@ class Scene:
             follow = np.kron(follow[:, own], np.eye(3))
             half = stiffness @ follow
             self.solved = follow, half, np.linalg.inv(follow.T @ half)
-        follow, half, flexibility = self.solved
+        return self.solved
+
+    def free_motion(self, k, tie):
+        """Displacements (N, 3) without contact at the end of increment k."""
+        count = len(self.points)
+        if not self.has_loads:
+            return np.tile(self.at(self.ways, k), (count, 1))
+        follow, half, flexibility = self.factor(tie)
         u = np.zeros((count, 3))
         u[self.top] = self.at(self.ways, k)
         force = self.loads(k) - self.internal_force(np.zeros_like(u), k)

@@ -44,7 +44,7 @@ def place(mesh, slave, master, x, alpha):
     """
     faces = [mesh.face_nodes(e, f) for e, f in slave]
     facing = [mesh.face_nodes(e, f) for e, f in master]
-    rows = np.unique(np.concatenate([f for f in faces]))
+    rows = np.unique(np.concatenate(faces))
     number = {int(r): i for i, r in enumerate(rows)}
     count = len(rows)
     weights, normal = np.zeros((count, len(x))), np.zeros((count, 3))
