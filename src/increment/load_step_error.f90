@@ -35,7 +35,7 @@ module load_step_error_mod
   private
 
   public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change, &
-    begins_with_jump
+    begins_with_jump, have_switched
 
   real(wp), parameter :: doubtful = 0.1_wp
   !! of the strain energy: a balance of energy to look into [-]

@@ -62,9 +62,9 @@ contains
     do i = 1, points%n
       if (began%weights%alone(i) .neqv. ended%weights%alone(i)) then
         if (began%weights%alone(i)) then
-          work = work + distance_work(ended, to, began, from)
+          work = work + distance_work(ended, to, began)
         else
-          work = work + distance_work(began, from, ended, to)
+          work = work + distance_work(began, from, ended)
         end if
       end if
       moved = relative_motion(points, ended%weights, i, to%displacement - from%displacement)
@@ -76,9 +76,9 @@ contains
 
     !> Of the point i where its edge's ends have part in it, over the distance by which it enters
     !> where they have none.
-    pure real(wp) function distance_work(with, pressed, without, entered)
+    pure real(wp) function distance_work(with, pressed, without)
       type(placement_t), intent(in) :: with, without
-      type(state_t), intent(in) :: pressed, entered
+      type(state_t), intent(in) :: pressed
       real(wp) :: distance
 
       associate (alpha => points%alpha(i), ends => points%end_point(:, i))

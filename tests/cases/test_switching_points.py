@@ -48,6 +48,11 @@ class Switches(unittest.TestCase):
                         run = Run(rubbed(kind, mu, way, size), "--quiet", name="rubbed")
                         self.assertEqual(run.status, 0, run.errors)
 
+    def test_at_finite_strain_they_are_no_snap(self):
+        deck = rubbed("C3D10", 0.3, self.WAYS[1]).replace("*STEP\n", "*STEP, NLGEOM\n")
+        run = Run(deck, "--quiet", name="rubbed")
+        self.assertEqual(run.status, 0, run.errors)
+
     def test_a_continued_run_knows_which_they_are(self):
         deck = rubbed("C3D20R", 0.3, self.WAYS[2])
         whole = Run(deck, "--quiet", name="rubbed")
