@@ -75,7 +75,7 @@ contains
     type(coarse_run_t), intent(inout) :: coarse
     type(increment_report_t), intent(inout) :: report
     !! of the increment; gets errors%load_steps, negative where there is none
-    type(state_t) :: middle, other, from_here, kept
+    type(state_t) :: middle, other, from_here
     integer :: n_run !! increments of the run that the coarse one has to catch up
     real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
     real(wp) :: least_doubtful !! energy left over that is to be looked into
@@ -156,6 +156,7 @@ contains
     !> Look whether the same in quarters of the increments leaves less over.
     subroutine look_closer()
       integer, parameter :: parts = 4
+      type(state_t) :: kept, as_before
       integer(i8) :: ends(0:2), length
       real(wp) :: switched, allowed
       !! what is lost as points become ones by themselves, or are no more, and at most [energy]
@@ -175,12 +176,15 @@ contains
           if (.not. ok) return
           if (have_switched(other, middle)) then
             ! With the points as they were, and then at once, under the same loads.
-            call try_increment(scene, points, solver, other, length, kept, ok, alone=other%alone)
+            as_before = middle
+            as_before%alone = other%alone
+            call try_increment(scene, points, solver, other, length, kept, ok, as_before)
             if (.not. ok) return
             call add_left_over(other, kept)
             switched = switched + work_left_over(scene, points, solver%undeformed, &
               solver%first_gap, kept, middle)
-            allowed = allowed + largest_switch_energy(scene, points, solver%undeformed, kept, middle)
+            allowed = allowed + largest_switch_energy(scene, points, solver%undeformed, kept, &
+              middle)
           else
             call add_left_over(other, middle)
           end if
@@ -314,7 +318,7 @@ contains
   end function beginning
 
   !> An increment that only an estimate needs, as far as its contact goes.
-  subroutine try_increment(scene, points, solver, from, length, to, ok, near, alone)
+  subroutine try_increment(scene, points, solver, from, length, to, ok, near)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
@@ -322,22 +326,21 @@ contains
     integer(i8), intent(in) :: length  !! in parts of the deck's increments
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
     logical, intent(out) :: ok         !! it was solved
-    type(state_t), intent(in), optional :: near !! to where it ends, nearer than where it begins
-    logical, intent(in), optional :: alone(:)   !! (n_points) those of the state in its place
+    type(state_t), intent(in), optional :: near !! to where it ends: reactions, and which are alone
     type(increment_t) :: increment
     type(contact_points_t) :: now
 
     increment = next_increment(scene%steps, from, length)
     if (has_interference(scene)) then
       call set_gaps(scene, points, increment, now, solver)
-      call try_with(scene, now, solver, from, increment, to, ok, near, alone)
+      call try_with(scene, now, solver, from, increment, to, ok, near)
     else
-      call try_with(scene, points, solver, from, increment, to, ok, near, alone)
+      call try_with(scene, points, solver, from, increment, to, ok, near)
     end if
   end subroutine try_increment
 
   !> The same with the extra gaps that the points have at the end of the increment.
-  subroutine try_with(scene, points, solver, from, increment, to, ok, near, alone)
+  subroutine try_with(scene, points, solver, from, increment, to, ok, near)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
@@ -346,14 +349,15 @@ contains
     type(state_t), intent(out) :: to   !! as of `try_increment`
     logical, intent(out) :: ok         !! the same
     type(state_t), intent(in), optional :: near !! the same
-    logical, intent(in), optional :: alone(:)   !! the same
     type(trial_t) :: trial
     type(increment_report_t) :: report
     type(error_t), allocatable :: error
     real(wp) :: answer(solver%body%inverse%map%n_interface)
 
     call begin_trial(scene, points, solver, from, increment, trial)
-    if (present(alone)) trial%placement%weights%alone = alone
+    if (present(near)) then
+      if (allocated(near%alone)) trial%placement%weights%alone = near%alone
+    end if
     trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
     if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)
