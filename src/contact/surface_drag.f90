@@ -24,8 +24,8 @@ contains
     type(placement_t), intent(in) :: undeformed
     type(placement_t), intent(out) :: began
 
-
     began = undeformed
+    if (allocated(old%alone)) began%weights%alone = old%alone
     if (.not. is_linear(scene)) began%weights%covers = .true.
     call place_curved(scene, points, old%displacement, began, old%rotation, &
       stay=.not. is_linear(scene))

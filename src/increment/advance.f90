@@ -33,7 +33,7 @@ module advance_mod
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
   use follow_points_mod, only: rounding_of_places, carried_slip
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_curved, place_state
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
   use rigid_modes_mod, only: follow_turns
@@ -290,8 +290,7 @@ contains
     type(edge_middles_t) :: middles
 
     call find_edge_middles(scene, points, report%contact%weights, middles)
-    began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began, old%rotation, everywhere=.true.)
+    call place_state(scene, points, solver%undeformed, old, began, everywhere=.true.)
     new%slip = carried_slip(points, began, trial%placement, old%slip) + &
       report%contact%slip_increment
     new%external_force = trial%forces%external

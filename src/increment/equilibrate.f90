@@ -70,6 +70,7 @@ contains
     logical :: is_missed, is_first, is_followed
 
     new%rotation = trial%rotation
+    if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     is_missed = .false.
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)

@@ -16,7 +16,7 @@ module load_events_mod
   use turns_mod, only: rotation_at
   use interference_mod, only: has_interference, extra_gap_at
   use step_solver_mod, only: step_solver_t
-  use placement_mod, only: placement_t, place_all, place_curved
+  use placement_mod, only: placement_t, place_all, place_curved, place_state
   use transfer_mod, only: movable, rows_of_points
   implicit none
   private
@@ -161,8 +161,7 @@ contains
     type(placement_t) :: placement
     integer :: row(3, points%n), i
 
-    placement = solver%undeformed
-    call place_curved(scene, points, state%displacement, placement, state%rotation)
+    call place_state(scene, points, solver%undeformed, state, placement)
     call rows_of_points(movable(scene, solver%body%prescribed), points, placement%weights, &
       placement%frame, row)
     list = pack([(i, i=1, points%n)], row(1, :) > 0)

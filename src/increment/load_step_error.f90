@@ -21,7 +21,7 @@ module load_step_error_mod
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
     smallest_increment
   use follow_points_mod, only: rounding_of_places
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_state
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
   use kinks_mod, only: has_too_many
@@ -30,12 +30,12 @@ module load_step_error_mod
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
-  use path_balance_mod, only: work_left_over
+  use path_balance_mod, only: work_left_over, largest_switch_energy
   implicit none
   private
 
   public :: coarse_run_t, start_coarse, follow_coarsely, try_increment, resultant_change, &
-    begins_with_jump
+    begins_with_jump, have_switched
 
   real(wp), parameter :: doubtful = 0.1_wp
   !! of the strain energy: a balance of energy to look into [-]
@@ -78,6 +78,7 @@ contains
     type(state_t) :: middle, other, from_here
     integer :: n_run !! increments of the run that the coarse one has to catch up
     real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
+    real(wp) :: least_doubtful !! energy left over that is to be looked into
     logical :: ok, is_doubtful
 
     report%errors%load_steps = -1.0_wp
@@ -95,9 +96,10 @@ contains
     if (new%increment == 1) coarse%state = old
     left_beside = 0.0_wp
     left = report%energy%balance - coarse%energy%balance
-    is_doubtful = abs(left) > max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
+    least_doubtful = max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation) .and. is_linear(scene) .and. .not. &
+      noise*report%energy%dissipation)
+    is_doubtful = abs(left) > least_doubtful .and. is_linear(scene) .and. .not. &
       any(scene%obstacles%turns)
     coarse%most_strained = report%energy%strain
     coarse%energy = report%energy
@@ -154,23 +156,47 @@ contains
     !> Look whether the same in quarters of the increments leaves less over.
     subroutine look_closer()
       integer, parameter :: parts = 4
-      integer(i8) :: ends(0:2)
+      type(state_t) :: kept, as_before
+      integer(i8) :: ends(0:2), length
+      real(wp) :: switched, allowed
+      !! what is lost as points become ones by themselves, or are no more, and at most [energy]
       integer :: i, k
 
       left_beside = 0.0_wp
+      switched = 0.0_wp
+      allowed = 0.0_wp
       ends(0) = beginning(from_here, new%step)
       ends(1) = beginning(old, new%step)
       ends(n_run) = new%position
       other = from_here
       do i = 1, n_run
         do k = 1, parts
-          call try_increment(scene, points, solver, other, ends(i - 1) + (ends(i) - ends(i - 1))* &
-            k/parts - beginning(other, new%step), middle, ok)
+          length = ends(i - 1) + (ends(i) - ends(i - 1))*k/parts - beginning(other, new%step)
+          call try_increment(scene, points, solver, other, length, middle, ok)
           if (.not. ok) return
-          call add_left_over(other, middle)
+          if (have_switched(other, middle)) then
+            ! With the points as they were, and then at once, under the same loads.
+            as_before = middle
+            as_before%alone = other%alone
+            call try_increment(scene, points, solver, other, length, kept, ok, as_before)
+            if (.not. ok) return
+            call add_left_over(other, kept)
+            switched = switched + work_left_over(scene, points, solver%undeformed, &
+              solver%first_gap, kept, middle)
+            allowed = allowed + largest_switch_energy(scene, points, solver%undeformed, kept, &
+              middle)
+          else
+            call add_left_over(other, middle)
+          end if
           other = middle
         end do
       end do
+      if (abs(switched) <= allowed) then
+        left = left - switched
+      else
+        left_beside = left_beside + switched
+      end if
+      if (.not. abs(left) > least_doubtful) return
       ! More of it would be a path that the increments do not follow.
       if (abs(left_beside) > as_much*abs(left) .and. abs(left_beside) < abs(left)/as_much) then
         report%left_over = abs([left, left_beside])
@@ -215,8 +241,7 @@ contains
       type(placement_t) :: placement
 
       if (scene%accuracy%of == accuracy_of_energy) then
-        placement = solver%undeformed
-        call place_curved(scene, points, new%displacement, placement, new%rotation)
+        call place_state(scene, points, solver%undeformed, new, placement)
         change = energy_change(points, placement, other, new, report%energy%strain)
       else
         change = resultant_change(points, other%reaction, new%reaction)
@@ -224,6 +249,15 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> Whether points in the middle of edges have become points by themselves, or are no more.
+  pure logical function have_switched(from, to)
+    type(state_t), intent(in) :: from, to
+
+    have_switched = .false.
+    if (allocated(from%alone) .and. allocated(to%alone)) have_switched = any(from%alone .neqv. &
+      to%alone)
+  end function have_switched
 
   !> Whether the coarse run is where the run is: where it began anew there.
   pure logical function is_at(state, of_run)
@@ -292,7 +326,7 @@ contains
     integer(i8), intent(in) :: length  !! in parts of the deck's increments
     type(state_t), intent(out) :: to   !! reactions and what contact sees of the displacement
     logical, intent(out) :: ok         !! it was solved
-    type(state_t), intent(in), optional :: near !! to where it ends, nearer than where it begins
+    type(state_t), intent(in), optional :: near !! to where it ends: reactions, and which are alone
     type(increment_t) :: increment
     type(contact_points_t) :: now
 
@@ -321,6 +355,9 @@ contains
     real(wp) :: answer(solver%body%inverse%map%n_interface)
 
     call begin_trial(scene, points, solver, from, increment, trial)
+    if (present(near)) then
+      if (allocated(near%alone)) trial%placement%weights%alone = near%alone
+    end if
     trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
     if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)

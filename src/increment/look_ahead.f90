@@ -191,6 +191,7 @@ contains
     state%trend = trend_of(increment, state%reaction, reaction)
     state%reaction = reaction
     state%rotation = trial%rotation
+    if (allocated(trial%placement%weights%alone)) state%alone = trial%placement%weights%alone
     call mark_end(increment, state)
   end subroutine step_on_interface
 

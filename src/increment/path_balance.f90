@@ -4,13 +4,13 @@ module path_balance_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_state
   use interference_mod, only: has_interference, extra_gap_at
   use transfer_mod, only: relative_motion
   implicit none
   private
 
-  public :: work_left_over, work_on_overlaps
+  public :: work_left_over, largest_switch_energy, work_on_overlaps
 
 contains
 
@@ -28,10 +28,8 @@ contains
     real(wp) :: moved(3)
     integer :: i
 
-    began = undeformed
-    ended = undeformed
-    call place_curved(scene, points, from%displacement, began, from%rotation)
-    call place_curved(scene, points, to%displacement, ended, to%rotation)
+    call place_state(scene, points, undeformed, from, began)
+    call place_state(scene, points, undeformed, to, ended)
     left = work_on_overlaps(scene, points, first_gap, began, ended, from, to)
     do i = 1, points%n
       moved = relative_motion(points, began%weights, i, to%displacement) - relative_motion(points, &
@@ -45,6 +43,60 @@ contains
       end associate
     end do
   end function work_left_over
+
+  !> The most energy that is lost or gained where points in the middle of edges become ones by
+  !> themselves, or are no more, under the same loads: what the reactions of those with the ends of
+  !> their edges would do over the distances by which these act. docs/theory.md (6.9).
+  real(wp) function largest_switch_energy(scene, points, undeformed, from, to) result(work)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: undeformed
+    type(state_t), intent(in) :: from, to !! before and after
+    type(placement_t) :: began, ended
+    real(wp) :: moved(3)
+    integer :: i
+
+    call place_state(scene, points, undeformed, from, began)
+    call place_state(scene, points, undeformed, to, ended)
+    work = 0.0_wp
+    do i = 1, points%n
+      if (began%weights%alone(i) .neqv. ended%weights%alone(i)) then
+        if (began%weights%alone(i)) then
+          work = work + distance_work(ended, to, began)
+        else
+          work = work + distance_work(began, from, ended)
+        end if
+      end if
+      moved = relative_motion(points, ended%weights, i, to%displacement - from%displacement)
+      work = work + (norm2(tangential(began, from%reaction(:, i))) + &
+        norm2(tangential(ended, to%reaction(:, i))))*norm2(tangential(ended, moved))
+    end do
+
+  contains
+
+    !> Of the point i where its edge's ends have part in it, over the distance by which it enters
+    !> where they have none.
+    pure real(wp) function distance_work(with, pressed, without)
+      type(placement_t), intent(in) :: with, without
+      type(state_t), intent(in) :: pressed
+      real(wp) :: distance
+
+      associate (alpha => points%alpha(i), ends => points%end_point(:, i))
+        distance = max(0.0_wp, alpha*sum(without%gap(ends)) - without%gap(i))/(1.0_wp - &
+          2.0_wp*alpha)
+      end associate
+      distance_work = distance*dot_product(with%frame(:, 1, i), pressed%reaction(:, i))
+    end function distance_work
+
+    pure function tangential(placement, vector)
+      type(placement_t), intent(in) :: placement
+      real(wp), intent(in) :: vector(3)
+      real(wp) :: tangential(2)
+
+      tangential = matmul(vector, placement%frame(:, 2:, i))
+    end function tangential
+
+  end function largest_switch_energy
 
   !> What contact does while it removes the overlaps that the run begins with, and while the
   !> interference changes that is allowed. docs/theory.md (6.5).

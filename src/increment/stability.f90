@@ -37,7 +37,7 @@ module stability_mod
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: count_negative
   use obstacle_shapes_mod, only: bend_of_gap, shift_of, has_fixed_normals
-  use placement_mod, only: placement_t, place_curved, as_turned
+  use placement_mod, only: placement_t, place_state, as_turned
   use step_solver_mod, only: step_solver_t
   use load_stiffness_mod, only: pressures_at, pressed_nodes, add_load_stiffness
   implicit none
@@ -160,8 +160,7 @@ contains
     real(wp) :: r(3)
     integer :: i
 
-    contact%placement = solver%undeformed
-    call place_curved(scene, points, state%displacement, contact%placement, state%rotation)
+    call place_state(scene, points, solver%undeformed, state, contact%placement)
     allocate (contact%normal_force(points%n), source=0.0_wp)
     allocate (contact%presses(points%n), contact%sticks(points%n), source=.false.)
     do i = 1, points%n

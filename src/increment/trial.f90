@@ -11,7 +11,7 @@ module trial_mod
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t, imposed_t
   use rigid_modes_mod, only: generalised_loads, add_motions
-  use placement_mod, only: placement_t, place_curved, place_undeformed, leave_ends
+  use placement_mod, only: placement_t, place_state, place_undeformed, leave_ends
   use surface_drag_mod, only: place_beginning
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: moved_by
@@ -300,8 +300,7 @@ contains
     reaction = old%reaction
     if (scene%contact%solver == solver_sweeps .or. solver%body%motions%n > 0) return
     if (increment%begin <= 0.0_wp) return ! another *STEP leads elsewhere
-    began = solver%undeformed
-    call place_curved(scene, points, old%displacement, began, old%rotation)
+    call place_state(scene, points, solver%undeformed, old, began)
     do i = 1, points%n
       reaction(:, i) = reaction(:, i) + (increment%fraction - increment%begin)*old%trend(:, i)
       if (dot_product(reaction(:, i), began%frame(:, 1, i)) <= 0.0_wp) reaction(:, i) = 0.0_wp

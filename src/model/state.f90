@@ -31,6 +31,9 @@ module state_mod
     real(wp), allocatable :: rotation(:, :)
     !! (3, n_obstacles) rotation vectors about their reference nodes [rad]
     real(wp), allocatable :: reaction(:, :) !! (3, n_points) on the slave body, x, y, z [force]
+    logical,  allocatable :: alone(:)
+    !! (n_points) in the middle of an edge whose ends have no part in the point, as of weights_t;
+    !! not allocated: none but those that supports hold, or no increment is done
     real(wp), allocatable :: trend(:, :)
     !! (3, n_points) how reactions went in the last increment, for a whole *STEP [force]
     real(wp), allocatable :: displacement_trend(:, :)
@@ -102,6 +105,7 @@ contains
     call archive_blocks(list, state%modes%inverse, 9)
     call archive(list, state%rotation)
     call archive(list, state%reaction)
+    call archive_flags(list, state%alone)
     call archive(list, state%trend)
     call archive(list, state%displacement_trend)
     call archive(list, state%tangent_of)
@@ -130,12 +134,23 @@ contains
     if (allocated(columns)) blocks = reshape(columns, [n, n, size(columns, 2)])
   end subroutine archive_blocks
 
+  !> The same of flags, not allocated where there are none.
+  subroutine archive_flags(list, flags)
+    type(number_list_t), intent(inout) :: list
+    logical, allocatable, intent(inout) :: flags(:) !! (n)
+    real(wp), allocatable :: columns(:, :)
+
+    if (allocated(flags)) columns = reshape(merge(1.0_wp, 0.0_wp, flags), [1, size(flags)])
+    call archive(list, columns)
+    if (allocated(columns)) flags = columns(1, :) > 0.0_wp
+  end subroutine archive_flags
+
   !> How many numbers of nodes, points and elements with modes at finite strain a state puts into
   !> the list at most.
   pure integer(i8) function most_numbers(n_nodes, n_points, n_modes)
     integer, intent(in) :: n_nodes, n_points, n_modes
 
-    most_numbers = 15_i8*n_nodes + 8_i8*n_points + 90_i8*n_modes
+    most_numbers = 15_i8*n_nodes + 10_i8*n_points + 90_i8*n_modes
   end function most_numbers
 
   !> What it takes to go on from an increment: its state, that in coarser increments, prescribed

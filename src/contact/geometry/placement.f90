@@ -5,6 +5,7 @@ module placement_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
+  use state_mod, only: state_t
   use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, &
     find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
@@ -14,8 +15,8 @@ module placement_mod
   implicit none
   private
 
-  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, as_turned, &
-    find_partly_covered, leave_ends
+  public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, place_state, &
+    as_turned, find_partly_covered, leave_ends
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
@@ -121,6 +122,21 @@ contains
         pair, u, placement, rotation, stay)
     end do
   end subroutine place_curved
+
+  !> The points where a state has them, with the weights by which its reactions act.
+  pure subroutine place_state(scene, points, undeformed, state, placement, everywhere)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: undeformed
+    type(state_t), intent(in) :: state
+    type(placement_t), intent(out) :: placement
+    logical, intent(in), optional :: everywhere !! as of place_curved
+
+    placement = undeformed
+    if (allocated(state%alone)) placement%weights%alone = state%alone
+    call place_curved(scene, points, state%displacement, placement, state%rotation, &
+      everywhere=everywhere)
+  end subroutine place_state
 
   !> The points of one pair, all of them: weights may be integrals over both surfaces.
   pure subroutine place(scene, points, pair, u, placement, rotation, stay)

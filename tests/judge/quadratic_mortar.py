@@ -1,0 +1,129 @@
+"""Faces with mid-side nodes before faces with mid-side nodes: (11.21) and (11.22), integrated anew.
+
+Faces are cut into parts between their nodes, as docs/theory.md, section 11, says; overlaps are the
+hulls of mortar.py, integrals those of Gauss's product rule with 49 points a triangle.
+"""
+
+import numpy as np
+from mortar import POINTS, TURNED, WEIGHTS, cross2, hull_of_overlap
+from second_order import FACES
+
+PARTS = {3: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)],
+         4: [(0, 4, 7), (4, 1, 5), (5, 2, 6), (7, 6, 3), (4, 5, 6, 7)]}  # fmt: skip
+PARENT = {3: np.array([(0, 0), (1, 0), (0, 1), (0.5, 0), (0.5, 0.5), (0, 0.5)]),
+          4: np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)],
+                      dtype=float)}  # fmt: skip
+
+
+def outward(x):
+    """The unit normal of a part (3 or 4, 3) whose nodes run clockwise from outside."""
+    n = np.cross(x[-1] - x[-3], x[-2] - x[0]) if len(x) == 4 else np.cross(x[2] - x[0], x[1] - x[0])
+    return n / np.linalg.norm(n)
+
+
+def places_seen(face, x, plane, points, start):
+    """Where in the parent of a face (nodes x) points (G, 2) of a plane are seen."""
+    at = np.tile(np.asarray(start, dtype=float), (len(points), 1))
+    flat = x @ plane
+    for _ in range(40):
+        values, slopes = face.at(at)
+        left = points - values @ flat
+        s, t = slopes[0] @ flat, slopes[1] @ flat
+        step = np.column_stack([cross2(left, t), cross2(s, left)]) / cross2(s, t)[:, None]
+        at = at + step
+        if np.abs(step).max() < 1e-12:  # the next would be its square
+            break
+    return at
+
+
+def place(mesh, slave, master, x, alpha):
+    """Points of `slave` faces [(element, face)] before `master` faces, nodes at x (N, 3).
+
+    Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas (P,)
+    and areas (P,) of the nodes.
+    """
+    faces = [mesh.face_nodes(e, f) for e, f in slave]
+    facing = [mesh.face_nodes(e, f) for e, f in master]
+    rows = np.unique(np.concatenate(faces))
+    number = {int(r): i for i, r in enumerate(rows)}
+    count = len(rows)
+    weights, normal = np.zeros((count, len(x))), np.zeros((count, 3))
+    covered, area = np.zeros(count), np.zeros(count)
+    seen_parts = []
+    for nodes in facing:
+        kind = len(nodes) // 2
+        for part in PARTS[kind]:
+            corners = x[[nodes[c] for c in part]]
+            seen_parts.append((nodes, kind, part, corners, outward(corners)))
+    for nodes in faces:
+        kind = len(nodes) // 2
+        face = FACES[kind]
+        at = [number[n] for n in nodes]
+        own = np.eye(2 * kind)  # N~ = own N
+        for m in range(kind):
+            share = alpha[nodes[kind + m]]
+            own[kind + m, kind + m] = 1 - 2 * share
+            own[m, kind + m] += share
+            own[(m + 1) % kind, kind + m] += share
+        lumped, mass = np.zeros(2 * kind), np.zeros((2 * kind, 2 * kind))
+        mixed = []
+        area[at] += own @ face.shares(x[nodes])
+        for part in PARTS[kind]:
+            corners = x[[nodes[c] for c in part]]
+            n = outward(corners)
+            first = corners[1] - corners[0]
+            first = first - n * (n @ first)
+            first /= np.linalg.norm(first)
+            plane = np.column_stack([first, -np.cross(n, first)])  # nodes run anticlockwise in it
+            flat = corners @ plane
+            for other, size, piece, there, m in seen_parts:
+                if n @ m > TURNED:
+                    continue
+                far = there @ plane
+                if np.any(far.min(axis=0) > flat.max(axis=0)) or np.any(
+                    far.max(axis=0) < flat.min(axis=0)
+                ):
+                    continue
+                polygon = hull_of_overlap(flat, far[::-1])
+                if len(polygon) < 3:
+                    continue
+                a, b = polygon, np.roll(polygon, -1, axis=0)
+                c = np.broadcast_to(polygon.mean(axis=0), a.shape)
+                w = (cross2(a - c, b - c)[:, None] / 2 * WEIGHTS[None]).ravel()
+                points = c[:, None] + POINTS[None, :, :1] * (a - c)[:, None]
+                points = (points + POINTS[None, :, 1:] * (b - a)[:, None]).reshape(-1, 2)
+                if w.sum() < 1e-13 * np.ptp(flat, axis=0).prod():
+                    continue
+                here = places_seen(face, x[nodes], plane, points, PARENT[kind][list(part)].mean(0))
+                values, slopes = face.at(here)
+                tall = np.cross(slopes[1] @ x[nodes], slopes[0] @ x[nodes])
+                w = w * np.linalg.norm(tall, axis=1) / np.abs(tall @ n)
+                mine = values @ own.T
+                opposite = FACES[size]
+                places = places_seen(opposite, x[other], plane, points,
+                                     PARENT[size][list(piece)].mean(0))  # fmt: skip
+                theirs, along = opposite.at(places)
+                up = np.cross(along[1] @ x[other], along[0] @ x[other])
+                up /= np.linalg.norm(up, axis=1)[:, None]
+                lumped += w @ mine
+                mass += mine.T @ (w[:, None] * mine)
+                mixed.append((other, mine.T @ (w[:, None] * theirs)))
+                normal[at] += mine.T @ (w[:, None] * up)
+        if lumped.sum() <= 0:
+            continue
+        dual = lumped[:, None] * np.linalg.inv(mass)
+        covered[at] += lumped
+        for other, mix in mixed:
+            part = dual @ mix
+            for k, a in enumerate(at):
+                np.add.at(weights[a], other, part[k])
+    some = covered > 0
+    weights[some] /= covered[some, None]
+    normal[some] /= np.linalg.norm(normal[some], axis=1)[:, None]
+    combination = -weights
+    for i, r in enumerate(rows):
+        part = alpha.get(int(r), 0.0)
+        combination[i, r] += 1 / (1 - 2 * part)
+        if part:
+            combination[i, list(mesh.middles[int(r)])] -= part / (1 - 2 * part)
+    return rows, combination, normal, covered, area
