@@ -102,13 +102,13 @@ def parts():
             found[part].append((kind, size))
     found["bending"] += [REFERENCE[1:], CONFIRMED[1:]]
     size = f"{element_peers.UPPER} on {element_peers.LOWER}"
-    return found | {"calculix": [(case, size) for case in element_peers.CASES]}
+    return found | {"calculix": [(case, size) for case in element_peers.CASES]
+                    + [(kind, str(n)) for kind, n in element_peers.ON_SLAB]}
 
 
-def run_beside_calculix(program, case, folder):
+def run_beside_calculix(program, case, size, folder):
     """Return the row of a comparison with CalculiX."""
-    values = element_peers.compare(program, case, folder)
-    size = f"{element_peers.UPPER} on {element_peers.LOWER}"
+    values = element_peers.compare(program, case, folder, int(size.split()[0]))
     return dict.fromkeys(HEADS, "") | {
         "part": "calculix", "type": case, "size": size, "machine": machine(),
         "values": "; ".join(f"{name}={value:.2g}" for name, value in values.items()),
@@ -118,7 +118,7 @@ def run_beside_calculix(program, case, folder):
 def run(program, part, kind, size, folder):
     """Return the row of a run."""
     if part == "calculix":
-        return run_beside_calculix(program, kind, folder)
+        return run_beside_calculix(program, kind, size, folder)
     text, evaluate = scene(part, kind, size)
     deck, path = folder / "deck.inp", folder / "deck.vtkhdf"
     deck.write_text(text, encoding="utf-8")
@@ -289,15 +289,20 @@ def beside_independent(kept):
 
 
 def beside_calculix(kept):
-    """Return the table of what CalculiX finds, and the largest differences of those that ended."""
+    """Return the table of what CalculiX finds, and the largest differences of those that ended.
+
+    Those are of blocks on blocks; behind them come blocks on a slab.
+    """
     rows, worst = [], {}
-    size = f"{element_peers.UPPER} on {element_peers.LOWER}"
-    for case in element_peers.CASES:
+    on_block = f"{element_peers.UPPER} on {element_peers.LOWER}"
+    on_slab = [(kind, str(n)) for kind, n in element_peers.ON_SLAB]
+    for case, size in [*((case, on_block) for case in element_peers.CASES), *on_slab]:
         row = kept["calculix", case, size]
         values = values_of(row) if row["values"] else {}
-        rows.append([case, *(f"{values[name]:.0e}" if values else "does not end"
-                             for name in ("pressed", "sticking", "sliding"))])
-        for name, value in values.items():
+        name = case if size == on_block else f"{case}, {size} along an edge, on a slab"
+        rows.append([name, *(f"{values[part]:.1e}" if values else "does not end"
+                             for part in ("pressed", "sticking", "sliding"))])
+        for name, value in values.items() if size == on_block else ():
             worst[name] = max(worst.get(name, 0.0), value)
     return table(["type", "pressed", "some stick", "all slide"], rows), worst
 
