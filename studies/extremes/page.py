@@ -91,8 +91,8 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, sections, path):
         "",
         f"{len(auto)} small scenes, each extreme in one or two respects, solved by AUTO and by the "
         "paper's four solvers (sweeps with rho at its natural scale unless the scene says "
-        "otherwise); as many of [bodies that touch each other](#bodies-that-touch-each-other); scenes "
-        "[at finite strain](#at-finite-strain); and of [tetrahedra, wedges and second order]"
+        "otherwise); as many of [bodies that touch each other](#bodies-that-touch-each-other); "
+        "scenes [at finite strain](#at-finite-strain); and of [tetrahedra, wedges and second order]"
         "(#tetrahedra-wedges-and-second-order). Written by a script, numbers too:",
         "",
         "    studies/run extremes",

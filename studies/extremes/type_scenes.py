@@ -17,6 +17,7 @@ YOUNG, NU, PRESSURE = 1000.0, 0.3, 1.0
 TYPES = ("C3D4", "C3D6", "C3D10", "C3D15", "C3D20", "C3D20R")
 SECOND = TYPES[2:]
 CLOSED = "closed form"
+AS_IT_IS = Units()
 SIDES = {"X0": (0, 0), "X1": (0, 1), "Y0": (1, 0), "Y1": (1, 1), "Z0": (2, 0), "Z1": (2, 1)}
 
 
@@ -24,7 +25,7 @@ SIDES = {"X0": (0, 0), "X1": (0, 1), "Y0": (1, 0), "Y1": (1, 1), "Z0": (2, 0), "
 
 
 def box(name, kind, n=(2, 2, 2), low=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), *, bent=None,
-        units=Units(), first=1, middle=0.5):  # fmt: skip
+        units=AS_IT_IS, first=1, middle=0.5):  # fmt: skip
     """Return the cards of a box, and of its sides NAME-X0 to NAME-Z1 with their surfaces.
 
     `bent` moves corners of the unit cube (all but mid-side nodes, which stay `middle` of the way
@@ -58,7 +59,7 @@ def material(name, young=YOUNG, nu=NU):
             f"*SOLID SECTION, ELSET={name}, MATERIAL=OF-{name}\n")  # fmt: skip
 
 
-def ground(pair="B-Z0-F", mu=0.0, height=0.0, units=Units(), options=""):
+def ground(pair="B-Z0-F", mu=0.0, height=0.0, units=AS_IT_IS, options=""):
     """Return the cards of a plane below a surface."""
     place = [float(c) for c in units.place([0.0, 0.0, height])]
     normal = [float(c) for c in units.turn @ np.array([0.0, 0.0, 1.0])]
@@ -132,8 +133,8 @@ def walled(upper, lower, *, young=(YOUNG, YOUNG), n=((2, 2, 2), (3, 3, 2)), gap=
     if tied:
         text += f"*TIE, NAME=GLUE{adjust}\nB-Z0-F, L-Z1-F\n"
     else:
-        text += f"*SURFACE INTERACTION, NAME=I\n*FRICTION\n{mu!r}\n"
-        text += f"*CONTACT PAIR, INTERACTION=I\nB-Z0-F, L-Z1-F\n"
+        text += "*SURFACE INTERACTION, NAME=I\n*FRICTION\n"
+        text += f"{mu!r}\n*CONTACT PAIR, INTERACTION=I\nB-Z0-F, L-Z1-F\n"
     sides = "".join(f"{b}-{side}, {axis + 1}, {axis + 1}\n" for b in "BL"
                     for side, (axis, _) in SIDES.items() if axis < 2)  # fmt: skip
     return text + step(f"*BOUNDARY\n{sides}L-Z0, 3, 3\nB-Z1, 3, 3, {-press * s!r}\n")
@@ -167,7 +168,7 @@ def of_springs(axis, name, extreme, upper, lower, allowed=1e-6, refusal="", reas
                        allowed, refusal, reason)  # fmt: skip
 
 
-def pushed(kind, units=Units(), *, mu=0.3, nu=NU, n=(3, 3, 2), press=0.01, push=0.004, glued=False,
+def pushed(kind, units=AS_IT_IS, *, mu=0.3, nu=NU, n=(3, 3, 2), press=0.01, push=0.004, glued=False,
            young=YOUNG, increments=4, height=1.0, bent=None):  # fmt: skip
     """Return a box pressed on the ground by its top, then pushed along it."""
 
@@ -183,7 +184,7 @@ def pushed(kind, units=Units(), *, mu=0.3, nu=NU, n=(3, 3, 2), press=0.01, push=
     )  # fmt: skip
 
 
-def on_sole(units=Units(), young=YOUNG):
+def on_sole(units=AS_IT_IS, young=YOUNG):
     """Return what measures the force on the sole, in units of 1."""
 
     def measure(result):
@@ -197,7 +198,7 @@ def on_sole(units=Units(), young=YOUNG):
     return measure
 
 
-def under_ball(kind, units=Units(), *, depth=0.02, mu=0.3, n=(4, 4, 2), radius=2.0, drag=0.0,
+def under_ball(kind, units=AS_IT_IS, *, depth=0.02, mu=0.3, n=(4, 4, 2), radius=2.0, drag=0.0,
                bent=None):  # fmt: skip
     """Return a box held below, with a ball pressed into its top."""
     centre = ", ".join(repr(float(c)) for c in units.place([0.0, 0.0, 1.0 + radius]))
@@ -269,6 +270,9 @@ def slivers():
                        allowed=1e-3 if kind == "C3D20R" else 1e-6, bent=squeezed)  # fmt: skip
 
 
+SOFT = "(height over width) to the fourth is 1e-16: stiffness against bending is rounding"
+
+
 def aspects():
     """Return elements that are flat or long."""
     for kind in TYPES:
@@ -282,7 +286,7 @@ def aspects():
                        kind, size=(100.0, 100.0, 1.0))  # fmt: skip
         yield of_patch("aspect", f"sheet-1e4-{kind}", f"{kind}, a free sheet of 1e4 by 1e4 by 1",
                        kind, size=(1e4, 1e4, 1.0), refusal="double precision",
-                       reason="(height over width) to the fourth is 1e-16: stiffness against bending is rounding")  # fmt: skip
+                       reason=SOFT)  # fmt: skip
 
 
 def poisson():
@@ -369,7 +373,7 @@ def balls():
                           "not turned", 1e-6)  # fmt: skip
 
 
-def on_top(units=Units()):
+def on_top(units=AS_IT_IS):
     """Return what measures the force of the ball, in units of 1."""
     return lambda r: units.turn.T @ r.pairs[0].resultant[-1] / (units.stress * units.length**2)
 
@@ -411,8 +415,8 @@ def gaps():
         for gap, words in ((1e-9, "a gap of 1e-9"), (0.01 - 1e-6, "a gap closed at last"),
                            (0.0101, "a gap that stays"), (-1e-9, "an overlap of 1e-9"),
                            (-0.2, "an overlap of 0.2")):  # fmt: skip
-            yield of_springs("gap", f"gap-{gap:.3g}-{upper}-{lower}", f"{upper} on {lower}, {words}",
-                             upper, lower, gap=gap)  # fmt: skip
+            yield of_springs("gap", f"gap-{gap:.3g}-{upper}-{lower}",
+                             f"{upper} on {lower}, {words}", upper, lower, gap=gap)  # fmt: skip
 
 
 def ties():
