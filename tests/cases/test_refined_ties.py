@@ -19,11 +19,23 @@ def cut(kind, *cells):
     return "*ELSET, ELSET=CUT\n" + "\n".join(ids) + "\n*REFINE, ELSET=CUT\n"
 
 
-def tied(upper, lower, refine, step_cards, *, n=(4, 4, 1), shift=0.0):
+def bent(weight):
+    """Return a map of the unit cube that bends one of its sides along z."""
+    def move(x):
+        y = x.copy()
+        y[:, 2] += 0.15 * x[:, 0] ** 2 * weight(x[:, 2])
+        return y
+
+    return move
+
+
+def tied(upper, lower, refine, step_cards, *, shift=0.0, is_bent=False):
     """Return two boxes, the upper one the slave; a shift along x leaves part of it uncovered."""
+    low, up = (bent(lambda z: z), bent(lambda z: 1 - z)) if is_bent else (None, None)
     return (
-        box("L", lower, (3, 3, 1), (0.0, 0.0, -1.0), first=100001)
-        + box("B", upper, n, (shift, 0.0, 0.0)) + refine + material("L") + material("B")
+        box("L", lower, (3, 3, 1), (0.0, 0.0, -1.0), first=100001, bent=low)
+        + box("B", upper, (4, 4, 1), (shift, 0.0, 0.0), bent=up)
+        + refine + material("L") + material("B")
         + "*TIE, NAME=GLUE\nB-Z0-F, L-Z1-F\n" + step(step_cards)
     )  # fmt: skip
 
@@ -47,16 +59,19 @@ class RefinedTies(unittest.TestCase):
                         stress, [[0, 0, -1, 0, 0, 0]] * len(stress), rtol=0, atol=1e-11
                     )
 
-    def test_part_of_the_slave_is_not_covered(self):
-        """The lower body is turned a little: the upper one follows without strain."""
+    def test_bodies_turn_without_strain(self):
+        """The lower body is turned a little: flat, bent, and with part of the slave uncovered."""
         turned = "*BOUNDARY\n" + "".join(
             f"{node}, 1, 1, {-1e-3 * z!r}\n{node}, 2, 2, 0.\n{node}, 3, 3, {1e-3 * x!r}\n"
             for node, x, z in lower_nodes()
         )
-        with self.solved(tied("C3D8", "C3D8", cut("C3D8", 9), turned, shift=0.3)) as result:
-            x, u = result.points, result.field("displacement", -1)
-            exact = 1e-3 * np.stack([-x[:, 2], 0 * x[:, 0], x[:, 0]], axis=1)
-            np.testing.assert_allclose(u, exact, rtol=0, atol=1e-14)
+        for upper, options in (("C3D8", {"shift": 0.3}), ("C3D8", {"is_bent": True}),
+                               ("C3D4", {"is_bent": True})):  # fmt: skip
+            text = tied(upper, "C3D8", cut(upper, 5, 14), turned, **options)
+            with self.subTest(upper=upper, options=options), self.solved(text) as result:
+                x, u = result.points, result.field("displacement", -1)
+                exact = 1e-3 * np.stack([-x[:, 2], 0 * x[:, 0], x[:, 0]], axis=1)
+                np.testing.assert_allclose(u, exact, rtol=0, atol=1e-14)
 
 
 def lower_nodes():
