@@ -18,6 +18,7 @@ LONGEST = 150  # of a run of ccx [s]
 STIFFNESSES = (5e7, 2e8)  # pressure over penetration; of sticking a third of it
 CASES = ("C3D10 on C3D10", "C3D20R on C3D20R", "C3D15 on C3D15", "C3D10 on C3D8", "C3D20R on C3D10")
 UPPER, LOWER = 4, 6  # elements along an edge of bodies of second order
+ON_SLAB = (("C3D10", 2), ("C3D10", 4), ("C3D15", 2), ("C3D15", 4))  # on a slab that is held
 INCREMENTS = (2, 8)  # pressed, pushed
 PRESSED, PUSHED = -1e-4, (2e-4, 3.46410161513775e-4)
 CONTACT = """*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
@@ -25,9 +26,9 @@ CONTACT = """*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
 """
 
 
-def divisions(kind):
+def divisions(kind, n):
     """Return the elements along an edge: of linear types twice as many."""
-    return UPPER if kind in ("C3D10", "C3D15", "C3D20", "C3D20R") else 2 * UPPER
+    return n if kind in ("C3D10", "C3D15", "C3D20", "C3D20R") else 2 * n
 
 
 def bent(x):
@@ -36,14 +37,14 @@ def bent(x):
     return x + 0.04 * inside * np.sin(5 * x[:, [1, 2, 0]])
 
 
-def mesh_of(case):
+def mesh_of(case, n):
     """Return the cards of the bodies of a case, "TYPE" or "TYPE on TYPE", sets and all."""
     upper, _, lower = case.partition(" on ")
-    grid = np.linspace(0, 1, divisions(upper) + 1)
+    grid = np.linspace(0, 1, divisions(upper, n) + 1)
     up = SolidMesh("UP", upper, (grid,) * 3, 1, bent)
     text = up.cards() + up.set_cards("SOLE", up.nodes(2, 0)) + up.set_cards("TOP", up.nodes(2, 1))
     if lower:
-        n = LOWER * divisions(lower) // UPPER
+        n = LOWER * divisions(lower, n) // UPPER
         grid = np.linspace(0, 1, n + 1)
         low = SolidMesh("LOW", lower, (grid, grid, grid - 1), 100001)
     else:
@@ -64,7 +65,7 @@ def steps(printed=""):
     )
 
 
-def deck(case, stiffness=None):
+def deck(case, stiffness=None, n=UPPER):
     """Return the deck of a case, for CalculiX with a stiffness."""
     alone = " on " not in case
     pair = "SOLE-F, SEAT-F" if stiffness or not alone else "SOLE, GROUND"
@@ -75,7 +76,7 @@ def deck(case, stiffness=None):
         "*OBSTACLE, NAME=GROUND, TYPE=PLANE\n0., 0., 0.,  0., 0., 1.\n")
     printed = "*NODE PRINT, NSET=PRINTED, TOTALS=ONLY\nRF\n" if stiffness else ""
     return (
-        mesh_of(case) + "*NSET, NSET=PRINTED\nTOP\n*MATERIAL, NAME=M\n*ELASTIC\n210000., 0.3\n"
+        mesh_of(case, n) + "*NSET, NSET=PRINTED\nTOP\n*MATERIAL, NAME=M\n*ELASTIC\n210000., 0.3\n"
         "*SOLID SECTION, ELSET=UP, MATERIAL=M\n*SOLID SECTION, ELSET=LOW, MATERIAL=M\n" + plane
         + "*SURFACE INTERACTION, NAME=DRY\n" + (CONTACT.format(k=stiffness) if stiffness else "")
         + f"*FRICTION\n{friction}\n*CONTACT PAIR, INTERACTION=DRY{kind}{sliding}\n{pair}\n"
@@ -83,10 +84,10 @@ def deck(case, stiffness=None):
     )
 
 
-def ours(program, case, folder):
+def ours(program, case, folder, n):
     """Return the resultants on the upper body over the increments."""
     path, result = Path(folder) / "ours.inp", Path(folder) / "ours.vtkhdf"
-    path.write_text(deck(case), encoding="utf-8")
+    path.write_text(deck(case, None, n), encoding="utf-8")
     done = subprocess.run([program, path, "-o", result, "--overwrite", "-q"], check=False,
                           capture_output=True, text=True, env=with_threads())
     if done.returncode:
@@ -95,12 +96,12 @@ def ours(program, case, folder):
         return found.pairs[0].resultant
 
 
-def calculix(case, folder):
+def calculix(case, folder, n):
     """Return the same of CalculiX, extrapolated."""
     found = []
     for stiffness in STIFFNESSES:
         name = Path(folder) / "ccx"
-        text = deck(case, stiffness).replace("PRINTED", "SUPPORT1")
+        text = deck(case, stiffness, n).replace("PRINTED", "SUPPORT1")
         name.with_suffix(".inp").write_text("*HEADING\nblocks\n" + text, encoding="utf-8")
         try:
             subprocess.run(["ccx", "ccx"], cwd=folder, check=False, capture_output=True,
@@ -114,14 +115,14 @@ def calculix(case, folder):
     return b + (b - a) * (1 / m) / (1 / k - 1 / m)
 
 
-def compare(program, case, folder):
+def compare(program, case, folder, n=UPPER):
     """Return the largest differences while it is pressed, while part sticks, and while all slides.
 
     Of the largest force; nothing where CalculiX does not end.
     """
-    here = ours(program, case, folder)
+    here = ours(program, case, folder, n)
     try:
-        there = calculix(case, folder)
+        there = calculix(case, folder, n)
     except RunError as error:
         print(error)
         return {}

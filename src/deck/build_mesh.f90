@@ -84,10 +84,47 @@ contains
           ' is inside out or flat (Jacobian '//to_text(least, 3)//'): wrong order of its nodes?')
       else
         call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
-          ' is too distorted: its Jacobian reaches '//to_text(least, 3))
+          ' is too distorted: its Jacobian reaches '//to_text(least, 3)//misplaced_middle(draft, e))
       end if
     end do
   end subroutine check_elements
+
+  !> Words on the node farthest from the middle of its edge, as part of the edge; none where the
+  !> element is distorted with straight edges, too, or has no such nodes.
+  function misplaced_middle(draft, e) result(words)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: e
+    character(:), allocatable :: words
+    real(wp), allocatable :: x(:, :) !! with all nodes in the middles of edges
+    real(wp) :: off, farthest
+    integer :: k, worst
+
+    words = ''
+    associate (cell => cells(draft%connectivity%cell(e)), &
+               nodes => nodes_of_element(draft%connectivity, e))
+      allocate (x, source=draft%coordinates)
+      farthest = 0.0_wp
+      worst = 0
+      do k = 1, cell%n_nodes - cell%n_corners
+        associate (ends => nodes(cell%edge(:, k)), middle => nodes(cell%n_corners + k))
+          x(:, middle) = 0.5_wp*(x(:, ends(1)) + x(:, ends(2)))
+          off = norm2(draft%coordinates(:, middle) - x(:, middle))/ &
+            max(norm2(x(:, ends(2)) - x(:, ends(1))), tiny(1.0_wp))
+          if (off <= farthest) cycle
+          farthest = off
+          worst = k
+        end associate
+      end do
+      if (worst == 0) return
+      if (any(jacobians_of(x, draft%connectivity, e) <= 0.0_wp)) return
+      associate (ends => nodes(cell%edge(:, worst)))
+        words = '; node '//to_text(draft%node_id(nodes(cell%n_corners + worst)))//' is '// &
+          to_text(farthest, 2)//' edges from the middle of the edge of nodes '// &
+          to_text(draft%node_id(ends(1)))//' and '//to_text(draft%node_id(ends(2)))// &
+          ': wrong order of its mid-side nodes?'
+      end associate
+    end associate
+  end function misplaced_middle
 
   !> Elements of a nearly incompressible material that lock: noted, and refused where contact
   !> pressures of theirs are noise. docs/theory.md section 8.

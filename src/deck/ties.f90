@@ -8,6 +8,7 @@
 module ties_mod
   use inverted_elements_mod, only: jacobians_of
   use cards_mod, only: keep_reading, note, reader_t, report
+  use contact_points_mod, only: weights_t
   use constraints_mod, only: constraints_t, add_constraint, constraint_on_cycle, constraint_of
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
@@ -18,6 +19,7 @@ module ties_mod
   use mesh_mod, only: deck_rounding
   use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, &
     face_each_other
+  use own_weights_mod, only: solve_for_own
   use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
@@ -266,6 +268,7 @@ contains
     logical, allocatable, intent(out) :: tied(:)
     type(slave_t) :: slave
     integer, allocatable :: master(:, :)
+    integer :: i
 
     slave = slave_t(all_nodes_of(surfaces(tie%slave)%faces, model%mesh%connectivity), &
       surfaces(tie%slave)%nodes, hanging_of(model%mesh%hangs, model%mesh%between, &
@@ -274,11 +277,31 @@ contains
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes))
       call make_mortar(slave, master, x, max(tolerance_of(model, surfaces, tie), &
         reach_of_faces(slave%faces, master, x)), mortar, is_tie=.true.)
-      call take_up_shifts(surfaces(tie%slave)%nodes, x, mortar)
+      allocate (tied(size(mortar%area)))
+      tied = mortar%area > mortar%least*mortar%whole_area
+      if (size(slave%hanging, 2) > 0) then
+        call solve_for_own(slave%nodes, tied, slave%hanging, model%mesh%n_nodes, mortar%weights)
+        do i = 1, size(tied)
+          if (tied(i)) mortar%apart(:, i) = x(:, slave%nodes(i)) - place_of_row(mortar%weights, i, x)
+        end do
+      end if
+      call take_up_shifts(slave%nodes, x, mortar)
     end associate
-    allocate (tied(size(mortar%area)))
-    tied = mortar%area > mortar%least*mortar%whole_area
   end subroutine face_master
+
+  !> The place that the weights of a row give.
+  pure function place_of_row(weights, i, x) result(place)
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    real(wp), intent(in) :: x(:, :) !! (3,n_nodes) [length]
+    real(wp) :: place(3)            !! [length]
+    integer :: k
+
+    place = 0.0_wp
+    do k = weights%first(i), weights%first(i + 1) - 1
+      place = place + weights%weight(k)*x(:, weights%node(k))
+    end do
+  end function place_of_row
 
   !> How far the nodes of a tie may be moved.
   pure real(wp) function tolerance_of(model, surfaces, tie) result(far)

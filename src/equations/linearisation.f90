@@ -445,7 +445,7 @@ contains
     call invert_blocks(s, positive_definite)
     if (.not. positive_definite) call raise(error, exit_not_solved, &
       'the stiffness condensed to the contact nodes is not positive definite: a body is not '// &
-      'held, or the material is at the limit of what double precision holds')
+      'held, or flat elements or the material are at the limit of what double precision holds')
   end subroutine invert_schur
 
   !> The blocks of the Schur complement at the slave nodes, as far as they matter.

@@ -1,7 +1,5 @@
 """The part of docs/studies/extremes.md on finite strain."""
 
-import numpy as np
-
 from bipot.report import table
 from studies.extremes.finite_runs import (
     BROKEN,
@@ -43,16 +41,7 @@ def finite_lines(outcomes):
         f"- **{BROKEN}**: a crash, no end, a result that cannot be read.",
         "",
     ]
-    axes = list(dict.fromkeys(one.scene.axis for one in outcomes))
-    rows = []
-    for axis in axes:
-        mine = [one for one in outcomes if one.scene.axis == axis]
-        kinds = [sum(one.outcome == kind for one in mine) for kind in OUTCOMES]
-        largest = np.nanmax([0.0, *(one.error for one in mine)])
-        rows.append([axis, len(mine), *kinds, f"{largest:.1e}"])
-    kinds = [len(count[kind]) for kind in OUTCOMES]
-    rows.append(["all", len(outcomes), *kinds, f"{max(one.error for one in right):.1e}"])
-    lines += table(["", "scenes", *OUTCOMES, "largest error"], rows)
+    lines += count_table(outcomes)
     lines += [
         "",
         f"The largest error, of what is allowed, is {worst.error / worst.scene.allowed:.1g} "
@@ -62,18 +51,33 @@ def finite_lines(outcomes):
         f"({slowest.scene.name}).",
         "",
     ]
-    refused = count[REFUSED] + count[HINDERED]
-    if refused:
-        rows = [
-            [one.scene.name, one.words.replace("|", "/"), one.scene.reason or "none is known"]
-            for one in refused
-        ]
-        lines += table(["refused", "what the program says", "why that is right"], rows)
-        lines += [""]
+    lines += refusal_table(outcomes)
     for one in count[WRONG] + count[BROKEN]:
         lines += [f"{one.scene.name} is {one.outcome}: {one.words}", ""]
     lines += table(ROW, [row_of(one) for one in outcomes])
     return [*lines, ""]
+
+
+def count_table(outcomes):
+    """Return a table of the outcomes of each axis."""
+    rows = []
+    for axis in [*dict.fromkeys(one.scene.axis for one in outcomes), "all"]:
+        mine = [one for one in outcomes if axis in (one.scene.axis, "all")]
+        kinds = [sum(one.outcome == kind for one in mine) for kind in OUTCOMES]
+        largest = max([0.0, *(one.error for one in mine if one.outcome in (RIGHT, WRONG))])
+        rows.append([axis, len(mine), *kinds, f"{largest:.1e}"])
+    return table(["", "scenes", *OUTCOMES, "largest error"], rows)
+
+
+def refusal_table(outcomes):
+    """Return a table of what is refused, and why, with an empty line behind it."""
+    rows = [
+        [one.scene.name, one.words.replace("|", "/"), one.scene.reason or "none is known"]
+        for kind in (REFUSED, HINDERED) for one in outcomes if one.outcome == kind
+    ]  # fmt: skip
+    if not rows:
+        return []
+    return [*table(["refused", "what the program says", "why that is right"], rows), ""]
 
 
 def row_of(one):

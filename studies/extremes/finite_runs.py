@@ -41,6 +41,12 @@ class FiniteOutcome:
     seconds: float = np.nan  # of the processor
 
 
+def iterations_of(result):
+    """Return the iterations of Newton and Raphson of a run, none at small strain."""
+    name = "newton_raphson_iterations"
+    return int(result.history(name).sum()) if name in result.history_names else 0
+
+
 def run_one(scene, program, folder):
     """Run a scene in a folder, and measure its result; what is true comes later."""
     one = FiniteOutcome(scene)
@@ -65,7 +71,7 @@ def run_one(scene, program, folder):
         if path.exists():
             with Result(path) as result:
                 one.increments = result.finished
-                one.iterations = int(result.history("newton_raphson_iterations").sum())
+                one.iterations = iterations_of(result)
                 if done.returncode == 0:
                     one.measured = np.asarray(scene.measure(result), dtype=float)
     except (ResultError, KeyError, ValueError) as error:
@@ -73,7 +79,7 @@ def run_one(scene, program, folder):
         return one
     finally:
         path.unlink(missing_ok=True)
-    if done.returncode == 2:
+    if done.returncode == 2 or (done.returncode == 1 and scene.refusal):
         right = scene.refusal and scene.refusal in done.stderr
         one.outcome = REFUSED if right else HINDERED
     elif done.returncode == 0 and scene.refusal:

@@ -5,6 +5,7 @@
     studies/run extremes --family bodies     bodies that touch each other (body_runs.py), by AUTO;
                                              makes their part of the page anew
     studies/run extremes --family finite     finite strain (finite_runs.py), likewise
+    studies/run extremes --family types      tetrahedra, wedges, second order, likewise
 
 Every run is judged here from its result file and the scene's own numbers (judge.py): what
 the program says of itself does not count. Outcomes are
@@ -37,6 +38,7 @@ from studies.extremes.confirm import confirm
 from studies.extremes.finite_scenes import finite_scenes
 from studies.extremes.judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
 from studies.extremes.scenes import all_scenes, deck
+from studies.extremes.type_scenes import type_scenes
 
 SOLVERS = {
     "AUTO": "SOLVER=AUTO",
@@ -134,7 +136,7 @@ def confirm_refusals(scenes, outcomes):
 def main():
     """Run, print, write the page."""
     parser = program_options(__doc__)
-    parser.add_argument("--family", choices=("one", "bodies", "finite", "all"),
+    parser.add_argument("--family", choices=("one", "bodies", "finite", "types", "all"),
                         default="all")  # fmt: skip
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
     parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
@@ -181,11 +183,14 @@ def run_families(options, program, folder):
         kinds = [one.outcome for one in of_bodies]
         print(f"bodies: {len(kinds)} runs, "
               + ", ".join(f"{kinds.count(kind)} {kind}" for kind in OUTCOMES))  # fmt: skip
-    of_strain = []
-    if options.family in ("finite", "all"):
-        finite = [s for s in finite_scenes() if options.only in s.name or options.only == s.axis]
-        of_strain = finite_runs.run_scenes(finite, program, folder)
-    for one in of_strain:
+    of_strain, of_types = [], []
+    for family, scenes_of, found in (
+        ("finite", finite_scenes, of_strain), ("types", type_scenes, of_types),
+    ):  # fmt: skip
+        if options.family in (family, "all"):
+            chosen = [s for s in scenes_of() if options.only in s.name or options.only == s.axis]
+            found += finite_runs.run_scenes(chosen, program, folder)
+    for one in of_strain + of_types:
         if one.outcome != finite_runs.RIGHT or options.only:
             print(finite_runs.told(one))
     if options.family == "bodies" and not options.only:
@@ -200,11 +205,18 @@ def run_families(options, program, folder):
         from studies.pages import PAGES
 
         put_section(PAGES / "extremes.md", HEAD, finite_lines(of_strain))
+    if options.family == "types" and not options.only:
+        from studies.extremes.page import put_section
+        from studies.extremes.type_page import HEAD, type_lines
+        from studies.pages import PAGES
+
+        put_section(PAGES / "extremes.md", HEAD, type_lines(of_types))
     if options.family == "all" and not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
         from studies.extremes.body_page import bodies_lines
         from studies.extremes.finite_page import finite_lines
         from studies.extremes.page import draw_map, write_page
+        from studies.extremes.type_page import type_lines
         from studies.pages import PAGES
         from studies.two_answers import answers_of_block
 
@@ -212,10 +224,11 @@ def run_families(options, program, folder):
         confirmed = confirm_refusals(scenes, outcomes)
         answers = answers_of_block(program)
         sections = bodies_lines(of_bodies, seconds_of_bodies) + finite_lines(of_strain)
+        sections += type_lines(of_types)
         page = PAGES / "extremes.md"
         write_page(outcomes, solvers, confirmed, answers, seconds, sections, page)
     return (
         any(one.outcome == FAILED for one in outcomes)
         or any(one.outcome in FAILURES for one in of_bodies)
-        or any(one.outcome in finite_runs.FAILURES for one in of_strain)
+        or any(one.outcome in finite_runs.FAILURES for one in of_strain + of_types)
     )

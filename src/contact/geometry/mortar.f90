@@ -131,8 +131,7 @@ contains
     logical, intent(in), optional :: is_rigid
     !! the master moves as one: its nodes need no weights, and the rows stay empty
     logical, intent(in), optional :: is_tie
-    !! `take_up_shifts` follows, which gives rows the places of their nodes: they need none of the
-    !! slave's own
+    !! rows are of nodes, each by itself; those beside nodes that hang have some of the slave's own
     type(master_t) :: in_parts
     type(part_t), allocatable :: parts(:), more(:)
     type(entries_t) :: entries
@@ -141,7 +140,7 @@ contains
     real(wp) :: length, reaches(2), alpha(size(x, 2)), q(3)
     integer, allocatable :: corners(:, :), whole(:)
     integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, k, s
-    logical :: makes_rows, has_own
+    logical :: makes_rows, of_nodes
 
     makes_rows = .true.
     if (present(is_rigid)) makes_rows = .not. is_rigid
@@ -197,9 +196,7 @@ contains
         call add_face(face, x, parts, makes_rows, mortar, entries)
       end associate
     end do
-    has_own = makes_rows
-    if (present(is_tie)) has_own = .not. is_tie
-    if (allocated(slave%hanging)) call fold_rows(slave, number, has_own, mortar, entries)
+    if (allocated(slave%hanging)) call fold_rows(slave, number, makes_rows, mortar, entries)
     if (allocated(slave%is_fixed)) then
       where (slave%is_fixed) mortar%area = 0.0_wp
     end if
@@ -215,7 +212,9 @@ contains
         entries%weight(:n_all), mortar%weights)
     end associate
     ! A tie is of nodes, each by itself.
-    if (makes_rows .and. .not. has_own .and. mortar%has_middles) then
+    of_nodes = .false.
+    if (present(is_tie)) of_nodes = is_tie
+    if (of_nodes .and. mortar%has_middles) then
       call rows_of_nodes(slave%nodes, number, ends, alpha, mortar)
       alpha = 0.0_wp
     end if
