@@ -53,8 +53,6 @@ contains
     logical :: ok
 
     allocate (section%twins(2, 0))
-    call find_normal(reader, model, section, ok)
-    if (.not. ok) return
     allocate (is_cut(0:model%mesh%n_nodes), source=.false.)
     do i = 1, size(section%faces, 2)
       is_cut(all_nodes_of_face(model%mesh%connectivity, section%faces(1, i), section%faces(2, &
@@ -64,6 +62,7 @@ contains
     call refuse_hanging_nodes(reader, model, section, is_cut, ok)
     if (.not. ok) return
     call find_sides(reader, model, section, is_cut, owner, parent, side, ok)
+    if (ok) call find_normal(reader, model, section, ok)
     if (.not. ok) return
     n_before = model%mesh%n_nodes
     allocate (new_node(n_before), source=0)

@@ -239,8 +239,9 @@ contains
       call join_sections(bolts, equations)
     end if
     call mark_named(model, equations)
-    ! After a mistake couplings are not made, and nothing is known of what they would name.
-    if (size(couplings) > 0 .and. any_mistakes(reader%diagnostics)) model%named = .true.
+    ! After a mistake couplings and sections are not made, and nothing is known of what they would name.
+    if ((size(couplings) > 0 .or. any(reader%cards(:reader%n_cards)%keyword == &
+      'PRE-TENSION SECTION')) .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_clearances(reader, scene%pairs)
     call read_contact_controls(reader, scene%contact)

@@ -36,13 +36,12 @@ contains
       if (reader%cards(k)%keyword /= 'PRE-TENSION SECTION') cycle
       call open_card(reader, k, card)
       call read_section(reader, card, model, section)
-      if (section%node == 0) cycle
+      if (section%node == 0 .or. any_mistakes(reader%diagnostics)) cycle
       if (any(sections%node == section%node)) then
         call report(reader, section%node_position, 'node '//to_text(model%mesh%node_id( &
           section%node))//' is the reference node of another *PRE-TENSION SECTION')
         cycle
       end if
-      model%joined(section%node) = .true.
       sections = [sections, section]
     end do
   end subroutine read_sections_of_bolts
@@ -51,36 +50,49 @@ contains
   subroutine read_section(reader, card, model, section)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    type(model_t), intent(in) :: model
+    type(model_t), intent(inout) :: model
     type(section_t), intent(out) :: section
     type(fields_t) :: fields
     integer :: id, i
     logical :: ok, found, each(3)
 
     section%surface_name = ''
+    section%position = card%position
+    section%surface_position = option_position(card, 'SURFACE')
+    section%node_position = option_position(card, 'NODE')
+    id = 0
+    if (.not. has_option(card, 'NODE')) then
+      call report(reader, card%position, '*PRE-TENSION SECTION needs NODE=, a node whose dof 1 '// &
+        'is the shortening of the bolt')
+      return
+    end if
+    call node_option(reader, card, 'NODE', id, ok)
+    if (.not. ok) return
+    i = find_id(model%mesh%nodes, model%mesh%node_id, id)
+    if (i == 0) then
+      call report(reader, section%node_position, 'node '//to_text(id)//' is not defined')
+      return
+    else if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. &
+      model%rotation_node(i) > 0) then
+      call report(reader, section%node_position, 'node '//to_text(id)//' belongs to an element, '// &
+        'an obstacle or a coupling: a *PRE-TENSION SECTION needs a node of its own')
+      return
+    end if
+    ! Whatever else is wrong, the node is one that may be loaded.
+    model%joined(i) = .true.
+    section%node = i
     if (has_option(card, 'ELEMENT')) then
       call report(reader, option_position(card, 'ELEMENT'), '*PRE-TENSION SECTION of a beam '// &
         'element is not available: cut solid elements by SURFACE=')
       return
     end if
     call allow_options(reader, card, ['SURFACE', 'NODE   '])
-    section%position = card%position
     call name_option(reader, card, 'SURFACE', .true., section%surface_name, ok)
-    if (.not. ok) return
-    section%surface_position = option_position(card, 'SURFACE')
-    section%node_position = option_position(card, 'NODE')
-    if (.not. has_option(card, 'NODE')) then
-      call report(reader, card%position, '*PRE-TENSION SECTION needs NODE=, a node whose dof 1 '// &
-        'is the shortening of the bolt')
-      return
-    end if
-    id = 0
-    call node_option(reader, card, 'NODE', id, ok)
-    if (.not. ok) return
     call next_data_line(reader, card, fields, found, 3, 'the normal of the section: x, y, z')
     if (found) then
       do i = 1, 3
-        call real_field(reader, fields, i, 'a component of the normal', section%normal(i), each(i))
+        call real_field(reader, fields, i, 'a component of the normal', section%normal(i), &
+          each(i))
       end do
       if (.not. all(each)) return
       if (.not. norm2(section%normal) > 0.0_wp) then
@@ -88,16 +100,6 @@ contains
         return
       end if
       call end_data(reader, card, fields, '*PRE-TENSION SECTION takes one data line at most')
-    end if
-    i = find_id(model%mesh%nodes, model%mesh%node_id, id)
-    if (i == 0) then
-      call report(reader, section%node_position, 'node '//to_text(id)//' is not defined')
-    else if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. &
-      model%rotation_node(i) > 0) then
-      call report(reader, section%node_position, 'node '//to_text(id)//' belongs to an element, '// &
-        'an obstacle or a coupling: a *PRE-TENSION SECTION needs a node of its own')
-    else
-      section%node = i
     end if
   end subroutine read_section
 
