@@ -399,6 +399,8 @@ contains
     end if
     if (any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) call note(reader, 'NLGEOM: '// &
       '*EQUATION joins displacements along fixed directions and does not turn with the body')
+    if (any(reader%cards(:reader%n_cards)%keyword == 'PRE-TENSION SECTION')) call note(reader, &
+      'NLGEOM: the normal of a *PRE-TENSION SECTION does not turn with the bolt')
     if (any(scene%mesh%element_kind == kind_c3d8b)) call note(reader, 'C3D8B at finite strain: '// &
       'pressed to 0.8 of its length, nearly incompressible material is unstable on the mesh, '// &
       'where it is not in nature; C3D8I neither locks nor does this')

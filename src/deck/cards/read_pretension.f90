@@ -81,7 +81,7 @@ contains
     ! Whatever else is wrong, the node is one that may be loaded.
     model%joined(i) = .true.
     section%node = i
-    if (has_option(card, 'ELEMENT')) then
+    if (has_option(card, 'ELEMENT') .and. .not. has_option(card, 'SURFACE')) then
       call report(reader, option_position(card, 'ELEMENT'), '*PRE-TENSION SECTION of a beam '// &
         'element is not available: cut solid elements by SURFACE=')
       return
