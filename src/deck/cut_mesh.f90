@@ -21,7 +21,7 @@ module cut_mesh_mod
   implicit none
   private
 
-  public :: nodes_by_id, elements_of, refuse_uncut, replace_elements
+  public :: extend_marks, nodes_by_id, elements_of, refuse_uncut, replace_elements
 
 contains
 

@@ -35,6 +35,8 @@ module read_deck_mod
   use read_gaps_mod, only: read_clearances, read_gaps
   use read_couplings_mod, only: find_coupled_surfaces, read_couplings
   use read_equations_mod, only: read_equations
+  use pretension_mod, only: join_sections, section_t
+  use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -170,6 +172,7 @@ contains
     type(adjust_t), allocatable :: adjusts(:)
     type(tie_t), allocatable :: ties(:)
     type(coupling_t), allocatable :: couplings(:)
+    type(section_t), allocatable :: bolts(:)
     type(equation_list_t) :: equations
     type(transforms_t) :: transforms
     type(refinement_t), allocatable :: refinements(:)
@@ -189,6 +192,7 @@ contains
     call move_origin(model%mesh, model%used)
     call read_obstacles(reader, model, scene%obstacles, obstacles)
     call read_rigid_bodies(reader, model, bodies)
+    call read_sections_of_bolts(reader, model, bolts)
     ! Nodes that equations alone name may be named by sets.
     if (.not. any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) then
       call note_unused_nodes(reader, model)
@@ -199,6 +203,7 @@ contains
     call refine_mesh(reader, model, size_read%parts, size_read%across)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
+    call cut_bolts(reader, model, bolts)
     call read_materials(reader, scene%materials, materials)
     call read_sections(reader, model, materials, material)
     call check_locking(reader, model%mesh, scene%materials, material)
@@ -231,10 +236,12 @@ contains
     end if
     if (.not. any_mistakes(reader%diagnostics)) then
       call couple(reader, model, surfaces%list(:surfaces%n), couplings, equations)
+      call join_sections(bolts, equations)
     end if
     call mark_named(model, equations)
-    ! After a mistake couplings are not made, and nothing is known of what they would name.
-    if (size(couplings) > 0 .and. any_mistakes(reader%diagnostics)) model%named = .true.
+    ! After a mistake couplings and sections are not made, and nothing is known of what they would name.
+    if ((size(couplings) > 0 .or. any(reader%cards(:reader%n_cards)%keyword == &
+      'PRE-TENSION SECTION')) .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
     call read_clearances(reader, scene%pairs)
     call read_contact_controls(reader, scene%contact)
@@ -392,6 +399,8 @@ contains
     end if
     if (any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) call note(reader, 'NLGEOM: '// &
       '*EQUATION joins displacements along fixed directions and does not turn with the body')
+    if (any(reader%cards(:reader%n_cards)%keyword == 'PRE-TENSION SECTION')) call note(reader, &
+      'NLGEOM: the normal of a *PRE-TENSION SECTION does not turn with the bolt')
     if (any(scene%mesh%element_kind == kind_c3d8b)) call note(reader, 'C3D8B at finite strain: '// &
       'pressed to 0.8 of its length, nearly incompressible material is unstable on the mesh, '// &
       'where it is not in nature; C3D8I neither locks nor does this')

@@ -12,7 +12,7 @@ module sets_mod
   private
 
   public :: set_t, set_list_t, model_t, find_set, report_unknown, referenced_nodes
-  public :: referenced_elements, finish
+  public :: referenced_elements, finish, with_twins
 
   !> A set. Only the first card of a name holds it; later ones add to that.
   type :: set_t
@@ -53,6 +53,8 @@ module sets_mod
     logical, allocatable :: joined(:)
     !! (n_nodes) nodes that no element has and an equation or a coupling names
     logical, allocatable :: named(:, :) !! (3,n_nodes) degrees of freedom that equations name
+    integer, allocatable :: twins(:, :)
+    !! (2,k) nodes that cuts of bolts made, and those beside them; not allocated: none
     logical, allocatable :: weighs(:)    !! (n_elements) whether its material has a density
   end type model_t
 
@@ -126,6 +128,20 @@ contains
     end if
     if (.not. allocated(elements)) allocate (elements(0))
   end subroutine referenced_elements
+
+  !> Nodes, behind them those that cuts of bolts put in their places.
+  pure function with_twins(model, nodes) result(all_nodes)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: nodes(:)
+    integer, allocatable :: all_nodes(:)
+    logical :: named(model%mesh%n_nodes)
+
+    all_nodes = nodes
+    if (.not. allocated(model%twins)) return
+    named = .false.
+    named(nodes) = .true.
+    all_nodes = [nodes, pack(model%twins(1, :), named(model%twins(2, :)))]
+  end function with_twins
 
   !> The set `name`: its index, 0 when there is none.
   pure function find_set(sets, name) result(found)

@@ -178,6 +178,17 @@ contains
       call report(reader, 0, 'the deck uses too many surfaces of nodes')
       return
     end if
+    if (allocated(model%twins)) then
+      ! Of a node that was doubled a set has only the one, and not the faces on the other side.
+      n = findloc([(any(model%twins(2, :) == surfaces%list(index)%nodes(n)), n=1, &
+        size(surfaces%list(index)%nodes))], .true., dim=1)
+      if (n > 0) then
+        call report(reader, 0, 'surface '//quoted(surfaces%list(index)%name)//' is made of '// &
+          'nodes, of which node '//to_text(model%mesh%node_id(surfaces%list(index)%nodes(n)))// &
+          ' is on a *PRE-TENSION SECTION', 'make it of faces: *SURFACE, TYPE=ELEMENT')
+        return
+      end if
+    end if
     call find_outer_faces(model%mesh, surfaces%list(index)%nodes, faces)
     call move_alloc(faces, surfaces%list(index)%faces)
     call add_middles(reader, model, surfaces%list(index))

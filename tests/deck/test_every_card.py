@@ -48,6 +48,7 @@ n = 1
 904, 0., 0., 3.
 905, 0., 0., 3.
 906, 0., 0., 3.
+907, 0., 0., 3.
 *ELEMENT, TYPE=C3D8, ELSET=CUBE
 101, 101, 102, 103, 104, 105, 106, 107, 108
 *ELEMENT, TYPE=R3D3, ELSET=PLATE
@@ -119,6 +120,10 @@ SIDE, BODY-XMIN
 *COUPLING, CONSTRAINT NAME=MEAN, REF NODE=906, SURFACE=FOOT
 *DISTRIBUTING
 1, 6
+*SURFACE, NAME=CUT
+902, S2
+*PRE-TENSION SECTION, SURFACE=CUT, NODE=907
+0., 0., 1.
 *TRANSFORM, NSET=SOME, TYPE=R
 1., 0., 0., 0., 1., 0.
 *CONTACT GAP
@@ -204,7 +209,7 @@ def page_table():
         keywords, options, ignored = line.strip("|").split("|")
         # Values stand in parentheses.
         options = re.sub(r"\([^)]*\)", "", options)
-        for keyword in re.findall(r"`\*([A-Z ]+)`", keywords):
+        for keyword in re.findall(r"`\*([A-Z -]+)`", keywords):
             table[keyword] = (re.findall(r"`([^`]+)`", options), re.findall(r"`([^`]+)`", ignored))
     return table
 
@@ -214,8 +219,8 @@ def page_keywords():
     found = set()
     for line in PAGE.splitlines():
         if line.startswith("### "):
-            found |= set(re.findall(r"`\*([A-Z ]+?)[\[,`]", line))
-        example = re.match(r" {4}\*([A-Z][A-Z ]*?)\s*(,|$)", line)
+            found |= set(re.findall(r"`\*([A-Z -]+?)[\[,`]", line))
+        example = re.match(r" {4}\*([A-Z][A-Z -]*?)\s*(,|$)", line)
         if example:
             found.add(example[1])
     return found
@@ -302,7 +307,7 @@ class EveryCard(Changed):
         self.assertEqual(set(self.table), {keyword for keyword, _, _ in self.cards})
 
     def test_the_table_has_every_keyword_that_is_read(self):
-        read = re.findall(r"keyword_t\('([A-Z ]+)', \w+, is_read\)", READER)
+        read = re.findall(r"keyword_t\('([A-Z -]+)', \w+, is_read\)", READER)
         self.assertEqual(set(self.table), {*read, "INCLUDE"})
 
     def test_a_field_too_many_is_a_mistake(self):
@@ -384,8 +389,8 @@ class EveryCard(Changed):
 
     def test_keywords_are_ignored_as_the_page_says(self):
         listed = PAGE.split("skipped with a note:", 1)[1].split("\n\n", 1)[0]
-        listed = set(re.findall(r"`\*([A-Z ]+)`", listed))
-        ignored = set(re.findall(r"keyword_t\('([A-Z ]+)', \w+, is_ignored\)", READER))
+        listed = set(re.findall(r"`\*([A-Z -]+)`", listed))
+        ignored = set(re.findall(r"keyword_t\('([A-Z -]+)', \w+, is_ignored\)", READER))
         self.assertEqual(listed, ignored)
         for keyword in sorted(listed):
             with self.subTest(keyword=keyword):
@@ -394,7 +399,7 @@ class EveryCard(Changed):
                 self.assertIn(f"*{keyword} is ignored", said)
 
     def test_any_other_keyword_is_a_mistake(self):
-        others = re.findall(r"keyword_t\('([A-Z ]+)', \w+, is_missing\)", READER)
+        others = re.findall(r"keyword_t\('([A-Z -]+)', \w+, is_missing\)", READER)
         for keyword in (*sorted(set(others) - set(self.table)), "NOSUCH", "CONTACT PAIRS"):
             with self.subTest(keyword=keyword):
                 status, said, mistakes = self.plan({1: f"*{keyword}\n*HEADING"})

@@ -18,6 +18,7 @@ SMALL = {
     "ball": {"n": 6, "steps": 4},
     "bend": {},
     "block": {"n": 3, "steps": 10},
+    "bolt": {"n": 1},
     "bracket": {"n": 2, "steps": 4},
     "cantilever": {},
     "corner": {"n": 3},

@@ -16,7 +16,7 @@ module read_temperatures_mod
     option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: read_op
-  use sets_mod, only: model_t, referenced_nodes
+  use sets_mod, only: model_t, referenced_nodes, with_twins
   use text_mod, only: to_text
   implicit none
   private
@@ -193,6 +193,7 @@ contains
     if (size(nodes) > 0 .and. .not. any(model%used(nodes))) call note(reader, &
       'temperatures of nodes that belong to no element are ignored')
     nodes = pack(nodes, model%used(nodes) .and. ok)
+    nodes = with_twins(model, nodes)
   end subroutine next_line
 
 end module read_temperatures_mod

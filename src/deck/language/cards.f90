@@ -192,7 +192,7 @@ contains
       card%is_refused = .true.
       reader%lacks_elements = reader%lacks_elements .or. any(keyword%name == [character( &
         max_keyword) :: 'SHELL SECTION', 'BEAM SECTION', 'BEAM GENERAL SECTION', &
-        'MEMBRANE SECTION', 'FLUID SECTION', 'USER ELEMENT', 'PRE-TENSION SECTION', 'MPC'])
+        'MEMBRANE SECTION', 'FLUID SECTION', 'USER ELEMENT', 'MPC'])
     end subroutine refuse
 
     !> Check that the keyword may stand here, and keep track of the steps.
@@ -261,8 +261,6 @@ contains
     character(:), allocatable :: hint
 
     select case (keyword)
-    case ('PRE-TENSION SECTION')
-      hint = 'a bolt can be shortened by *EXPANSION and *TEMPERATURE on its elements'
     case ('DISTRIBUTING COUPLING')
       hint = '*COUPLING with *DISTRIBUTING joins a reference node to a surface'
     case ('SYSTEM')

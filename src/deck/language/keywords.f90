@@ -60,6 +60,7 @@ module keywords_mod
     keyword_t('COUPLING', in_model, is_read), &
     keyword_t('KINEMATIC', in_model, is_read), &
     keyword_t('DISTRIBUTING', in_model, is_read), &
+    keyword_t('PRE-TENSION SECTION', in_model, is_read), &
     keyword_t('TRANSFORM', in_model, is_read), &
     keyword_t('CONTACT GAP', in_model, is_read), &
     keyword_t('CLEARANCE', in_model, is_read), &
@@ -187,7 +188,6 @@ module keywords_mod
     keyword_t('CHANGE MATERIAL', anywhere, is_missing), &
     keyword_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
     keyword_t('DISTRIBUTING COUPLING', anywhere, is_missing), &
-    keyword_t('PRE-TENSION SECTION', anywhere, is_missing), &
     keyword_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing)]
 
 contains
