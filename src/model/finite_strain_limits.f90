@@ -73,11 +73,11 @@ contains
 
     associate (of => scene%rotations(rotation), joints => scene%constraints)
       id = to_text(scene%mesh%node_id(of%node))
-      if (any(joints%node(:joints%n) == of%rotation_node .or. joints%node(:joints%n) == of%node)) &
-        then
+      if (any(joints%node(:joints%n) == of%rotation_node .or. &
+              joints%node(:joints%n) == of%node)) then
         words = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
-          'middle of their surface (reference node '//id//'): put forces alone on a node in the '// &
-          'middle, or couple all directions by *KINEMATIC'
+          'middle of their surface (reference node '//id//'): put forces alone on a node in '// &
+          'the middle, or couple all directions by *KINEMATIC'
       else
         words = '*KINEMATIC couplings that turn and couple only some of directions 1 to 3, or '// &
           'whose reference node has local directions or rotations that equations name '// &

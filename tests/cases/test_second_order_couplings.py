@@ -221,7 +221,8 @@ class Couplings(BoxCase):
                     + STEP + f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*END STEP\n", name="deck",
                 )
                 self.assertEqual(run.status, 0, run.errors)
-                self.assertEqual("have four faces or more without a neighbour" in run.output, wanted)
+                noted = "have four faces or more without a neighbour" in run.output
+                self.assertEqual(noted, wanted)
                 result = run.result()
                 self.addCleanup(result.close)
                 self.check_uniform(result, len(box.x))

@@ -160,8 +160,8 @@ contains
     call note(reader, card//' gives temperatures to all corners of '//to_text(n)// &
       ' elements and not to all of their mid-side nodes (node '// &
       to_text(model%mesh%node_id(first_node))//' of element '// &
-      to_text(model%mesh%element_id(first_element))//', for one): the mean over all nodes of an '// &
-      'element counts')
+      to_text(model%mesh%element_id(first_element))//', for one): the mean over all nodes of '// &
+      'an element counts')
   end subroutine note_unnamed_middles
 
   !> The next line of a set or node and its temperature.
