@@ -3,8 +3,8 @@
 !> Beside the run goes a coarse one, in increments of twice the size. Friction makes both
 !> first-order accurate in the increment, so their difference is the error of the finer one. Where a
 !> *STEP has few increments, the run beside has halves of them instead, along the whole path: in the
-!> first ones after contact or a reversal the error is not of first order yet, and that of increments
-!> twice as large is about the same.
+!> first ones after contact or a reversal the error is not of first order yet, and increments twice
+!> as large have about the same.
 !>
 !> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude,
 !> or contact that begins. So where there is such an event the run beside ends at it, and goes from
@@ -84,7 +84,7 @@ contains
     integer :: n_run !! increments of the run that the coarse one has to catch up
     real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
     real(wp) :: least_doubtful !! energy left over that is to be looked into
-    logical :: ok, is_doubtful, in_halves
+    logical :: ok, is_doubtful, in_halves, is_split
 
     report%errors%load_steps = -1.0_wp
     in_halves = minval(scene%steps%n_increments) < few
@@ -109,8 +109,10 @@ contains
     coarse%most_strained = report%energy%strain
     coarse%energy = report%energy
     from_here = coarse%state
-    if (in_halves .or. event_before(scene, points, solver, coarse%state, new%position) < &
-      new%position) then
+    is_split = in_halves
+    if (.not. is_split) is_split = event_before(scene, points, solver, coarse%state, &
+      new%position) < new%position
+    if (is_split) then
       call follow_events(n_run)
     else if (is_at(coarse%state, old)) then
       call follow_finely(2*n_run)
