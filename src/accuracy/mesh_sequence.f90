@@ -36,6 +36,8 @@ module mesh_sequence_mod
     logical :: is_kept = .true.           !! its result is in the file
     real(wp) :: theory = 0.0_wp           !! error of small strain, the largest; in no sum [-]
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
+    real(wp) :: on_edges = 0.0_wp
+    !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
   end type mesh_run_t
 
   !> Runs that differ in the size of all elements alone.
@@ -298,6 +300,7 @@ contains
       call archive(list, run%near)
       call archive(list, run%theory)
       call archive(list, run%in_double)
+      call archive(list, run%on_edges)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 

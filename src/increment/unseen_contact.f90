@@ -16,7 +16,7 @@ module unseen_contact_mod
   implicit none
   private
 
-  public :: unseen_error
+  public :: unseen_error, share_on_little_covered
 
   real(wp), parameter :: half = 0.5_wp*(1.0_wp - 1.0e-6_wp)
   !! of a node's area, but for rounding: an edge along edges of the mesh leaves that much [-]

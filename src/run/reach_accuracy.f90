@@ -357,10 +357,24 @@ contains
         to_text(choice%finer, 2)//' times as small, some '//bytes_in_words(choice%memory)// &
         ' of memory'
     end select
+    reason = reason//cause_in_words(sequence)
     call raise(error, merge(exit_machine, exit_not_solved, choice%outcome == beyond_machine), &
       'accuracy '//words//' was not reached: '//reason//runs// &
       '; the result is that of '//settings_in_words(sequence%runs(size(sequence%runs)))// &
       ', and otherwise complete')
   end subroutine tell_outcome
+
+  !> Why finer meshes gain little, and what to do, where the last run shows it; else ''.
+  function cause_in_words(sequence) result(words)
+    type(mesh_sequence_t), intent(in) :: sequence
+    character(:), allocatable :: words
+
+    words = ''
+    associate (on_edges => sequence%runs(size(sequence%runs))%on_edges)
+      if (on_edges > sequence%wanted) words = '; '//percent(on_edges)//' of the normal force '// &
+        'is on nodes of which less than half is covered: edges of a body lie inside faces of the '// &
+        'other; align the mesh, so that edges of elements lie along them'
+    end associate
+  end function cause_in_words
 
 end module reach_accuracy_mod
