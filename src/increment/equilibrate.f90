@@ -128,7 +128,10 @@ contains
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
           join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)
-        if (has_joined) cycle newton_raphson
+        if (has_joined) then
+          new%alone = trial%placement%weights%alone
+          cycle newton_raphson
+        end if
         exit newton_raphson
       end if
       call lead(scene, points, solver, trial, new, loop)

@@ -163,14 +163,6 @@ contains
     call place_state(scene, points, solver%undeformed, state, contact%placement)
     allocate (contact%normal_force(points%n), source=0.0_wp)
     allocate (contact%presses(points%n), contact%sticks(points%n), source=.false.)
-    ! A point in the middle of an edge has its ends where one of them presses.
-    if (allocated(contact%placement%weights%alone)) then
-      do i = 1, points%n
-        if (points%alpha(i) > 0.0_wp .and. points%is_curved(i) .and. .not. points%on_surface(i)) &
-          contact%placement%weights%alone(i) = points%is_held(i) .or. .not. any(abs( &
-          state%reaction(:, points%end_point(:, i))) > 0.0_wp)
-      end do
-    end if
     do i = 1, points%n
       r = matmul(state%reaction(:, i), contact%placement%frame(:, :, i))
       contact%presses(i) = r(1) > 0.0_wp
