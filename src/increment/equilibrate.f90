@@ -28,7 +28,7 @@ module equilibrate_mod
   use follow_points_mod, only: measure_points
   use passed_obstacles_mod, only: find_passed, part_that_would_do
   use drag_points_mod, only: drag_points
-  use placement_mod, only: placement_t, place_curved
+  use placement_mod, only: placement_t, place_curved, join_ends
   use follow_bodies_mod, only: has_moved, farthest_point, largest_deformation
   use transfer_mod, only: nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, is_on_bodies, neutral_motions, &
@@ -67,7 +67,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
-    logical :: is_missed, is_first, is_followed
+    logical :: is_missed, is_first, is_followed, has_joined
 
     new%rotation = trial%rotation
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
@@ -124,7 +124,16 @@ contains
       is_first = .false.
       report%imbalance = loop%imbalance
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-      if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) exit newton_raphson
+      if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) then
+        has_joined = .false.
+        if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
+          join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)
+        if (has_joined) then
+          new%alone = trial%placement%weights%alone
+          cycle newton_raphson
+        end if
+        exit newton_raphson
+      end if
       call lead(scene, points, solver, trial, new, loop)
       if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
         trial%controls%tolerance) then

@@ -16,7 +16,7 @@ module placement_mod
   private
 
   public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, place_state, &
-    as_turned, find_partly_covered, leave_ends
+    as_turned, find_partly_covered, leave_ends, join_ends
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
@@ -225,8 +225,8 @@ contains
 
   !> Leave the ends of edges out of the points in their middles where neither can touch: these would
   !> press at a distance. They cannot where nothing of them is inside the obstacle at a displacement
-  !> that contact does not keep from entering. At finite strain that begins where contact has kept
-  !> them, and turns far from it: then an end that presses where the increment begins can.
+  !> that contact does not keep from entering. At finite strain no displacement is without contact:
+  !> there they can where one presses as the increment begins, or presses after all (join_ends).
   !> docs/theory.md section 9.
   pure subroutine leave_ends(scene, points, u, rotation, reaction, placement)
     type(scene_t), intent(in) :: scene
@@ -248,8 +248,8 @@ contains
           place(scene, points, pair, u, without, rotation)
       end associate
     end do
-    can_touch = without%gap <= 0.0_wp
-    if (scene%finite_strain) can_touch = can_touch .or. any(abs(reaction) > 0.0_wp, dim=1)
+    can_touch = merge(any(abs(reaction) > 0.0_wp, dim=1), without%gap <= 0.0_wp, &
+      scene%finite_strain)
     do i = 1, points%n
       if (.not. (points%alpha(i) > 0.0_wp .and. points%is_curved(i))) cycle
       if (points%on_surface(i)) cycle
@@ -257,6 +257,24 @@ contains
         i)))
     end do
   end subroutine leave_ends
+
+  !> At finite strain: give points in the middles of edges that were alone their ends where one of
+  !> these presses after all. They never lose them within an increment, so that this ends.
+  pure subroutine join_ends(points, reaction, alone, is_any)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: reaction(:, :)  !! (3,n_points) [force]
+    logical, intent(inout) :: alone(:)      !! (n_points) as of weights_t
+    logical, intent(out) :: is_any          !! of them was alone and is no more
+    integer :: i
+
+    is_any = .false.
+    do i = 1, points%n
+      if (.not. alone(i) .or. points%is_held(i) .or. points%on_surface(i)) cycle
+      if (.not. (points%alpha(i) > 0.0_wp .and. points%is_curved(i))) cycle
+      alone(i) = .not. any(abs(reaction(:, points%end_point(:, i))) > 0.0_wp)
+      is_any = is_any .or. .not. alone(i)
+    end do
+  end subroutine join_ends
 
   !> An obstacle as it has turned.
   pure function as_turned(scene, master, rotation) result(obstacle)
