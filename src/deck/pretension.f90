@@ -29,7 +29,8 @@ module pretension_mod
   type :: section_t
     integer :: node = 0                !! the reference node; 0: an error was reported
     character(:), allocatable :: surface_name
-    real(wp) :: normal(3) = 0.0_wp     !! from the elements of the surface outwards; 0: as the mean [-]
+    real(wp) :: normal(3) = 0.0_wp
+    !! from the elements of the surface outwards; 0: as the mean [-]
     integer, allocatable :: faces(:, :) !! (2,n) element, face 1..6
     integer, allocatable :: twins(:, :) !! (2,k) the node of the elements of the surface, the other
     integer :: position = 0, surface_position = 0, node_position = 0 !! in the deck
@@ -189,8 +190,8 @@ contains
         end do
       end associate
       do f = 1, cells(model%mesh%connectivity%cell(e))%n_faces
-        if (any(is_cut(nodes_of_face(model%mesh%connectivity, e, f)))) &
-          call append(face, n, [e, f])
+        if (any(is_cut(nodes_of_face(model%mesh%connectivity, e, f)))) call append(face, n, &
+          [e, f])
       end do
     end do
     owner = owner(:, :m)

@@ -239,7 +239,7 @@ contains
       call join_sections(bolts, equations)
     end if
     call mark_named(model, equations)
-    ! After a mistake couplings and sections are not made, and nothing is known of what they would name.
+    ! After a mistake couplings and sections are not made: what they would name is not known.
     if ((size(couplings) > 0 .or. any(reader%cards(:reader%n_cards)%keyword == &
       'PRE-TENSION SECTION')) .and. any_mistakes(reader%diagnostics)) model%named = .true.
     call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)

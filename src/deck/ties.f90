@@ -282,7 +282,8 @@ contains
       if (size(slave%hanging, 2) > 0) then
         call solve_for_own(slave%nodes, tied, slave%hanging, model%mesh%n_nodes, mortar%weights)
         do i = 1, size(tied)
-          if (tied(i)) mortar%apart(:, i) = x(:, slave%nodes(i)) - place_of_row(mortar%weights, i, x)
+          if (tied(i)) mortar%apart(:, i) = x(:, slave%nodes(i)) - place_of_row(mortar%weights, &
+            i, x)
         end do
       end if
       call take_up_shifts(slave%nodes, x, mortar)

@@ -372,8 +372,8 @@ contains
     words = ''
     associate (on_edges => sequence%runs(size(sequence%runs))%on_edges)
       if (on_edges > sequence%wanted) words = '; '//percent(on_edges)//' of the normal force '// &
-        'is on nodes of which less than half is covered: edges of a body lie inside faces of the '// &
-        'other; align the mesh, so that edges of elements lie along them'
+        'is on nodes of which less than half is covered: edges of a body lie inside faces of '// &
+        'the other; align the mesh, so that edges of elements lie along them'
     end associate
   end function cause_in_words
 

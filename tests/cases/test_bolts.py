@@ -1,11 +1,10 @@
 """Bolts that are cut: *PRE-TENSION SECTION.
 
 A bar of length 4 and unit area, held at both ends, is cut in its middle; a force F on the reference
-node gives the stress F / A everywhere and moves the cut by F L / (E A), whatever the elements are. A
-bolt beside a clamped column: springs in parallel.
+node gives the stress F / A everywhere and moves the cut by F L / (E A), whatever the elements are.
+A bolt beside a clamped column: springs in parallel.
 """
 
-import re
 import unittest
 
 import numpy as np
@@ -50,7 +49,7 @@ def section(box, node, place=2.0, normal="0., 0., 1.", upper=False):
 def bar(kinds, steps, normal="0., 0., 1.", upper=False, nlgeom=""):
     """Return a bar that is cut: its ends held along z, its bottom also across at three nodes."""
     box = Box("B", (1, 1, 4), kinds, size=(1, 1, 4), shift=0)
-    corner, along, across = (
+    corner, along, _ = (
         next(n for n in box.side(2, 0) if tuple(box.x[n - 1][:2]) == xy)
         for xy in ((0, 0), (1, 0), (0, 1))
     )

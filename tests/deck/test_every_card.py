@@ -427,7 +427,8 @@ class Flags(Changed):
             header = self.lines.index(card) + 1
             for value in ("2", "NO STOP", "TRUE"):
                 with self.subTest(card=card, value=value):
-                    self.refused(header, f"{bare}, {name}={value}", "takes no value but YES or NO")
+                    words = "YES, NO or AUTO" if name == "NLGEOM" else "YES or NO"
+                    self.refused(header, f"{bare}, {name}={value}", f"takes no value but {words}")
 
     def test_no_is_as_if_it_were_not_there(self):
         for card, name in self.flags:

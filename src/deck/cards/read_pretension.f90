@@ -74,8 +74,9 @@ contains
       return
     else if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. &
       model%rotation_node(i) > 0) then
-      call report(reader, section%node_position, 'node '//to_text(id)//' belongs to an element, '// &
-        'an obstacle or a coupling: a *PRE-TENSION SECTION needs a node of its own')
+      call report(reader, section%node_position, 'node '//to_text(id)// &
+        ' belongs to an element, an obstacle or a coupling: a *PRE-TENSION SECTION needs a '// &
+        'node of its own')
       return
     end if
     ! Whatever else is wrong, the node is one that may be loaded.
