@@ -227,7 +227,6 @@ contains
         finish = event_before(scene, points, solver, other, finish)
         call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
         if (.not. ok) exit pieces
-        if (.not. ok) exit pieces
         call add_left_over(other, middle)
         if (finish < new%position) then
           call try_increment(scene, points, solver, middle, finish - middle%position, other, ok)

@@ -280,7 +280,7 @@ class EveryDeck(Folder):
         deck = self.folder / "tool.inp"
         back = "*STEP\n*STATIC, DIRECT\n<1/steps>, 1.\n*BOUNDARY\nCENTRE, 1, 1, 0.1\n*END STEP\n"
         deck.write_text((INPUT / "tool.inp").read_text() + back)
-        case = Case(deck, n=8, mu=1.2, steps=4, radius=0.3, depth=0.04, way=0.7)
+        case = Case(deck, n=8, mu=1.2, steps=4, radius=0.4, depth=0.04, way=0.7)
         self.check(case, kills=[k / 12 + 0.02 for k in range(2, 12)])
 
     def test_reference_nodes_of_every_kind(self):
