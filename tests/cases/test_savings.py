@@ -177,7 +177,8 @@ class Savings(unittest.TestCase):
         fit = SOURCE / "studies" / "data" / "scenes" / "fit.inp"
         for deck in (INPUT / "tool.inp", fit):
             with self.subTest(deck=deck.name):
-                text = deck.read_text()
+                # Of fewer increments a step their error is found by twice as many.
+                text = deck.read_text().replace("steps = 5\n", "steps = 8\n")
                 self.assertEqual(text.count("*CONTACT SOLVER,"), 1)
                 products = text.replace("SOLVER,", "SOLVER, COMPLIANCE=PRODUCTS,", 1)
                 run, other = Run(text, name="dense"), Run(products, name="products")
