@@ -237,7 +237,7 @@ class Deck:
         *PARAMETER, which comes before all that may use it. ValueError for what would be no card.
         """
         word = " ".join(keyword.strip().lstrip("*").upper().split())
-        if not re.fullmatch(r"[A-Z][A-Z ]*", word):
+        if not re.fullmatch(r"[A-Z][A-Z -]*", word):
             raise ValueError(f"not a keyword: {keyword!r}")
         head = f"*{word}"
         given = dict(options or {})
