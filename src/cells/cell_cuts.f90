@@ -9,14 +9,13 @@
 !> A piece that has a part of a face of the cell has it as its face of the same number.
 !> docs/theory.md, section 8.
 module cell_cuts_mod
-  use cells_mod, only: cell_t, cells, has_middles
+  use cells_mod, only: cell_t, cells, has_middles, most_faces
   use kinds_mod, only: wp
   implicit none
   private
 
   public :: cell_cut_t, cut_cell, can_be_cut, is_simplex, shortest_diagonal, most_variants
 
-  integer, parameter :: n_faces = size(cells(1)%n_face_corners)
   integer, parameter :: most_variants = 3 !! beside that which is 0
 
   !> The pieces of a cell.
@@ -107,7 +106,7 @@ contains
       allocate (cut%node, source=grid_of(cell, cut%steps))
       cut%corner = cut%node(:, :cell%n_corners)
       n_pieces = product(along)
-      allocate (cut%piece(3, cell%n_nodes, n_pieces), cut%is_outer(n_faces, n_pieces))
+      allocate (cut%piece(3, cell%n_nodes, n_pieces), cut%is_outer(most_faces, n_pieces))
       cut%piece = 0
       of_others = 1
       ! The pieces of the first simplex follow each other.
@@ -129,7 +128,7 @@ contains
           cut%piece(:, cell%edge(2, a - cell%n_corners), :))/2
       end do
       do k = 1, n_pieces
-        do i = 1, n_faces
+        do i = 1, most_faces
           cut%is_outer(i, k) = i <= cell%n_faces
           if (i <= cell%n_faces) cut%is_outer(i, k) = has_part(cell, cut, i, cut%piece(:, :, k))
         end do

@@ -20,8 +20,8 @@ module cells_mod
   implicit none
   private
 
-  public :: cell_t, cells, face_corners, face_nodes, most_nodes, most_points, has_middles, &
-    computed_as
+  public :: cell_t, cells, face_corners, face_nodes, most_nodes, most_faces, most_points, &
+    has_middles, computed_as
   public :: hexahedron_nodes, hexahedron_points
   public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15, &
     pyramid_5, hexahedron_20_reduced, hexahedron_20_of_14

@@ -9,10 +9,11 @@
 module pretension_mod
   use cards_mod, only: reader_t, report
   use cells_mod, only: cells
-  use connectivity_mod, only: all_nodes_of_face, corners_in, nodes_of_element, nodes_of_face
+  use connectivity_mod, only: all_nodes_of_face, nodes_of_element, nodes_of_face
   use cut_mesh_mod, only: extend_marks
   use equal_columns_mod, only: number_columns
   use equation_list_mod, only: add_equation, equation_list_t
+  use faces_mod, only: face_area_vectors
   use growing_lists_mod, only: append
   use kinds_mod, only: wp
   use local_refinement_mod, only: parents_of
@@ -102,22 +103,14 @@ contains
     type(section_t), intent(inout) :: section
     logical, intent(out) :: ok !! false: an error was reported
     real(wp) :: mean(3), vector(3), total
-    integer :: i, n
-    integer :: nodes(4)
+    integer, allocatable :: nodes(:)
+    integer :: i
 
     mean = 0.0_wp
     total = 0.0_wp
     do i = 1, size(section%faces, 2)
-      nodes = nodes_of_face(model%mesh%connectivity, section%faces(1, i), section%faces(2, i))
-      n = corners_in(nodes)
-      associate (x => model%mesh%coordinates)
-        ! Half the product of the diagonals; of a triangle of two edges.
-        if (n == 3) then
-          vector = 0.5_wp*cross(x(:, nodes(2)) - x(:, nodes(1)), x(:, nodes(3)) - x(:, nodes(1)))
-        else
-          vector = 0.5_wp*cross(x(:, nodes(3)) - x(:, nodes(1)), x(:, nodes(4)) - x(:, nodes(2)))
-        end if
-      end associate
+      nodes = all_nodes_of_face(model%mesh%connectivity, section%faces(1, i), section%faces(2, i))
+      vector = sum(face_area_vectors(model%mesh%coordinates(:, pack(nodes, nodes > 0))), 2)
       mean = mean + vector
       total = total + norm2(vector)
     end do
@@ -132,13 +125,6 @@ contains
     where (abs(section%normal) < rounding) section%normal = 0.0_wp
     section%normal = section%normal/norm2(section%normal)
   end subroutine find_normal
-
-  pure function cross(a, b) result(c)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
   !> Report a section that nodes hang beside.
   subroutine refuse_hanging_nodes(reader, model, section, is_cut, ok)
