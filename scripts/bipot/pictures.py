@@ -53,33 +53,34 @@ def pictures_of(
 ) -> Iterator[Picture]:
     """Yield all pictures, one after the other; the receiver closes the figure.
 
-    `names`: these alone, of several pairs all that begin so.
+    `names`: these alone, of `contact` and `forces` those of all pairs.
     """
+    names = NAMES if names is None else names
     look = look or Look()
     if has_bodies(result):
         for quantity, name in BODIES.items():
-            if has_quantity(result, quantity) and (names is None or name in names):
+            if name in names and has_quantity(result, quantity):
                 yield picture_of_bodies(result, look, quantity, name)
     for pair in result.pairs.values():
         if len(pair.nodes) == 0:
             continue
         suffix = "" if len(result.pairs) == 1 else "-" + re.sub(r"[^A-Za-z0-9]+", "-", pair.name)
-        if names is None or "contact" in names:
+        if "contact" in names:
             yield Picture(
                 f"contact{suffix}", f"Which points of {pair.name} are open, stick and slide, at "
                 "a few increments; arrows are friction.", draw_contact(result, pair), False,
             )  # fmt: skip
-        if names is None or "forces" in names:
+        if "forces" in names:
             yield Picture(
                 f"forces{suffix}", f"Forces of {pair.name} over the time, and friction over "
                 "normal force.", draw_forces(result, pair), True,
             )  # fmt: skip
-    if names is None or "errors" in names:
+    if "errors" in names:
         yield Picture(
             "errors", "Errors of the certificate, and estimated ones, over the time.",
             draw_errors(result), True,
         )  # fmt: skip
-    if result.accuracy is not None and (names is None or "accuracy" in names):
+    if "accuracy" in names and result.accuracy is not None:
         yield Picture(
             "accuracy", "How far each run on the way to the accuracy was from what they tend to.",
             draw_sequence(result), True,
