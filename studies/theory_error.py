@@ -251,7 +251,8 @@ def per_cent(value):
         return "not solved"
     if value > HUGE:
         return "more"
-    return f"{100 * value:.2g} %" if value >= 1e-4 else f"{100 * value:.0e} %"
+    number = 100 * value
+    return f"{number:.0f} %" if number >= 100 else f"{number:.2g} %"
 
 
 def judged(rows):
@@ -337,10 +338,13 @@ same increments and law.
 - `--nlgeom auto` (or `*STEP, NLGEOM=AUTO`) decides by the estimate: where it is more than the
   accuracy asked for, or 1 % where none is asked for, the run begins again at finite strain.
 
-No strain limit says the same. A block pressed by 1 % is {per_cent(one['svk_true'])} off, a plate
-bent by 0.3 of its thickness {per_cent(block_at(rows, 'plate 20:1, 0.3 t')['svk_true'])} at
-strains of 1 %, a column at 0.8 of Euler's load
-{per_cent(block_at(rows, 'column 20:1, 0.8 Euler')['svk_true'])} at 0.7 %.
+No limit on strains says the same:
+
+- a block pressed by 1 %: {per_cent(one['svk_true'])} off;
+- a plate bent by 0.3 of its thickness, strained by 1 %:
+  {per_cent(block_at(rows, 'plate 20:1, 0.3 t')['svk_true'])} off;
+- a column at 0.8 of Euler's load, strained by 0.7 %:
+  {per_cent(block_at(rows, 'column 20:1, 0.8 Euler')['svk_true'])} off.
 
 ![left: a block pressed by 0.1 to 10 %; right: all scenes]({figure})
 
@@ -396,8 +400,8 @@ costs what `--theory` does; where it is not, that and the finite run.
 - Other equilibria: a shadow run stays near the linear one. What buckles only at a larger load
   than the last is not seen.
 - Stability is looked at at the ends of steps alone, with the deck's law.
-- Couplings whose reference node turns, surfaces with SMALL SLIDING, and bodies that are solved
-  for by iteration have no shadow run: the bound stays, and a note says so.
+- Couplings whose reference node turns and surfaces with SMALL SLIDING have no shadow run, nor have
+  bodies that are solved for by iteration: the bound stays. Of the first two a note says so.
 - The estimate is of the resultants (without contact of the strain energy), not of stresses or
   slips.
 """
