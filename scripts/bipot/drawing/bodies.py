@@ -432,12 +432,12 @@ class Bodies:
         return said
 
 
-def known_to(result, row):
-    """Return how well the contact forces of an increment are known, '' where nobody says."""
+def error_of_force(result, row):
+    """Return the estimated error of an increment's contact forces, '' where there is none."""
     if "error/total" not in result.history_names or result.error_of_energy or not result.pairs:
         return ""
     error = result.history("error/total")[row]
-    return f"; contact force known to {100 * error:.2g} %" if error > 0 else ""
+    return f"; contact force ±{100 * error:.2g} %" if error > 0 else ""
 
 
 @styled
@@ -451,7 +451,6 @@ def draw_bodies(bodies, quantity):
     axes = figure.add_subplot(projection="3d")
     bodies.draw(axes, last, quantity, norm)
     colour_bar(figure, axes, norm, bodies.colour_map(quantity), bodies.label(quantity))
-    axes.set_title(
-        f"{result.path.stem}: {result.label(row)}{known_to(result, row)}\n{bodies.words()}", pad=12
-    )
+    when = f"{result.label(row)}{error_of_force(result, row)}"
+    axes.set_title(f"{result.path.stem}: {when}\n{bodies.words()}", pad=12)
     return figure
