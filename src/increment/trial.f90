@@ -123,7 +123,7 @@ contains
     where (trial%forces%prescribed) trial%placed_at = trial%u_free
     trial%placement = solver%undeformed
     if (.not. allocated(points%alpha) .or. any(solver%body%motions%body >= 0)) return
-    call leave_ends(scene, points, trial%u_free, trial%rotation, old%reaction, trial%placement)
+    call leave_ends(scene, points, trial%u_free, trial%rotation, old, trial%placement)
   end subroutine begin_trial
 
   !> Begin with the reactions of the increment before, where the factor is not exact or forces not

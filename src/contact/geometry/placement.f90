@@ -226,20 +226,24 @@ contains
   !> Leave the ends of edges out of the points in their middles where neither can touch: these would
   !> press at a distance. They cannot where nothing of them is inside the obstacle at a displacement
   !> that contact does not keep from entering. At finite strain no displacement is without contact:
-  !> there they can where one presses as the increment begins, or presses after all (join_ends).
+  !> there they can where one presses as the increment begins, or presses after all (join_ends), and
+  !> until the point presses no more: by itself it might press so that an end has to.
   !> docs/theory.md section 9.
-  pure subroutine leave_ends(scene, points, u, rotation, reaction, placement)
+  pure subroutine leave_ends(scene, points, u, rotation, old, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) without contact [length]
-    real(wp), intent(in) :: rotation(:, :)   !! as of `place`
-    real(wp), intent(in) :: reaction(:, :)   !! (3,n_points) where the increment begins [force]
+    real(wp), intent(in) :: u(:, :)               !! (3,n_nodes) without contact [length]
+    real(wp), intent(in) :: rotation(:, :)        !! as of `place`
+    type(state_t), intent(in) :: old              !! where the increment begins
     type(placement_t), intent(inout) :: placement !! gets those that are alone
     type(placement_t) :: without
-    logical :: can_touch(points%n)
+    logical, dimension(points%n) :: presses, can_touch, is_joined
     integer :: pair, i
 
     if (.not. allocated(points%alpha)) return
+    presses = any(abs(old%reaction) > 0.0_wp, dim=1)
+    is_joined = presses .and. scene%finite_strain .and. allocated(old%alone)
+    if (allocated(old%alone)) is_joined = is_joined .and. .not. old%alone
     without = placement
     without%weights%alone = .true.
     do pair = 1, size(scene%pairs)
@@ -248,13 +252,12 @@ contains
           place(scene, points, pair, u, without, rotation)
       end associate
     end do
-    can_touch = merge(any(abs(reaction) > 0.0_wp, dim=1), without%gap <= 0.0_wp, &
-      scene%finite_strain)
+    can_touch = merge(presses, without%gap <= 0.0_wp, scene%finite_strain)
     do i = 1, points%n
       if (.not. (points%alpha(i) > 0.0_wp .and. points%is_curved(i))) cycle
       if (points%on_surface(i)) cycle
-      placement%weights%alone(i) = points%is_held(i) .or. .not. any(can_touch(points%end_point(:, &
-        i)))
+      placement%weights%alone(i) = points%is_held(i) .or. .not. (is_joined(i) .or. &
+        any(can_touch(points%end_point(:, i))))
     end do
   end subroutine leave_ends
 
