@@ -44,7 +44,7 @@ contains
     type(state_t), intent(in) :: old, new
     type(increment_t), intent(in) :: increment      !! between them
     real(wp), intent(out) :: lost                   !! [energy]
-    type(state_t) :: from, middle, to
+    type(state_t) :: from, middle, to, beyond
     type(modes_t) :: no_modes
     real(wp) :: whole, first, second, strain_energy
     real(wp) :: beside !! what the other halves lose at most [energy]
@@ -78,6 +78,9 @@ contains
         cycle
       end if
       first = lost_between(scene, points, solver, from, middle)
+      ! From the middle: what halves and the whole make of friction is the error by the load steps.
+      call follow(middle, beyond)
+      if (ok) to = beyond
       second = lost_between(scene, points, solver, middle, to)
       beside = max(beside, min(first, second))
       if (first > second) then

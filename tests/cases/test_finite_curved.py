@@ -38,9 +38,11 @@ class RoundObstacles(BoxCase):
         """Forces at the end of a step are those of an increment in which nothing changes."""
         for obstacle in ("ball", "roll"):
             for kind in ("C3D10", "C3D20R"):
-                for friction in (0.0, 0.3):
-                    with self.subTest(obstacle=obstacle, kind=kind, friction=friction):
-                        _, deck = pressed(kind, obstacle, friction)
+                for friction, increment in ((0.0, "0.25"), (0.3, "0.25"), (0.8, "0.25"),
+                                            (0.8, "1.")):
+                    with self.subTest(obstacle=obstacle, kind=kind, friction=friction,
+                                      increment=increment):
+                        _, deck = pressed(kind, obstacle, friction, increment)
                         result = self.solve(deck + 2 * step("", increment="1.", first=False))
                         force = result.pairs[0].force
                         size = abs(force[-1]).max()
