@@ -391,12 +391,17 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! LAPACK failed; at finite strain, joined bodies are free
     real(wp) :: at(3, scene%mesh%n_nodes)
+    type(free_motions_t) :: undeformed
     integer :: j
 
     at = place_of_tangent(scene, body)
+    allocate (undeformed%body(0))
+    if (allocated(body%tangent)) call find_free_motions(scene%mesh, body%prescribed, &
+      ref_nodes(scene%obstacles), contact_nodes(points), undeformed, error, body%constraints)
+    if (allocated(error)) return
     call find_free_motions(moved_mesh(scene%mesh, at), body%prescribed, &
       ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, &
-      turned_constraints(scene, body%prescribed, at))
+      turned_constraints(scene, body%prescribed, at), undeformed)
     if (allocated(error) .or. is_linear(scene)) return
     body%motions%are_finite = .true.
     do j = 1, body%motions%n

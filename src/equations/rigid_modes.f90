@@ -25,6 +25,8 @@ module rigid_modes_mod
   public :: free_motions_t, find_free_motions, motion_at, hold_pins, generalised_loads, &
     add_motions, is_joined, follow_turns, place_of
 
+  real(wp), parameter :: weakly = 1.0e-2_wp
+  !! by supports of deformed bodies: the resistance that is left to iteration is 1e-4 of others [-]
   integer, parameter :: most = 900 !! motions of a joined body: whose singular values take seconds
 
   !> Motions u(x) = translation + rotation x (x - centre).
@@ -54,8 +56,10 @@ module rigid_modes_mod
 contains
 
   !> All free motions: of the bodies first, then of the reference nodes.
+  !> Of deformed bodies those that are free to undeformed ones are free, too, where supports see
+  !> them but a little: their resistance goes as the square of it.
   subroutine find_free_motions(mesh, prescribed, ref_nodes, contact_nodes, motions, error, &
-    constraints)
+    constraints, undeformed)
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     integer, intent(in) :: ref_nodes(:)      !! of obstacles, each once
@@ -64,6 +68,8 @@ contains
     type(error_t), allocatable, intent(out) :: error !! LAPACK failed
     type(constraints_t), intent(in), optional :: constraints
     !! those of the scene, none where left out: what depends is no pin
+    type(free_motions_t), intent(in), optional :: undeformed
+    !! the motions of the undeformed bodies, where these are not
     logical :: preferred(mesh%n_nodes), barred(3, mesh%n_nodes)
     integer :: body, i, k
     type(lists_t) :: nodes                   !! of each body
@@ -99,7 +105,9 @@ contains
           call find_joined_motions(mesh, of_body, prescribed, barred, preferred, constraints, &
             motions, error)
         else
-          call find_body_motions(mesh, of_body, prescribed, barred, preferred, motions, error)
+          k = 0
+          if (present(undeformed)) k = count(undeformed%body == body)
+          call find_body_motions(mesh, of_body, prescribed, barred, preferred, k, motions, error)
         end if
       end associate
       if (allocated(error)) return
@@ -154,11 +162,13 @@ contains
   !> Rotations are taken about the principal axes through the body's centre, each scaled so that it
   !> moves the farthest node by 1: turning a needle about its length compares with shifting it. What
   !> the prescribed degrees of freedom do not see is free.
-  subroutine find_body_motions(mesh, nodes, prescribed, barred, preferred, motions, error)
+  subroutine find_body_motions(mesh, nodes, prescribed, barred, preferred, n_undeformed, motions, &
+    error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)          !! of the body
     logical, intent(in) :: prescribed(:, :)
     logical, intent(in) :: barred(:, :), preferred(:) !! from being pins
+    integer, intent(in) :: n_undeformed      !! how many the undeformed body has, where it is not
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: z(:, :)
@@ -166,7 +176,7 @@ contains
     integer :: pin_node(6), pin_dof(6), j, k
     logical :: ok
 
-    call find_unseen(mesh, nodes, prescribed, pieces, z, ok)
+    call find_unseen(mesh, nodes, prescribed, pieces, z, ok, at_most=n_undeformed)
     k = size(z, 2)
     if (ok .and. k == 0) return
     if (ok) then
@@ -222,7 +232,7 @@ contains
   end subroutine follow_turns
 
   !> The rigid motions of a body that prescribed degrees of freedom do not see.
-  subroutine find_unseen(mesh, nodes, prescribed, pieces, z, ok, n)
+  subroutine find_unseen(mesh, nodes, prescribed, pieces, z, ok, n, at_most)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)             !! of the body
     logical, intent(in) :: prescribed(:, :)     !! (3,n_nodes)
@@ -230,6 +240,7 @@ contains
     real(wp), allocatable, intent(out) :: z(:, :) !! (6,k) orthonormal
     logical, intent(out) :: ok                  !! false: LAPACK failed
     integer, intent(in), optional :: n          !! how many there are; left out: is found
+    integer, intent(in), optional :: at_most    !! how many may be that are seen weakly; default: 0
     real(wp), allocatable :: seen(:, :)
     real(wp) :: s(6), v(6, 6), each(6, 6)
     integer :: i, k, m
@@ -253,6 +264,7 @@ contains
     call singular_values(seen, s, v, ok)
     if (.not. ok) return
     k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    if (present(at_most)) k = max(k, min(at_most, count(s <= weakly*s(1))))
     if (present(n)) k = n
     z = v(:, 7 - k:) ! singular values descend
   end subroutine find_unseen

@@ -14,13 +14,13 @@ module place_and_solve_mod
   use anderson_mod, only: anderson_t
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
-  use rigid_modes_mod, only: free_motions_t, generalised_loads, add_motions, follow_turns
+  use rigid_modes_mod, only: free_motions_t, add_motions, follow_turns
   use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
     is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points
   use neutral_motions_mod, only: led_t
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t, displacement_of
+  use trial_mod, only: trial_t, loads_on_motions, displacement_of
   use solve_reactions_mod, only: solve_reactions
   implicit none
   private
@@ -164,8 +164,7 @@ contains
     contact%presses = any(abs(reaction) > 0.0_wp, dim=1)
     if (any(contact%presses)) contact%presses = contact%presses .or. trial%placement%gap < &
       nearly*maxval(abs(trial%placed_at))
-    call generalised_loads(motions, scene%mesh, trial%forces%external, &
-      trial%summed_loads, contact%load, rounding)
+    call loads_on_motions(scene, motions, trial, contact%load, rounding)
   end subroutine note_pressing
 
   !> The reactions, and the free motions with them: of the points that may touch, and of all in

@@ -10,7 +10,6 @@ module solve_reactions_mod
     ended_at_limit, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, unpack_gaps, &
     relative_gaps, add_driven_friction, force_scale, measure
-  use rigid_modes_mod, only: generalised_loads
   use solve_mod, only: solve_contact
   use floating_mod, only: resisting_rows
   use newton_correction_mod, only: largest_dense
@@ -26,7 +25,7 @@ module solve_reactions_mod
   use shared_nodes_mod, only: has_shared_nodes, share_nodes
   use dependent_rows_mod, only: points_of_rows
   use step_solver_mod, only: step_solver_t
-  use trial_mod, only: trial_t
+  use trial_mod, only: trial_t, loads_on_motions
   use solve_on_bodies_mod, only: group_answer_t, solve_on_bodies
   implicit none
   private
@@ -64,8 +63,7 @@ contains
     report%x_free = [real(wp) ::]
     trial%neutral_residual = [real(wp) ::]
     associate (motions => solver%body%motions)
-      if (motions%n > 0) call generalised_loads(motions, scene%mesh, trial%forces%external, &
-        trial%summed_loads, load, rounding)
+      if (motions%n > 0) call loads_on_motions(scene, motions, trial, load, rounding)
       contact%converged = .true.
       do i = 1, size(solver%contact%group)
         call solve_group(solver%contact%group(i))

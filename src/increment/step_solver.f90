@@ -90,6 +90,9 @@ contains
     call make_body(scene, points, prescribed, solver, work, error, tangent)
     if (.not. allocated(error)) then
       clock = wall_seconds()
+      ! Supports may hold motions of deformed bodies that they leave free to undeformed ones.
+      if (.not. is_same(solver%contact%free, solver%body%motions%body)) call find_groups(scene, &
+        points, solver%body%motions, solver%choices%precision%iterative, solver%contact)
       first = solver%undeformed
       first%gap = solver%first_gap
       call condense_contact(scene, solver%choices, points, solver%body, first, first, &
@@ -97,6 +100,16 @@ contains
       call lap(clock, work%condense)
     end if
     solver%on_tangents = work
+
+  contains
+
+    pure logical function is_same(one, other)
+      integer, intent(in) :: one(:), other(:)
+
+      is_same = size(one) == size(other)
+      if (is_same) is_same = all(one == other)
+    end function is_same
+
   end subroutine linearise_at
 
   !> At finite strain: the factor of the tangent that a state says, and what loads do by it; where

@@ -10,7 +10,7 @@ module trial_mod
   use interference_mod, only: has_interference, set_extra_gap
   use state_mod, only: state_t
   use increment_forces_mod, only: increment_forces_t, imposed_t
-  use rigid_modes_mod, only: generalised_loads, add_motions
+  use rigid_modes_mod, only: free_motions_t, generalised_loads, add_motions
   use placement_mod, only: placement_t, place_state, place_undeformed, leave_ends
   use surface_drag_mod, only: place_beginning
   use transfer_mod, only: nodal_forces
@@ -25,7 +25,7 @@ module trial_mod
   private
 
   public :: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, apply_reactions, &
-    displacement_of, expected_reactions, trend_of
+    loads_on_motions, displacement_of, expected_reactions, trend_of
 
   real(wp), parameter :: continuous = 1.0e-12_wp !! loads that differ by no more go on as they were
 
@@ -42,6 +42,9 @@ module trial_mod
     !! (n_elements) strain by free expansion [-]
     real(wp), allocatable :: summed_loads(:, :)
     !! (3,n_nodes) the magnitudes that the external forces sum up [force]
+    real(wp), allocatable :: support(:, :)
+    !! (3,n_nodes) at finite strain, of the supports: motions of deformed bodies may move what these
+    !! hold, where they do not in the mesh [force]
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: u_contact(:, :)
@@ -117,6 +120,7 @@ contains
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
+    if (solver%body%motions%n > 0 .and. .not. is_linear(scene)) trial%support = old%support_force
     call carry_over(scene, points, solver, old, increment, trial)
     ! Obstacles are where they will be, nodes where they were.
     trial%placed_at = old%displacement
@@ -266,6 +270,22 @@ contains
 
     jump = maxval(abs(one - other)) > continuous*max(maxval(abs(one)), maxval(abs(other)))
   end function jump
+
+  !> The work that loads, and supports that see a motion, do on a unit of every free motion.
+  subroutine loads_on_motions(scene, motions, trial, load, rounding)
+    type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
+    type(trial_t), intent(in) :: trial
+    real(wp), allocatable, intent(out) :: load(:), rounding(:) !! (n) as of generalised_loads
+
+    if (allocated(trial%support)) then
+      call generalised_loads(motions, scene%mesh, trial%forces%external + trial%support, &
+        trial%summed_loads + abs(trial%support), load, rounding)
+    else
+      call generalised_loads(motions, scene%mesh, trial%forces%external, trial%summed_loads, load, &
+        rounding)
+    end if
+  end subroutine loads_on_motions
 
   !> The displacement under the loads, the reactions and the free motions; what supports prescribe
   !> is as they prescribe it, to the last bit.
