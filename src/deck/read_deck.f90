@@ -216,7 +216,7 @@ contains
     call read_surfaces(reader, model, surfaces)
     call keep_named_sets(reader, model, surfaces, scene)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
-    call read_ties(reader, model, surfaces, ties)
+    call read_ties(reader, model, surfaces, obstacles, ties)
     call find_coupled_surfaces(reader, model, surfaces, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then
       call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), ties)
@@ -389,6 +389,9 @@ contains
     character(:), allocatable :: beyond
     type(card_t) :: card
 
+    if (any(scene%pairs%small_sliding)) call note(reader, 'NLGEOM: SMALL SLIDING is ignored, '// &
+      'surfaces face what they have slid to; --nlgeom no runs the deck by small strain')
+    scene%pairs%small_sliding = .false.
     beyond = beyond_finite_strain(scene)
     if (beyond /= '') then
       call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'STEP', .true., &

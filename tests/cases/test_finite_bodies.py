@@ -233,10 +233,15 @@ class PatchTest(unittest.TestCase):
                     np.testing.assert_allclose(force, [0, 0, -2 * stress], rtol=0, atol=1e-7)
                     np.testing.assert_allclose(found[:, 2], stress / across**2, rtol=1e-7)
 
-    def test_small_sliding_is_refused(self):
-        run = stack(0.6, (2, 1, 1), (2, 1, 1), options=", SMALL SLIDING")
-        self.assertEqual(run.status, 1, run.output)
-        self.assertIn("NLGEOM does not cover SMALL SLIDING", run.errors)
+    def test_small_sliding_is_ignored(self):
+        force = []
+        for options in (", SMALL SLIDING", ""):
+            run = stack(0.6, (2, 1, 1), (3, 2, 1), mu=0.3, options=options)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertEqual("SMALL SLIDING is ignored" in run.output, options != "")
+            with run.result() as result:
+                force.append(result.pairs[0].force)
+        np.testing.assert_array_equal(force[0], force[1])
 
 
 def two_blocks(names):

@@ -76,6 +76,32 @@ def shaken(name, n, low, first):
     return "\n".join(lines) + "\n"
 
 
+class TiedPairs(unittest.TestCase):
+    def test_a_pair_that_behaves_as_tied_is_a_tie(self):
+        """The displacements are those of *TIE, with and without NLGEOM; friction has no part."""
+        behavior = (
+            "*SURFACE INTERACTION, NAME=BOND\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1e6\n"
+            "*FRICTION\n0.1, 1e6\n*CONTACT PAIR, INTERACTION=BOND, TYPE=SURFACE TO SURFACE\n"
+            "UP-ZMIN, LOW-ZMAX\n"
+        )
+        for nlgeom in ("", ", NLGEOM"):
+            found = []
+            for cards in (behavior, tie("UP-ZMIN, LOW-ZMAX")):
+                text = deck(
+                    block("LOW", (2, 2, 1), (0, 0, -1), (1, 1, 1)),
+                    block("UP", (3, 3, 1), (0, 0, 0), (1, 1, 1)),
+                    cards,
+                    f"*STEP{nlgeom}\n*STATIC, DIRECT\n1., 1.\n*BOUNDARY\nLOW-ZMIN, 1, 3\n"
+                    f"{PUSH.format('UP')}\n*END STEP\n",
+                )
+                run = Run(text, name="tied")
+                self.assertEqual(run.status, 0, run.errors)
+                self.assertEqual("taken as those of a *TIE" in run.output, cards == behavior)
+                with run.result() as result:
+                    found.append(at_end(result, "displacement"))
+            np.testing.assert_array_equal(found[0], found[1])
+
+
 class PatchTest(unittest.TestCase):
     """A uniform stress goes through a tie of meshes that do not match."""
 

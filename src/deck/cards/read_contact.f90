@@ -20,6 +20,7 @@ module read_contact_mod
   use options_mod, only: allow_options, card_t, flag_option, name_option, open_card, &
     option_position
   use obstacles_mod, only: obstacle_t
+  use read_surface_behavior_mod, only: is_tied
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
     surface_list_t
   use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair
@@ -177,6 +178,7 @@ contains
           interaction)
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
+      if (is_tied(reader, name)) cycle
       fields%line = 0 ! other cards may lie between two pairs
       n_lines = 0
       do

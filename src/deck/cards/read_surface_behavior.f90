@@ -1,26 +1,53 @@
 !> What *SURFACE BEHAVIOR asks of contact. Contact is hard and may open: where the card means
-!> something else it is a mistake, where it means a stiffness of the contact it is ignored.
+!> something else it is a mistake, where it means a stiffness of the contact it is ignored. Pairs
+!> that it ties are ties (read_ties_mod).
 !>
 !>     *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD
 module read_surface_behavior_mod
   use cards_mod, only: note, reader_t, report
-  use options_mod, only: card_t, choice_option, flag_option, open_card, option_position
+  use options_mod, only: card_t, choice_option, flag_option, name_option, open_card, &
+    option_position
   implicit none
   private
 
-  public :: read_surface_behavior
+  public :: read_surface_behavior, is_tied
 
   character(*), parameter :: only_hard = 'contact here is hard and may open; without '// &
     '*SURFACE BEHAVIOR it is taken so'
+  character(12), parameter :: laws(6) = [character(12) :: 'HARD', 'LINEAR', 'SCALE FACTOR', &
+    'TIED', 'TABULAR', 'EXPONENTIAL']
+  integer, parameter :: hard = 1, tied = 4
 
 contains
+
+  !> Whether a *SURFACE BEHAVIOR below a *SURFACE INTERACTION ties the surfaces of its pairs.
+  logical function is_tied(reader, interaction)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: interaction !! its name
+    character(:), allocatable :: name
+    type(card_t) :: card
+    integer :: k, law
+    logical :: ok, is_below
+
+    is_tied = .false.
+    is_below = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword == 'SURFACE INTERACTION') then
+        call open_card(reader, k, card)
+        call name_option(reader, card, 'NAME', .true., name, ok)
+        is_below = ok .and. name == interaction
+      else if (reader%cards(k)%keyword == 'SURFACE BEHAVIOR' .and. is_below) then
+        call open_card(reader, k, card)
+        law = hard
+        call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', laws, law, ok)
+        is_tied = law == tied
+      end if
+    end do
+  end function is_tied
 
   !> *SURFACE BEHAVIOR[, PRESSURE-OVERCLOSURE=law][, NO SEPARATION]; data lines are not read.
   subroutine read_surface_behavior(reader)
     type(reader_t), intent(inout) :: reader
-    character(12), parameter :: laws(6) = [character(12) :: 'HARD', 'LINEAR', 'SCALE FACTOR', &
-      'TIED', 'TABULAR', 'EXPONENTIAL']
-    integer, parameter :: hard = 1, tied = 4
     type(card_t) :: card
     integer :: k, law
     logical :: ok, stays_closed
@@ -30,11 +57,8 @@ contains
       call open_card(reader, k, card)
       law = hard
       call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', laws, law, ok)
-      if (law == tied) then
-        call report(reader, option_position(card, 'PRESSURE-OVERCLOSURE'), &
-          'PRESSURE-OVERCLOSURE=TIED is not available: *TIE in place of *CONTACT PAIR ties '// &
-          'two surfaces')
-      else if (law > tied) then
+      if (law == tied) cycle
+      if (law > tied) then
         call report(reader, option_position(card, 'PRESSURE-OVERCLOSURE'), &
           'PRESSURE-OVERCLOSURE='//trim(laws(law))//' is not available: '//only_hard)
       else if (law /= hard) then

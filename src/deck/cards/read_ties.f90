@@ -2,15 +2,21 @@
 !>
 !>     *TIE, NAME=GLUE, POSITION TOLERANCE=0.01
 !>     LID-ZMIN, BASE-ZMAX            slave surface, master surface; more lines are more pairs
+!>
+!> So are the surfaces of a *CONTACT PAIR whose *SURFACE BEHAVIOR ties them.
 module read_ties_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, fields_t, name_field, next_data_line
   use kinds_mod, only: wp
+  use lookup_mod, only: find_name
+  use name_table_mod, only: name_table_t
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
     open_card, real_option
-  use sets_mod, only: model_t
-  use surface_list_mod, only: find_faces_of_nodes, find_surface_or_set, surface_list_t
+  use read_surface_behavior_mod, only: is_tied
+  use sets_mod, only: find_set, model_t
+  use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, &
+    surface_list_t
   use surfaces_mod, only: bare_nodes
   use ties_mod, only: check_tie, tie_t
   implicit none
@@ -20,44 +26,75 @@ module read_ties_mod
 
 contains
 
-  !> Read all *TIE cards.
-  subroutine read_ties(reader, model, surfaces, ties)
+  !> Read all *TIE cards, and contact pairs that are tied.
+  subroutine read_ties(reader, model, surfaces, obstacles, ties)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces
+    type(name_table_t), intent(in) :: obstacles !! names of the obstacles
     type(tie_t), allocatable, intent(out) :: ties(:)
+    type(card_t) :: card
+    type(tie_t) :: tie
+    character(:), allocatable :: name
     integer :: k
+    logical :: ok
 
     allocate (ties(0))
     do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword == 'TIE') call read_tie(reader, k, model, surfaces, ties)
+      select case (reader%cards(k)%keyword)
+      case ('TIE')
+        call open_card(reader, k, card)
+        call read_tie(reader, model, surfaces, obstacles, card, ties)
+      case ('CONTACT PAIR')
+        call open_card(reader, k, card)
+        call name_option(reader, card, 'INTERACTION', .true., name, ok)
+        if (.not. ok) cycle
+        if (.not. is_tied(reader, name)) cycle
+        call note(reader, 'surfaces that *SURFACE BEHAVIOR ties are taken as those of a *TIE: '// &
+          'its stiffness and *FRICTION are ignored')
+        tie%name = ''
+        call read_tied_pairs(reader, model, surfaces, obstacles, card, tie, ties)
+      end select
     end do
   end subroutine read_ties
 
   !> *TIE, NAME=, POSITION TOLERANCE=, ADJUST=
-  subroutine read_tie(reader, k, model, surfaces, ties)
+  subroutine read_tie(reader, model, surfaces, obstacles, card, ties)
     type(reader_t), intent(inout) :: reader
-    integer, intent(in) :: k !! number of the card
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces
+    type(name_table_t), intent(in) :: obstacles
+    type(card_t), intent(inout) :: card
     type(tie_t), allocatable, intent(inout) :: ties(:)
     character(3), parameter :: answers(2) = ['YES', 'NO ']
-    type(card_t) :: card
-    type(fields_t) :: fields
-    type(tie_t) :: tie, next
-    character(:), allocatable :: name
+    type(tie_t) :: tie
     integer :: choice
-    logical :: found, ok, has_name, is_first
+    logical :: ok
 
-    call open_card(reader, k, card)
     call allow_options(reader, card, ['NAME              ', 'POSITION TOLERANCE', &
       'ADJUST            '], ['TYPE       ', 'NO ROTATION'])
     if (has_option(card, 'CYCLIC SYMMETRY')) return ! its surfaces do not lie on each other
-    call name_option(reader, card, 'NAME', .false., name, has_name)
+    call name_option(reader, card, 'NAME', .false., tie%name, ok)
     call real_option(reader, card, 'POSITION TOLERANCE', huge(1.0_wp), tie%tolerance, ok)
     choice = 1
     call choice_option(reader, card, 'ADJUST', answers, choice, ok)
     tie%adjust = choice == 1
+    call read_tied_pairs(reader, model, surfaces, obstacles, card, tie, ties)
+  end subroutine read_tie
+
+  !> The data lines of a card: a slave surface and a master surface each.
+  subroutine read_tied_pairs(reader, model, surfaces, obstacles, card, tie, ties)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    type(name_table_t), intent(in) :: obstacles
+    type(card_t), intent(inout) :: card
+    type(tie_t), intent(in) :: tie !! what all of them are like; name: '' where it has none
+    type(tie_t), allocatable, intent(inout) :: ties(:)
+    type(fields_t) :: fields
+    type(tie_t) :: next
+    logical :: found, ok, is_first
+
     is_first = .true.
     do
       call next_data_line(reader, card, fields, found, 2, 'a slave surface and a master surface')
@@ -68,16 +105,13 @@ contains
       call find_side(1, 'the slave surface', next%slave)
       call find_side(2, 'the master surface', next%master)
       if (next%slave == 0 .or. next%master == 0) cycle
-      if (has_name) then
-        next%name = name
-      else
-        next%name = surfaces%list(next%slave)%name//':'//surfaces%list(next%master)%name
-      end if
+      if (tie%name == '') next%name = surfaces%list(next%slave)%name//':'// &
+        surfaces%list(next%master)%name
       call check_tie(reader, model, surfaces%list(:surfaces%n), next, ok)
       if (ok) ties = [ties, next]
     end do
     if (is_first) call report(reader, card%position, &
-      '*TIE needs a data line: slave surface, master surface')
+      '*'//card%keyword//' needs a data line: slave surface, master surface')
 
   contains
 
@@ -91,6 +125,13 @@ contains
       index = 0
       call name_field(reader, fields, i, what, word, ok)
       if (.not. ok) return
+      if (find_name(obstacles%lookup, obstacles%names, word) > 0 .and. max(find_surface(surfaces, &
+        word), find_set(model%node_sets, word)) == 0) then
+        call report(reader, field_position(reader, fields, i), what//' '//quoted(word)// &
+          ' of a tie is an obstacle: only surfaces of elements can be tied', &
+          'put *BOUNDARY on the nodes to hold them')
+        return
+      end if
       call find_surface_or_set(reader, model, field_position(reader, fields, i), word, surfaces, &
         index)
       if (index == 0) return
@@ -108,6 +149,6 @@ contains
       index = 0
     end subroutine find_side
 
-  end subroutine read_tie
+  end subroutine read_tied_pairs
 
 end module read_ties_mod
