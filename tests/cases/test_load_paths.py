@@ -90,6 +90,17 @@ class LoadPaths(unittest.TestCase):
         self.assertNotIn("note:", self.run_of_result.output)
         self.assertNotIn("warning", self.run_of_result.errors + self.run_of_result.output)
 
+    def test_a_delayed_amplitude_is_one_whose_times_are_later(self):
+        found = []
+        for delay, amplitude in ((", TIME DELAY=0.3", "0., 0., 0.3, 1., 0.7, 0.5"),
+                                 ("", "0.3, 0., 0.6, 1., 1., 0.5")):
+            steps = PRESS + DRAG.replace("AMPLITUDE=A", "AMPLITUDE=A" + delay)
+            self.solve(steps, amplitude=amplitude)
+            found.append(self.rows)
+        np.testing.assert_allclose(found[0]["time"], [1.0, 1.3, 1.6, 2.0], rtol=1e-9)
+        for name in ("time", "resultant", "dissipation"):
+            np.testing.assert_allclose(found[0][name], found[1][name], rtol=1e-12, atol=1e-12)
+
     def test_no_increment_is_shorter_than_the_smallest(self):
         # Out to 0.1, then back to 0 within less than 1/4096: one increment ends at the first kink.
         self.solve(PRESS + DRAG, amplitude="0., 0., 0.5, 1., 0.5001, 0., 1., 0.")

@@ -13,8 +13,8 @@ module read_amplitudes_mod
     is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_t
-  use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, &
-    option_position
+  use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, open_card, &
+    option_position, signed_option
   use text_mod, only: to_text
   implicit none
   private
@@ -22,10 +22,14 @@ module read_amplitudes_mod
   public :: amplitude_list_t, read_amplitudes, amplitude_option
 
   integer, parameter :: total_time = 2, periodic = 2 !! of the options' choices
+  character(*), parameter :: loads(5) = [character(11) :: 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', &
+    'TEMPERATURE'] !! that may begin later
 
   !> The amplitudes of a deck, found by name.
   type :: amplitude_list_t
     type(amplitude_t), allocatable :: list(:)
+    integer, allocatable :: of(:)     !! those that begin later: which of them this is; else 0
+    real(wp), allocatable :: delay(:) !! and by how much [time]
     type(name_table_t) :: names
   end type amplitude_list_t
 
@@ -53,7 +57,42 @@ contains
       call read_amplitude(reader, card, amplitudes%list(n))
     end do
     call close_directory(reader, amplitudes%names)
+    amplitudes%of = spread(0, 1, size(amplitudes%list))
+    amplitudes%delay = spread(0.0_wp, 1, size(amplitudes%list))
+    do k = 1, reader%n_cards
+      if (.not. any(reader%cards(k)%keyword == loads)) cycle
+      call open_card(reader, k, card)
+      if (has_option(card, 'TIME DELAY')) call add_delayed(reader, card, amplitudes)
+    end do
   end subroutine read_amplitudes
+
+  !> The amplitude that a card names, beginning as much later as its TIME DELAY= says.
+  subroutine add_delayed(reader, card, amplitudes)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(amplitude_list_t), intent(inout) :: amplitudes
+    type(amplitude_t) :: delayed
+    character(:), allocatable :: name
+    real(wp) :: delay
+    integer :: index
+    logical :: ok
+
+    call signed_option(reader, card, 'TIME DELAY', delay, ok)
+    if (delay < 0.0_wp) call report(reader, option_position(card, 'TIME DELAY'), &
+      'TIME DELAY must not be negative')
+    if (.not. has_option(card, 'AMPLITUDE')) call report(reader, option_position(card, &
+      'TIME DELAY'), 'TIME DELAY is that of an amplitude: AMPLITUDE= is missing')
+    call name_option(reader, card, 'AMPLITUDE', .false., name, ok)
+    if (.not. (ok .and. delay > 0.0_wp)) return
+    call find_named(reader, amplitudes%names, option_position(card, 'AMPLITUDE'), name, index)
+    if (index == 0) return
+    if (.not. allocated(amplitudes%list(index)%time)) return
+    delayed = amplitudes%list(index)
+    delayed%time = delayed%time + delay
+    amplitudes%list = [amplitudes%list, delayed]
+    amplitudes%of = [amplitudes%of, index]
+    amplitudes%delay = [amplitudes%delay, delay]
+  end subroutine add_delayed
 
   subroutine read_amplitude(reader, card, amplitude)
     type(reader_t), intent(inout) :: reader
@@ -202,19 +241,30 @@ contains
     call move_alloc(more_positions, positions)
   end subroutine make_longer
 
-  !> The amplitude that AMPLITUDE= names: its index; 0 without it, or where a mistake was reported.
+  !> The amplitude that AMPLITUDE= names, with its TIME DELAY=: its index; 0 without it, or where a
+  !> mistake was reported.
   subroutine amplitude_option(reader, card, amplitudes, index)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(amplitude_list_t), intent(in) :: amplitudes
     integer, intent(out) :: index
     character(:), allocatable :: name
+    real(wp) :: delay
+    integer :: i
     logical :: ok
 
     index = 0
     call name_option(reader, card, 'AMPLITUDE', .false., name, ok)
     if (ok) call find_named(reader, amplitudes%names, option_position(card, 'AMPLITUDE'), name, &
       index)
+    if (index == 0 .or. .not. has_option(card, 'TIME DELAY')) return
+    call signed_option(reader, card, 'TIME DELAY', delay, ok)
+    if (.not. (ok .and. delay > 0.0_wp)) return
+    do i = size(amplitudes%of), 1, -1
+      if (amplitudes%of(i) == index .and. amplitudes%delay(i) <= delay .and. &
+        amplitudes%delay(i) >= delay) exit
+    end do
+    index = i
   end subroutine amplitude_option
 
 end module read_amplitudes_mod

@@ -84,7 +84,7 @@ contains
     real(wp) :: value, direction(3)
     logical :: found, ok(3)
 
-    call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
+    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, amplitude)
     do

@@ -99,7 +99,8 @@ contains
     integer :: i, choice
     logical :: found, ok, with(max_dof)
 
-    call allow_options(reader, card, ['AMPLITUDE', 'OP       ', 'TYPE     ', 'FIXED    '])
+    call allow_options(reader, card, [character(10) :: 'AMPLITUDE', 'TIME DELAY', 'OP', &
+      'TYPE', 'FIXED'])
     call flag_option(reader, card, 'FIXED', value%fixed)
     choice = 1
     call choice_option(reader, card, 'TYPE', ['DISPLACEMENT'], choice, ok)
@@ -288,7 +289,7 @@ contains
     integer :: dof, most, i
     logical :: found, ok(3)
 
-    call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
+    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
     do
@@ -357,7 +358,7 @@ contains
     character(:), allocatable :: name, label
     logical :: found, ok(3)
 
-    call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
+    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, pressure%amplitude)
     do

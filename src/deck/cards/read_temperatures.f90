@@ -119,7 +119,7 @@ contains
     integer :: amplitude, i
     logical :: found
 
-    call allow_options(reader, card, ['AMPLITUDE', 'OP       '])
+    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, amplitude)
     do
