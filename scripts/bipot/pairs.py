@@ -165,6 +165,20 @@ class Pair:
         return float(attributes.get("friction_coefficient", np.nan))
 
     @cached_property
+    def friction_coefficients(self) -> Array:
+        """The coefficient of friction in each increment, (T,): *CHANGE FRICTION gives it anew."""
+        if "friction" not in self.result.file[f"/contact/{self.name}"]:
+            return np.full(self.result.finished, self.friction_coefficient)
+        return self._over_time("friction")
+
+    @cached_property
+    def is_removed(self) -> Array:
+        """Whether *MODEL CHANGE has removed the pair, (T,)."""
+        if "is_removed" not in self.result.file[f"/contact/{self.name}"]:
+            return np.zeros(self.result.finished, dtype=bool)
+        return self._over_time("is_removed").astype(bool)
+
+    @cached_property
     def nodes(self) -> Array:
         """Rows of the mesh's points, (P,)."""
         return self._points("node")

@@ -8,6 +8,7 @@ module measured_quantities_mod
   use controls_mod, only: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, &
     accuracy_of_slip, accuracy_of_displacement, accuracy_of_reaction, accuracy_of_contact_force
   use scene_mod, only: scene_t
+  use step_contact_mod, only: most_friction
   implicit none
   private
 
@@ -57,8 +58,10 @@ contains
   subroutine list_of_scene(scene, list)
     type(scene_t), intent(in) :: scene
     type(quantity_t), allocatable, intent(inout) :: list(:)
+    real(wp) :: mu(size(scene%pairs))
     integer :: p
 
+    mu = most_friction(scene)
     select case (scene%accuracy%of)
     case (accuracy_of_resultants)
       do p = 1, size(scene%pairs)
@@ -68,9 +71,9 @@ contains
           call add(list, quantity_t('normal_force', 'force', &
             'sum of the normal reactions on the slave body as vectors, x, y, z', pair=p, n=3, &
             scale=p, is_scale=.false.))
-          if (pair%mu > 0.0_wp) call add(list, quantity_t('friction_force', &
+          if (mu(p) > 0.0_wp) call add(list, quantity_t('friction_force', &
             'force', 'sum of the friction on the slave body, x, y, z', pair=p, n=3, scale=p, &
-            is_scale=.false., factor=min(pair%mu, 1.0_wp)))
+            is_scale=.false., factor=min(mu(p), 1.0_wp)))
         end associate
       end do
     case (accuracy_of_energy)
@@ -85,7 +88,7 @@ contains
       do p = 1, size(scene%pairs)
         call add(list, quantity_t('largest_slip', 'length', &
           'sum of the slip increments of a point, the longest', pair=p, scale=p))
-        if (scene%pairs(p)%mu > 0.0_wp) call add(list, quantity_t( &
+        if (mu(p) > 0.0_wp) call add(list, quantity_t( &
           'used_friction', 'ratio', 'friction over mu times the normal reaction, the largest '// &
           'of points with a thousandth of the largest of these and more; 1 where a point slips', &
           pair=p, is_scale=.false., is_share=.true.))

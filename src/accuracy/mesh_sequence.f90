@@ -8,6 +8,7 @@ module mesh_sequence_mod
   use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size, relative_size
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
+  use step_contact_mod, only: most_friction
   use kinks_mod, only: most_events
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
@@ -106,7 +107,7 @@ contains
     sequence%memory = scene%accuracy%memory
     sequence%keeps_steps = any(scene%steps%direct)
     ! Within bounds a run says by itself what increments make that are kept.
-    sequence%remembers = any(scene%pairs%mu > 0.0_wp)
+    sequence%remembers = any(most_friction(scene) > 0.0_wp)
     sequence%divides = sequence%remembers .and. .not. (sequence%keeps_steps .and. &
       has_bound(sequence))
   end subroutine start_sequence

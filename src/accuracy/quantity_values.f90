@@ -150,8 +150,7 @@ contains
     integer :: i
 
     used = 0.0_wp
-    associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
-      mu => scene%pairs(pair)%mu)
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
       if (largest_slip(state, first, last) > least_slip*largest_displacement(scene%mesh, &
         state)) then
         used = 1.0_wp
@@ -162,7 +161,7 @@ contains
       do i = first, last
         associate (r => contact%reaction(:, i))
           if (r(1) >= least_normal*normal) used = max(used, min(most_used, norm2(r(2:3))/ &
-            (mu*r(1))))
+            (points%mu(i)*r(1))))
         end associate
       end do
     end associate

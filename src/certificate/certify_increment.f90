@@ -18,6 +18,7 @@ module certify_increment_mod
   use turned_slips_mod, only: slips_of_turns
   use edge_middles_mod, only: find_edge_middles
   use rigid_patterns_mod, only: find_patterns, take_moments
+  use pairs_of_step_mod, only: take_pairs, face_nothing
   use certificate_mod, only: certify
   implicit none
   private
@@ -30,10 +31,11 @@ contains
   !>
   !> Internal forces and pressures (at finite strain about the deformed places), and gaps, frames
   !> and slips before planes, spheres and cylinders, are computed anew, and so is the interference
-  !> that is allowed; weights, normals and gaps before surfaces and facets are held against
-  !> integrals. Taken as they are: other loads, laws of materials, friction coefficients, constant
-  !> extra gaps, the sides of masters, overlaps that constraints keep, and slips before surfaces and
-  !> facets whose weights are confirmed.
+  !> that is allowed; which pairs a *STEP has, and their friction coefficients, are as the deck's
+  !> cards say; weights, normals and gaps before surfaces and facets are held against integrals.
+  !> Taken as they are: other loads, laws of materials, constant extra gaps, the sides of masters,
+  !> overlaps that constraints keep, and slips before surfaces and facets whose weights are
+  !> confirmed.
   pure function certify_increment(scene, points, tolerance, said, old, new, imposed) &
     result(certificate)
     type(scene_t), intent(in) :: scene
@@ -60,15 +62,15 @@ contains
     call find_edge_middles(scene, points, said%weights, forces%middles)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
+    known = points
+    call take_pairs(scene, new%step, known)
     if (allocated(points%constant_gap)) then
-      known = points
       call add_allowed(scene, new, contact, known)
       contact%gap = contact%gap + (known%extra_gap - points%extra_gap)
-      call face_masters(scene, known, old, new, contact)
-    else
-      call face_masters(scene, points, old, new, contact)
     end if
-    certificate = certify(scene%mesh, points, contact, old, new, forces, &
+    call face_masters(scene, known, old, new, contact)
+    call face_nothing(known, contact)
+    certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
   end function certify_increment
 

@@ -7,7 +7,8 @@ module facing_surfaces_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use local_refinement_mod, only: parents_of
-  use contact_points_mod, only: contact_points_t, weights_t, is_covered, is_across, n_sides
+  use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_covered, &
+    is_across, n_sides
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use obstacle_gaps_mod, only: frame_of
@@ -38,7 +39,7 @@ contains
     integer :: pair, side
 
     do pair = 1, size(scene%pairs)
-      if (points%first(pair + 1) == points%first(pair)) cycle
+      if (points%first(pair + 1) == points%first(pair) .or. is_pair_removed(points, pair)) cycle
       if (.not. points%on_surface(points%first(pair))) cycle
       if (size(scene%surfaces(scene%pairs(pair)%surface)%faces, 2) == 0) cycle
       do side = 1, n_sides(points, pair)

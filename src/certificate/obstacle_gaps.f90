@@ -5,7 +5,7 @@ module obstacle_gaps_mod
   use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_pair_removed
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use turned_slips_mod, only: orientation
@@ -30,7 +30,7 @@ contains
 
     call find_edge_middles(scene, points, contact%weights, middles)
     do pair = 1, size(scene%pairs)
-      if (scene%pairs(pair)%master == 0) cycle
+      if (scene%pairs(pair)%master == 0 .or. is_pair_removed(points, pair)) cycle
       associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
                  turn => new%rotation(:, scene%pairs(pair)%master))
         if (.not. has_closest_point(obstacle)) cycle

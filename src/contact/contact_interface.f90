@@ -9,6 +9,7 @@ module contact_interface_mod
   use surfaces_mod, only: all_nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
+  use step_contact_mod, only: most_friction
   use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes, n_sides, &
     faces_of_side, find_side_points, face_one
@@ -448,17 +449,19 @@ contains
     type(contact_points_t), intent(in) :: points
     logical :: dofs(3, scene%mesh%n_nodes)
     logical :: wanted(3)
+    real(wp) :: mu(size(scene%pairs))
     integer, allocatable :: nodes(:)
     integer :: pair, k
 
     dofs = .false.
+    mu = most_friction(scene)
     do pair = 1, size(scene%pairs)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1, &
                  of => scene%pairs(pair))
         if (.not. any(points%in_reach(first:last))) cycle
         wanted = .true.
         ! What turns with its body has all directions before a normal.
-        if (of%master > 0 .and. is_linear(scene)) wanted = of%mu > 0.0_wp .or. &
+        if (of%master > 0 .and. is_linear(scene)) wanted = mu(pair) > 0.0_wp .or. &
           normal_along(scene%obstacles(of%master), straight)
         nodes = master_nodes(points, pair)
         nodes = [pack(points%node(first:last), points%in_reach(first:last)), &

@@ -18,6 +18,7 @@ module load_step_error_mod
   use contact_points_mod, only: contact_points_t
   use bodies_mod, only: is_linear
   use interference_mod, only: has_interference, extra_gap_at
+  use step_contact_mod, only: changes_at
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
@@ -301,8 +302,9 @@ contains
       if (state%increments_done == 0) then
         jumps = jumps .or. any(solver%first_gap < -rounding)
       else
-        jumps = jumps .or. any(abs(extra_gap_at(scene, points, state%step + 1, 0_i8) - &
-          extra_gap_at(scene, points, state%step, state%position)) > rounding)
+        jumps = jumps .or. changes_at(scene, state%step + 1) .or. any(abs(extra_gap_at(scene, &
+          points, state%step + 1, 0_i8) - extra_gap_at(scene, points, state%step, &
+          state%position)) > rounding)
       end if
     end associate
   end function begins_with_jump

@@ -5,6 +5,7 @@ module meet_accuracy_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text, percent
   use controls_mod, only: solver_sweeps, subject_in_words
+  use step_contact_mod, only: least_friction
   use scene_mod, only: scene_t
   use connectivity_mod, only: nodes_of_hexahedron
   use choices_mod, only: choices_t
@@ -51,8 +52,7 @@ contains
       if (wanted <= 0.0_wp) return
       if (.not. scene%accuracy%keeps_mesh) then
         ! What each increment leaves friction keeps: more of them leave as much together.
-        tolerance = of_differences*wanted*min(1.0_wp, minval(scene%pairs%mu, &
-          mask=scene%pairs%mu > 0.0_wp))/real(divisions, wp)
+        tolerance = of_differences*wanted*least_friction(scene)/real(divisions, wp)
         return
       end if
       tolerance = least_fraction*wanted

@@ -15,7 +15,7 @@ module step_solver_mod
   use blas_core_mod, only: use_threads
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_pair_removed
   use interference_mod, only: set_extra_gap
   use state_mod, only: state_t
   use linearisation_mod, only: linearisation_t, solver_work_t, make_linearisation, &
@@ -41,6 +41,8 @@ module step_solver_mod
     !! (n_points) gaps of the undeformed mesh as the run begins [length]
     type(load_response_t) :: response
     type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
+    real(wp), allocatable :: mu(:)         !! (n_points) coefficients that it was made with [-]
+    logical, allocatable :: is_removed(:)  !! (n_points) of pairs that it was made without
     type(solver_work_t) :: on_tangents     !! work of the run on factors of tangents
   end type step_solver_t
 
@@ -62,7 +64,11 @@ contains
     ! continued has none.
     if (allocated(solver%body%prescribed) .and. .not. allocated(solver%body%tangent)) then
       changed = prescribed .neqv. solver%body%prescribed
-      if (.not. any(changed)) return
+      if (.not. any(changed)) then
+        if (has_same_contact(points, solver)) return
+        call make_contact(scene, points, solver, work)
+        return
+      end if
       if (.not. any(changed .and. spread(scene%mesh%body > 0, 1, 3))) then
         call change_obstacle_supports(scene, points, prescribed, solver%body, error)
         if (allocated(error)) return
@@ -238,7 +244,27 @@ contains
       solver%contact)
     call condense_contact(scene, solver%choices, points, solver%body, solver%undeformed, &
       solver%undeformed, solver%contact)
+    solver%mu = points%mu
+    solver%is_removed = are_removed(points)
     call lap(clock, work%condense)
   end subroutine make_contact
+
+  !> Whether contact was made with the coefficients that the points have, and with their pairs.
+  pure logical function has_same_contact(points, solver) result(is_same)
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+
+    is_same = .not. any(abs(points%mu - solver%mu) > 0.0_wp) .and. &
+      all(are_removed(points) .eqv. solver%is_removed)
+  end function has_same_contact
+
+  !> Which points are of pairs that are removed.
+  pure function are_removed(points)
+    type(contact_points_t), intent(in) :: points
+    logical :: are_removed(points%n)
+    integer :: i
+
+    are_removed = [(is_pair_removed(points, points%pair(i)), i=1, points%n)]
+  end function are_removed
 
 end module step_solver_mod

@@ -6,8 +6,9 @@ module contact_points_mod
   implicit none
   private
 
-  public :: contact_points_t, weights_t, master_sides_t, master_nodes, contact_nodes, is_covered, &
-    is_across, is_still, n_sides, faces_of_side, find_side_points, face_one
+  public :: contact_points_t, is_pair_removed, weights_t, master_sides_t, master_nodes, &
+    contact_nodes, is_covered, is_across, is_still, n_sides, faces_of_side, find_side_points, &
+    face_one
   public :: is_in_middle, is_before_faces, list_slave, of_slave, add_to_slave
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
@@ -60,6 +61,9 @@ module contact_points_mod
     !! all; allocated where any does
     logical,  allocatable :: in_reach(:)
     !! (n) candidates; the others stay out of the interface, their gaps are watched
+    logical,  allocatable :: is_removed(:)
+    !! (n_pairs) pairs that there are not in a *STEP: their points face nothing; allocated where a
+    !! step removes any
     type(node_freedom_t), allocatable :: freedom
     !! of all nodes in a *STEP; not allocated: no support or constraint takes a point
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
@@ -219,14 +223,25 @@ contains
     if (allocated(points%on_surface)) is_before_faces = points%on_surface(i)
   end function is_before_faces
 
-  !> Whether a point faces its master at all: one of faces where it covers the point, others always.
+  !> Whether a *STEP has removed a pair.
+  pure logical function is_pair_removed(points, pair) result(is_removed)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+
+    is_removed = .false.
+    if (allocated(points%is_removed)) is_removed = points%is_removed(pair)
+  end function is_pair_removed
+
+  !> Whether a point faces its master at all: one of faces where it covers the point, others always,
+  !> but of pairs that are removed none.
   pure logical function is_covered(points, weights, i)
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
     integer, intent(in) :: i
 
     is_covered = .true.
-    if (is_before_faces(points, i)) is_covered = weights%covers(i)
+    if (allocated(points%is_removed)) is_covered = .not. points%is_removed(points%pair(i))
+    if (is_before_faces(points, i)) is_covered = is_covered .and. weights%covers(i)
   end function is_covered
 
   !> Have a point face one node alone where that has nearly all of its weights: nodes opposite to

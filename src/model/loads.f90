@@ -4,8 +4,8 @@ module loads_mod
   implicit none
   private
 
-  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, interference_t, load_step_t, &
-    amplitude_value, amplitude_range, start_of_step
+  public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, interference_t, friction_t, &
+    pair_change_t, load_step_t, amplitude_value, amplitude_range, start_of_step
 
   !> Values over time: a table, linear between its points and constant outside; or a Fourier series
   !>
@@ -53,6 +53,18 @@ module loads_mod
     logical  :: shrinks = .false.    !! in place of the value each point has its overlap of the mesh
   end type interference_t
 
+  !> *CHANGE FRICTION: the coefficient of a pair from the beginning of the step on.
+  type :: friction_t
+    integer  :: pair = 0      !! index into the scene's pairs
+    real(wp) :: mu = 0.0_wp   !! [-]
+  end type friction_t
+
+  !> *MODEL CHANGE, TYPE=CONTACT PAIR: whether there is a pair from the beginning of the step on.
+  type :: pair_change_t
+    integer :: pair = 0              !! index into the scene's pairs
+    logical :: is_removed = .false.  !! else it is added again
+  end type pair_change_t
+
   !> One *STEP: its increments, and what it changes. What it does not name stays as it was.
   type :: load_step_t
     real(wp) :: period = 1.0_wp
@@ -76,6 +88,8 @@ module loads_mod
     !! of one node the last counts; dof is 1; not allocated: none
     logical :: replace_interferences = .false.       !! OP=NEW of *CONTACT INTERFERENCE
     type(interference_t), allocatable :: interferences(:) !! one a pair; not allocated: none
+    type(friction_t), allocatable :: frictions(:) !! one a pair; not allocated: none
+    type(pair_change_t), allocatable :: pair_changes(:) !! the same
   end type load_step_t
 
 contains

@@ -51,6 +51,7 @@ module scene_mod
 
   !> A slave surface that may touch a master: an obstacle, or another surface of faces.
   type :: contact_pair_t
+    character(:), allocatable :: interaction !! name of the surface interaction
     character(:), allocatable :: name !! "<slave surface>:<master>", as in the result file
     integer  :: surface = 0           !! index into the scene's surfaces
     integer  :: master = 0            !! index into the scene's obstacles; 0: a surface

@@ -6,7 +6,8 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
-  use contact_points_mod, only: n_sides, find_side_points, of_slave
+  use step_contact_mod, only: changes_friction, changes_pairs, friction_in
+  use contact_points_mod, only: is_pair_removed, n_sides, find_side_points, of_slave
   use interference_mod, only: has_interference, allowed_interference
   use increment_report_mod, only: status_open, force_sums, largest_pressure, &
     is_redundant_at
@@ -46,6 +47,11 @@ contains
         'what *CONTACT INTERFERENCE lets each point overlap by; the gap has it added', &
         compute=allowed))
     end if
+    if (changes_friction(scene)) call add_field(list, field_t('friction', of_real, one_number, &
+      'ratio', 'coefficient of friction', compute=friction))
+    if (changes_pairs(scene)) call add_field(list, field_t('is_removed', of_byte, one_number, &
+      'code', '1: *MODEL CHANGE has removed the pair, whose points face nothing; else 0', &
+      compute=is_removed))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
       'where it is fixed', of_frame, compute=frame))
@@ -176,6 +182,22 @@ contains
       source%state%position)
     values(1, :) = at_points(source%first:source%last)
   end subroutine allowed
+
+  subroutine friction(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+    real(wp) :: mu(size(source%scene%pairs))
+
+    mu = friction_in(source%scene, source%state%step)
+    values = mu(source%pair)
+  end subroutine friction
+
+  subroutine is_removed(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 1)
+
+    values = merge(1.0_wp, 0.0_wp, is_pair_removed(source%points, source%pair))
+  end subroutine is_removed
 
   subroutine frame(source, values)
     type(field_source_t), intent(inout) :: source

@@ -4,6 +4,7 @@ module count_sizes_mod
   use kinds_mod, only: wp
   use obstacle_shapes_mod, only: is_before_faces
   use scene_mod, only: scene_t
+  use step_contact_mod, only: most_friction
   use controls_mod, only: solver_sweeps
   use plan_mod, only: plan_t
   use look_ahead_mod, only: most_ahead
@@ -97,7 +98,7 @@ contains
       sizes%most_columns = 0.0_wp
       if (is_before_faces(scene%pairs(i), scene%obstacles)) sizes%follows_faces = .true.
     end do
-    sizes%has_friction = any(scene%pairs%mu > 0.0_wp)
+    sizes%has_friction = any(most_friction(scene) > 0.0_wp)
     sizes%by_sweeps = scene%contact%solver == solver_sweeps
     sizes%factorisations = plan%n_factorisations + plan%n_tangents
     sizes%motions = 0.0_wp

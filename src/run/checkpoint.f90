@@ -9,7 +9,9 @@ module checkpoint_mod
   use text_mod, only: to_text
   use system_mod, only: caught_signal, cpu_seconds, signal_name
   use number_list_mod, only: number_list_t, list_of, numbers_in, is_used_up, archive
+  use step_contact_mod, only: set_contact_of_step
   use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
   use state_mod, only: state_t, initial_state, archive_state
   use increments_mod, only: increment_t
@@ -191,17 +193,49 @@ contains
     first = progress%entered + 1
     if (first == 1) first = last_factorised(scene, increment%step, progress%widened_in)
     do step = first, increment%step
+      call set_contact_of_step(scene, step, plan%points)
       call note_freedom(scene, prescribed_dofs(scene, step), plan%points)
       call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
         progress%tally%work, error)
       if (allocated(error)) return
     end do
     progress%entered = increment%step
+    if (increment%first_of_step) call release_removed(plan%points, progress)
     if (increment%first_of_step) progress%begun = merge(progress%state%displacement, 0.0_wp, &
       prescribed_dofs(scene, increment%step))
     begun%displacement = progress%begun
     call prepare_step(scene, increment%step, begun, solver, progress%tally%work, error)
   end subroutine enter_step
+
+  !> Pairs that a *STEP removes press no more from its beginning on.
+  pure subroutine release_removed(points, progress)
+    type(contact_points_t), intent(in) :: points
+    type(progress_t), intent(inout) :: progress
+    integer :: i
+
+    if (.not. allocated(points%is_removed)) return
+    call release(progress%state)
+    call release(progress%coarse%state)
+    if (size(progress%shadows) > 0) call release(progress%followed)
+    do i = 1, size(progress%shadows)
+      call release(progress%shadows(i)%state)
+    end do
+
+  contains
+
+    pure subroutine release(state)
+      type(state_t), intent(inout) :: state
+      integer :: k
+
+      if (.not. allocated(state%reaction)) return
+      do k = 1, points%n
+        if (.not. points%is_removed(points%pair(k))) cycle
+        state%reaction(:, k) = 0.0_wp
+        if (allocated(state%trend)) state%trend(:, k) = 0.0_wp
+      end do
+    end subroutine release
+
+  end subroutine release_removed
 
   !> The latest step up to `step` that began with a new factor, or in which there was one because
   !> the interface was widened.

@@ -5,6 +5,8 @@ module judge_increment_mod
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
+  use step_contact_mod, only: added_in
+  use placement_mod, only: placement_t, place_all
   use plan_mod, only: plan_t
   use increments_mod, only: increment_t, is_extra
   use state_mod, only: state_t
@@ -107,7 +109,7 @@ contains
       if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
       if (allocated(error)) return
       clock = wall_seconds()
-      call judge_shape(scene, plan, solver%first_gap, watch%reach, solved, error)
+      call judge_shape(scene, plan, solver%first_gap, watch%reach, progress%state, solved, error)
       if (.not. allocated(error)) call judge_laws(scene, watch, solved, notes, error)
       progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
       if (allocated(error)) return
@@ -158,29 +160,40 @@ contains
     if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
   end subroutine judge_faces
 
-  !> Elements that are inside out end the run, and so do bodies that begin deeper in one another
-  !> than an element.
-  subroutine judge_shape(scene, plan, first_gap, reach, solved, error)
+  !> Elements that are inside out end the run, and so do bodies that are deeper in one another than
+  !> an element as the run begins, or as a pair is added.
+  subroutine judge_shape(scene, plan, first_gap, reach, old, solved, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     real(wp), intent(in) :: first_gap(:) !! (n_points) of the undeformed mesh [length]
     real(wp), intent(in) :: reach(:, :)  !! as of watch_t
+    type(state_t), intent(in) :: old     !! where the increment begins
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(out) :: error
+    type(placement_t) :: began
+    logical :: is_added(size(scene%pairs))
     real(wp) :: gap(size(first_gap)), least
     integer :: element, point
 
     call find_inverted(scene%mesh, reach, solved%state%displacement, element, least)
     if (element > 0) then
       call refuse_inverted(scene, solved%increment, element, least, error)
-    else if (solved%increment%index == 1) then
+      return
+    end if
+    if (solved%increment%index == 1) then
       gap = first_gap
       ! What is allowed of it for a time is an overlap all the same.
       if (allocated(plan%points%overlap)) gap = min(gap, -plan%points%overlap)
-      call find_deep_overlap(scene, plan%points, solved%report%contact, gap, point, element)
-      if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
-        -gap(point), element, error)
+    else if (solved%increment%first_of_step .and. any(added_in(scene, solved%increment%step))) then
+      call place_all(scene, plan%points, old%displacement, began, old%rotation)
+      is_added = added_in(scene, solved%increment%step)
+      gap = merge(began%gap, 0.0_wp, is_added(plan%points%pair))
+    else
+      return
     end if
+    call find_deep_overlap(scene, plan%points, solved%report%contact, gap, point, element)
+    if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
+      -gap(point), element, error)
   end subroutine judge_shape
 
   !> A law that has lost its ellipticity ends the run; of stretches that it is not used for there is

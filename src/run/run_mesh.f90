@@ -7,6 +7,7 @@ module run_mesh_mod
   use resource_limits_mod, only: check_library_room
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
+  use step_contact_mod, only: set_contact_of_step
   use choices_mod, only: choices_t
   use plan_mod, only: plan_t, find_breaches
   use make_plan_mod, only: make_plan
@@ -104,6 +105,7 @@ contains
     else if (.not. present(sequence)) then
       call print_lines(console, plan%brief)
     end if
+    call set_contact_of_step(scene, 1, plan%points)
     plan%notes = overlaps(scene, plan%points)
     more = held_normals(scene, plan%points)
     plan%notes = [plan%notes, more]

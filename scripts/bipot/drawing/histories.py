@@ -71,9 +71,9 @@ def draw_forces(result, pair):
             times, ratio(across, along), "--", color=COLOURS[STICK], label="the same, resultants",
             **marks,
         )
-    if pair.friction_coefficient > 0:
-        bottom.axhline(
-            pair.friction_coefficient, color=INK, linewidth=0.8, linestyle=":",
+    if pair.friction_coefficients.max(initial=0) > 0:
+        bottom.step(
+            times, pair.friction_coefficients, color=INK, linewidth=0.8, linestyle=":", where="post",
             label="coefficient of friction",
         )
     certified = result.history("certified")

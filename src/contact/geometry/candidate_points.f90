@@ -9,6 +9,9 @@ module candidate_points_mod
   use refine_elements_mod, only: fill_between
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, contact_gap_t
+  use step_contact_mod, only: most_friction, removed_in
+  use errors_mod, only: error_t, raise, exit_wrong_input
+  use text_mod, only: to_text
   use contact_points_mod, only: contact_points_t, find_side_points, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
@@ -19,7 +22,7 @@ module candidate_points_mod
   implicit none
   private
 
-  public :: find_points, find_curved, list_master_nodes, areas_at
+  public :: find_points, check_removed, find_curved, list_master_nodes, areas_at
 
 contains
 
@@ -30,7 +33,7 @@ contains
   subroutine find_points(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(out) :: points
-    real(wp) :: area(scene%mesh%n_nodes)
+    real(wp) :: area(scene%mesh%n_nodes), mu(size(scene%pairs))
     logical, allocatable :: is_new(:)
     integer, allocatable :: ends(:, :)
     real(wp), allocatable :: alpha(:)
@@ -47,7 +50,7 @@ contains
         size(scene%surfaces(scene%pairs(pair)%surface)%nodes)
     end do
     allocate (points%pair(points%n), points%node(points%n))
-    allocate (points%mu(points%n), points%area(points%n), points%turns(points%n))
+    allocate (points%area(points%n), points%turns(points%n))
     allocate (points%on_surface(points%n), points%across(3, points%n), source=.false.)
     k = 0
     slot = 0
@@ -68,7 +71,6 @@ contains
             points%pair(k) = pair
             points%node(k) = surface%nodes(i)
             points%area(k) = area(surface%nodes(i))
-            points%mu(k) = scene%pairs(pair)%mu
             points%turns(k) = .not. has_fixed_normals(scene, pair) .or. is_bent
             points%on_surface(k) = is_before_faces(scene%pairs(pair), scene%obstacles)
           end do
@@ -76,10 +78,41 @@ contains
       end associate
     end do
     points%first(size(scene%pairs) + 1) = k + 1
+    ! What a plan has rows for; each *STEP sets its own.
+    mu = most_friction(scene)
+    points%mu = mu(points%pair)
     call find_curved(points)
     call join_ends(scene, points)
     call find_extra_gaps(scene, points)
   end subroutine find_points
+
+  !> Refuse pairs of which one alone is removed, where they share nodes before the same obstacle: the
+  !> points of these belong to the first of them.
+  pure subroutine check_removed(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_removed(size(scene%pairs)), is_slave(scene%mesh%n_nodes)
+    integer :: step, pair, other
+
+    do step = 1, size(scene%steps)
+      if (.not. allocated(scene%steps(step)%pair_changes)) cycle
+      is_removed = removed_in(scene, step)
+      do pair = 1, size(scene%pairs)
+        if (is_before_faces(scene%pairs(pair), scene%obstacles)) cycle
+        is_slave = .false.
+        is_slave(scene%surfaces(scene%pairs(pair)%surface)%nodes) = .true.
+        do other = pair + 1, size(scene%pairs)
+          if (scene%pairs(other)%master /= scene%pairs(pair)%master) cycle
+          if (is_removed(pair) .eqv. is_removed(other)) cycle
+          if (.not. any(is_slave(scene%surfaces(scene%pairs(other)%surface)%nodes))) cycle
+          call raise(error, exit_wrong_input, "step "//to_text(step)//" removes one of the pairs '"// &
+            scene%pairs(pair)%name//"' and '"//scene%pairs(other)%name//"' alone, which share "// &
+            "nodes: remove both, or make surfaces without a common node")
+          return
+        end do
+      end do
+    end do
+  end subroutine check_removed
 
   !> Which points are placed in every iteration: not those of a pair that has none in reach.
   pure subroutine find_curved(points)

@@ -9,7 +9,7 @@ module faces_between_nodes_mod
   use local_refinement_mod, only: parents_of
   use rotations_mod, only: turn_between
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_pair_removed
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_undeformed, place
   use follow_points_mod, only: rounding_of_places
@@ -135,6 +135,7 @@ contains
       allocate (dents(0))
       do pair = 1, size(scene%pairs)
         if (scene%pairs(pair)%master /= obstacle) cycle
+        if (is_pair_removed(points, pair)) cycle
         call look_at_pair(pair)
       end do
       found%untouched = deepest_untouched(dents, near)

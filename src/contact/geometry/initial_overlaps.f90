@@ -7,7 +7,7 @@ module initial_overlaps_mod
   use text_mod, only: string_t, to_text
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_pair_removed
   use increment_report_mod, only: contact_fields_t, status_open
   use surfaces_mod, only: surface_t
   use hexahedron8_mod, only: volume
@@ -45,6 +45,7 @@ contains
     least = max(rounding*maxval(abs(scene%mesh%coordinates)), 16.0_wp*deck_rounding( &
       scene%mesh%coordinates, scene%mesh%origin))
     do pair = 1, size(scene%pairs)
+      if (is_pair_removed(points, pair)) cycle
       n = 0
       node = 0
       deepest = least

@@ -5,7 +5,7 @@ module nodes_behind_mod
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_pair_removed
   use state_mod, only: state_t
   implicit none
   private
@@ -40,6 +40,7 @@ contains
       associate (master => scene%pairs(pair)%master, u => state%displacement, &
                  slave => scene%surfaces(scene%pairs(pair)%surface)%nodes)
         if (master == 0 .or. has_meshed_master(scene, pair)) cycle
+        if (is_pair_removed(points, pair)) cycle
         if (any(abs(points%extra_gap(points%first(pair):points%first(pair + 1) - 1)) > 0.0_wp)) then
           cycle
         end if

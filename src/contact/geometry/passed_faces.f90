@@ -7,7 +7,7 @@ module passed_faces_mod
   use obstacle_shapes_mod, only: shift_of, turned, is_before_faces
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_pair_removed
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place, place_undeformed
   use mortar_mod, only: reach_of_faces
@@ -40,6 +40,7 @@ contains
       associate (of => scene%pairs(pair), first => points%first(pair), &
                  last => points%first(pair + 1) - 1)
         if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
+        if (is_pair_removed(points, pair)) cycle
         if (any(abs(new%reaction(:, first:last)) > 0.0_wp)) cycle
         call look_along_way(pair, any(abs(old%reaction(:, first:last)) > 0.0_wp))
       end associate

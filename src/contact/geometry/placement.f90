@@ -6,8 +6,8 @@ module placement_mod
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use scene_mod, only: scene_t
   use state_mod, only: state_t
-  use contact_points_mod, only: contact_points_t, weights_t, is_across, n_sides, &
-    find_side_points, is_in_middle, of_slave
+  use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
+    n_sides, find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
   use mortar_mod, only: mortar_t
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
@@ -168,7 +168,30 @@ contains
         call place_before_surface(scene, points, pair, side, u, stays, placement)
       end do
     end if
+    if (is_pair_removed(points, pair)) call leave_out(points, pair, placement)
   end subroutine place
+
+  !> The points of a pair that is removed face nothing.
+  pure subroutine leave_out(points, pair, placement)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    type(placement_t), intent(inout) :: placement
+    integer :: i
+
+    associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+      placement%gap(first:last) = no_gap
+      placement%least_gap(first:last) = no_gap
+      placement%unplaced_gap(first:last) = no_gap
+      placement%covered_area(first:last) = 0.0_wp
+      placement%faced_area(first:last) = 0.0_wp
+      placement%entered(first:last) = 0.0_wp
+      placement%driven_in(first:last) = 0.0_wp
+      placement%is_fixed(first:last) = .false.
+      placement%weights%covers(first:last) = .false.
+      if (last >= first) call replace_rows(placement%weights, first, [(1, i=first, last + 1)], &
+        [integer ::], [real(wp) ::])
+    end associate
+  end subroutine leave_out
 
   pure subroutine place_before_obstacle(scene, points, pair, u, placement, rotation)
     type(scene_t), intent(in) :: scene

@@ -7,7 +7,7 @@ module unfelt_overlaps_mod
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t, nodes_of
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, n_sides, find_side_points
+  use contact_points_mod, only: contact_points_t, is_pair_removed, n_sides, find_side_points
   use increment_report_mod, only: contact_fields_t
   use obstacle_shapes_mod, only: is_before_faces
   use placement_mod, only: no_gap
@@ -42,6 +42,7 @@ contains
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (.not. is_before_faces(of, scene%obstacles)) cycle
+        if (is_pair_removed(points, pair)) cycle
         do side = 1, n_sides(points, pair)
           found = of_side(scene, points, contact, allowed, pair, side)
           if (.not. found%depth > 0.0_wp) cycle
@@ -75,6 +76,7 @@ contains
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
+        if (is_pair_removed(points, pair)) cycle
       end associate
       is_entered = .false.
       do side = 1, n_sides(points, pair)

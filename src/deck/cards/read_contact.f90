@@ -30,7 +30,7 @@ module read_contact_mod
   implicit none
   private
 
-  public :: read_contact
+  public :: read_contact, read_friction
 
   !> The *SURFACE INTERACTIONs.
   type :: interactions_t
@@ -78,7 +78,7 @@ contains
         call name_option(reader, card, 'NAME', .true., name, ok)
         call add_name(directory, name, card%position)
         call skip_thickness(reader, card)
-      else if (reader%cards(k)%keyword == 'FRICTION') then
+      else if (reader%cards(k)%keyword == 'FRICTION' .and. reader%cards(k)%step == 0) then
         call open_card(reader, k, card)
         call find_owner(reader, directory, 'SURFACE INTERACTION', card, has_friction, n)
         if (n > 0) call read_friction(reader, card, friction(n))
@@ -176,6 +176,7 @@ contains
       if (ok) then
         call find_named(reader, interactions%names, option_position(card, 'INTERACTION'), name, &
           interaction)
+        pair%interaction = name
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
       if (is_tied(reader, name)) cycle

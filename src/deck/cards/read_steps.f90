@@ -25,6 +25,7 @@ module read_steps_mod
     start_step
   use read_temperatures_mod, only: close_temperatures, read_temperature, start_temperatures, &
     temperature_draft_t
+  use read_contact_changes_mod, only: read_change_friction, read_model_change
   use read_interferences_mod, only: read_interference
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: contact_pair_t, region_t
@@ -108,6 +109,10 @@ contains
           steps(s)%replace_temperatures)
       case ('CONTACT INTERFERENCE')
         call read_interference(reader, card, amplitudes, pairs, s == 1, steps(s))
+      case ('CHANGE FRICTION')
+        call read_change_friction(reader, card, k, pairs, steps(s))
+      case ('MODEL CHANGE')
+        call read_model_change(reader, card, pairs, steps(:s))
       case ('DLOAD')
         call read_dload(reader, card, model, amplitudes, surfaces, element_draft, &
           steps(s)%replace_element_loads)
@@ -129,7 +134,7 @@ contains
 
       select case (reader%cards(k)%keyword)
       case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', 'TEMPERATURE', &
-            'CONTACT INTERFERENCE')
+            'CONTACT INTERFERENCE', 'CHANGE FRICTION', 'MODEL CHANGE')
         call open_card(reader, k, card)
       case default
         return

@@ -79,6 +79,8 @@ module keywords_mod
     keyword_t('DSLOAD', in_step, is_read), &
     keyword_t('TEMPERATURE', in_step, is_read), &
     keyword_t('CONTACT INTERFERENCE', in_step, is_read), &
+    keyword_t('CHANGE FRICTION', in_step, is_read), &
+    keyword_t('MODEL CHANGE', in_step, is_read), &
     keyword_t('NODE FILE', in_step, is_read), &
     keyword_t('EL FILE', in_step, is_read), &
     keyword_t('CONTACT FILE', in_step, is_read), &
@@ -115,8 +117,6 @@ module keywords_mod
     keyword_t('SYSTEM', anywhere, is_missing), &
     keyword_t('MPC', anywhere, is_missing), &
     keyword_t('CONTACT', anywhere, is_missing), &
-    keyword_t('CHANGE FRICTION', anywhere, is_missing), &
-    keyword_t('MODEL CHANGE', anywhere, is_missing), &
     keyword_t('PLASTIC', anywhere, is_outside), &
     keyword_t('CYCLIC HARDENING', anywhere, is_outside), &
     keyword_t('CREEP', anywhere, is_outside), &

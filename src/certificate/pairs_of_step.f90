@@ -1,0 +1,58 @@
+!> What a *STEP says of pairs, for the certificate: from the cards of the deck, in their order.
+module pairs_of_step_mod
+  use kinds_mod, only: wp
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: contact_fields_t
+  implicit none
+  private
+
+  public :: take_pairs, face_nothing
+
+  real(wp), parameter :: nothing_there = 1.0e30_wp !! gap of a point that faces nothing [length]
+
+contains
+
+  !> Give the points the coefficients that hold in a *STEP, and the pairs that are removed in it.
+  pure subroutine take_pairs(scene, step, points)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(contact_points_t), intent(inout) :: points
+    integer :: i, k, card
+
+    if (allocated(points%is_removed)) deallocate (points%is_removed)
+    do i = 1, points%n
+      points%mu(i) = scene%pairs(points%pair(i))%mu
+    end do
+    do k = 1, step
+      associate (of => scene%steps(k))
+        if (allocated(of%frictions)) then
+          do card = 1, size(of%frictions)
+            where (points%pair == of%frictions(card)%pair) points%mu = of%frictions(card)%mu
+          end do
+        end if
+        if (.not. allocated(of%pair_changes)) cycle
+        if (.not. allocated(points%is_removed)) allocate (points%is_removed(size(scene%pairs)), &
+          source=.false.)
+        do card = 1, size(of%pair_changes)
+          points%is_removed(of%pair_changes(card)%pair) = of%pair_changes(card)%is_removed
+        end do
+      end associate
+    end do
+  end subroutine take_pairs
+
+  !> Points of pairs that are removed face nothing: what acts there is a violation.
+  pure subroutine face_nothing(points, contact)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(inout) :: contact !! gaps and slip increments
+    integer :: i
+
+    if (.not. allocated(points%is_removed)) return
+    do i = 1, points%n
+      if (.not. points%is_removed(points%pair(i))) cycle
+      contact%gap(i) = nothing_there
+      contact%slip_increment(:, i) = 0.0_wp
+    end do
+  end subroutine face_nothing
+
+end module pairs_of_step_mod
