@@ -28,7 +28,7 @@ module result_claims_mod
   implicit none
   private
 
-  public :: is_of_finite_strain, take_arithmetic, take_mesh_size, claim_place, check_place, &
+  public :: is_of_finite_strain, is_result_of, take_arithmetic, take_mesh_size, claim_place, check_place, &
     open_unfinished, begin_look, clear_beginning, how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
@@ -215,6 +215,37 @@ contains
     precision%low_rank_is_given = .true.
     precision%core_is_given = .true.
   end subroutine take_arithmetic
+
+  !> Whether a file is the finished result of this deck, word by word, with the same parameters.
+  logical function is_result_of(path, scene)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    type(child_t) :: child
+    character(:), allocatable :: answer, fate
+
+    call begin_look(path, child)
+    if (is_child(child)) call end_child(child, merge('yes', 'no ', &
+      is_made_of(path, scene)))
+    call wait_for(child, answer, fate)
+    is_result_of = fate == '' .and. answer == 'yes'
+  end function is_result_of
+
+  !> The same, in the child.
+  logical function is_made_of(path, scene)
+    character(*), intent(in) :: path
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: deck
+    type(hdf5_file_t) :: hdf5
+    type(error_t), allocatable :: error, ignored
+
+    is_made_of = .false.
+    if (matter_with_file(path, scene) /= '') return
+    call open_file(path, .false., hdf5, error)
+    if (allocated(error)) return
+    call read_text(hdf5, '/run/deck', deck, error)
+    if (.not. allocated(error)) is_made_of = deck == text_of(scene%deck)
+    call close_file(hdf5, ignored)
+  end function is_made_of
 
   !> Whether a file holds a run at finite strain; not where it cannot be read.
   logical function is_of_finite_strain(path) result(is_finite)

@@ -5,7 +5,7 @@
 !> the run at finite strain is refused or not solved it comes back.
 module choose_theory_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_not_solved
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_wrong_input
   use text_mod, only: string_t, percent
   use fresh_file_mod, only: delete_file, move_file
   use scene_mod, only: scene_t
@@ -14,7 +14,8 @@ module choose_theory_mod
   use console_mod, only: console_t, say, print_warning
   use tally_mod, only: tally_t
   use result_file_mod, only: sidecars_of
-  use result_claims_mod, only: is_of_finite_strain
+  use result_claims_mod, only: is_of_finite_strain, is_result_of
+  use output_names_mod, only: keep_inputs
   use prepare_scene_mod, only: prepare_scene, result_path
   use run_mesh_mod, only: run_mesh
   implicit none
@@ -49,6 +50,8 @@ contains
       if (is_there(path)) goes_on = is_of_finite_strain(path)
       if (.not. is_there(path)) goes_on = is_there(set_aside(path))
     end if
+    if (.not. options%plan) call keep_others(options, scene, path, goes_on, error)
+    if (allocated(error)) return
     if (.not. goes_on) then
       call run_mesh(options, scene, choices, console, error, tally=tally)
       if (options%plan .or. (allocated(error) .and. tally%missed == 0)) return
@@ -126,6 +129,31 @@ contains
     words = 'more than it can say'
     if (error < huge(1.0_wp)) words = percent(error)
   end function or_more
+
+  !> Refuse to run where what stands at the place of the result that is set aside is not ours: it
+  !> would be replaced, and deleted in the end.
+  subroutine keep_others(options, scene, path, goes_on, error)
+    type(options_t), intent(in) :: options
+    type(scene_t), intent(in) :: scene   !! at small strain
+    character(*), intent(in) :: path     !! of the result
+    logical, intent(in) :: goes_on       !! the run at finite strain had begun
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: files(:)
+    integer :: i
+
+    files = beside(set_aside(path))
+    call keep_inputs(scene%files, files, error)
+    if (allocated(error) .or. options%overwrite) return
+    if (goes_on .and. is_there(set_aside(path))) then
+      if (is_result_of(set_aside(path), scene)) return
+    end if
+    do i = size(files), 1, -1
+      if (.not. is_there(files(i)%text)) cycle
+      call raise(error, exit_wrong_input, "'"//files(i)%text//"' is there, and NLGEOM=AUTO "// &
+        'needs the name: move it, or write another file by -o FILE (--overwrite replaces it)')
+      return
+    end do
+  end subroutine keep_others
 
   pure function set_aside(path) result(aside)
     character(*), intent(in) :: path

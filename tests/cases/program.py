@@ -22,11 +22,15 @@ DATA = SOURCE / "tests" / "data"
 class Run:
     """One run of the program in a folder of its own; `result` opens its file."""
 
-    def __init__(self, deck, *options, name=None, command=(PROGRAM,), ended_at=None, **overrides):
+    def __init__(self, deck, *options, name=None, command=(PROGRAM,), ended_at=None, beside=None,
+                 **overrides):
         """Run `deck` (a path, or a text to be written to `name`.inp) with --set for `overrides`.
 
         `command` starts the program. With `ended_at`, a step and an increment as printed, a first
         run is ended by a signal behind it: "--continue" among the options then continues that one.
+        A text before these two is waited for first.
+        `beside` are files that are there already, by their names: copies of these paths. With
+        `ended_at` they come behind the first run.
         """
         self.folder = Path(tempfile.mkdtemp(prefix="bipot-"))
         weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
@@ -39,6 +43,8 @@ class Run:
         ]
         if ended_at:
             self.end_early([*command, str(self.deck), *settings], list(ended_at))
+        for file, source in (beside or {}).items():
+            shutil.copyfile(source, self.folder / file)
         command = [*command, str(self.deck), *options, *settings]
         done = subprocess.run(
             command, cwd=self.folder, capture_output=True, text=True, timeout=600, check=False
@@ -48,11 +54,14 @@ class Run:
 
     def end_early(self, command, ended_at):
         """Run until an increment is printed, and end by a signal."""
+        *awaited, step, increment = ended_at
         with subprocess.Popen(
             command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         ) as running:
             for line in running.stdout:
-                if line.split()[:2] == ended_at:
+                if awaited and awaited[0] in line:
+                    awaited = []
+                if not awaited and line.split()[:2] == [step, increment]:
                     running.terminate()
 
     def result(self):

@@ -314,9 +314,27 @@ class Choice(unittest.TestCase):
     def test_continued_runs_decide_alike(self):
         deck = block(nlgeom=", NLGEOM=AUTO")
         whole = Run(deck, name="deck")
-        continued = Run(deck, "--continue", name="deck", ended_at=("2", "3"))
-        self.assertEqual(continued.status, 0, continued.errors)
-        self.assertEqual(unlike(whole.file, continued.file, but=()), [])
+        for end in (("2", "3"), ("begins again", "1", "3")):
+            with self.subTest(end=end):
+                continued = Run(deck, "--continue", name="deck", ended_at=end)
+                self.assertEqual(continued.status, 0, continued.errors)
+                self.assertEqual(unlike(whole.file, continued.file, but=()), [])
+                self.assertEqual([path.name for path in continued.folder.glob("*.linear")], [])
+
+    def test_files_of_others_stay(self):
+        deck = block(nlgeom=", NLGEOM=AUTO")
+        ours = Run(block(), name="deck")
+        linear, sidecar = "deck.vtkhdf.linear", "deck.xdmf.linear"
+        for name, end in ((linear, None), (sidecar, None), (linear, ("1", "3")),
+                          (linear, ("begins again", "1", "3"))):
+            with self.subTest(name=name, end=end):
+                run = Run(deck, *(["--continue"] if end else []), name="deck", ended_at=end,
+                          beside={name: ours.file})
+                self.assertEqual(run.status, 1)
+                self.assertIn(f"'{name}' is there", run.errors)
+                self.assertEqual((run.folder / name).read_bytes(), ours.file.read_bytes())
+        run = Run(deck, "--overwrite", name="deck", beside={"deck.vtkhdf.linear": ours.file})
+        self.assertEqual(run.status, 0, run.errors)
 
     def test_a_mesh_that_is_chosen_is_refused(self):
         run = Run(block(), "--nlgeom", "auto", "--accuracy", "0.3", name="deck")
