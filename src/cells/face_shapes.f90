@@ -10,7 +10,8 @@ module face_shapes_mod
   implicit none
   private
 
-  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle, evaluate_face
+  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle, evaluate_face, &
+    places_of_nodes
 
   integer, parameter :: most_points = 9
 
@@ -88,6 +89,23 @@ contains
     call evaluate_face(n_nodes, place, n, all_gradients)
     gradient = all_gradients(:, :n_nodes)
   end function face_gradients
+
+  !> Natural coordinates of the nodes of a face.
+  pure function places_of_nodes(n_nodes) result(place)
+    integer, intent(in) :: n_nodes     !! 3, 4, 6 or 8
+    real(wp) :: place(2, n_nodes)      !! [-]
+    integer :: corners, k
+
+    corners = merge(3, 4, is_triangle(n_nodes))
+    if (corners == 3) then
+      place(:, :3) = reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 3])
+    else
+      place(:, :4) = corner
+    end if
+    do k = corners + 1, n_nodes
+      place(:, k) = 0.5_wp*(place(:, k - corners) + place(:, 1 + modulo(k - corners, corners)))
+    end do
+  end function places_of_nodes
 
   !> Shape functions and gradients together; 0 behind the nodes of the face.
   pure subroutine evaluate_face(n_nodes, place, n, gradient)

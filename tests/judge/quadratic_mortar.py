@@ -36,6 +36,34 @@ def places_seen(face, x, plane, points, start):
     return at
 
 
+def polynomials(kind, at):
+    """What shape functions of a face are made of, (G, 2 kind)."""
+    s, t = at.T
+    return np.column_stack([s**0, s, t, s * s, s * t, t * t, s * s * t, s * t * t][: 2 * kind])
+
+
+def fit(kind, own, pieces):
+    """M^-1 int N~ N_k of each of `pieces` [(places, weights, N_k)]: (2 kind, k).
+
+    That is: values at the points of the face of the polynomials closest to N_k. They are taken in
+    coordinates as wide as what is covered, orthogonal there, so that no narrow strip costs digits.
+    """
+    at, w = np.concatenate([p[0] for p in pieces]), np.concatenate([p[1] for p in pieces])
+    middle = w @ at / w.sum()
+    spread = (at - middle).T @ (w[:, None] * (at - middle)) / w.sum()
+    scale = np.linalg.cholesky(spread) if kind == 3 else np.diag(np.sqrt(np.diag(spread)))
+    scale = np.linalg.inv(scale).T
+    q, r = np.linalg.qr(np.sqrt(w)[:, None] * polynomials(kind, (at - middle) @ scale))
+    at_nodes = polynomials(kind, (PARENT[kind] - middle) @ scale)
+    at_points = np.linalg.solve(own.T, at_nodes) @ np.linalg.inv(r)
+    found, first = [], 0
+    for places, weights, theirs in pieces:
+        part = q[first : first + len(places)]
+        found.append(at_points @ part.T @ (np.sqrt(weights)[:, None] * theirs))
+        first += len(places)
+    return found
+
+
 def place(mesh, slave, master, x, alpha):
     """Points of `slave` faces [(element, face)] before `master` faces, nodes at x (N, 3).
 
@@ -65,8 +93,7 @@ def place(mesh, slave, master, x, alpha):
             own[kind + m, kind + m] = 1 - 2 * share
             own[m, kind + m] += share
             own[(m + 1) % kind, kind + m] += share
-        lumped, mass = np.zeros(2 * kind), np.zeros((2 * kind, 2 * kind))
-        mixed = []
+        lumped, pieces = np.zeros(2 * kind), []
         area[at] += own @ face.shares(x[nodes])
         for part in PARTS[kind]:
             corners = x[[nodes[c] for c in part]]
@@ -106,15 +133,14 @@ def place(mesh, slave, master, x, alpha):
                 up = np.cross(along[1] @ x[other], along[0] @ x[other])
                 up /= np.linalg.norm(up, axis=1)[:, None]
                 lumped += w @ mine
-                mass += mine.T @ (w[:, None] * mine)
-                mixed.append((other, mine.T @ (w[:, None] * theirs)))
+                pieces.append((other, here, w, theirs))
                 normal[at] += mine.T @ (w[:, None] * up)
         if lumped.sum() <= 0:
             continue
-        dual = lumped[:, None] * np.linalg.inv(mass)
         covered[at] += lumped
-        for other, mix in mixed:
-            part = dual @ mix
+        fits = fit(kind, own, [piece[1:] for piece in pieces])
+        for (other, *_), values in zip(pieces, fits, strict=True):
+            part = lumped[:, None] * values
             for k, a in enumerate(at):
                 np.add.at(weights[a], other, part[k])
     some = covered > 0

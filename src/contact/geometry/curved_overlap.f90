@@ -6,14 +6,14 @@
 module curved_overlap_mod
   use kinds_mod, only: wp
   use cells_mod, only: face_nodes
-  use face_shapes_mod, only: evaluate_face, is_triangle
+  use face_shapes_mod, only: evaluate_face, places_of_nodes, is_triangle
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
     few_points, few_weights, many_points, many_weights
   implicit none
   private
 
-  public :: whole_face_t, find_curved_overlap, whole_face
+  public :: whole_face_t, find_curved_overlap, whole_face, patch_t, make_patch, values_at_nodes
 
   !> A face with all of its nodes.
   type :: whole_face_t
@@ -23,6 +23,13 @@ module curved_overlap_mod
     logical :: is_affine = .false.
     !! shape functions are nearly polynomials in the plane: of triangles with edges nearly straight
   end type whole_face_t
+
+  !> What is covered of a face, in coordinates of its own: with its middle at 0, about as long as
+  !> wide.
+  type :: patch_t
+    real(wp) :: middle(2) = 0.0_wp     !! natural coordinates [-]
+    real(wp) :: scale(2, 2) = 0.0_wp   !! its coordinates from natural ones less the middle [-]
+  end type patch_t
 
 contains
 
@@ -45,12 +52,60 @@ contains
     end do
   end function whole_face
 
-  !> Where a part of a master face covers a part of a slave face, and the integrals over that.
-  pure function find_curved_overlap(plane, of_slave, part, of_master) result(overlap)
+  !> The patch with the moments of an overlap, as of `overlap_t`.
+  !>
+  !> Polynomials of the patch's coordinates are those of the face: of a triangle in any direction,
+  !> of a quadrilateral along its own coordinates.
+  pure type(patch_t) function make_patch(n, moments) result(patch)
+    integer, intent(in) :: n            !! nodes of the face, 6 or 8
+    real(wp), intent(in) :: moments(6)  !! [length^2]
+    real(wp) :: spread(3), length(2), lean
+
+    patch%middle = moments(2:3)/moments(1)
+    spread = moments(4:6)/moments(1) - patch%middle([1, 1, 2])*patch%middle([1, 2, 2])
+    length(1) = sqrt(max(tiny(1.0_wp), spread(1)))
+    lean = merge(spread(2)/length(1), 0.0_wp, is_triangle(n))
+    length(2) = sqrt(max(tiny(1.0_wp), spread(3) - lean**2))
+    patch%scale(1, 1) = 1.0_wp/length(1)
+    patch%scale(2, 1) = -lean/product(length)
+    patch%scale(2, 2) = 1.0_wp/length(2)
+  end function make_patch
+
+  !> The polynomials that shape functions of a face of second order consist of, in the coordinates
+  !> of a patch.
+  pure function polynomials(n, patch, xi) result(p)
+    integer, intent(in) :: n             !! nodes of the face, 6 or 8
+    type(patch_t), intent(in) :: patch
+    real(wp), intent(in) :: xi(2)        !! natural coordinates [-]
+    real(wp) :: p(n), all_of_them(8), t(2)
+
+    t = matmul(patch%scale, xi - patch%middle)
+    all_of_them = [1.0_wp, t(1), t(2), t(1)**2, t(1)*t(2), t(2)**2, t(1)**2*t(2), t(1)*t(2)**2]
+    p = all_of_them(:n)
+  end function polynomials
+
+  !> The same at the nodes of the face, a column a node.
+  pure function values_at_nodes(n, patch) result(values)
+    integer, intent(in) :: n             !! nodes of the face, 6 or 8
+    type(patch_t), intent(in) :: patch
+    real(wp) :: values(n, n), place(2, n)
+    integer :: a
+
+    place = places_of_nodes(n)
+    do a = 1, n
+      values(:, a) = polynomials(n, patch, place(:, a))
+    end do
+  end function values_at_nodes
+
+  !> Where a part of a master face covers a part of a slave face, and the integrals over that. With
+  !> a `patch` of a slave face with mid-side nodes its polynomials take the place of the slave's
+  !> shape functions in `mass` and `mixed`.
+  pure function find_curved_overlap(plane, of_slave, part, of_master, patch) result(overlap)
     type(plane_t), intent(in) :: plane        !! of the part of the slave face
     type(whole_face_t), intent(in) :: of_slave, of_master
     real(wp), intent(in) :: part(:, :)
     !! (3,3) or (3,4) corners of the part of the master face, anticlockwise from outside [length]
+    type(patch_t), intent(in), optional :: patch
     type(overlap_t) :: overlap
     real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3)
     type(whole_face_t) :: slave, master
@@ -67,31 +122,38 @@ contains
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
       if (slave%is_affine .and. master%is_affine) then
-        call add_points(plane, slave, master, corner, few_points, few_weights, overlap)
+        call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
       else
-        call add_points(plane, slave, master, corner, many_points, many_weights, overlap)
+        call add_points(plane, slave, master, corner, many_points, many_weights, patch, &
+          overlap)
       end if
     end do
   end function find_curved_overlap
 
   !> Add the integrals over one triangle of an overlap, over the area of the slave face that lies
   !> above it.
-  pure subroutine add_points(plane, slave, master, corner, point, weight, overlap)
+  pure subroutine add_points(plane, slave, master, corner, point, weight, patch, overlap)
     type(plane_t), intent(in) :: plane
     type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
+    type(patch_t), intent(in), optional :: patch
     type(overlap_t), intent(inout) :: overlap
-    real(wp) :: x(2), n(slave%n), m(master%n), normal(3), gap, area, part(slave%n)
+    real(wp), dimension(slave%n) :: n, part, f
+    real(wp) :: x(2), m(master%n), normal(3), gap, area, here, xi(2), unused(2)
     integer :: i, b
 
     area = area_of(corner)
     do i = 1, size(weight)
       x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
         point(2, i)*(corner(:, 3) - corner(:, 1))
-      call locate(slave, x, n, normal)
-      part = area*weight(i)*norm2(normal)/abs(dot_product(normal, plane%axis(:, 3)))*n
-      call locate(master, x, m, normal)
+      call locate(slave, x, n, normal, xi)
+      here = area*weight(i)*norm2(normal)/abs(dot_product(normal, plane%axis(:, 3)))
+      part = here*n
+      f = n
+      if (present(patch)) f = polynomials(slave%n, patch, xi)
+      overlap%moments = overlap%moments + here*[1.0_wp, xi, xi(1)*xi, xi(2)**2]
+      call locate(master, x, m, normal, unused)
       normal = normal/norm2(normal)
       gap = dot_product(normal, matmul(slave%x(:, :slave%n), n) - matmul(master%x(:, :master%n), &
         m))
@@ -100,11 +162,11 @@ contains
         overlap%lumped(:s) = overlap%lumped(:s) + part
         if (gap < 0.0_wp) overlap%entered(:s) = overlap%entered(:s) + part*gap
         do b = 1, s
-          overlap%mass(:s, b) = overlap%mass(:s, b) + part*n(b)
+          overlap%mass(:s, b) = overlap%mass(:s, b) + here*f(b)*f
           overlap%facing(:, b) = overlap%facing(:, b) + part(b)*normal
         end do
         do b = 1, master%n
-          overlap%mixed(:s, b) = overlap%mixed(:s, b) + part*m(b)
+          overlap%mixed(:s, b) = overlap%mixed(:s, b) + here*m(b)*f
         end do
       end associate
     end do
@@ -112,16 +174,17 @@ contains
 
   !> The place of a face that is seen at a point of the plane, by Newton's method: its shape
   !> functions and the normal there.
-  pure subroutine locate(face, x, n, normal)
+  pure subroutine locate(face, x, n, normal, xi)
     type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
     real(wp), intent(in) :: x(2)            !! [length]
     real(wp), intent(out) :: n(:)           !! [-]
     real(wp), intent(out) :: normal(3)      !! not of unit length
+    real(wp), intent(out) :: xi(2)          !! natural coordinates [-]
     ! Newton's method squares what is left: behind a step of this nothing is but rounding.
     real(wp), parameter :: settled = 1.0e-8_wp
     integer,  parameter :: max_newton = 30
     real(wp), dimension(face_nodes) :: functions
-    real(wp) :: xi(2), step(2), left(2), a(2), b(2), gradient(2, face_nodes), tangent(3, 2), det
+    real(wp) :: step(2), left(2), a(2), b(2), gradient(2, face_nodes), tangent(3, 2), det
     integer :: i, k
 
     xi = merge(1.0_wp/3.0_wp, 0.0_wp, is_triangle(face%n))

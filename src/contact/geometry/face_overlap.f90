@@ -35,6 +35,9 @@ module face_overlap_mod
     real(wp) :: entered(face_nodes) = 0.0_wp
     !! int N_a g where the gap g is below 0 [length^3]
     real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
+    real(wp) :: moments(6) = 0.0_wp
+    !! int 1, xi, eta, xi xi, xi eta, eta eta, natural coordinates of a slave face with mid-side
+    !! nodes [length^2]
   end type overlap_t
 
   !> A slave face and a master face in the plane of the slave's.

@@ -15,7 +15,8 @@ module mortar_mod
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: overlap_t, plane_t, plane_of_face, outward_normal, find_overlap, &
     opposite_weights
-  use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
+  use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
+    make_patch, values_at_nodes
   implicit none
   private
 
@@ -82,6 +83,8 @@ module mortar_mod
     integer :: node(face_nodes) = 0 !! of the master face
     integer :: n = 0              !! how many there are
     integer :: of = 0             !! which part of the master it is
+    integer :: corner(face_corners) = 0 !! of that part, 0 behind them
+    type(plane_t) :: plane        !! of the part of the slave face
     real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
     type(overlap_t) :: overlap
   end type part_t
@@ -113,6 +116,7 @@ module mortar_mod
   ! By how much more of a slave face is covered than there is before something lies behind something
   ! else. Parts of curved faces lean, and seem to overlap a little: by 0.3 % on faces of 45 degrees.
   real(wp), parameter :: overlap_of_flat = 1.0e-6_wp, overlap_of_curved = 0.05_wp !! [-]
+  real(wp), parameter :: half = 0.5_wp !! of a face: with less functions are hard to tell apart [-]
   real(wp), parameter :: least_cover = 1.0e-9_wp !! of a face; less has lost its digits [-]
 
 contains
@@ -440,6 +444,8 @@ contains
         part%of = near(i)
         part%n = count(of > 0)
         part%node(:size(of)) = of
+        part%corner = in_parts%part(:, near(i))
+        part%plane = plane
         part%distance = abs(sum(height(:k)))/real(k, wp)
         if (max(face%n, part%n) <= face_corners) then
           part%overlap = find_overlap(plane, face%x(:, :face%n), corner)
@@ -551,9 +557,9 @@ contains
     type(overlap_t) :: overlap
     real(wp), dimension(face%n) :: lumped, shared, unit
     real(wp), dimension(face%n, face%n) :: mass, dual, given
-    real(wp) :: part_of(face%n, face_nodes), q(3, face%n)
+    real(wp) :: part_of(face%n, face_nodes), q(3, face%n), values(face%n, face_nodes, size(parts))
     integer :: a, b, i, k
-    logical :: regular
+    logical :: regular, is_extrapolated
 
     if (size(parts) == 0) return
     lumped = 0.0_wp
@@ -564,7 +570,9 @@ contains
         mass = mass + parts(i)%overlap%mass(:n, :n)
       end do
       if (sum(lumped) < least_cover*face%area) return
+      is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area
       call share_with_ends(face, lumped)
+      if (is_extrapolated) call extrapolate(face, x, parts, values)
       do a = 1, n
         call share_with_ends(face, mass(:, a))
       end do
@@ -574,6 +582,7 @@ contains
       do a = 1, n
         unit = 0.0_wp
         unit(a) = 1.0_wp
+        if (is_extrapolated) cycle
         call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
         if (.not. regular) return
         dual(:, a) = lumped(a)*dual(:, a)
@@ -604,7 +613,13 @@ contains
             call share_with_ends(face, overlap%mixed(:n, k))
           end do
         end if
-        part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
+        if (is_extrapolated) then
+          do k = 1, parts(i)%n
+            part_of(:, k) = matmul(given, lumped*values(:, k, i))
+          end do
+        else
+          part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
+        end if
         mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
         mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
         mortar%normal(:, row) = mortar%normal(:, row) + matmul(overlap%facing(:, :n), &
@@ -627,18 +642,71 @@ contains
   pure subroutine find_places(face, q)
     type(face_t), intent(in) :: face
     real(wp), intent(out) :: q(:, :) !! (3,n) [length]
-    integer :: k, corners
 
     q = face%x(:, :face%n)
+    call take_from_ends(face, q)
+  end subroutine find_places
+
+  !> What nodes have becomes what the points have. docs/theory.md (9.11).
+  pure subroutine take_from_ends(face, values)
+    type(face_t), intent(in) :: face
+    real(wp), intent(inout) :: values(:, :) !! (m,n) of the nodes of the face
+    integer :: k, corners
+
     if (face%n <= face_corners) return
     corners = face%n/2
     do k = 1, corners
-      associate (alpha => face%alpha(corners + k))
-        q(:, corners + k) = (q(:, corners + k) - alpha*(q(:, k) + q(:, 1 + modulo(k, corners))))/ &
+      associate (alpha => face%alpha(corners + k), of_middle => values(:, corners + k))
+        of_middle = (of_middle - alpha*(values(:, k) + values(:, 1 + modulo(k, corners))))/ &
           (1.0_wp - 2.0_wp*alpha)
       end associate
     end do
-  end subroutine find_places
+  end subroutine take_from_ends
+
+  !> M^-1 int N~ N_k of (11.21), where less than half of the face is covered: values at its points
+  !> of the polynomial that comes closest to the master's function over what is covered.
+  !>
+  !> Shape functions of the whole face nearly depend on each other over a narrow strip; polynomials
+  !> in the strip's own coordinates do not.
+  pure subroutine extrapolate(face, x, parts, values)
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
+    type(part_t), intent(in) :: parts(:)
+    real(wp), intent(out) :: values(:, :, :)    !! (n,8,n_parts) [-]
+    type(patch_t) :: patch
+    type(overlap_t) :: overlap(size(parts))
+    type(whole_face_t) :: slave
+    real(wp), dimension(face%n, face%n) :: mass, at_points, fit
+    real(wp) :: moments(6)
+    integer :: i, a, k
+    logical :: regular
+
+    values = 0.0_wp
+    moments = 0.0_wp
+    do i = 1, size(parts)
+      moments = moments + parts(i)%overlap%moments
+    end do
+    slave = whole_face(face%x(:, :face%n))
+    patch = make_patch(face%n, moments)
+    mass = 0.0_wp
+    do i = 1, size(parts)
+      associate (part => parts(i))
+        k = corners_in(part%corner)
+        overlap(i) = find_curved_overlap(part%plane, slave, x(:, part%corner(:k)), whole_face( &
+          x(:, part%node(:part%n))), patch)
+      end associate
+      mass = mass + overlap(i)%mass(:face%n, :face%n)
+    end do
+    at_points = values_at_nodes(face%n, patch)
+    call take_from_ends(face, at_points)
+    do a = 1, face%n
+      call solve_small(mass, at_points(:, a), fit(:, a), regular)
+      if (.not. regular) return
+    end do
+    do i = 1, size(parts)
+      values(:, :parts(i)%n, i) = matmul(transpose(fit), overlap(i)%mixed(:face%n, :parts(i)%n))
+    end do
+  end subroutine extrapolate
 
   !> Append the place of a point of a face: of one in the middle of an edge that of three nodes.
   pure subroutine append_place(face, row, a, weight, entries)
