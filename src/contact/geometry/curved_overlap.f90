@@ -77,7 +77,7 @@ contains
     integer, intent(in) :: n             !! nodes of the face, 6 or 8
     type(patch_t), intent(in) :: patch
     real(wp), intent(in) :: xi(2)        !! natural coordinates [-]
-    real(wp) :: p(n), all_of_them(8), t(2)
+    real(wp) :: p(n), all_of_them(face_nodes), t(2)
 
     t = matmul(patch%scale, xi - patch%middle)
     all_of_them = [1.0_wp, t(1), t(2), t(1)**2, t(1)*t(2), t(2)**2, t(1)**2*t(2), t(1)*t(2)**2]

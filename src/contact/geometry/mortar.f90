@@ -572,21 +572,24 @@ contains
       if (sum(lumped) < least_cover*face%area) return
       is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area
       call share_with_ends(face, lumped)
-      if (is_extrapolated) call extrapolate(face, x, parts, values)
-      do a = 1, n
-        call share_with_ends(face, mass(:, a))
-      end do
-      do a = 1, n
-        call share_with_ends(face, mass(a, :))
-      end do
-      do a = 1, n
-        unit = 0.0_wp
-        unit(a) = 1.0_wp
-        if (is_extrapolated) cycle
-        call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
-        if (.not. regular) return
-        dual(:, a) = lumped(a)*dual(:, a)
-      end do
+      dual = 0.0_wp
+      if (is_extrapolated) then
+        call extrapolate(face, x, parts, values)
+      else
+        do a = 1, n
+          call share_with_ends(face, mass(:, a))
+        end do
+        do a = 1, n
+          call share_with_ends(face, mass(a, :))
+        end do
+        do a = 1, n
+          unit = 0.0_wp
+          unit(a) = 1.0_wp
+          call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
+          if (.not. regular) return
+          dual(:, a) = lumped(a)*dual(:, a)
+        end do
+      end if
     end associate
     call find_places(face, q)
     associate (n => face%n, row => face%row(:face%n))
