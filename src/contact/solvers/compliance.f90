@@ -15,7 +15,7 @@ module compliance_mod
   public :: compliance_t, take_matrix, take_map, take_compliance, is_map, rows_worth_rounding
   public :: product_with, product_of_columns, rough_product, coupled_product, row_product, &
     single_row_product
-  public :: get_matrix, get_column, block_of, diagonal_of, get_inverse, couplings_of, &
+  public :: get_matrix, get_column, get_rows, block_of, diagonal_of, get_inverse, couplings_of, &
     largest_row_sum
   public :: add_square, add_symmetric, shift_diagonal, add_rough_copy, add_single_copy, &
     has_single, rough_rows
@@ -234,6 +234,15 @@ contains
       column = compliance%w(:, j)
     end if
   end subroutine get_column
+
+  !> W over some of its rows, where it is an array.
+  subroutine get_rows(compliance, rows, w)
+    type(compliance_t), intent(in) :: compliance
+    integer, intent(in) :: rows(:)
+    real(wp), allocatable, intent(out) :: w(:, :) !! (size(rows),size(rows)) [length/force]
+
+    w = compliance%w(rows, rows)
+  end subroutine get_rows
 
   !> The block of two points, 0 where a row or a column is missing.
   pure function block_of(compliance, row, column) result(block)

@@ -1,0 +1,73 @@
+"""Nodes that many obstacles face: solved for the few of their points that may press.
+
+Planes below the highest ones change nothing, however many they are.
+"""
+
+import unittest
+
+import numpy as np
+from two_bodies import solved
+
+from studies.deck_cards import block, deck, pair, step
+
+N_PLANES = 16
+APART = 0.03  # more than the block can sink
+
+
+def planes(count, apart):
+    """Return planes below z = 0 that lean in turn to all sides, each lower by `apart`."""
+    cards = []
+    for k in range(count):
+        lean = 1e-3 * np.array([np.sin(k), np.cos(k)])
+        cards.append(
+            f"*OBSTACLE, NAME=P{k}, TYPE=PLANE\n0., 0., {-k * apart}, {lean[0]}, {lean[1]}, 1.\n"
+        )
+    return cards
+
+
+def scene(count, mu, apart, scale=1.0):
+    """Return a block that is pressed on planes by its upper side, and sheared."""
+    return deck(
+        block("BODY", 3, (0, 0, 0), (1, 1, 1), young=1000.0 * scale),
+        *planes(count, apart),
+        *(pair(f"BODY-ZMIN, P{k}", mu, number=k + 1) for k in range(count)),
+        step("BODY-ZMAX, 3, 3, -0.02\nBODY-ZMAX, 1, 1, 0.004", 2),
+        held="BODY-ZMAX, 2",
+        tolerance=1e-12,
+    )
+
+
+def force(result):
+    """Return the force of all pairs at the end (3)."""
+    return sum(np.sum(pair.reaction[-1], axis=0) for pair in result.pairs.values())
+
+
+class CrowdedNodes(unittest.TestCase):
+    def test_planes_out_of_reach_change_nothing(self):
+        """The others are lower by more than the block can sink: one plane alone is the source."""
+        for mu in (0.0, 0.3):
+            for scale in (1.0, 1e6):
+                with self.subTest(mu=mu, scale=scale):
+                    alone = solved(self, scene(1, mu, APART, scale))
+                    among = solved(self, scene(N_PLANES, mu, APART, scale))
+                    np.testing.assert_allclose(
+                        among.pairs[0].reaction[-1],
+                        alone.pairs[0].reaction[-1],
+                        rtol=0,
+                        atol=1e-9 * np.abs(force(alone)).max(),
+                    )
+
+    def test_few_iterations_before_many_planes(self):
+        """Planes 1e-4 apart all count; they take no more than three times what one plane takes."""
+        for mu in (0.0, 0.3):
+            with self.subTest(mu=mu):
+                one, many = (solved(self, scene(count, mu, 1e-4)) for count in (1, N_PLANES))
+                iterations = [result.history("contact_iterations").max() for result in (one, many)]
+                self.assertLessEqual(iterations[1], 3 * iterations[0], iterations)
+                self.assertGreaterEqual(
+                    min(pair.gap[-1].min() for pair in many.pairs.values()), -1e-10
+                )
+
+
+if __name__ == "__main__":
+    unittest.main()
