@@ -106,6 +106,15 @@ class Notes(unittest.TestCase):
             "thickness of *SURFACE INTERACTION is ignored", self.plan((card, card + "1.,\n"))
         )
 
+    def test_a_second_section(self):
+        """The last one counts, as in CalculiX."""
+        for first, last, noted in (("M", "N", True), ("M", "M", False)):
+            said = self.plan(
+                ("*MATERIAL", "*MATERIAL, NAME=N\n*ELASTIC\n1., 0.\n*MATERIAL"),
+                (SECTION, f"*SOLID SECTION, ELSET=B, MATERIAL={first}\n"
+                          f"*SOLID SECTION, ELSET=B, MATERIAL={last}\n"))
+            self.assertEqual("2 elements another material" in said, noted, said)
+
     def test_a_second_title(self):
         printed = self.plan((
             "*MATERIAL", "*HEADING\nof the deck\n*HEADING\nof the mesh\n*MATERIAL"))

@@ -23,7 +23,7 @@ module read_properties_mod
   use material_law_mod, only: new_law, other_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
-  use text_mod, only: one_of, to_text
+  use text_mod, only: one_of, plural, to_text
   implicit none
   private
 
@@ -372,7 +372,7 @@ contains
     logical, intent(inout) :: any_unknown !! set where the section's elements are not known
     character(:), allocatable :: name, name_of_set
     type(fields_t) :: fields
-    integer :: set, this, i, e
+    integer :: set, this, i, e, first, n_again
     real(wp) :: thickness
     logical :: ok, found
 
@@ -415,15 +415,20 @@ contains
       call note(reader, '*SOLID SECTION of the set '//quoted(name_of_set)// &
         ', which holds no solid elements')
     end if
+    n_again = 0
+    first = 0
     do i = 1, model%element_sets%list(set)%n
       e = model%element_sets%list(set)%members(i)
       if (material(e) > 0 .and. this > 0 .and. material(e) /= this) then
-        call report(reader, card%position, 'element '//to_text(model%mesh%element_id(e))// &
-          ' already has a section with another material')
-        return
+        n_again = n_again + 1
+        if (n_again == 1) first = e
       end if
       material(e) = this
     end do
+    if (n_again > 0) call note(reader, '*SOLID SECTION of the set '//quoted(name_of_set)// &
+      ' gives '//to_text(n_again)//plural(' element', ' elements', n_again)//' another material '// &
+      'than a section before, the first is element '//to_text(model%mesh%element_id(first))// &
+      ': the last section counts')
   end subroutine read_section
 
   !> Whether a set has elements that are skipped, but for those of types that were refused.
