@@ -23,7 +23,7 @@ module read_properties_mod
   use material_law_mod, only: new_law, other_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
-  use text_mod, only: one_of, plural, to_text
+  use text_mod, only: one_of, to_text
   implicit none
   private
 
@@ -426,9 +426,8 @@ contains
       material(e) = this
     end do
     if (n_again > 0) call note(reader, '*SOLID SECTION of the set '//quoted(name_of_set)// &
-      ' gives '//to_text(n_again)//plural(' element', ' elements', n_again)//' another material '// &
-      'than a section before, the first is element '//to_text(model%mesh%element_id(first))// &
-      ': the last section counts')
+      ' gives elements another material than a section before, '//to_text(n_again)// &
+      ', the first is element '//to_text(model%mesh%element_id(first))//': the last section counts')
   end subroutine read_section
 
   !> Whether a set has elements that are skipped, but for those of types that were refused.
