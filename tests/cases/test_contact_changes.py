@@ -152,7 +152,8 @@ class Friction(unittest.TestCase):
                     pair = result.pairs[0]
                     force = abs(np.array(pair.resultant)[:, 0])
                     ends = np.array(result.step_ends)
-                    self.assertEqual(list(pair.friction_coefficients[ends]), [before, before, after, after])
+                    self.assertEqual(list(pair.friction_coefficients[ends]),
+                                     [before, before, after, after])
                     self.assertTrue(all(result.history("certified") == 1))
                 np.testing.assert_allclose(
                     force[ends], [0, 4 * before, 4 * after, 4 * after], rtol=0, atol=1e-9)
@@ -248,7 +249,8 @@ class Pairs(unittest.TestCase):
         run = Run(deck.replace("B-ZMIN, FLOOR\n", "B-ZMIN, FLOOR\nB-ZMIN, LOW\n", 1), name="b")
         self.assertEqual(run.status, 0, run.output + run.errors)
         with run.result() as result:
-            forces = [np.array(pair.resultant)[result.step_ends, 2] for pair in result.pairs.values()]
+            forces = [np.array(pair.resultant)[result.step_ends, 2]
+                      for pair in result.pairs.values()]
         np.testing.assert_allclose(forces, [[800, 0], [0, 400]], rtol=0, atol=1e-6)
 
     def test_each_error_has_one_message(self):
@@ -284,7 +286,8 @@ class Runs(unittest.TestCase):
                      two(push(0.002, "UP"), turn(REMOVE, UPON), turn(ADD, UPON)),
                      two(push(0.002, "UP"), turn(REMOVE, UPON), turn(ADD, UPON), nlgeom=True)):
             # Large enough for a signal to come in time.
-            deck = deck.replace("0.5, 1.", "0.1, 1.").replace("NX=2, NY=2, NZ=2", "NX=9, NY=9, NZ=6")
+            deck = deck.replace("0.5, 1.", "0.1, 1.").replace("NX=2, NY=2, NZ=2",
+                                                              "NX=9, NY=9, NZ=6")
             whole = Run(deck, name="b")
             for place in (("2", "2"), ("2", "9")):
                 part = Run(deck, "--continue", name="b", ended_at=place)

@@ -73,8 +73,8 @@ def draw_forces(result, pair):
         )
     if pair.friction_coefficients.max(initial=0) > 0:
         bottom.step(
-            times, pair.friction_coefficients, color=INK, linewidth=0.8, linestyle=":", where="post",
-            label="coefficient of friction",
+            times, pair.friction_coefficients, color=INK, linewidth=0.8, linestyle=":",
+            where="post", label="coefficient of friction",
         )
     certified = result.history("certified")
     for value, mark, label in ((0, "rx", "not certified"), (-1, "k|", "certificate pending")):

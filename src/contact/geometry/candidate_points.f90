@@ -86,8 +86,8 @@ contains
     call find_extra_gaps(scene, points)
   end subroutine find_points
 
-  !> Refuse pairs of which one alone is removed, where they share nodes before the same obstacle: the
-  !> points of these belong to the first of them.
+  !> Refuse pairs of which one alone is removed, where they share nodes before the same obstacle:
+  !> the points of these belong to the first of them.
   pure subroutine check_removed(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -105,9 +105,9 @@ contains
           if (scene%pairs(other)%master /= scene%pairs(pair)%master) cycle
           if (is_removed(pair) .eqv. is_removed(other)) cycle
           if (.not. any(is_slave(scene%surfaces(scene%pairs(other)%surface)%nodes))) cycle
-          call raise(error, exit_wrong_input, "step "//to_text(step)//" removes one of the pairs '"// &
-            scene%pairs(pair)%name//"' and '"//scene%pairs(other)%name//"' alone, which share "// &
-            "nodes: remove both, or make surfaces without a common node")
+          call raise(error, exit_wrong_input, "step "//to_text(step)//" removes one of the "// &
+            "pairs '"//scene%pairs(pair)%name//"' and '"//scene%pairs(other)%name// &
+            "' alone, which share nodes: remove both, or make surfaces without a common node")
           return
         end do
       end do
