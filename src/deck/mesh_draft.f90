@@ -13,6 +13,7 @@ module mesh_draft_mod
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
   public :: is_of_block, find_elements, with_outer, refined_faces, given_nodes
+  public :: solids, plane_strain, axisymmetric, with_copies, face_of_label
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
@@ -24,6 +25,9 @@ module mesh_draft_mod
   real(wp), parameter :: not_a_coordinate = 2.0_wp*largest_number
 
   integer, parameter :: set_of_nodes = 1, set_of_elements = 2
+
+  !> What the elements of a deck are.
+  integer, parameter :: solids = 0, plane_strain = 1, axisymmetric = 2
 
   ! What a rigid body may make of an element that is skipped else: nothing, a facet of a type that
   ! other programs compute, or of one that is rigid by itself.
@@ -88,6 +92,10 @@ module mesh_draft_mod
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
+    ! Where they are elements of a plane, which are expanded to solids one element thick:
+    integer :: plane = solids                !! or plane_strain or axisymmetric
+    integer, allocatable :: copies(:, :)
+    !! (2,nodes of the plane) the node opposite and the one between; 0: none; not allocated: solids
     ! Where elements are refined:
     integer, allocatable :: first_piece(:)
     !! (n+1) of each element of the deck; its pieces follow each other
@@ -207,6 +215,31 @@ contains
     if (allocated(draft%first_piece)) pieces = [(i, i=draft%first_piece(element), &
       draft%first_piece(element + 1) - 1)]
   end function pieces_of
+
+  !> Nodes, and behind them those that an element of a plane has beside them.
+  pure function with_copies(draft, nodes) result(all_nodes)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: nodes(:)
+    integer, allocatable :: all_nodes(:)
+
+    all_nodes = nodes
+    if (.not. allocated(draft%copies)) return
+    associate (of_plane => pack(nodes, nodes <= size(draft%copies, 2)))
+      associate (more => reshape(draft%copies(:, of_plane), [2*size(of_plane)]))
+        all_nodes = [nodes, pack(more, more > 0)]
+      end associate
+    end associate
+  end function with_copies
+
+  !> The face that a deck means by the number of a face, of elements of a plane by that of an edge:
+  !> their faces 1 and 2 are the cross-sections.
+  pure integer function face_of_label(draft, label) result(face)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: label !! 1 to 6
+
+    face = label
+    if (draft%plane /= solids) face = label + 2
+  end function face_of_label
 
   !> Those of elements that have a part of this face of the deck's elements.
   pure function with_outer(draft, elements, face) result(chosen)

@@ -37,6 +37,8 @@ module read_deck_mod
   use read_equations_mod, only: read_equations
   use pretension_mod, only: join_sections, section_t
   use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
+  use plane_mesh_mod, only: hold_plane
+  use read_plane_mod, only: find_plane, read_plane
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -183,9 +185,11 @@ contains
     if (present(mesh_size)) size_read = mesh_size
     model%mesh%scale = size_read%blocks
     model%mesh%across = size_read%across
+    call find_plane(reader, model%mesh)
     call read_mesh_cards(reader, model)
     if (present(flat)) call flat_deck(reader, model%mesh, flat)
     call connect_mesh(reader, model%mesh)
+    call read_plane(reader, size_read, present(flat), model%mesh)
     call read_couplings(reader, model, couplings)
     call mark_used_nodes(model)
     call mark_coupled(model)
@@ -264,6 +268,7 @@ contains
         scene%steps, scene%local_axes)
     end if
     if (.not. any_mistakes(reader%diagnostics)) then
+      call hold_plane(model, equations, scene%steps)
       call join_equations(reader, model, equations, scene%constraints)
     end if
     call mark_turning(scene%steps, scene%obstacles)

@@ -5,7 +5,7 @@ module sets_mod
   use fields_mod, only: reference_t
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, find_name, name_lookup_t
-  use mesh_draft_mod, only: find_elements, is_of_block, mesh_draft_t, set_of_nodes
+  use mesh_draft_mod, only: find_elements, is_of_block, mesh_draft_t, set_of_nodes, with_copies
   use sorting_mod, only: sort_unique
   use text_mod, only: string_t, to_text
   implicit none
@@ -74,7 +74,7 @@ contains
       if (found == 0) call report(reader, reference%position, 'node '//to_text(reference%id)// &
         ' is not defined')
       if (found > 0) then
-        nodes = [found]
+        nodes = with_copies(model%mesh, [found])
         if (is_of_block(model%mesh, found)) reader%numbers_block = .true.
       end if
     else

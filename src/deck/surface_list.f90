@@ -7,7 +7,7 @@ module surface_list_mod
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
   use lookup_mod, only: find_name, name_lookup_t
-  use mesh_draft_mod, only: mesh_draft_t, with_outer
+  use mesh_draft_mod, only: mesh_draft_t, solids, with_outer
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
   use surfaces_mod, only: all_nodes_of, bare_nodes, surface_t
@@ -128,6 +128,11 @@ contains
       associate (cell => cells(mesh%connectivity%cell(elements(i))))
         ok = face <= cell%n_faces
         if (ok) cycle
+        if (mesh%plane /= solids) then
+          call report(reader, position, 'element '//to_text(mesh%element_id(elements(i)))// &
+            ' is a triangle: it has no edge '//to_text(face - 2))
+          return
+        end if
         call report(reader, position, 'element '//to_text(mesh%element_id(elements(i)))// &
           ' is a '//trim(cell%name)//': it has no face '//to_text(face))
         return

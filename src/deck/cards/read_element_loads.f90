@@ -14,6 +14,7 @@ module read_element_loads_mod
     name_field, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: gravity_t, load_step_t, pressure_t
+  use mesh_draft_mod, only: axisymmetric, face_of_label, solids
   use options_mod, only: allow_options, card_t
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: add_pressure, read_op
@@ -90,7 +91,8 @@ contains
     do
       call next_data_line(reader, card, fields, found, any_number, '')
       if (.not. found) exit
-      call read_label(reader, fields, label)
+      call read_label(reader, fields, model%mesh%plane /= solids, label)
+      if (label > 0 .and. label /= grav) label = face_of_label(model%mesh, label)
       call read_target(reader, model, fields, label, elements, slot, ok(1))
       if (label == 0) cycle
       ok(3) = .true.
@@ -98,6 +100,7 @@ contains
         call limit_fields(reader, fields, 6, 'a set or element, GRAV, g and a direction')
         call real_field(reader, fields, 3, 'the acceleration', value, ok(2))
         call read_direction(reader, fields, direction, ok(3))
+        if (ok(3)) call check_direction(reader, fields, model%mesh%plane, direction, ok(3))
         if (ok(1) .and. known_index(draft, label, slot) == 0) then
           call check_density(reader, model, fields, elements)
         end if
@@ -127,9 +130,10 @@ contains
   end subroutine read_dload
 
   !> P1..P6 or GRAV in the second field: 1..6, grav; 0 after a mistake.
-  subroutine read_label(reader, fields, label)
+  subroutine read_label(reader, fields, of_plane, label)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
+    logical, intent(in) :: of_plane !! elements have edges in the place of faces
     integer, intent(out) :: label
     character(:), allocatable :: word, message
     logical :: ok
@@ -141,6 +145,12 @@ contains
       label = grav
     else if (len(word) == 2) then
       if (word(1:1) == 'P') label = index('123456', word(2:2))
+    end if
+    if (of_plane .and. label > 4 .and. label < grav) then
+      call report(reader, field_position(reader, fields, 2), 'elements of a plane have the '// &
+        'edges P1 to P4')
+      label = 0
+      return
     end if
     if (label > 0) return
     message = 'only P1 to P6 (pressure on a face) and GRAV (weight) are available, not '// &
@@ -224,6 +234,21 @@ contains
         'GRAV needs a direction (x, y, z) that is not zero')
     end if
   end subroutine read_direction
+
+  !> Report weight that would leave the plane of plane elements, or no body of revolution.
+  subroutine check_direction(reader, fields, plane, direction, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: plane          !! solids, plane_strain or axisymmetric
+    real(wp), intent(in) :: direction(3)
+    logical, intent(out) :: ok
+
+    ok = plane == solids .or. .not. abs(direction(3)) > 0.0_wp
+    if (plane == axisymmetric) ok = ok .and. .not. abs(direction(1)) > 0.0_wp
+    if (ok) return
+    call report(reader, field_position(reader, fields, 4), 'weight acts within the plane of '// &
+      'CPE elements, and along y on CAX elements')
+  end subroutine check_direction
 
   !> Report the first element without a density.
   subroutine check_density(reader, model, fields, elements)

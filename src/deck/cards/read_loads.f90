@@ -18,7 +18,7 @@ module read_loads_mod
     reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
-  use mesh_draft_mod, only: given_nodes
+  use mesh_draft_mod, only: given_nodes, solids
   use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
     option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
@@ -128,6 +128,10 @@ contains
       call referenced_nodes(reader, model, reference, nodes)
       call check_moves(reader, model, reference, nodes, value%value, .false.)
       call check_rotations(reader, model, fields, nodes, with, value%value)
+      if (model%mesh%plane /= solids .and. with(3) .and. abs(value%value) > 0.0_wp) then
+        if (any(model%used(nodes))) call report(reader, field_position(reader, fields, 4), &
+          'elements of a plane do not move across it: dof 3 of their nodes is 0')
+      end if
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
         if (with(3 + i)) then

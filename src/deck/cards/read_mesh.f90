@@ -9,14 +9,14 @@ module read_mesh_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use connectivity_mod, only: add_elements
   use diagnostics_mod, only: guess, quoted
-  use element_types_mod, only: element_types, type_called
+  use element_types_mod, only: element_types, plane_types, plane_type_called, type_called
   use fields_mod, only: any_number, fields_t, integer_field, is_empty_field, limit_fields, &
     looks_like_id, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
     mesh_draft_t, no_facet, not_a_coordinate, refused_element, reserve_elements, reserve_nodes, &
-    rigid_facet, set_of_elements, set_of_nodes, shell_facet
+    rigid_facet, set_of_elements, set_of_nodes, shell_facet, solids
   use mesh_mod, only: kind_c3d8
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: as_list, one_of, string_t, to_text
@@ -89,7 +89,7 @@ contains
     first = draft%n_elements + 1
     first_skipped = draft%n_skipped + 1
     before = reader%diagnostics%n_mistakes
-    call check_element_type(reader, card, .true., kind, cell)
+    call check_element_type(reader, card, .true., kind, cell, draft%plane /= solids)
     if (kind > 0) then
       call read_solids(reader, card, kind, cell, draft)
       if (draft%n_elements < first .and. reader%diagnostics%n_mistakes == before) then
@@ -105,12 +105,13 @@ contains
   end subroutine read_elements
 
   !> Say what the TYPE= of a card is to us, reporting what is not available.
-  subroutine check_element_type(reader, card, required, kind, cell)
+  subroutine check_element_type(reader, card, required, kind, cell, of_plane)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     logical, intent(in) :: required !! its absence is a mistake
     integer, intent(out) :: kind    !! of element (> 0), skipped_type or unknown_type
     integer, intent(out) :: cell    !! row of the table of cells
+    logical, intent(in), optional :: of_plane !! elements of a plane are computed
     character(:), allocatable :: name
     integer :: facet, corners, row
     logical :: ok
@@ -127,6 +128,14 @@ contains
       kind = element_types(row)%kind
       cell = element_types(row)%cell
       return
+    end if
+    if (present(of_plane)) then
+      if (of_plane) call find_plane_type(reader, name, row)
+      if (row > 0) then
+        kind = plane_types(row)%kind
+        cell = plane_types(row)%cell
+        return
+      end if
     end if
     select case (name)
     case ('C3D8R', 'C3D8H', 'C3D8RH')
@@ -154,6 +163,18 @@ contains
       end if
     end select
   end subroutine check_element_type
+
+  !> The row of the plane type of a name, 0: there is none.
+  subroutine find_plane_type(reader, name, row)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: name !! upper case
+    integer, intent(out) :: row
+
+    row = plane_type_called(name)
+    if (name /= 'CPE4R' .and. name /= 'CAX4R') return
+    row = plane_type_called(name(:4))
+    call note(reader, name//' elements are taken as '//name(:4)//': full integration')
+  end subroutine find_plane_type
 
   !> Whether a type is of fluids, heat, acoustics or networks, a spring or damper, a mass, or one of
   !> the user's own.
@@ -238,11 +259,11 @@ contains
     integer, intent(in) :: cell !! row of the table of cells
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
-    integer :: entries(1 + cells(cell)%n_nodes), have, i, position
+    integer :: entries(1 + size(nodes_in_deck(draft, cell))), have, i, position
     logical :: found, ok, all_ok, comma, room
     character(:), allocatable :: what
 
-    what = 'an id and '//to_text(cells(cell)%n_nodes)//' nodes'
+    what = 'an id and '//to_text(size(entries) - 1)//' nodes'
     have = 0
     position = 0
     comma = .false.
@@ -289,8 +310,10 @@ contains
         return
       end if
       i = draft%n_elements + 1
-      call add_elements(draft%connectivity, draft%n_elements, cell, &
-        reshape(entries(2:), [size(entries) - 1, 1]))
+      associate (nodes => in_all_places(draft, cell, entries(2:)))
+        call add_elements(draft%connectivity, draft%n_elements, cell, reshape(nodes, [size(nodes), &
+          1]))
+      end associate
       draft%n_elements = i
       draft%element_id(i) = entries(1)
       draft%element_kind(i) = kind
@@ -307,6 +330,36 @@ contains
     end subroutine too_few
 
   end subroutine read_solids
+
+  !> The places of a cell whose nodes the deck names, in its order: all, or those in the plane.
+  pure function nodes_in_deck(draft, cell) result(places)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: cell !! row of the table of cells
+    integer, allocatable :: places(:)
+    integer :: k
+
+    associate (of => cells(cell))
+      places = [(k, k=1, of%n_nodes)]
+      if (draft%plane == solids) return
+      places = [(k, k=1, of%n_corners/2)]
+      if (of%n_nodes > of%n_corners) places = [places, of%n_corners + places]
+    end associate
+  end function nodes_in_deck
+
+  !> The nodes of a cell, those in the plane in the places of their copies, too.
+  pure function in_all_places(draft, cell, nodes) result(all_nodes)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: cell     !! row of the table of cells
+    integer, intent(in) :: nodes(:) !! as the deck names them
+    integer, allocatable :: all_nodes(:)
+
+    all_nodes = nodes
+    if (draft%plane == solids) return
+    associate (n => cells(cell)%n_corners/2)
+      all_nodes = [nodes(:n), nodes(:n)]
+      if (size(nodes) > n) all_nodes = [all_nodes, nodes(n + 1:), nodes(n + 1:), nodes(:n)]
+    end associate
+  end function in_all_places
 
   !> Keep the ids of elements that are not computed, so that sets may name them.
   subroutine skip_elements(reader, card, draft)
@@ -431,7 +484,8 @@ contains
           nodes(k) = node
         end do
         if (.not. ok) n_wrong = n_wrong + 1
-        if (ok) call report_repeated_node(reader, draft, e, nodes, ok)
+        if (ok) call report_repeated_node(reader, draft, e, nodes(nodes_in_deck(draft, &
+          draft%connectivity%cell(e))), ok)
         if (.not. ok) nodes = min(1, draft%n_nodes)
       end associate
     end do

@@ -16,7 +16,7 @@ module read_properties_mod
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
-  use mesh_draft_mod, only: refused_element
+  use mesh_draft_mod, only: refused_element, solids
   use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, integer_option, name_option, open_card, option_position
@@ -381,7 +381,7 @@ contains
     if (found) then
       if (.not. is_empty_field(fields, 1)) then
         call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
-        call note(reader, 'the thickness of *SOLID SECTION is ignored: elements have their own')
+        if (model%mesh%plane == solids) call note(reader, 'the thickness of *SOLID SECTION is ignored: elements have their own')
       end if
       call end_data(reader, card, fields, '*SOLID SECTION takes one data line at most')
     end if

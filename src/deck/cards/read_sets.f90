@@ -21,7 +21,7 @@ module read_sets_mod
   use kinds_mod, only: i8
   use lookup_mod, only: find_id, find_name, make_name_lookup
   use mesh_draft_mod, only: early_set_t, is_of_block, mesh_draft_t, set_of_elements, &
-    set_of_nodes
+    set_of_nodes, with_copies
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
     name_option, open_card, option_position
   use sets_mod, only: find_set, finish, model_t, &
@@ -52,7 +52,24 @@ contains
     work = 0
     call fill_sets(reader, model%mesh, model%element_sets, work)
     call fill_sets(reader, model%mesh, model%node_sets, work, model%element_sets)
+    call add_copies(model)
   end subroutine read_sets
+
+  !> Add to sets of nodes of a plane those that its elements have beside them.
+  subroutine add_copies(model)
+    type(model_t), intent(inout) :: model
+    integer :: i
+
+    if (.not. allocated(model%mesh%copies)) return
+    do i = 1, model%node_sets%n
+      associate (set => model%node_sets%list(i))
+        if (.not. allocated(set%members)) cycle
+        set%members = with_copies(model%mesh, set%members)
+        set%n = size(set%members)
+        call finish(set)
+      end associate
+    end do
+  end subroutine add_copies
 
   !> List the early sets and the cards `keyword`, by place, with their names.
   subroutine list_entries(reader, draft, keyword, sets)

@@ -17,7 +17,7 @@ module read_surfaces_mod
   use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_id, make_name_lookup
-  use mesh_draft_mod, only: block_t, mesh_draft_t, refined_faces, with_outer
+  use mesh_draft_mod, only: block_t, face_of_label, mesh_draft_t, refined_faces, solids, with_outer
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
   use read_block_mod, only: side_name
   use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
@@ -150,7 +150,8 @@ contains
         'an element or a set of elements, and one of S1..S6, SPOS, SNEG')
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'an element or a set of elements', reference, ok)
-      call read_face(reader, fields, face)
+      call read_face(reader, fields, model%mesh%plane /= solids, face)
+      if (face > 0 .and. face < spos) face = face_of_label(model%mesh, face)
       if (.not. ok) cycle
       call referenced_elements(reader, model, reference, elements, flawed)
       if (face == 0) cycle
@@ -220,9 +221,10 @@ contains
   end subroutine add_facets
 
   !> S1..S6, SPOS or SNEG in the second field; 0 where it is something else.
-  subroutine read_face(reader, fields, face)
+  subroutine read_face(reader, fields, of_plane, face)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
+    logical, intent(in) :: of_plane !! elements have edges in the place of faces
     integer, intent(out) :: face
     character(:), allocatable :: label
 
@@ -230,6 +232,12 @@ contains
     label = field_text(reader, fields, 2)
     if (len(label) == 2) then
       if (upper(label(1:1)) == 'S') face = index('123456', label(2:2))
+    end if
+    if (of_plane .and. face > 4) then
+      call report(reader, field_position(reader, fields, 2), 'elements of a plane have the '// &
+        'edges S1 to S4')
+      face = 0
+      return
     end if
     if (upper(label) == 'SPOS') face = spos
     if (upper(label) == 'SNEG') face = sneg

@@ -1,0 +1,165 @@
+!> Elements of a plane: whether a deck computes them, how thick they are, and what is not available
+!> with them.
+!>
+!>     *ELEMENT, TYPE=CPE4, ELSET=BODY
+!>     1,  1, 2, 4, 3                    counterclockwise, nodes in the plane z = 0
+!>     *SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
+!>     10.                               thickness; 1 where there is no line
+module read_plane_mod
+  use cards_mod, only: reader_t, report
+  use diagnostics_mod, only: quoted
+  use element_types_mod, only: is_axisymmetric, plane_type_called, plane_types
+  use fields_mod, only: field_position, fields_t, is_empty_field, next_data_line, real_field
+  use kinds_mod, only: wp
+  use mesh_draft_mod, only: axisymmetric, mesh_draft_t, plane_strain, solids
+  use mesh_size_mod, only: mesh_size_t
+  use options_mod, only: card_t, name_option, open_card, option_position
+  use plane_mesh_mod, only: expand_plane
+  use text_mod, only: to_text
+  implicit none
+  private
+
+  public :: find_plane, read_plane
+
+  !> Keywords that are not available yet beside elements of a plane.
+  character(*), parameter :: unavailable(*) = [character(20) :: 'ACCURACY', 'COUPLING', &
+    'DISTRIBUTING', 'DISTRIBUTING COUPLING', 'EQUATION', 'GAP', 'KINEMATIC', 'PRE-TENSION SECTION', &
+    'REFINE', 'RIGID BODY', 'TIE', 'TRANSFORM']
+
+contains
+
+  !> Elements of a plane are computed where the deck has no solid elements, and sections.
+  subroutine find_plane(reader, draft)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(inout) :: draft
+    type(card_t) :: card
+    character(:), allocatable :: name
+    integer :: k, row, kind
+    logical :: ok
+
+    associate (keyword => reader%cards(:reader%n_cards)%keyword)
+      if (.not. any(keyword == 'SOLID SECTION') .or. any(keyword == 'BLOCK')) return
+    end associate
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'ELEMENT') cycle
+      call open_card(reader, k, card)
+      call name_option(reader, card, 'TYPE', .false., name, ok)
+      if (.not. ok) cycle
+      if (index(name, 'C3D') == 1) then
+        draft%plane = solids
+        return
+      end if
+      row = plane_type_called(name(:merge(4, len(name), name == 'CPE4R' .or. name == 'CAX4R')))
+      if (row == 0) then
+        if (index(name, 'CPE') == 1 .or. index(name, 'CAX') == 1) call report(reader, &
+          option_position(card, 'TYPE'), 'element type '//quoted(name)//' is not available; '// &
+          'use one of 3, 4, 6 or 8 nodes, or with 8 nodes and reduced integration')
+        cycle
+      end if
+      kind = merge(axisymmetric, plane_strain, is_axisymmetric(row))
+      if (draft%plane /= solids .and. draft%plane /= kind) call report(reader, &
+        option_position(card, 'TYPE'), 'plane strain (CPE) and axisymmetric (CAX) elements '// &
+        'exclude each other in one deck')
+      draft%plane = kind
+    end do
+  end subroutine find_plane
+
+  !> Expand elements of a plane, as read, to solids.
+  subroutine read_plane(reader, mesh_size, is_flat, draft)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_size_t), intent(in) :: mesh_size
+    logical, intent(in) :: is_flat !! the deck is to be written without parameters and blocks
+    type(mesh_draft_t), intent(inout) :: draft
+    type(card_t) :: card
+    real(wp) :: thickness
+    integer :: k
+    logical :: ok
+
+    if (draft%plane == solids) return
+    do k = 1, reader%n_cards
+      if (.not. any(unavailable == reader%cards(k)%keyword)) cycle
+      call open_card(reader, k, card)
+      call report(reader, card%position, '*'//trim(reader%cards(k)%keyword)// &
+        ' is not available with plane or axisymmetric elements')
+    end do
+    if (is_flat) call report(reader, 0, '--flat does not write plane or axisymmetric elements yet')
+    if (mesh_size%parts > 1 .or. mesh_size%zone%times > 0) call report(reader, 0, 'plane and '// &
+      'axisymmetric elements are not refined yet: leave out --refine and --accuracy')
+    call check_places(reader, draft, ok)
+    if (.not. ok) return
+    call read_thickness(reader, thickness, ok)
+    if (.not. ok) return
+    call expand_plane(draft, thickness, 0, ok)
+    if (.not. ok) call report(reader, 0, 'there is no room for the nodes of the other side of '// &
+      'the slice')
+  end subroutine read_plane
+
+  !> Report nodes that are not in the plane z = 0, or at negative radii.
+  subroutine check_places(reader, draft, ok)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    logical, intent(out) :: ok
+    logical :: used(0:draft%n_nodes)
+    integer :: node
+
+    used = .false.
+    ok = draft%n_elements > 0
+    if (.not. ok) return
+    used(draft%connectivity%node(:draft%connectivity%first(draft%n_elements + 1) - 1)) = .true.
+    do node = 1, draft%n_nodes
+      if (.not. used(node)) cycle
+      if (abs(draft%coordinates(3, node)) > 0.0_wp) then
+        call report(reader, draft%node_position(node), 'node '//to_text(draft%node_id(node))// &
+          ' of plane elements is not in their plane, z = 0')
+        ok = .false.
+        return
+      end if
+      if (draft%plane == axisymmetric .and. draft%coordinates(1, node) < 0.0_wp) then
+        call report(reader, draft%node_position(node), 'node '//to_text(draft%node_id(node))// &
+          ' of axisymmetric elements has a negative radius (x)')
+        ok = .false.
+        return
+      end if
+    end do
+  end subroutine check_places
+
+  !> The thickness of the sections, which all have the same.
+  subroutine read_thickness(reader, thickness, ok)
+    type(reader_t), intent(inout) :: reader
+    real(wp), intent(out) :: thickness
+    logical, intent(out) :: ok
+    type(card_t) :: card
+    type(fields_t) :: fields
+    real(wp) :: one
+    integer :: k
+    logical :: found, is_first
+
+    thickness = 1.0_wp
+    ok = .true.
+    is_first = .true.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
+      call open_card(reader, k, card)
+      one = 1.0_wp
+      call next_data_line(reader, card, fields, found, 1, 'a thickness')
+      if (found) found = .not. is_empty_field(fields, 1)
+      if (found) then
+        call real_field(reader, fields, 1, 'a thickness', one, ok)
+        if (ok .and. .not. one > 0.0_wp) then
+          call report(reader, field_position(reader, fields, 1), 'a thickness is above 0')
+          ok = .false.
+        end if
+        if (.not. ok) return
+      end if
+      if (.not. is_first .and. abs(one - thickness) > 0.0_wp) then
+        call report(reader, card%position, 'all sections of plane strain have the same '// &
+          'thickness, here '//to_text(one, 6)//' and '//to_text(thickness, 6))
+        ok = .false.
+        return
+      end if
+      thickness = one
+      is_first = .false.
+    end do
+  end subroutine read_thickness
+
+end module read_plane_mod
