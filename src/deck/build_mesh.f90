@@ -239,6 +239,7 @@ contains
     mesh%n_elements = draft%n_elements
     mesh%coordinates = draft%coordinates(:, :draft%n_nodes)
     mesh%origin = draft%origin
+    mesh%sector_angle = draft%sector_angle
     deallocate (draft%coordinates)
     mesh%node_id = draft%node_id(:draft%n_nodes)
     deallocate (draft%node_id)

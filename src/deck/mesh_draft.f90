@@ -94,6 +94,8 @@ module mesh_draft_mod
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
     ! Where they are elements of a plane, which are expanded to solids one element thick:
     integer :: plane = solids                !! or plane_strain or axisymmetric
+    real(wp) :: sector_angle = 0.0_wp        !! as of mesh_t
+    logical, allocatable :: on_axis(:)       !! (nodes of the plane) of axisymmetric elements
     integer, allocatable :: copies(:, :)
     !! (2,nodes of the plane) the node opposite and the one between; 0: none; not allocated: solids
     ! Where elements are refined:

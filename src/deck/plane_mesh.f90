@@ -13,13 +13,16 @@ module plane_mesh_mod
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use mesh_draft_mod, only: add_node_beside, axisymmetric, mesh_draft_t
+  use obstacle_shapes_mod, only: locate_point
+  use obstacles_mod, only: obstacle_t
+  use sectors_mod, only: n_sectors
   use sets_mod, only: model_t
   implicit none
   private
 
-  public :: expand_plane, hold_plane, wedge_angle
+  public :: expand_plane, hold_plane, uneven_obstacle
 
-  real(wp), parameter :: wedge_angle = 2.0_wp/180.0_wp*acos(-1.0_wp) !! [rad]
+  real(wp), parameter :: wedge_angle = 0.2_wp/180.0_wp*acos(-1.0_wp) !! [rad]
 
 contains
 
@@ -43,6 +46,10 @@ contains
     end do
     ok = .true.
     n_plane = draft%n_nodes
+    if (draft%plane == axisymmetric) then
+      draft%sector_angle = wedge_angle
+      call open_axis(draft)
+    end if
     allocate (draft%copies(2, n_plane), source=0)
     do k = 1, 2
       do node = 1, n_plane
@@ -72,6 +79,50 @@ contains
     end do
   end subroutine expand_plane
 
+  !> Move nodes on the axis off it, by a part of the elements there so small that no result shows it:
+  !> their elements keep all of their nodes.
+  subroutine open_axis(draft)
+    type(mesh_draft_t), intent(inout) :: draft
+    real(wp), parameter :: hole = 1.0e-6_wp !! radius over that of the elements there [-]
+    real(wp) :: radius(draft%n_nodes)
+    integer :: e, node
+
+    radius = 0.0_wp
+    do e = 1, draft%n_elements
+      associate (nodes => nodes_of_element(draft%connectivity, e))
+        radius(nodes) = max(radius(nodes), maxval(draft%coordinates(1, nodes)))
+      end associate
+    end do
+    allocate (draft%on_axis(draft%n_nodes), source=.false.)
+    do node = 1, draft%n_nodes
+      if (abs(draft%coordinates(1, node)) > hole*radius(node) .or. .not. radius(node) > 0.0_wp) cycle
+      draft%on_axis(node) = .true.
+      draft%coordinates(1, node) = hole*radius(node)
+    end do
+  end subroutine open_axis
+
+  !> The first obstacle that is not the same all along the thickness; 0: all are.
+  pure integer function uneven_obstacle(draft, obstacles) result(uneven)
+    type(mesh_draft_t), intent(in) :: draft
+    type(obstacle_t), intent(in) :: obstacles(:)
+    real(wp), parameter :: rounding = 1.0e-9_wp !! of the size of the bodies [-]
+    real(wp), parameter :: at_rest(3) = 0.0_wp
+    real(wp) :: gap(2), normal(3), size_of_all
+    integer :: node
+
+    size_of_all = maxval(abs(draft%coordinates(:, :draft%n_nodes)))
+    do uneven = 1, size(obstacles)
+      do node = 1, size(draft%copies, 2)
+        if (draft%copies(1, node) == 0) cycle
+        call locate_point(obstacles(uneven), at_rest, draft%coordinates(:, node), gap(1), normal)
+        call locate_point(obstacles(uneven), at_rest, draft%coordinates(:, draft%copies(1, node)), &
+          gap(2), normal)
+        if (.not. abs(gap(2) - gap(1)) <= rounding*(size_of_all + abs(gap(1)))) return
+      end do
+    end do
+    uneven = 0
+  end function uneven_obstacle
+
   !> Hold the nodes of plane elements across the plane, and hand what the steps put on nodes of the
   !> plane to those beside them.
   subroutine hold_plane(model, equations, steps)
@@ -93,13 +144,16 @@ contains
         associate (copy => model%mesh%copies(k, node))
           if (copy == 0) cycle
           beside(copy) = node
-          if (model%mesh%plane == axisymmetric) angle(copy) = wedge_angle/k
+          if (model%mesh%plane /= axisymmetric) cycle
+          angle(copy) = wedge_angle/k
+          on_axis([node, copy]) = model%mesh%on_axis(node)
         end associate
       end do
     end do
+    where (on_axis) angle = 0.0_wp
     do step = 1, size(steps)
       call turn_supports(steps(step)%boundary, angle)
-      if (step == 1 .or. steps(step)%replace_boundary) call hold_across(model, beside, angle, &
+      if (step == 1 .or. steps(step)%replace_boundary) call hold_across(model, on_axis, angle, &
         steps(step)%boundary)
       call share_forces(model, beside, angle, steps(step)%forces)
     end do
@@ -109,17 +163,21 @@ contains
     end do
   end subroutine hold_plane
 
-  !> Hold all nodes of elements along z, but for those that an equation keeps in their half plane.
-  subroutine hold_across(model, beside, angle, boundary)
+  !> Hold along z all nodes of elements but those that an equation keeps in their half plane, and
+  !> reference nodes; of bodies of revolution also along x what is on the axis.
+  subroutine hold_across(model, on_axis, angle, boundary)
     type(model_t), intent(in) :: model
-    integer, intent(in) :: beside(:)
+    logical, intent(in) :: on_axis(:)
     real(wp), intent(in) :: angle(:) !! (n_nodes) [rad]
     type(nodal_value_t), allocatable, intent(inout) :: boundary(:)
     integer :: node
 
-    associate (held => pack([(node, node=1, size(beside))], model%used(:size(beside)) .and. .not. &
-               abs(angle) > 0.0_wp))
-      boundary = [boundary, [(nodal_value_t(node=held(node), dof=3), node=1, size(held))]]
+    associate (across => pack([(node, node=1, size(angle))], (model%used .or. model%reference) &
+               .and. .not. abs(angle) > 0.0_wp), &
+               along => pack([(node, node=1, size(angle))], on_axis .or. (model%reference .and. &
+               model%mesh%plane == axisymmetric)))
+      boundary = [boundary, [(nodal_value_t(node=across(node), dof=3), node=1, size(across))], &
+        [(nodal_value_t(node=along(node), dof=1), node=1, size(along))]]
     end associate
   end subroutine hold_across
 
@@ -202,7 +260,7 @@ contains
 
       force = forces(i)
       force%node = node
-      force%value = share*force%value
+      force%value = share*force%value/n_sectors(model%mesh%sector_angle)
       if (force%dof == 1) then
         call add(force, cos(angle(node)))
         force%dof = 3

@@ -38,7 +38,7 @@ module read_deck_mod
   use pretension_mod, only: join_sections, section_t
   use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
   use plane_mesh_mod, only: hold_plane
-  use read_plane_mod, only: find_plane, read_plane
+  use read_plane_mod, only: check_even, find_plane, read_plane
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -220,6 +220,7 @@ contains
     call read_surfaces(reader, model, surfaces)
     call keep_named_sets(reader, model, surfaces, scene)
     call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
+    call check_even(reader, model%mesh, scene%obstacles)
     call read_ties(reader, model, surfaces, obstacles, ties)
     call find_coupled_surfaces(reader, model, surfaces, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then

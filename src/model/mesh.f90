@@ -38,6 +38,8 @@ module mesh_mod
     !! node there, and moves as those that it lies between; not allocated: none does
     integer,  allocatable :: element_nodes(:)
     !! (n of them) nodes that elements use, ascending: the points of a result's mesh
+    real(wp) :: sector_angle = 0.0_wp
+    !! of a wedge about the y axis that stands for a body of revolution; 0: none [rad]
     integer :: n_nodes = 0
     integer :: n_given = 0 !! the first so many are the deck's
     integer :: n_stand_ins = 0

@@ -6,6 +6,7 @@ module history_fields_mod
   use dataset_kinds_mod, only: of_real, of_integer, of_byte
   use mesh_mod, only: mesh_t
   use contact_points_mod, only: contact_points_t
+  use sectors_mod, only: n_sectors
   use state_mod, only: state_t
   use increments_mod, only: is_extra
   use increment_report_mod, only: increment_report_t, total_error, count_redundant
@@ -99,13 +100,14 @@ contains
         'it', c%dissipation)
     end associate
 
-    associate (e => report%energy)
+    associate (e => report%energy, parts => n_sectors(mesh%sector_angle))
       call real_number('energy/external_work', 'work of loads and supports', 'energy', &
-        e%external_work)
-      call real_number('energy/strain', 'elastic energy of the bodies', 'energy', e%strain)
-      call real_number('energy/dissipation', 'work lost to friction', 'energy', e%dissipation)
+        parts*e%external_work)
+      call real_number('energy/strain', 'elastic energy of the bodies', 'energy', parts*e%strain)
+      call real_number('energy/dissipation', 'work lost to friction', 'energy', &
+        parts*e%dissipation)
       call real_number('energy/balance', 'work less strain less dissipation: of the order of '// &
-        'the increment', 'energy', e%balance)
+        'the increment', 'energy', parts*e%balance)
     end associate
 
     associate (e => report%errors)

@@ -4,6 +4,7 @@ module nodal_fields_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
   use contact_points_mod, only: of_slave
+  use sectors_mod, only: turn_into_plane
   use scene_mod, only: scene_t, pair_turns, turn_local
   use grip_motion_mod, only: held_by_references
   use output_field_mod, only: field_source_t
@@ -48,6 +49,7 @@ contains
       values = held(:, :size(values, 2))
       call turn_local(source%scene, held, .false., values)
     end associate
+    call turn_into_plane(source%scene%mesh, values)
   end subroutine reaction_force
 
   subroutine applied_force(source, values)
@@ -56,6 +58,7 @@ contains
 
     values = source%state%external_force(:, :size(values, 2))
     call turn_local(source%scene, source%state%external_force, .true., values)
+    call turn_into_plane(source%scene%mesh, values)
   end subroutine applied_force
 
   !> Rotation vectors of reference nodes.

@@ -14,6 +14,7 @@ module output_field_mod
   use mesh_mod, only: shown_nodes
   use scene_mod, only: scene_t, reference_nodes
   use contact_points_mod, only: contact_points_t
+  use sectors_mod, only: n_sectors
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: tensor_field_t
@@ -124,6 +125,23 @@ contains
     type(field_t), intent(in) :: field
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! of the field's block_shape; 0 on entry
+
+    call fill_of_part(field, source, values)
+    ! Of a body of revolution a wedge is computed.
+    if (.not. source%scene%mesh%sector_angle > 0.0_wp) return
+    select case (field%quantity)
+    case ('force', 'area', 'energy')
+      values = values*n_sectors(source%scene%mesh%sector_angle)
+    case ('moment')
+      values = 0.0_wp
+    end select
+  end subroutine fill_field
+
+  !> Compute a field of the bodies as they are computed.
+  subroutine fill_of_part(field, source, values)
+    type(field_t), intent(in) :: field
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! of the field's block_shape; 0 on entry
     real(wp), allocatable :: of_all(:, :)
     integer, allocatable :: nodes(:)
 
@@ -148,7 +166,7 @@ contains
         values = of_all(:, nodes)
       end if
     end associate
-  end subroutine fill_field
+  end subroutine fill_of_part
 
   !> Numbers a point, node or element; and how many of these.
   pure function block_shape(field) result(n)

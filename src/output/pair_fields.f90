@@ -7,6 +7,7 @@ module pair_fields_mod
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use step_contact_mod, only: changes_friction, changes_pairs, friction_in
+  use sectors_mod, only: turn_sum_into_plane
   use contact_points_mod, only: is_pair_removed, n_sides, find_side_points, of_slave
   use interference_mod, only: has_interference, allowed_interference
   use increment_report_mod, only: status_open, force_sums, largest_pressure, &
@@ -255,14 +256,18 @@ contains
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
 
-    values(1, :) = sum(source%state%reaction(:, source%first:source%last), dim=2)
+    values(1, :) = turn_sum_into_plane(source%scene%mesh, sum(source%state%reaction(:, &
+      source%first:source%last), dim=2))
   end subroutine resultant
 
   subroutine forces(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, 2)
 
-    values = reshape(force_sums(source%report%contact, source%first, source%last), shape(values))
+    associate (sums => force_sums(source%report%contact, source%first, source%last))
+      values(:, 1) = turn_sum_into_plane(source%scene%mesh, sums(:, 1))
+      values(:, 2) = turn_sum_into_plane(source%scene%mesh, sums(:, 2))
+    end associate
   end subroutine forces
 
   subroutine moment(source, values)

@@ -10,6 +10,7 @@ module view_fields_mod
   use state_tensors_mod, only: make_tensors, make_undeformed_tensors
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, at_supports, at_contact, of_elements
+  use sectors_mod, only: turn_into_plane
   use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
   implicit none
   private
@@ -152,6 +153,7 @@ contains
 
     call add_contact_forces(source%scene, source%points, source%state, source%report%contact, &
       values)
+    call turn_into_plane(source%scene%mesh, values)
   end subroutine contact_force
 
   !> Points that share a node add up. A node that hangs has none: between others, it has their mean.

@@ -95,6 +95,7 @@ WORDS = {
         "contact/geometry/candidate_points.f90",
         "contact/geometry/nodes_behind.f90",  # of nodes that are no points
         "deck/adjust.f90",
+        "deck/plane_mesh.f90",
     },
 }
 # How many nodes an element has is told by the table of cells: lists of 8 or 24 stand in rooms that

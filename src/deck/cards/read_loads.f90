@@ -18,7 +18,7 @@ module read_loads_mod
     reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
-  use mesh_draft_mod, only: given_nodes, solids
+  use mesh_draft_mod, only: axisymmetric, given_nodes, plane_strain
   use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
     option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
@@ -128,10 +128,7 @@ contains
       call referenced_nodes(reader, model, reference, nodes)
       call check_moves(reader, model, reference, nodes, value%value, .false.)
       call check_rotations(reader, model, fields, nodes, with, value%value)
-      if (model%mesh%plane /= solids .and. with(3) .and. abs(value%value) > 0.0_wp) then
-        if (any(model%used(nodes))) call report(reader, field_position(reader, fields, 4), &
-          'elements of a plane do not move across it: dof 3 of their nodes is 0')
-      end if
+      call check_plane(reader, model, fields, nodes, with, value%value)
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
         if (with(3 + i)) then
@@ -249,6 +246,26 @@ contains
       ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles and couplings), not '// &
       quoted(field_text(reader, fields, i)))
   end subroutine report_rotation
+
+  !> Report motions that leave the plane of plane elements, or are none of a body of revolution.
+  subroutine check_plane(reader, model, fields, nodes, with, value)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: nodes(:)
+    logical, intent(in) :: with(max_dof)
+    real(wp), intent(in) :: value
+
+    if (.not. abs(value) > 0.0_wp) return
+    if (model%mesh%plane == plane_strain .and. any(with(3:5))) then
+      call report(reader, field_position(reader, fields, 4), 'with plane strain elements dofs 3 '// &
+        'to 5 are 0: nothing moves across the plane')
+    else if (model%mesh%plane == axisymmetric .and. (any(with(3:6)) .or. (with(1) .and. &
+      any(model%reference(nodes))))) then
+      call report(reader, field_position(reader, fields, 4), 'with axisymmetric elements dofs 3 '// &
+        'to 6 are 0, and obstacles move along y alone')
+    end if
+  end subroutine check_plane
 
   !> Reference nodes may rotate. On nodes of elements rotations may be held at 0 together with
   !> displacements, as clamped sets of other programs are; else they are a mistake.

@@ -7,19 +7,20 @@
 !>     10.                               thickness; 1 where there is no line
 module read_plane_mod
   use cards_mod, only: reader_t, report
-  use diagnostics_mod, only: quoted
+  use diagnostics_mod, only: any_mistakes, quoted
   use element_types_mod, only: is_axisymmetric, plane_type_called, plane_types
   use fields_mod, only: field_position, fields_t, is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: axisymmetric, mesh_draft_t, plane_strain, solids
   use mesh_size_mod, only: mesh_size_t
+  use obstacles_mod, only: obstacle_t
   use options_mod, only: card_t, name_option, open_card, option_position
-  use plane_mesh_mod, only: expand_plane
+  use plane_mesh_mod, only: expand_plane, uneven_obstacle
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: find_plane, read_plane
+  public :: find_plane, read_plane, check_even
 
   !> Keywords that are not available yet beside elements of a plane.
   character(*), parameter :: unavailable(*) = [character(20) :: 'ACCURACY', 'COUPLING', &
@@ -93,6 +94,29 @@ contains
     if (.not. ok) call report(reader, 0, 'there is no room for the nodes of the other side of '// &
       'the slice')
   end subroutine read_plane
+
+  !> Report obstacles that are not the same all along the thickness.
+  subroutine check_even(reader, draft, obstacles)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(obstacle_t), intent(in) :: obstacles(:)
+    type(card_t) :: card
+    integer :: k, uneven
+
+    if (.not. allocated(draft%copies) .or. any_mistakes(reader%diagnostics)) return
+    uneven = uneven_obstacle(draft, obstacles)
+    if (uneven == 0) return
+    k = findloc([(count(reader%cards(:k)%keyword == 'OBSTACLE'), k=1, reader%n_cards)], uneven, &
+      dim=1)
+    call open_card(reader, k, card)
+    if (draft%plane == axisymmetric) then
+      call report(reader, card%position, 'before axisymmetric elements an obstacle is a body of '// &
+        'revolution about the y axis: a plane across it, a cylinder along it, a sphere on it')
+    else
+      call report(reader, card%position, 'before plane strain elements an obstacle is the same '// &
+        'all along z: a plane or a cylinder along z')
+    end if
+  end subroutine check_even
 
   !> Report nodes that are not in the plane z = 0, or at negative radii.
   subroutine check_places(reader, draft, ok)
