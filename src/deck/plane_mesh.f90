@@ -22,7 +22,7 @@ module plane_mesh_mod
 
   public :: expand_plane, hold_plane, uneven_obstacle
 
-  real(wp), parameter :: wedge_angle = 0.2_wp/180.0_wp*acos(-1.0_wp) !! [rad]
+  real(wp), parameter :: wedge_angle = 1.0_wp/180.0_wp*acos(-1.0_wp) !! [rad]
 
 contains
 
@@ -47,7 +47,8 @@ contains
     ok = .true.
     n_plane = draft%n_nodes
     if (draft%plane == axisymmetric) then
-      draft%sector_angle = wedge_angle
+      ! Nodes between corners are on arcs, which are as long as the angle says, and chords its sine.
+      draft%sector_angle = merge(asin(wedge_angle), wedge_angle, any(needs(2, :)))
       call open_axis(draft)
     end if
     allocate (draft%copies(2, n_plane), source=0)

@@ -38,7 +38,7 @@ module read_deck_mod
   use pretension_mod, only: join_sections, section_t
   use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
   use plane_mesh_mod, only: hold_plane
-  use read_plane_mod, only: check_even, find_plane, read_plane
+  use read_plane_mod, only: check_even, check_pairs, find_plane, read_plane
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -228,6 +228,7 @@ contains
       call place_hanging(model%mesh)
     end if
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
+    call check_pairs(reader, model%mesh, surfaces%list(:surfaces%n), scene%pairs)
     call read_surface_behavior(reader)
     if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
       surfaces%list(:surfaces%n), [scene%pairs%surface, ties%slave], refinements)

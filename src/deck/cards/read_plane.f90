@@ -16,11 +16,13 @@ module read_plane_mod
   use obstacles_mod, only: obstacle_t
   use options_mod, only: card_t, name_option, open_card, option_position
   use plane_mesh_mod, only: expand_plane, uneven_obstacle
+  use scene_mod, only: contact_pair_t
+  use surfaces_mod, only: surface_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: find_plane, read_plane, check_even
+  public :: find_plane, read_plane, check_even, check_pairs
 
   !> Keywords that are not available yet beside elements of a plane.
   character(*), parameter :: unavailable(*) = [character(20) :: 'ACCURACY', 'COUPLING', &
@@ -118,6 +120,31 @@ contains
     end if
   end subroutine check_even
 
+  !> Report contact of axisymmetric elements that is not available: with friction, and of slave nodes
+  !> on the axis.
+  subroutine check_pairs(reader, draft, surfaces, pairs)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    type(surface_t), intent(in) :: surfaces(:)
+    type(contact_pair_t), intent(in) :: pairs(:)
+    type(card_t) :: card
+    integer :: i
+
+    if (.not. allocated(draft%on_axis) .or. any_mistakes(reader%diagnostics)) return
+    call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR', &
+      .true., dim=1), card)
+    do i = 1, size(pairs)
+      associate (surface => surfaces(pairs(i)%surface))
+        if (pairs(i)%mu > 0.0_wp) call report(reader, card%position, 'friction is not available '// &
+          'with axisymmetric elements: slave surface '//quoted(surface%name)//' has mu = '// &
+          to_text(pairs(i)%mu, 3))
+        if (any(draft%on_axis(pack(surface%nodes, surface%nodes <= size(draft%on_axis))))) &
+          call report(reader, card%position, 'slave surface '//quoted(surface%name)// &
+          ' has a node on the axis: contact of axisymmetric elements is not available there')
+      end associate
+    end do
+  end subroutine check_pairs
+
   !> Report nodes that are not in the plane z = 0, or at negative radii.
   subroutine check_places(reader, draft, ok)
     type(reader_t), intent(inout) :: reader
@@ -153,10 +180,9 @@ contains
     real(wp), intent(out) :: thickness
     logical, intent(out) :: ok
     type(card_t) :: card
-    type(fields_t) :: fields
     real(wp) :: one
     integer :: k
-    logical :: found, is_first
+    logical :: is_first
 
     thickness = 1.0_wp
     ok = .true.
@@ -164,26 +190,36 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
       call open_card(reader, k, card)
-      one = 1.0_wp
-      call next_data_line(reader, card, fields, found, 1, 'a thickness')
-      if (found) found = .not. is_empty_field(fields, 1)
-      if (found) then
-        call real_field(reader, fields, 1, 'a thickness', one, ok)
-        if (ok .and. .not. one > 0.0_wp) then
-          call report(reader, field_position(reader, fields, 1), 'a thickness is above 0')
-          ok = .false.
-        end if
-        if (.not. ok) return
-      end if
-      if (.not. is_first .and. abs(one - thickness) > 0.0_wp) then
+      call read_line(reader, card, one, ok)
+      if (ok .and. .not. is_first .and. abs(one - thickness) > 0.0_wp) then
         call report(reader, card%position, 'all sections of plane strain have the same '// &
           'thickness, here '//to_text(one, 6)//' and '//to_text(thickness, 6))
         ok = .false.
-        return
       end if
+      if (.not. ok) return
       thickness = one
       is_first = .false.
     end do
   end subroutine read_thickness
+
+  !> The data line of a section: a thickness, 1 where there is none.
+  subroutine read_line(reader, card, thickness, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(out) :: thickness
+    logical, intent(out) :: ok
+    type(fields_t) :: fields
+    logical :: found
+
+    thickness = 1.0_wp
+    ok = .true.
+    call next_data_line(reader, card, fields, found, 1, 'a thickness')
+    if (found) found = .not. is_empty_field(fields, 1)
+    if (.not. found) return
+    call real_field(reader, fields, 1, 'a thickness', thickness, ok)
+    if (.not. ok .or. thickness > 0.0_wp) return
+    call report(reader, field_position(reader, fields, 1), 'a thickness is above 0')
+    ok = .false.
+  end subroutine read_line
 
 end module read_plane_mod
