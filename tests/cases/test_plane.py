@@ -1,0 +1,445 @@
+"""Plane strain and axisymmetric elements: closed forms, both sides alike, and what is refused."""
+
+import unittest
+from math import pi, sqrt
+
+import numpy as np
+from program import Run
+
+PLANE_STRAIN = ["CPE3", "CPE4", "CPE6", "CPE8", "CPE8R"]
+AXISYMMETRIC = ["CAX3", "CAX4", "CAX6", "CAX8", "CAX8R"]
+YOUNG, POISSON = 1000.0, 0.3
+FILES = "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n*END STEP\n"
+FLOOR = "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0., 0., 1., 0.\n"
+
+
+class Mesh:
+    """Elements over the unit square, row by row, with their nodes where `place` puts them."""
+
+    def __init__(self, kind, n, place, name="A", first_node=0, first_element=0):
+        self.kind, self.name, self.middles = kind, name, kind[3] in "68"
+        self.at, self.lines, self.elements = {}, [], []
+        self.place, self.first_node, self.first_element = place, first_node, first_element
+        self.sides = {side: [] for side in ("BOTTOM", "RIGHT", "TOP", "LEFT")}
+        self.step = 2 if self.middles else 1
+        self.n = n
+        for j in range(n[1]):
+            for i in range(n[0]):
+                on = {"BOTTOM": j == 0, "RIGHT": i == n[0] - 1, "TOP": j == n[1] - 1, "LEFT": i == 0}
+                self.add_cell(
+                    [(i + a, j + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))],
+                    [side if on[side] else "" for side in ("BOTTOM", "RIGHT", "TOP", "LEFT")],
+                )
+
+    def add_cell(self, corner, side):
+        """Add a quadrilateral, or two triangles."""
+        if self.kind[3] in "36":
+            self.add(corner[:3], [side[0], side[1], ""])
+            self.add([corner[0], corner[2], corner[3]], ["", side[2], side[3]])
+        else:
+            self.add(corner, side)
+
+    def add(self, corner, side):
+        """Add an element, each of whose edges may be on a side."""
+        corner = [(self.step * a, self.step * b) for a, b in corner]
+        after = corner[1:] + corner[:1]
+        between = [((a + c) // 2, (b + d) // 2) for (a, b), (c, d) in zip(corner, after)]
+        nodes = [self.node(p) for p in corner + (between if self.middles else [])]
+        number = self.first_element + len(self.elements) + 1
+        self.elements.append(", ".join(map(str, [number, *nodes])))
+        for k, name in enumerate(side):
+            if name:
+                self.sides[name].append(f"{number}, S{k + 1}")
+
+    def node(self, p):
+        """Return the number of the node at a place of the grid."""
+        if p not in self.at:
+            self.at[p] = self.first_node + len(self.at) + 1
+            x, y = self.place(p[0] / (self.step * self.n[0]), p[1] / (self.step * self.n[1]))
+            self.lines.append(f"{self.at[p]}, {x!r}, {y!r}")
+        return self.at[p]
+
+    @property
+    def deck(self):
+        """Nodes, elements, sets and surfaces, and the section."""
+        last = self.step * self.n[0], self.step * self.n[1]
+        on = {
+            "BOTTOM": lambda p: p[1] == 0,
+            "RIGHT": lambda p: p[0] == last[0],
+            "TOP": lambda p: p[1] == last[1],
+            "LEFT": lambda p: p[0] == 0,
+        }
+        text = [f"*NODE, NSET={self.name}ALL", *(line + ", 0." for line in self.lines)]
+        text += [f"*ELEMENT, TYPE={self.kind}, ELSET={self.name}", *self.elements]
+        for side, faces in self.sides.items():
+            text += [f"*NSET, NSET={self.name}{side}-N"]
+            text += [str(number) for p, number in self.at.items() if on[side](p)]
+            text += [f"*SURFACE, NAME={self.name}{side}", *faces]
+        return "\n".join(text) + "\n"
+
+
+def section(*names, thickness=""):
+    """Return a material and the sections of element sets."""
+    text = f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG}, {POISSON}\n"
+    for name in names:
+        text += f"*SOLID SECTION, ELSET={name}, MATERIAL=M\n" + (f"{thickness}\n" * bool(thickness))
+    return text
+
+
+def pair(slave, master, mu=0.0):
+    """Return a contact pair."""
+    return (
+        f"*SURFACE INTERACTION, NAME=I\n*FRICTION\n{mu}\n"
+        f"*CONTACT PAIR, INTERACTION=I\n{slave}, {master}\n"
+    )
+
+
+def step(*lines, nlgeom=False):
+    """Return a step of one increment."""
+    return "\n".join([f"*STEP{', NLGEOM' * nlgeom}", "*STATIC\n1., 1.", *lines, FILES])
+
+
+def slanted(a, b):
+    """Return a rectangle of 2 by 1.5 whose elements are distorted."""
+    return 2 * a + 0.1 * b * a * (1 - a), 1.5 * b + 0.1 * a * b * (1 - b)
+
+
+class Case(unittest.TestCase):
+    """What the cases share."""
+
+    def solve(self, deck, *options, **more):
+        """Run a deck that is right; return its run."""
+        run = Run(deck, *options, name="plane", **more)
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        return run
+
+    def refused(self, deck, *words, options=()):
+        """Run a deck that is refused; its message has these words."""
+        run = Run(deck, *options, name="plane")
+        self.assertNotEqual(run.status, 0)
+        for word in words:
+            self.assertIn(word, run.output + run.errors)
+
+
+class PlaneStrain(Case):
+    """Slices of one element."""
+
+    def press(self, kind, thickness=2.0):
+        """Press a rectangle on a plane by a pressure of 10."""
+        return (
+            Mesh(kind, (4, 3), slanted).deck
+            + section("A", thickness=thickness)
+            + FLOOR
+            + pair("ABOTTOM", "FLOOR")
+            + step("*BOUNDARY\nALEFT-N, 1", "*DSLOAD\nATOP, P, 10.")
+        )
+
+    def test_uniform_stress_is_exact(self):
+        """F = 10 x 2 x thickness, u = p (1 + nu)/E (nu x, -(1 - nu) y), the same on both sides."""
+        for kind in PLANE_STRAIN:
+            with self.subTest(kind), self.solve(self.press(kind)).result() as result:
+                np.testing.assert_allclose(result.pairs[0].resultant[-1], [0, 40, 0], atol=1e-8)
+                x, u = result.points, result.field("displacement")
+                scale = 10 * (1 + POISSON) / YOUNG
+                exact = scale * np.c_[POISSON * x[:, 0], -(1 - POISSON) * x[:, 1], 0 * x[:, 0]]
+                np.testing.assert_allclose(u, exact, atol=1e-11)
+                self.assertAlmostEqual(x[:, 2].max(), 2.0, 12)
+
+    def test_thickness_only_scales_forces(self):
+        """A slice much thinner or thicker than its elements gives the same per thickness."""
+        for thickness in (2e-3, 2e3):
+            with self.solve(self.press("CPE4", thickness)).result() as result:
+                force = result.pairs[0].resultant[-1]
+                np.testing.assert_allclose(force, [0, 20 * thickness, 0], atol=1e-8 * thickness)
+
+    def test_forces_on_nodes_are_spread_as_pressure(self):
+        """1/6, 4/6, 1/6 of edges, by *CLOAD on nodes of the plane, is the pressure."""
+        for kind, along in (("CPE8R", [1, 4, 2, 4, 2, 4, 2, 4, 1]), ("CPE4", [3, 6, 6, 6, 3])):
+            mesh = Mesh(kind, (4, 3), lambda a, b: (2 * a, 1.5 * b))
+            top = sorted((p, n) for p, n in mesh.at.items() if p[1] == 3 * mesh.step)
+            loads = [f"{n}, 2, {-40 * w / 24!r}" for (_, n), w in zip(top, along)]
+            deck = mesh.deck + section("A", thickness=2.0) + FLOOR + pair("ABOTTOM", "FLOOR")
+            deck += step("*BOUNDARY\nALEFT-N, 1", "*CLOAD\n" + "\n".join(loads))
+            with self.subTest(kind), self.solve(deck).result() as result:
+                u = result.field("displacement")[result.points[:, 1] > 1.49, 1]
+                np.testing.assert_allclose(u, -10 * 1.3 / YOUNG * 0.7 * 1.5, atol=1e-11)
+
+    def test_finite_strain_before_a_plane(self):
+        """A block pressed to 0.8 of its height: St Venant-Kirchhoff, sigma_x = 0."""
+        lame = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
+        mu = YOUNG / (2 * (1 + POISSON))
+        e_y = (0.8**2 - 1) / 2
+        e_x = -lame / (lame + 2 * mu) * e_y
+        force = -0.8 * (lame * (e_x + e_y) + 2 * mu * e_y) * 2
+        for kind in ("CPE3", "CPE4"):
+            deck = (
+                Mesh(kind, (3, 2), lambda a, b: (2 * a, b)).deck
+                + section("A")
+                + FLOOR
+                + pair("ABOTTOM", "FLOOR")
+                + step("*BOUNDARY\nALEFT-N, 1\nATOP-N, 2, 2, -0.2", nlgeom=True)
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                self.assertAlmostEqual(result.pairs[0].resultant[-1][1] / force, 1, 7)
+                wide = result.field("displacement")[:, 0].max()
+                self.assertAlmostEqual(wide, 2 * (sqrt(1 + 2 * e_x) - 1), 7)
+
+    def test_hertz_line_contact(self):
+        """p_0 = (F E*/(pi R))^(1/2) from the force of a half of a cylinder of R = 10."""
+
+        def place(a, b):
+            x = 1.6 * (0.35 * a + 0.65 * a**2)
+            low = 10 - sqrt(100 - x * x)
+            return x, low + (3 - low) * (0.25 * b + 0.75 * b**2)
+
+        for kind, n in (("CPE4", (24, 12)), ("CPE8R", (12, 8))):
+            deck = (
+                Mesh(kind, n, place).deck
+                + section("A")
+                + FLOOR
+                + pair("ABOTTOM", "FLOOR")
+                + step("*BOUNDARY\nALEFT-N, 1\nATOP-N, 2, 2, -0.02")
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                force = 2 * result.pairs[0].resultant[-1][1]
+                peak = sqrt(force * YOUNG / (1 - POISSON**2) / (pi * 10))
+                self.assertAlmostEqual(result.pairs[0].largest_pressure[-1] / peak, 1, delta=0.02)
+
+    def test_lame_thick_cylinder(self):
+        """u_r under an inner pressure, on a quarter of a ring of radii 1 and 2."""
+
+        def place(a, b):
+            angle = pi / 2 * (1 - a)
+            return (1 + b) * np.cos(angle).item(), (1 + b) * np.sin(angle).item()
+
+        for kind, n, within in (("CPE8R", (8, 4), 1e-3), ("CPE4", (24, 12), 3e-3)):
+            deck = Mesh(kind, n, place).deck
+            deck += section("A") + step(
+                "*BOUNDARY\nALEFT-N, 1\nARIGHT-N, 2", "*DSLOAD\nABOTTOM, P, 10."
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                x, u = result.points, result.field("displacement")
+                r = np.hypot(x[:, 0], x[:, 1])
+                radial = (u[:, 0] * x[:, 0] + u[:, 1] * x[:, 1]) / r
+                exact = 1.3 * 10 / (3 * YOUNG) * (0.4 * r + 4 / r)
+                np.testing.assert_allclose(radial, exact, atol=within * exact.max())
+
+    def test_two_bodies_with_friction(self):
+        """A pressure goes through an interface whose meshes do not match, uniform."""
+        for kind in PLANE_STRAIN:
+            upper = Mesh(kind, (4, 2), lambda a, b: (2 * a, 1 + b), "A")
+            lower = Mesh(kind, (3, 2), lambda a, b: (2 * a, b), "B", 1000, 1000)
+            deck = (
+                upper.deck
+                + lower.deck
+                + section("A", "B")
+                + pair("ABOTTOM", "BTOP", 0.3)
+                + step("*BOUNDARY\nBBOTTOM-N, 2\nALEFT-N, 1\nBLEFT-N, 1", "*DSLOAD\nATOP, P, 10.")
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                np.testing.assert_allclose(result.pairs[0].resultant[-1], [0, 20, 0], atol=1e-7)
+                u = result.field("displacement")
+                self.assertAlmostEqual(u[:, 1].min(), -10 * 1.3 / YOUNG * 0.7 * 2, 9)
+
+    def test_gravity_and_single_nodes(self):
+        """The weight of a column is its reaction; a node by its number is the line through it."""
+        mesh = Mesh("CPE4", (2, 2), lambda a, b: (a, b))
+        one = mesh.at[0, 0]
+        deck = mesh.deck + section("A", thickness=3.0).replace("*SOLID", "*DENSITY\n2.\n*SOLID")
+        deck += FLOOR + pair("ABOTTOM", "FLOOR")
+        deck += step(f"*BOUNDARY\n{one}, 1", "*DLOAD\nA, GRAV, 9., 0., -1., 0.")
+        with self.solve(deck).result() as result:
+            np.testing.assert_allclose(result.pairs[0].resultant[-1], [0, 54, 0], atol=1e-8)
+
+
+class Axisymmetric(Case):
+    """Wedges that stand for bodies of revolution."""
+
+    def ring(self, kind, more, inner=1.0, outer=2.0, n=(6, 2), boundary="AALL, 2"):
+        """Return a ring 0.3 high."""
+        mesh = Mesh(kind, n, lambda a, b: (inner + (outer - inner) * a, 0.3 * b))
+        return mesh.deck + section("A") + more[0] + step(f"*BOUNDARY\n{boundary}", *more[1:])
+
+    def test_forces_are_of_the_whole_body(self):
+        """A pressure of 10 on a cylinder of radius 2: reactions 40 pi, u_r = nu p r/E."""
+        for kind in AXISYMMETRIC:
+            mesh = Mesh(kind, (4, 3), lambda a, b: (2 * a + 0.1 * b * a * (1 - a), 1.5 * b))
+            deck = mesh.deck + section("A") + step(
+                "*BOUNDARY\nABOTTOM-N, 2", "*DSLOAD\nATOP, P, 10."
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                force = result.field("reaction_force").sum(axis=0)
+                self.assertAlmostEqual(force[1] / (40 * pi), 1, 6)
+                x, u = result.points, result.field("displacement")
+                scale = 10 / YOUNG
+                exact = np.c_[0.3 * scale * x[:, 0], -scale * x[:, 1], 0.3 * scale * x[:, 2]]
+                # Eight points do not integrate an arc: in proportion to the angle squared.
+                np.testing.assert_allclose(u, exact, atol=6e-6 if kind == "CAX8R" else 2e-7)
+                energy = result.history("energy/strain")[-1]
+                self.assertAlmostEqual(energy / (100 / (2 * YOUNG) * pi * 4 * 1.5), 1, 6)
+
+    def test_lame(self):
+        """u_r of a ring under an inner pressure, held along its axis."""
+        for kind in AXISYMMETRIC:
+            fine = kind[3] in "68"
+            deck = self.ring(kind, ("", "*DSLOAD\nALEFT, P, 10."), n=(8 if fine else 24, 2))
+            with self.subTest(kind), self.solve(deck).result() as result:
+                x, u = result.points, result.field("displacement")
+                r = np.hypot(x[:, 0], x[:, 2])
+                radial = (u[:, 0] * x[:, 0] + u[:, 2] * x[:, 2]) / r
+                exact = 1.3 * 10 / (3 * YOUNG) * (0.4 * r + 4 / r)
+                np.testing.assert_allclose(radial, exact, rtol=2e-4 if fine else 3e-3)
+                across = u[:, 2] * x[:, 0] - u[:, 0] * x[:, 2]
+                self.assertLess(abs(across).max(), 1e-15)
+
+    def test_ring_on_a_rigid_shaft(self):
+        """The pressure of an interference of 0.01 is 5.2448, its force that times the bore."""
+        shaft = "*OBSTACLE, NAME=SHAFT, TYPE=CYLINDER\n0., 0., 0., 0., 1., 0., 1.01\n"
+        for kind, within in (("CAX4", 1e-3), ("CAX6", 2e-4), ("CAX8R", 2e-4)):
+            deck = self.ring(kind, (shaft + pair("ALEFT", "SHAFT"),), n=(16, 2))
+            with self.subTest(kind), self.solve(deck).result() as result:
+                pressure = 0.01 * 3 * YOUNG / (1.3 * 4.4)
+                force = result.pairs[0].resultant[-1]
+                self.assertAlmostEqual(force[0] / (0.6 * pi * pressure), 1, delta=within)
+                self.assertLess(abs(force[1:]).max(), 1e-9)
+                self.assertAlmostEqual(result.pairs[0].area.sum() / (0.6 * pi), 1, 4)
+
+    def test_press_fit(self):
+        """Two rings with an interference of 0.002: the sum of both displacements is that."""
+        b, c, d = 2.0, 3.0, 0.002
+        inner = 1.3 * b / (YOUNG * (b * b - 1)) * (0.4 * b * b + 1)
+        outer = 1.3 * b / (YOUNG * (c * c - b * b)) * (0.4 * b * b + c * c)
+        pressure = d / (inner + outer)
+        for kind in AXISYMMETRIC:
+            one = Mesh(kind, (8, 2), lambda a, e: (1 + (1 + d) * a, 0.3 * e), "A")
+            two = Mesh(kind, (6, 3), lambda a, e: (2 + a, 0.3 * e), "B", 1000, 1000)
+            deck = one.deck + two.deck + section("A", "B") + pair("ARIGHT", "BLEFT")
+            deck += step("*BOUNDARY\nAALL, 2\nBALL, 2")
+            with self.subTest(kind), self.solve(deck).result() as result:
+                force = -result.pairs[0].resultant[-1][0]
+                self.assertAlmostEqual(force / (0.6 * pi * b * pressure), 1, delta=4e-3)
+
+    def test_sphere_on_the_axis_presses(self):
+        """A ring pressed by a ball: the force is that of its supports, for all 360 degrees."""
+        ball = "*OBSTACLE, NAME=BALL, TYPE=SPHERE\n0., 5.3, 0., 5.\n"
+        deck = self.ring(
+            "CAX8R",
+            (ball + pair("ATOP", "BALL"),),
+            inner=0.2,
+            boundary="ABOTTOM-N, 2",
+            n=(12, 3),
+        ).replace("0., 5.3, 0., 5.", "0., 5.28, 0., 5.")
+        with self.solve(deck).result() as result:
+            force = result.pairs[0].resultant[-1]
+            support = result.field("reaction_force").sum(axis=0)
+            self.assertLess(force[1], -1.0)
+            self.assertAlmostEqual(support[1] / -force[1], 1, 6)
+
+    def test_a_continued_run_is_the_same(self):
+        """The file has forces of the whole body, what is continued that of the wedge."""
+        shaft = "*OBSTACLE, NAME=SHAFT, TYPE=CYLINDER\n0., 0., 0., 0., 1., 0., 1.01\n"
+        deck = self.ring("CAX4", (shaft + pair("ALEFT", "SHAFT"), "*DSLOAD\nARIGHT, P, 1."))
+        deck = deck.replace("*STATIC\n1., 1.", "*STATIC\n0.25, 1.")
+        with self.solve(deck).result() as whole:
+            run = self.solve(deck, "--continue", ended_at=("1", "2"))
+            with run.result() as continued:
+                np.testing.assert_array_equal(
+                    whole.pairs[0].resultant, continued.pairs[0].resultant
+                )
+
+
+class Refused(Case):
+    """What is not available is refused by name."""
+
+    def deck(self, kind="CPE4", more="", lines=("*BOUNDARY\nABOTTOM-N, 1, 2",), thickness=""):
+        """Return a deck that is right but for `more`."""
+        return (
+            Mesh(kind, (2, 2), lambda a, b: (a, b)).deck
+            + section("A", thickness=thickness)
+            + more
+            + step(*lines)
+        )
+
+    def test_the_deck_is_right(self):
+        """Without what the others add."""
+        self.solve(self.deck())
+
+    def test_plane_stress(self):
+        """CPS with a section."""
+        self.refused(self.deck("CPS4"), "plane elements, which are not available")
+
+    def test_beside_solids(self):
+        """Plane and solid bodies in one deck."""
+        solid = "*NODE\n901, 9, 0, 0\n902, 10, 0, 0\n903, 9, 1, 0\n904, 9, 0, 1\n"
+        solid += "*ELEMENT, TYPE=C3D4, ELSET=T\n901, 901, 902, 903, 904\n"
+        self.refused(self.deck(more=solid + section("T").split("\n", 3)[3]), "not available")
+
+    def test_both_kinds(self):
+        """CPE and CAX in one deck."""
+        other = Mesh("CAX4", (1, 1), lambda a, b: (5 + a, b), "B", 100, 100).deck
+        more = other + "*SOLID SECTION, ELSET=B, MATERIAL=M\n"
+        self.refused(self.deck(more=more), "exclude each other")
+
+    def test_other_types(self):
+        """Types that are not computed."""
+        for kind in ("CPE4I", "CAX4H"):
+            self.refused(self.deck(kind), f"'{kind}' is not available")
+
+    def test_keywords(self):
+        """Joints, by file and line."""
+        more = "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n"
+        self.refused(self.deck(more=more), "*EQUATION is not available with plane", "plane.inp:")
+
+    def test_options(self):
+        """The deck is neither refined nor made flat."""
+        for option in (("--refine", "1"), ("--flat",)):
+            self.refused(self.deck(), option[0], options=option)
+
+    def test_edges_and_motions(self):
+        """Edges that an element has not, and motions across the plane."""
+        for kind, lines, words in (
+            ("CPE4", "*DLOAD\nA, P5, 1.", "edges P1 to P4"),
+            ("CPE3", "*DLOAD\nA, P4, 1.", "no edge 4"),
+            ("CPE4", "*BOUNDARY\nATOP-N, 3, 3, 0.1", "dofs 3 to 5 are 0"),
+            ("CAX4", "*BOUNDARY\nATOP-N, 3, 3, 0.1", "dofs 3 to 6 are 0"),
+        ):
+            with self.subTest(words):
+                self.refused(self.deck(kind, lines=("*BOUNDARY\nABOTTOM-N, 2", lines)), words)
+        self.refused(self.deck(more="*SURFACE, NAME=X\nA, S5\n"), "edges S1 to S4")
+
+    def test_places(self):
+        """Nodes off the plane z = 0, and at negative radii."""
+        deck = self.deck()
+        self.refused(deck.replace("2, 0.5, 0.0, 0.", "2, 0.5, 0.0, 0.1"), "z = 0")
+        self.refused(self.deck("CAX4").replace("1, 0.0, 0.0", "1, -0.1, 0.0"), "negative radius")
+
+    def test_thickness(self):
+        """Sections of two thicknesses, and none."""
+        other = Mesh("CPE4", (1, 1), lambda a, b: (5 + a, b), "B", 100, 100).deck
+        more = other + "*SOLID SECTION, ELSET=B, MATERIAL=M\n2.\n"
+        self.refused(self.deck(more=more), "same thickness")
+        self.refused(self.deck(thickness="-1."), "above 0")
+
+    def test_obstacles(self):
+        """Obstacles that are not the same along the thickness."""
+        ball = "*OBSTACLE, NAME=O, TYPE=SPHERE\n0.5, -1., 0., 1.\n" + pair("ABOTTOM", "O")
+        self.refused(self.deck(more=ball), "the same all along z")
+        wall = "*OBSTACLE, NAME=O, TYPE=PLANE\n2., 0., 0., -1., 0., 0.\n" + pair("ARIGHT", "O")
+        self.refused(self.deck("CAX4", wall), "body of revolution")
+
+    def test_axisymmetric_contact(self):
+        """Friction, and contact on the axis."""
+        more = FLOOR + pair("ABOTTOM", "FLOOR", 0.2)
+        self.refused(self.deck("CAX4", more), "friction is not available", "a node on the axis")
+
+    def test_without_a_section_they_are_skipped(self):
+        """As Gmsh writes faces beside solids."""
+        deck = "*BLOCK, NAME=BODY, ELSET=BODY, TYPE=C3D8, NX=1, NY=1, NZ=1\n0, 0, 0, 1, 1, 1\n"
+        deck += "*NODE\n901, 9, 0, 0\n902, 10, 0, 0\n903, 9, 1, 0\n"
+        deck += "*ELEMENT, TYPE=CPE3, ELSET=F\n901, 901, 902, 903\n" + section("BODY")
+        deck += step("*BOUNDARY\nBODY-ZMIN, 1, 3\nBODY-ZMAX, 3, 3, 0.1")
+        self.assertIn("CPE3 elements are skipped", self.solve(deck).output)
+
+
+if __name__ == "__main__":
+    unittest.main()
