@@ -3,6 +3,7 @@
 module surface_list_mod
   use cards_mod, only: note, reader_t, report
   use cells_mod, only: cells
+  use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: guess, quoted
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
@@ -201,7 +202,36 @@ contains
     if (n > 0 .and. n < size(surfaces%list(index)%nodes)) call note(reader, 'surface '// &
       quoted(surfaces%list(index)%name)//': '//to_text(n)//' of its nodes are on no outer face '// &
       'that lies in it with all of its corners: they carry no area')
+    call note_lone_middles(reader, model, surfaces%list(index))
   end subroutine find_faces_of_nodes
+
+  !> Note mid-side nodes of a surface of nodes that has no corner of their edges.
+  subroutine note_lone_middles(reader, model, surface)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surface
+    logical :: has(model%mesh%n_nodes), is_lone(model%mesh%n_nodes)
+    integer :: e, i
+
+    has = .false.
+    has(surface%nodes) = .true.
+    is_lone = .false.
+    do e = 1, model%mesh%n_elements
+      associate (cell => cells(model%mesh%connectivity%cell(e)), &
+                 nodes => nodes_of_element(model%mesh%connectivity, e))
+        do i = cell%n_corners + 1, cell%n_nodes
+          is_lone(nodes(i)) = has(nodes(i)) .and. .not. any(has(nodes(cell%edge(:, i - &
+            cell%n_corners))))
+        end do
+      end associate
+    end do
+    if (.not. any(is_lone)) return
+    call note(reader, 'surface '//quoted(surface%name)//' has '//to_text(count(is_lone))// &
+      ' mid-side nodes without the corners of their edges (the first: node '// &
+      to_text(model%mesh%node_id(findloc(is_lone, .true., dim=1)))//'): these alone are in '// &
+      'contact, without pressures, and the corners beside them may pass through the master; '// &
+      'name the corners too, or make the surface of faces')
+  end subroutine note_lone_middles
 
   !> Give a surface of nodes all mid-side nodes of the faces whose corners it has: without them a
   !> face has neither area nor contact between its corners.

@@ -124,7 +124,7 @@ def place(mesh, slave, master, x, alpha):
                 here = places_seen(face, x[nodes], plane, points, PARENT[kind][list(part)].mean(0))
                 values, slopes = face.at(here)
                 tall = np.cross(slopes[1] @ x[nodes], slopes[0] @ x[nodes])
-                w = w * np.linalg.norm(tall, axis=1) / np.abs(tall @ n)
+                w = np.maximum(w, 0.0) * np.linalg.norm(tall, axis=1) / np.abs(tall @ n)
                 mine = values @ own.T
                 opposite = FACES[size]
                 places = places_seen(opposite, x[other], plane, points,
