@@ -125,6 +125,8 @@ contains
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
       is_first = .false.
       report%imbalance = loop%imbalance
+      report%without_contact = maxval(abs(trial%u_free))/max(tiny(1.0_wp), &
+        maxval(abs(new%displacement)))
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
       if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) then
         has_joined = .false.

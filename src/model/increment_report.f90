@@ -117,6 +117,8 @@ module increment_report_mod
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
     real(wp) :: unrefined = 0.0_wp !! out of balance before Newton-Raphson corrected it [-]
     real(wp) :: imbalance = 0.0_wp !! and at the end, of the largest nodal force [-]
+    real(wp) :: without_contact = 0.0_wp
+    !! largest displacement that the loads alone would make, beside the largest with contact [-]
     real(wp) :: moved = 0.0_wp !! points on curved masters, in the last iteration [-]
     integer  :: moved_point = 0 !! before a surface, that moved the most and did not settle; 0: none
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]

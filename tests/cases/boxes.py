@@ -149,11 +149,30 @@ FLOOR = (
     "*CONTACT PAIR, INTERACTION=DRY\nB-Z0, FLOOR\n"
 )
 STEP = "*STEP\n*STATIC\n"
+SOFT = MATERIAL.replace(str(YOUNG), "1000.0")
+ROUGH = DRY + "*FRICTION\n0.3\n"
 
 
 def on_corner(name):
     """Hold a body along x and y on two sides, so that it may grow."""
     return f"*BOUNDARY\n{name}-X0, 1\n{name}-Y0, 2\n"
+
+
+def pushed(upper, lower, options="", master="", sliding=""):
+    """Return a deck of a box on another, pressed and pushed along in eight increments.
+
+    `options` of the steps, `sliding` of the pair; `master` is a pair instead, with its obstacle.
+    """
+    low = Box("A", (2, 2, 1), (lower,), (-0.2, -0.2, -1), (1.6, 1.4, 1))
+    up = Box("B", (2, 2, 1), (upper,), after=low)
+    pair = master or f"*CONTACT PAIR, INTERACTION=DRY{sliding}\nB-Z0, A-Z1\n"
+    rest = "*BOUNDARY\nA-Z0, 1, 3\n"
+    step = f"*STEP{options}\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\nB-Z1, "
+    return (
+        low.cards() + up.cards() + SOFT + ROUGH + pair + rest
+        + step + "3, 3, -0.02\nB-Z1, 1, 2, 0.\n*END STEP\n"
+        + step + "3, 3, -0.02\nB-Z1, 1, 1, 0.03\nB-Z1, 2, 2, 0.01\n*END STEP\n"
+    )  # fmt: skip
 
 
 class BoxCase(unittest.TestCase):
