@@ -41,6 +41,7 @@ module condensed_contact_mod
     integer, allocatable :: point(:)   !! of the run, in reach
     integer, allocatable :: motion(:)  !! of the bodies' free ones
     integer, allocatable :: active(:)  !! points of the run that have rows, in the problem's order
+    integer, allocatable :: node(:)    !! of each of these
     integer, allocatable :: far(:)     !! points in reach that have none, though they can move: open
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
@@ -234,6 +235,7 @@ contains
     n = count(row > 0)
     call take_compliance(body, rows%transfer, placement, row, n < count(all_rows > 0), compliance)
     group%active = pack(group%point, row(1, group%point) > 0)
+    group%node = points%node(group%active)
     group%far = pack(group%point, all_rows(1, group%point) > 0 .and. row(1, group%point) == 0)
     if (size(group%motion) > 0) then
       if (allocated(body%inverse%iterative) .and. n > 0) then

@@ -130,8 +130,8 @@ contains
         call move_alloc(answer%gaps, gaps)
       end if
       if (.not. allocated(group%body) .or. trial%by_compliance) then
-        call solve_for_least(solver%choices%tolerance, group, points%node(group%active), &
-          trial%controls, x_free, drift, r, gaps, of_group)
+        call solve_for_least(solver%choices%tolerance, group, trial%controls, x_free, drift, r, &
+          gaps, of_group)
       end if
       if (size(group%motion) > 0) then
         trial%motion(group%motion) = drift%a
@@ -201,10 +201,9 @@ contains
   !> W is a little soft along these, N N^T r, about no reaction at first. That decides which of the
   !> points that touch do not press: they are kept so from then on. Solutions about the reactions
   !> found follow until softness has no part in any gap. docs/theory.md (11.20).
-  subroutine solve_for_least(tolerance, group, node, controls, x_free, drift, r, gaps, report)
+  subroutine solve_for_least(tolerance, group, controls, x_free, drift, r, gaps, report)
     real(wp), intent(in) :: tolerance            !! as of solve_with_or_without [-]
     type(contact_group_t), intent(in) :: group
-    integer, intent(in) :: node(:)               !! (n_active) of each point
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
     type(drift_t), intent(inout) :: drift
@@ -222,7 +221,7 @@ contains
     integer :: i
 
     if (size(group%null, 2) == 0) then
-      call solve_with_or_without(tolerance, group, node, controls, x_free, drift, r, report)
+      call solve_with_or_without(tolerance, group, controls, x_free, drift, r, report)
       if (size(group%motion) > 0 .or. any(abs(group%problem%driven) > 0.0_wp)) gaps = &
         relative_gaps(group%problem, x_free, pack_rows(group%problem, r))
       return
@@ -234,7 +233,7 @@ contains
     last = huge(last)
     rounds: do i = 1, max_rounds
       x_free = x_start + away - group%softness*matmul(group%null, centre)
-      call solve_with_or_without(tolerance, group, node, controls, x_free, drift, r, of_round)
+      call solve_with_or_without(tolerance, group, controls, x_free, drift, r, of_round)
       call add_round(of_round, report)
       found = matmul(pack_rows(group%problem, r), group%null)
       gaps = relative_gaps(group%problem, x_free, pack_rows(group%problem, r)) - away - &
@@ -294,10 +293,9 @@ contains
 
   !> The reactions and motions of a group. Where its W is known by its products, and these do not
   !> lead to the run's tolerance, W is formed for the other solvers if there is memory for it.
-  subroutine solve_with_or_without(tolerance, group, node, controls, x_free, drift, r, report)
+  subroutine solve_with_or_without(tolerance, group, controls, x_free, drift, r, report)
     real(wp), intent(in) :: tolerance            !! of the run; the controls' may be smaller [-]
     type(contact_group_t), intent(in) :: group
-    integer, intent(in) :: node(:)               !! (n_active) of each point
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: x_free(:)         !! (n_rows) as of solve_floating [length]
     type(drift_t), intent(inout) :: drift
@@ -329,8 +327,9 @@ contains
       type(contact_report_t) :: of_few !! points, on nodes that have many
 
       if (size(group%motion) == 0) then
-        if (has_crowded_nodes(problem, node)) then
-          call solve_on_crowded_nodes(problem, node, x_free, controls, r, of_few)
+        if (has_crowded_nodes(problem, group%node)) then
+          call solve_on_crowded_nodes(problem, group%node, x_free, controls, r, &
+            of_few)
           if (of_few%converged) report = of_few
           if (of_few%converged) return
         end if
