@@ -51,7 +51,6 @@ module scene_mod
 
   !> A slave surface that may touch a master: an obstacle, or another surface of faces.
   type :: contact_pair_t
-    character(:), allocatable :: interaction !! name of the surface interaction
     character(:), allocatable :: name !! "<slave surface>:<master>", as in the result file
     integer  :: surface = 0           !! index into the scene's surfaces
     integer  :: master = 0            !! index into the scene's obstacles; 0: a surface
@@ -64,6 +63,7 @@ module scene_mod
     logical  :: has_clearance = .false.
     real(wp) :: clearance = 0.0_wp
     !! of *CLEARANCE: in place of the gaps of the mesh; below 0 an overlap [length]
+    character(:), allocatable :: interaction !! name of the surface interaction
   end type contact_pair_t
 
   !> A reference node of couplings, and the node whose displacement is its rotation times a length.
