@@ -7,9 +7,8 @@
 !> to them. docs/theory.md section 8.
 module plane_mesh_mod
   use cells_mod, only: cells
-  use connectivity_mod, only: connectivity_t, nodes_of_element
+  use connectivity_mod, only: nodes_of_element
   use equation_list_mod, only: add_equation, equation_list_t
-  use growing_lists_mod, only: append
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use mesh_draft_mod, only: add_node_beside, axisymmetric, mesh_draft_t
@@ -80,8 +79,8 @@ contains
     end do
   end subroutine expand_plane
 
-  !> Move nodes on the axis off it, by a part of the elements there so small that no result shows it:
-  !> their elements keep all of their nodes.
+  !> Move nodes on the axis off it, by so small a part of their elements that no result shows it:
+  !> these keep all of their nodes.
   subroutine open_axis(draft)
     type(mesh_draft_t), intent(inout) :: draft
     real(wp), parameter :: hole = 1.0e-6_wp !! radius over that of the elements there [-]
@@ -96,7 +95,8 @@ contains
     end do
     allocate (draft%on_axis(draft%n_nodes), source=.false.)
     do node = 1, draft%n_nodes
-      if (abs(draft%coordinates(1, node)) > hole*radius(node) .or. .not. radius(node) > 0.0_wp) cycle
+      if (abs(draft%coordinates(1, node)) > hole*radius(node)) cycle
+      if (.not. radius(node) > 0.0_wp) cycle
       draft%on_axis(node) = .true.
       draft%coordinates(1, node) = hole*radius(node)
     end do

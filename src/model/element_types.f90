@@ -6,7 +6,8 @@ module element_types_mod
   implicit none
   private
 
-  public :: element_types, plane_types, type_called, plane_type_called, is_axisymmetric, name_of_type
+  public :: element_types, plane_types, type_called, plane_type_called, is_axisymmetric, &
+    name_of_type
 
   type :: element_type_t
     character(6) :: name !! in decks

@@ -22,7 +22,7 @@ contains
   end function n_sectors
 
   !> Turn forces on nodes into the plane of the deck: their parts along the radius and the axis.
-  !> What acts across half planes only holds these, and is left out; so is a radial part on the axis.
+  !> What acts across half planes only holds these, and is left out; on the axis there is no radius.
   pure subroutine turn_into_plane(mesh, forces)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(inout) :: forces(:, :) !! (3,n) of the first nodes

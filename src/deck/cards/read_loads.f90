@@ -258,12 +258,12 @@ contains
 
     if (.not. abs(value) > 0.0_wp) return
     if (model%mesh%plane == plane_strain .and. any(with(3:5))) then
-      call report(reader, field_position(reader, fields, 4), 'with plane strain elements dofs 3 '// &
-        'to 5 are 0: nothing moves across the plane')
+      call report(reader, field_position(reader, fields, 4), 'with plane strain elements dofs '// &
+        '3 to 5 are 0: nothing moves across the plane')
     else if (model%mesh%plane == axisymmetric .and. (any(with(3:6)) .or. (with(1) .and. &
       any(model%reference(nodes))))) then
-      call report(reader, field_position(reader, fields, 4), 'with axisymmetric elements dofs 3 '// &
-        'to 6 are 0, and obstacles move along y alone')
+      call report(reader, field_position(reader, fields, 4), 'with axisymmetric elements dofs '// &
+        '3 to 6 are 0, and obstacles move along y alone')
     end if
   end subroutine check_plane
 

@@ -25,9 +25,9 @@ module read_plane_mod
   public :: find_plane, read_plane, check_even, check_pairs
 
   !> Keywords that are not available yet beside elements of a plane.
-  character(*), parameter :: unavailable(*) = [character(20) :: 'ACCURACY', 'COUPLING', &
-    'DISTRIBUTING', 'DISTRIBUTING COUPLING', 'EQUATION', 'GAP', 'KINEMATIC', 'PRE-TENSION SECTION', &
-    'REFINE', 'RIGID BODY', 'TIE', 'TRANSFORM']
+  character(*), parameter :: unavailable(*) = [character(19) :: 'ACCURACY', 'CONTACT GAP', &
+    'COUPLING', 'DISTRIBUTING', 'EQUATION', 'KINEMATIC', 'PRE-TENSION SECTION', 'REFINE', &
+    'RIGID BODY', 'TIE', 'TRANSFORM']
 
 contains
 
@@ -80,7 +80,8 @@ contains
 
     if (draft%plane == solids) return
     do k = 1, reader%n_cards
-      if (.not. any(unavailable == reader%cards(k)%keyword)) cycle
+      if (.not. (any(unavailable == reader%cards(k)%keyword) .or. (draft%plane == axisymmetric &
+        .and. reader%cards(k)%keyword == 'CHANGE FRICTION'))) cycle
       call open_card(reader, k, card)
       call report(reader, card%position, '*'//trim(reader%cards(k)%keyword)// &
         ' is not available with plane or axisymmetric elements')
@@ -112,16 +113,16 @@ contains
       dim=1)
     call open_card(reader, k, card)
     if (draft%plane == axisymmetric) then
-      call report(reader, card%position, 'before axisymmetric elements an obstacle is a body of '// &
-        'revolution about the y axis: a plane across it, a cylinder along it, a sphere on it')
+      call report(reader, card%position, 'before axisymmetric elements an obstacle is a body '// &
+        'of revolution about the y axis: a plane across it, a cylinder along it, a sphere on it')
     else
       call report(reader, card%position, 'before plane strain elements an obstacle is the same '// &
         'all along z: a plane or a cylinder along z')
     end if
   end subroutine check_even
 
-  !> Report contact of axisymmetric elements that is not available: with friction, and of slave nodes
-  !> on the axis.
+  !> Report contact of axisymmetric elements that is not available: with friction, and of slave
+  !> nodes on the axis.
   subroutine check_pairs(reader, draft, surfaces, pairs)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
@@ -135,9 +136,9 @@ contains
       .true., dim=1), card)
     do i = 1, size(pairs)
       associate (surface => surfaces(pairs(i)%surface))
-        if (pairs(i)%mu > 0.0_wp) call report(reader, card%position, 'friction is not available '// &
-          'with axisymmetric elements: slave surface '//quoted(surface%name)//' has mu = '// &
-          to_text(pairs(i)%mu, 3))
+        if (pairs(i)%mu > 0.0_wp) call report(reader, card%position, 'friction is not '// &
+          'available with axisymmetric elements: slave surface '//quoted(surface%name)// &
+          ' has mu = '//to_text(pairs(i)%mu, 3))
         if (any(draft%on_axis(pack(surface%nodes, surface%nodes <= size(draft%on_axis))))) &
           call report(reader, card%position, 'slave surface '//quoted(surface%name)// &
           ' has a node on the axis: contact of axisymmetric elements is not available there')

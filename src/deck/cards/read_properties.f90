@@ -381,7 +381,8 @@ contains
     if (found) then
       if (.not. is_empty_field(fields, 1)) then
         call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
-        if (model%mesh%plane == solids) call note(reader, 'the thickness of *SOLID SECTION is ignored: elements have their own')
+        if (model%mesh%plane == solids) call note(reader, 'the thickness of *SOLID SECTION '// &
+          'is ignored: elements have their own')
       end if
       call end_data(reader, card, fields, '*SOLID SECTION takes one data line at most')
     end if
