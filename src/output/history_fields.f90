@@ -5,8 +5,8 @@ module history_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_integer, of_byte
   use mesh_mod, only: mesh_t
-  use contact_points_mod, only: contact_points_t
   use sectors_mod, only: n_sectors
+  use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
   use increment_report_mod, only: increment_report_t, total_error, count_redundant
