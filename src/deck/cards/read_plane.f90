@@ -48,10 +48,13 @@ contains
       call open_card(reader, k, card)
       call name_option(reader, card, 'TYPE', .false., name, ok)
       if (.not. ok) cycle
-      if (index(name, 'C3D') == 1) then
-        draft%plane = solids
-        return
-      end if
+      if (index(name, 'C3D') == 1) return
+    end do
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'ELEMENT') cycle
+      call open_card(reader, k, card)
+      call name_option(reader, card, 'TYPE', .false., name, ok)
+      if (.not. ok) cycle
       row = plane_type_called(name(:merge(4, len(name), name == 'CPE4R' .or. name == 'CAX4R')))
       if (row == 0) then
         if (index(name, 'CPE') == 1 .or. index(name, 'CAX') == 1) call report(reader, &
