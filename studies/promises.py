@@ -29,7 +29,7 @@ def end_of(status, error, asked, doubt):
 
 def told_by(sequence):
     """The error by mesh and load steps as the program says it; -1: it does not."""
-    return sequence.mesh + max(0.0, sequence.load_steps) if sequence.mesh >= 0 else -1
+    return sequence.mesh_and_load_steps
 
 
 def effectivity(told, error, doubt):

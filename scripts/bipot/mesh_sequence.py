@@ -22,6 +22,7 @@ class MeshSequence:
     time_allowed, memory_allowed   seconds of the processor and bytes that runs might take, 0: any
     of_extrapolated   whether the accuracy is that of the extrapolated values
     mesh, load_steps, others   errors of these, or of the result, by source, -1 where not known
+    mesh_and_load_steps  what these two make together, -1 where that of the mesh is not known
     element_size        (K,) edges of the elements over those of the deck
     divisions, elements, processor_time   (K,) parts of each increment, elements, seconds
     cuts              (K,) how often the elements at contact were cut beside all others
@@ -43,6 +44,8 @@ class MeshSequence:
         self.mesh, self.load_steps, self.others = (
             float(group.attrs[name]) for name in ("mesh", "load_steps", "others")
         )
+        both = self.mesh + max(0.0, self.load_steps) if self.mesh >= 0 else -1.0
+        self.mesh_and_load_steps = float(group.attrs.get("mesh_and_load_steps", both))
         self.element_size: Array = group["element_size"][()]
         self.divisions: Array = group["divisions"][()].astype(int)
         self.cuts: Array = group["cuts"][()].astype(int)

@@ -84,7 +84,7 @@ def errors_by_runs(result: Result, pair: Pair) -> dict[str, float]:
     # What is said of extrapolated values is not said of the result.
     if runs.of_extrapolated:
         return {}
-    total = runs.mesh + max(0.0, runs.load_steps) + runs.others
+    total = runs.mesh_and_load_steps + runs.others
     found = {}
     for name, scale, is_compared in zip(runs.names, runs.scale, compared, strict=True):
         of_pair, _, what = name.rpartition("/")

@@ -7,7 +7,7 @@ module choose_divisions_mod
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
   use cut_runs_mod, only: cuts_for_trials
   use step_errors_mod, only: error_on_mesh, later_step_runs, part_for_steps
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough
   implicit none
   private
 
@@ -98,7 +98,7 @@ contains
     logical function are_enough(divisions)
       integer, intent(in) :: divisions
 
-      errors%load_steps = error_on_mesh(sequence, runs, divisions)
+      call take_steps(sequence, runs, divisions, errors)
       are_enough = errors%load_steps >= 0.0_wp .and. is_enough(sequence, errors)
     end function are_enough
 

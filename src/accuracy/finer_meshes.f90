@@ -7,7 +7,7 @@ module finer_meshes_mod
   implicit none
   private
 
-  public :: begin_sequence, finer, next_finer, skip_mesh, mesh_before
+  public :: begin_sequence, finer, next_finer, odd_finer, skip_mesh, mesh_before
   public :: least_step, largest_step, second_step
 
   integer, parameter :: fewest_elements = 2 !! along the longest edge of a block, to begin with
@@ -103,6 +103,15 @@ contains
       next_finer%blocks(1) = mesh_size%blocks(1) + 2 - mod(mesh_size%blocks(1), 2)
     end if
   end function next_finer
+
+  !> A mesh with one more element along an edge, where the next one has two.
+  pure type(mesh_size_t) function odd_finer(sequence, mesh_size) result(finer)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(mesh_size_t), intent(in) :: mesh_size
+
+    finer = next_finer(sequence, mesh_size)
+    if (sequence%blocks%common > 0) finer%blocks(1) = mesh_size%blocks(1) + 1
+  end function odd_finer
 
   !> Begin with a finer mesh than the one that was not solved; coarser ones, if any was, are too
   !> coarse to count.

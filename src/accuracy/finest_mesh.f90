@@ -4,7 +4,7 @@ module finest_mesh_mod
   use mesh_size_mod, only: mesh_size_t, relative_size
   use mesh_sequence_mod, only: mesh_sequence_t
   use foreseen_costs_mod, only: fits
-  use finer_meshes_mod, only: next_finer
+  use finer_meshes_mod, only: next_finer, odd_finer
   implicit none
   private
 
@@ -49,10 +49,15 @@ contains
     next = from
     do i = 1, farthest
       next = next_finer(sequence, next)
-      if (.not. fits(sequence, next, divisions, room, part)) return
+      if (.not. fits(sequence, next, divisions, room, part)) exit
       finest = next
       found = .true.
     end do
+    if (found) return
+    ! An odd number of elements is better than none more.
+    next = odd_finer(sequence, from)
+    found = fits(sequence, next, divisions, room, part)
+    if (found) finest = next
   end subroutine find_finest
 
   !> The mesh before one, from a coarser one on; that one where there is none between.

@@ -10,9 +10,9 @@ module next_run_mod
     runs_up_to, sizes_of
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
-  use step_errors_mod, only: error_by_steps, later_step_runs, change_by_divisions
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, is_enough, &
-    is_enough_but_steps
+  use step_errors_mod, only: runs_for_steps, later_step_runs, change_by_divisions
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough, &
+    is_enough_but_steps, total_error
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, waits_for_mesh, &
     mesh_for_steps, most_divisions
   implicit none
@@ -157,6 +157,7 @@ contains
     choice%divisions = family%divisions
     call estimate_sequence(sequence, errors, family)
     errors%load_steps = 0.0_wp
+    errors%together = errors%mesh
     call refine_all(sequence, family, memory_left, errors, choice)
     choice%may_be_last = .false.
   end subroutine refine_first
@@ -194,7 +195,6 @@ contains
     type(sequence_error_t), intent(inout) :: errors
     type(choice_t), intent(inout) :: choice
     type(mesh_size_t) :: enough
-    real(wp) :: by_steps
     integer :: between
 
     call estimate_sequence(sequence, errors, family)
@@ -210,9 +210,8 @@ contains
         return
       end if
     end associate
-    by_steps = error_by_steps(sequence, family)
     call estimate_sequence(sequence, errors, family_t())
-    errors%load_steps = by_steps
+    call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
     choice%divisions = 1
     call refine_all(sequence, family_t(), memory_left, errors, choice)
     choice%may_be_last = .false.
@@ -224,8 +223,7 @@ contains
         if (relative_size(sequence%runs(choice%of_run)%mesh_size) <= relative_size(enough)) return
       end if
     end associate
-    between = mesh_between(sequence, family, enough, sequence%wanted - errors%mesh - &
-      max(0.0_wp, errors%load_steps) - errors%others)
+    between = mesh_between(sequence, family, enough, sequence%wanted - total_error(errors))
     choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
     if (between > 0) choice = choice_t(mesh_size=sequence%runs(between)%mesh_size, &
       divisions=family%divisions)
@@ -337,6 +335,7 @@ contains
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
+      if (errors%mesh >= 0.0_wp) left = sequence%wanted - (total_error(errors) - errors%mesh)
       if (is_enough(sequence, errors)) then
         choice%outcome = is_reached
         choice%of_run = runs(size(runs))

@@ -13,7 +13,7 @@ module run_within_mod
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finest_mesh_mod, only: find_run, find_finest, go_back
   use choose_divisions_mod, only: most_divisions
-  use finer_meshes_mod, only: finer, next_finer, least_step
+  use finer_meshes_mod, only: finer, next_finer, odd_finer, least_step
   use next_run_mod, only: choice_t, choose_run, to_run, is_finest, time_is_over, beyond_machine
   implicit none
   private
@@ -306,6 +306,12 @@ contains
     ratio = relative_size(from)/relative_size(finest)
     if (.not. found .or. (n > 1 .and. ratio < least_step)) then
       choice%outcome = is_finest
+      finest = odd_finer(sequence, from)
+      if (relative_size(from) < least_step*relative_size(finest)) finest = finer(sequence, from, &
+        least_step)
+      choice%finer = relative_size(from)/relative_size(finest)
+      choice%seconds = sequence%spent + seconds_to_run(sequence, finest, choice%divisions)
+      choice%memory = memory_to_run(sequence, finest)
       return
     end if
     choice%mesh_size = finest

@@ -6,19 +6,26 @@ module sequence_error_mod
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
-    fewest_divisions, sizes_of
+    fewest_divisions, sizes_of, values_in
   use cut_runs_mod, only: find_base, runs_on_base
-  use convergence_mod, only: convergence_t, assume_first_order, safety_of_two, about_twice, &
-    order_of_elements
-  use sequence_limits_mod, only: has_limit, error_of_limit, error_of_turn, find_limit
+  use convergence_mod, only: convergence_t, assume_first_order, safety, safety_of_two, &
+    about_twice, order_of_elements
+  use sequence_limits_mod, only: has_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
-  use step_errors_mod, only: error_by_steps, runs_for_steps, error_by_transfer
-  use step_limits_mod, only: corrects_steps, step_correction
+  use step_errors_mod, only: errors_on_mesh, runs_for_steps, error_by_transfer
+  use step_limits_mod, only: corrects_steps, is_coarse, step_correction, error_of_corrected, size_of
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, total_error, is_enough, is_enough_but_steps, &
+  public :: sequence_error_t, estimate_sequence, take_steps, total_error, is_enough, is_enough_but_steps, &
     extrapolated, extrapolated_error, estimate_cuts
+
+  !> Where finer meshes lead.
+  type :: course_t
+    real(wp), allocatable :: off(:, :)
+    !! (n_components,n_increments) from the last mesh to there, as parts of the scale [-]
+    real(wp) :: error = 0.0_wp !! of that [-]
+  end type course_t
 
   !> What is known of the last run's error.
   type :: sequence_error_t
@@ -26,8 +33,15 @@ module sequence_error_mod
     !! of the worst quantity, of its extrapolated value where that is what the accuracy is of;
     !! negative: not known [-]
     real(wp) :: load_steps = -1.0_wp !! likewise [-]
+    real(wp) :: together = -1.0_wp
+    !! by both of these, added as vectors where their directions are known: no more than their sum
     real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
-    integer  :: worst = 0            !! the quantity whose error by the mesh is the largest
+    integer  :: worst = 0            !! the quantity whose error by mesh and load steps is the largest
+    real(wp) :: least = 0.0_wp       !! that another witness leaves to the mesh [-]
+    real(wp), allocatable :: scales(:)   !! (n_quantities)
+    real(wp), allocatable :: of_steps(:) !! (n_quantities) negative: not known [-]
+    type(course_t), allocatable :: courses(:, :)
+    !! (2,n_quantities) by (10.10) and by (10.18), where they are known
     type(convergence_t), allocatable :: of_mesh(:) !! (n_quantities), error relative to its scale
     real(wp), allocatable :: of_limit(:)
     !! (n_quantities) likewise, of their limits by several meshes; negative: not known. There is
@@ -65,21 +79,18 @@ contains
     associate (last => sequence%runs(runs(n)))
       errors%others = last%others
       scales = error_scales(sequence%list, last%values)
-      ! A run says it as a part of the largest resultant, and it may be in the friction alone.
-      errors%load_steps = last%load_steps/minval([1.0_wp, sequence%list%factor])
-      if (sequence%divides) errors%load_steps = error_by_steps(sequence, mine)
-      ! Too little time to divide increments leaves what the run itself says of them.
-      if (errors%load_steps < 0.0_wp .and. sequence%wanted <= 0.0_wp) errors%load_steps = &
-        last%load_steps
+      errors%scales = scales
     end associate
     if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
       call take_cuts(sequence, runs(n), scales, errors)
+      call take_steps_of(sequence, mine, runs(n), errors)
       return
     end if
     allocate (errors%of_mesh(size(sequence%list)))
     allocate (errors%of_limit(size(sequence%list)), source=-1.0_wp)
     allocate (errors%n_rising(size(sequence%list)), source=0)
     allocate (errors%turns(size(sequence%list)), source=.false.)
+    allocate (errors%courses(2, size(sequence%list)))
     do k = 1, size(sequence%list)
       if (n == 2) then
         errors%of_mesh(k) = assume_first_order(sizes_of(sequence, runs), change(sequence, k, &
@@ -91,29 +102,34 @@ contains
       associate (more => error_by_transfer(sequence, k, scales(k), runs(n)))
         errors%of_mesh(k)%error = min(errors%of_mesh(k)%error + more, error_by_divided(sequence, &
           divided, k, scales(k)))
-        if (.not. has_limit(sequence, runs)) cycle
-        errors%of_limit(k) = error_of_limit(sequence, runs, k, scales(k)) + more
+        call follow_limit(k, more)
       end associate
-      associate (turned => error_of_turn(sequence, runs, k, scales(k)))
-        errors%turns(k) = turned > errors%of_mesh(k)%error
-        errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, turned)
-      end associate
+      if (has_limit(sequence, runs)) then
+        associate (turned => error_of_turn(sequence, runs, k, scales(k)))
+          errors%turns(k) = turned > errors%of_mesh(k)%error
+          errors%of_mesh(k)%error = max(errors%of_mesh(k)%error, turned)
+        end associate
+      end if
+      call follow_order(k)
     end do
-    errors%mesh = 0.0_wp
-    if (size(sequence%list) == 0) return
     associate (beside => errors_beside(sequence, runs(n), scales))
       errors%of_mesh%error = max(errors%of_mesh%error, beside)
       where (errors%of_limit >= 0.0_wp) errors%of_limit = max(errors%of_limit, beside)
+      errors%courses%error = max(errors%courses%error, spread(beside, 1, 2))
     end associate
-    errors%worst = maxloc([(error_that_counts(sequence, errors, k), k=1, size(sequence%list))], &
-      dim=1)
-    errors%mesh = error_that_counts(sequence, errors, errors%worst)
+    if (.not. sequence%extrapolates) then
+      do k = 1, size(sequence%list)
+        call follow_no_farther(errors%courses(2, k), errors%of_mesh(k)%error)
+      end do
+    end if
     ! Two meshes may be alike by accident, and so may those that are finer in some places: another
     ! witness must say so.
     associate (last => sequence%runs(runs(n)))
-      if (n == 2 .or. last%mesh_size%zone%times > 0) errors%mesh = max(errors%mesh, last%recovery)
+      if (n == 2 .or. last%mesh_size%zone%times > 0) errors%least = last%recovery
     end associate
+    call add_up(sequence, errors)
     call take_cuts(sequence, runs(n), scales, errors)
+    call take_steps_of(sequence, mine, runs(n), errors)
 
   contains
 
@@ -126,6 +142,44 @@ contains
         relative_size(sequence%trial)
     end function two_are_enough
 
+    !> The limit of a quantity, where there are enough meshes for one.
+    subroutine follow_limit(k, more)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: more !! error in what divisions of increments change on the mesh [-]
+      real(wp) :: limit(sequence%list(k)%n, sequence%n_increments), error
+
+      if (.not. has_limit(sequence, runs)) return
+      call find_limit(sequence, runs, k, scales(k), limit, error)
+      errors%of_limit(k) = error + more
+      if (.not. sequence%list(k)%is_compared) return
+      errors%courses(2, k) = course_t((limit - values_in(sequence, runs(n), k))/unit(scales(k)), &
+        errors%of_limit(k))
+    end subroutine follow_limit
+
+    !> Where the order that is observed leads; a course to which the error leaves no margin is
+    !> followed less far.
+    subroutine follow_order(k)
+      integer, intent(in) :: k
+      real(wp) :: far
+
+      if (.not. sequence%list(k)%is_compared) return
+      associate (observed => errors%of_mesh(k), course => errors%courses(1, k))
+        course%off = observed%weight*(values_in(sequence, runs(n), k) - values_in(sequence, &
+          runs(n - 1), k))/unit(scales(k))
+        far = size_of(course%off, 1.0_wp)
+        if (safety*far > observed%error) course%off = course%off*observed%error/(safety*far)
+        course%error = observed%error - size_of(course%off, 1.0_wp)
+      end associate
+    end subroutine follow_order
+
+    !> The last mesh is no farther off than a limit, and what is not known of that.
+    subroutine follow_no_farther(course, of_mesh)
+      type(course_t), intent(in) :: course
+      real(wp), intent(inout) :: of_mesh
+
+      if (allocated(course%off)) of_mesh = min(of_mesh, size_of(course%off, 1.0_wp) + course%error)
+    end subroutine follow_no_farther
+
   end subroutine estimate_sequence
 
   !> All that is known of a run's error; negative where that by the mesh is not known.
@@ -133,8 +187,93 @@ contains
     type(sequence_error_t), intent(in) :: errors
 
     error = -1.0_wp
-    if (errors%mesh >= 0.0_wp) error = errors%mesh + max(0.0_wp, errors%load_steps) + errors%others
+    if (errors%mesh >= 0.0_wp) error = errors%together + errors%others
   end function total_error
+
+  !> Take what load steps make in a family.
+  subroutine take_steps_of(sequence, family, run, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(family_t), intent(in) :: family
+    integer, intent(in) :: run !! of it, that says of its load steps itself
+    type(sequence_error_t), intent(inout) :: errors
+
+    associate (last => sequence%runs(run))
+      if (sequence%divides) then
+        call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
+        ! Too little time to divide increments leaves what the run itself says of them.
+        if (sequence%wanted > 0.0_wp .or. maxval([errors%of_steps, -1.0_wp]) >= 0.0_wp) return
+        errors%of_steps = last%load_steps
+      else
+        ! A run says it as a part of the largest resultant, and it may be in the friction alone.
+        errors%of_steps = spread(last%load_steps/minval([1.0_wp, sequence%list%factor]), 1, &
+          size(sequence%list))
+      end if
+    end associate
+    call add_up(sequence, errors)
+  end subroutine take_steps_of
+
+  !> Take what load steps make with some divisions of increments, as runs on one mesh say.
+  subroutine take_steps(sequence, runs, divisions, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the fewest divisions first; less than three say nothing
+    integer, intent(in) :: divisions
+    type(sequence_error_t), intent(inout) :: errors
+    integer :: mine, k
+
+    errors%of_steps = spread(-1.0_wp, 1, size(sequence%list))
+    mine = 0
+    if (size(runs) >= 3) mine = findloc(sequence%runs(runs)%divisions, divisions, dim=1)
+    if (mine > 0) errors%of_steps = errors_on_mesh(sequence, runs, divisions)
+    call add_up(sequence, errors)
+    if (mine == 0 .or. .not. allocated(errors%courses) .or. sequence%extrapolates) return
+    ! What few points do on the mesh of the first trials may have the other sign on a finer one.
+    if (is_coarse(sequence, runs) .or. sequence%runs(runs(1))%mesh_size%zone%times > 0) return
+    call add_up(sequence, errors, [(course_t(step_correction(sequence, runs, k, mine)/unit( &
+      errors%scales(k)), error_of_corrected(sequence, runs, k, mine, errors%scales(k))), k=1, &
+      size(sequence%list))])
+  end subroutine take_steps
+
+  !> Add up what mesh and load steps make of each quantity, and find the worst.
+  !>
+  !> Where both are known with their directions the sum is that of the vectors, and of what is not
+  !> known of each. docs/theory.md (10.27).
+  pure subroutine add_up(sequence, errors, steps)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(inout) :: errors
+    type(course_t), intent(in), optional :: steps(:)
+    !! (n_quantities) from the last run to increments without size
+    real(wp) :: mesh(size(sequence%list)), both(size(sequence%list))
+    integer :: k, i
+
+    if (allocated(errors%of_steps)) errors%load_steps = maxval([errors%of_steps, merge(-1.0_wp, &
+      0.0_wp, size(both) > 0)])
+    if (.not. allocated(errors%of_mesh)) return
+    errors%mesh = 0.0_wp
+    errors%together = max(0.0_wp, errors%load_steps)
+    if (size(both) == 0) return
+    do k = 1, size(mesh)
+      mesh(k) = max(errors%least, error_that_counts(sequence, errors, k))
+      both(k) = mesh(k)
+      if (allocated(errors%of_steps)) both(k) = mesh(k) + max(0.0_wp, errors%of_steps(k))
+      if (.not. present(steps)) cycle
+      do i = 1, 2
+        associate (course => errors%courses(i, k))
+          if (allocated(course%off)) both(k) = min(both(k), max(errors%least, size_of(course%off + &
+            steps(k)%off, 1.0_wp) + course%error + steps(k)%error))
+        end associate
+      end do
+    end do
+    errors%worst = maxloc(both, dim=1)
+    errors%mesh = mesh(errors%worst)
+    errors%together = both(errors%worst)
+    if (allocated(errors%of_steps)) errors%load_steps = errors%of_steps(errors%worst)
+  end subroutine add_up
+
+  pure real(wp) function unit(scale)
+    real(wp), intent(in) :: scale
+
+    unit = merge(scale, 1.0_wp, scale > 0.0_wp)
+  end function unit
 
   !> Whether the errors of a run are no more than the accuracy, and all are known.
   pure logical function is_enough(sequence, errors)
@@ -233,13 +372,14 @@ contains
     worst = maxloc(near%error, dim=1)
     mesh = max(near(worst)%error, sequence%runs(run)%recovery)
     if (errors%mesh >= 0.0_wp .and. errors%mesh <= mesh) return
-    errors%mesh = mesh
-    errors%worst = worst
+    errors%least = sequence%runs(run)%recovery
     errors%of_mesh = near
     errors%of_mesh%weight = 0.0_wp
+    if (allocated(errors%courses)) deallocate (errors%courses)
     errors%of_limit = spread(-1.0_wp, 1, size(near))
     errors%n_rising = n_rising
     errors%turns = spread(.false., 1, size(near))
+    call add_up(sequence, errors)
   end subroutine take_cuts
 
   !> What is wrong with a run whose elements at contact were cut again and again on one mesh: of

@@ -6,7 +6,7 @@ module sequence_limits_mod
   implicit none
   private
 
-  public :: has_limit, error_of_limit, error_of_turn, find_limit
+  public :: has_limit, error_of_turn, find_limit
 
 contains
 
@@ -19,17 +19,6 @@ contains
     has_limit = size(runs) >= fewest_meshes
     if (has_limit) has_limit = sequence%runs(runs(size(runs)))%mesh_size%zone%times == 0
   end function has_limit
-
-  !> How wrong the limit of a quantity may be.
-  pure real(wp) function error_of_limit(sequence, runs, k, scale) result(error)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: runs(:) !! the coarsest first
-    integer, intent(in) :: k       !! the quantity
-    real(wp), intent(in) :: scale
-    real(wp) :: limit(sequence%list(k)%n, sequence%n_increments)
-
-    call find_limit(sequence, runs, k, scale, limit, error)
-  end function error_of_limit
 
   !> A quantity with elements without size, by many meshes.
   pure subroutine find_limit(sequence, runs, k, scale, limit, error)

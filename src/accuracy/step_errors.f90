@@ -17,8 +17,8 @@ module step_errors_mod
   implicit none
   private
 
-  public :: error_by_steps, error_on_mesh, later_step_runs, runs_for_steps, error_by_transfer, &
-    change_by_divisions, part_for_steps
+  public :: error_by_steps, error_on_mesh, errors_on_mesh, later_step_runs, runs_for_steps, &
+    error_by_transfer, change_by_divisions, part_for_steps
 
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
@@ -97,38 +97,46 @@ contains
 
   end function later_step_runs
 
-  !> The error by load steps with so many divisions, as three runs and more on one mesh say;
-  !> negative where none has these.
+  !> The error by load steps with so many divisions, as three runs and more on one mesh say: of the
+  !> worst quantity; negative where none has these.
   function error_on_mesh(sequence, runs, divisions) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:) !! the fewest divisions first
     integer, intent(in) :: divisions
     real(wp) :: error
+
+    error = maxval([errors_on_mesh(sequence, runs, divisions)])
+    if (size(sequence%list) == 0) error = merge(0.0_wp, -1.0_wp, any(sequence%runs( &
+      runs)%divisions == divisions))
+  end function error_on_mesh
+
+  !> The same of each quantity.
+  function errors_on_mesh(sequence, runs, divisions) result(errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! the fewest divisions first
+    integer, intent(in) :: divisions
+    real(wp) :: errors(size(sequence%list)) !! as parts of the scales [-]
     type(convergence_t) :: observed
-    real(wp), allocatable :: scales(:)
-    real(wp) :: of_quantity
+    real(wp) :: scales(size(sequence%list))
     integer :: k, n, mine, n_rising
 
-    error = -1.0_wp
+    errors = -1.0_wp
     n = size(runs)
     mine = findloc(sequence%runs(runs)%divisions, divisions, dim=1)
     if (mine == 0) return
     scales = error_scales(sequence%list, sequence%runs(runs(n))%values)
-    error = 0.0_wp
     do k = 1, size(sequence%list)
+      if (corrects_steps(sequence, runs)) then
+        errors(k) = error_of_corrected(sequence, runs, k, mine, scales(k))
+        cycle
+      end if
       call follow_sizes(sequence, runs, 1.0_wp/real(sequence%runs(runs)%divisions, wp), &
         order_of_increments, k, scales(k), observed, n_rising)
-      of_quantity = observed%error
-      if (corrects_steps(sequence, runs)) then
-        of_quantity = error_of_corrected(sequence, runs, k, mine, scales(k))
-      else
-        if (mine < n) of_quantity = of_quantity + change(sequence, k, scales(k), runs(mine), &
-          runs(n))
-        of_quantity = of_quantity*growth_of_error(sequence, runs)
-      end if
-      error = max(error, of_quantity)
+      errors(k) = observed%error
+      if (mine < n) errors(k) = errors(k) + change(sequence, k, scales(k), runs(mine), runs(n))
+      errors(k) = errors(k)*growth_of_error(sequence, runs)
     end do
-  end function error_on_mesh
+  end function errors_on_mesh
 
   !> The error that a mesh makes in what the divisions of increments change, where it is undivided
   !> ones that say what it makes in all else: what these change on it differs from what they change

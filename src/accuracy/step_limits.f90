@@ -12,8 +12,8 @@ module step_limits_mod
   implicit none
   private
 
-  public :: corrects_steps, step_correction, error_of_corrected, growth_of_error, on_coarse_mesh, &
-    error_of_difference, least_part, size_of
+  public :: corrects_steps, is_coarse, step_correction, error_of_corrected, growth_of_error, &
+    on_coarse_mesh, error_of_difference, least_part, size_of, sizes_of_each
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most

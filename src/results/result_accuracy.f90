@@ -39,6 +39,7 @@ contains
     call write_attribute(file, group, 'reached', 0_i8, error)
     call write_attribute(file, group, 'mesh', 0.0_wp, error)
     call write_attribute(file, group, 'load_steps', 0.0_wp, error)
+    call write_attribute(file, group, 'mesh_and_load_steps', 0.0_wp, error)
     call write_attribute(file, group, 'others', 0.0_wp, error)
     call of_runs('element_size', 'edges of the elements over those of the deck', 'ratio')
     call of_runs('divisions', 'parts of each increment of the deck', 'number')
@@ -129,6 +130,7 @@ contains
     call write_attribute(file, group, 'reached', merge(1_i8, 0_i8, is_reached), error)
     call write_attribute(file, group, 'mesh', errors%mesh, error)
     call write_attribute(file, group, 'load_steps', errors%load_steps, error)
+    call write_attribute(file, group, 'mesh_and_load_steps', errors%together, error)
     call write_attribute(file, group, 'others', errors%others, error)
     associate (runs => sequence%runs)
       call rewrite_dataset(file, group//'/element_size', [(relative_size(runs(i)%mesh_size), i=1, &

@@ -253,6 +253,8 @@ contains
     if (errors%load_steps >= 0.0_wp) then
       if (words /= '') words = words//', '
       words = words//'load steps '//percent(errors%load_steps)
+      if (errors%mesh >= 0.0_wp .and. percent(errors%together) /= percent(errors%mesh + &
+        errors%load_steps)) words = words//', together '//percent(errors%together)
     end if
   end function errors_in_words
 
@@ -320,7 +322,7 @@ contains
     if (choice%outcome == is_finest) then
       words = errors_in_words(sequence, errors)
       if (words == '') words = 'not known, it takes two meshes'
-      words = words//theory
+      words = words//theory//unused_in_words(sequence, choice)
       call say('estimated error of '//subject_in_words(deck%accuracy)//' within '// &
         bounds_in_words(deck%accuracy)//': '//words//runs)
       return
@@ -363,6 +365,22 @@ contains
       '; the result is that of '//settings_in_words(sequence%runs(size(sequence%runs)))// &
       ', and otherwise complete')
   end subroutine tell_outcome
+
+  !> What the next mesh would take, where less than half of the time is used; else ''.
+  function unused_in_words(sequence, choice) result(words)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(choice_t), intent(in) :: choice
+    character(:), allocatable :: words
+    real(wp), parameter :: much = 0.5_wp !! of the time, that a run is to use
+
+    words = ''
+    if (choice%finer <= 1.0_wp .or. sequence%spent >= much*sequence%time) return
+    words = '; the rest of the time is too little for the next mesh: elements '//to_text( &
+      choice%finer, 2)//' times as small take it to some '//time_in_words(choice%seconds)// &
+      ' of CPU time and '//bytes_in_words(choice%memory)//' of memory'
+    if (sequence%blocks%common == 0) words = words//'; a coarser mesh in the deck leaves time '// &
+      'for several'
+  end function unused_in_words
 
   !> Why finer meshes gain little, and what to do, where the last run shows it; else ''.
   function cause_in_words(sequence) result(words)

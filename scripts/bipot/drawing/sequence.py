@@ -40,7 +40,7 @@ def draw_sequence(result):
     for (name, apart), colour in zip(distances(sequence).items(), COLOURS * 9, strict=False):
         drawn = np.where(apart > 0, apart, np.nan)
         axes.plot(seconds, drawn, "o-", color=colour, markersize=4, linewidth=1.2, label=name)
-    told = sequence.mesh + max(0.0, sequence.load_steps) + sequence.others
+    told = sequence.mesh_and_load_steps + sequence.others
     if sequence.mesh >= 0:
         axes.plot(seconds[-1], told, "k_", markersize=14, label="estimated error")
     if sequence.wanted > 0:
