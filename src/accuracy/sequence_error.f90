@@ -32,9 +32,9 @@ module sequence_error_mod
     real(wp) :: mesh = -1.0_wp
     !! of the worst quantity, of its extrapolated value where that is what the accuracy is of;
     !! negative: not known [-]
-    real(wp) :: load_steps = -1.0_wp !! likewise [-]
+    real(wp) :: load_steps = -1.0_wp !! the largest of all quantities [-]
     real(wp) :: together = -1.0_wp
-    !! by both of these, added as vectors where their directions are known: no more than their sum
+    !! of the worst quantity by both, added as vectors where their directions are known [-]
     real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
     integer  :: worst = 0            !! the quantity whose error by mesh and load steps is the largest
     real(wp) :: least = 0.0_wp       !! that another witness leaves to the mesh [-]
@@ -266,7 +266,6 @@ contains
     errors%worst = maxloc(both, dim=1)
     errors%mesh = mesh(errors%worst)
     errors%together = both(errors%worst)
-    if (allocated(errors%of_steps)) errors%load_steps = errors%of_steps(errors%worst)
   end subroutine add_up
 
   pure real(wp) function unit(scale)
