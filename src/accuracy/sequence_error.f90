@@ -172,7 +172,8 @@ contains
       end associate
     end subroutine follow_order
 
-    !> The last mesh is no farther off than a limit, and what is not known of that.
+    !> The last mesh is no farther off than a limit, and what is not known of that. docs/theory.md
+    !> (10.27).
     subroutine follow_no_farther(course, of_mesh)
       type(course_t), intent(in) :: course
       real(wp), intent(inout) :: of_mesh
@@ -236,7 +237,7 @@ contains
   !> Add up what mesh and load steps make of each quantity, and find the worst.
   !>
   !> Where both are known with their directions the sum is that of the vectors, and of what is not
-  !> known of each. docs/theory.md (10.27).
+  !> known of each. docs/theory.md (10.28).
   pure subroutine add_up(sequence, errors, steps)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(inout) :: errors
