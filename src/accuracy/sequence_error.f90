@@ -13,7 +13,8 @@ module sequence_error_mod
   use sequence_limits_mod, only: has_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
   use step_errors_mod, only: errors_on_mesh, runs_for_steps, error_by_transfer
-  use step_limits_mod, only: corrects_steps, is_coarse, step_correction, error_of_corrected, size_of
+  use step_limits_mod, only: corrects_steps, is_coarse, step_correction, error_of_corrected, &
+    size_of
   implicit none
   private
 
@@ -36,7 +37,7 @@ module sequence_error_mod
     real(wp) :: together = -1.0_wp
     !! of the worst quantity by both, added as vectors where their directions are known [-]
     real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
-    integer  :: worst = 0            !! the quantity whose error by mesh and load steps is the largest
+    integer  :: worst = 0            !! the quantity whose error by both is the largest
     real(wp) :: least = 0.0_wp       !! that another witness leaves to the mesh [-]
     real(wp), allocatable :: scales(:)   !! (n_quantities)
     real(wp), allocatable :: of_steps(:) !! (n_quantities) negative: not known [-]
