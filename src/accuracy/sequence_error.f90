@@ -18,8 +18,8 @@ module sequence_error_mod
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, take_steps, total_error, is_enough, is_enough_but_steps, &
-    extrapolated, extrapolated_error, estimate_cuts
+  public :: sequence_error_t, estimate_sequence, take_steps, total_error, is_enough, &
+    is_enough_but_steps, extrapolated, extrapolated_error, estimate_cuts
 
   !> Where finer meshes lead.
   type :: course_t
