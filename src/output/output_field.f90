@@ -134,6 +134,8 @@ contains
       values = values*n_sectors(source%scene%mesh%sector_angle)
     case ('moment')
       values = 0.0_wp
+    case default
+      continue
     end select
   end subroutine fill_field
 

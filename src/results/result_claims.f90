@@ -28,8 +28,8 @@ module result_claims_mod
   implicit none
   private
 
-  public :: is_of_finite_strain, is_result_of, take_arithmetic, take_mesh_size, claim_place, check_place, &
-    open_unfinished, begin_look, clear_beginning, how_it_is_damaged
+  public :: is_of_finite_strain, is_result_of, take_arithmetic, take_mesh_size, claim_place, &
+    check_place, open_unfinished, begin_look, clear_beginning, how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
   character(*), parameter :: not_a_result = 'is not a result of '//program_name

@@ -25,7 +25,8 @@ class Mesh:
         self.n = n
         for j in range(n[1]):
             for i in range(n[0]):
-                on = {"BOTTOM": j == 0, "RIGHT": i == n[0] - 1, "TOP": j == n[1] - 1, "LEFT": i == 0}
+                on = {"BOTTOM": j == 0, "RIGHT": i == n[0] - 1, "TOP": j == n[1] - 1,
+                      "LEFT": i == 0}
                 self.add_cell(
                     [(i + a, j + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))],
                     [side if on[side] else "" for side in ("BOTTOM", "RIGHT", "TOP", "LEFT")],
@@ -43,7 +44,7 @@ class Mesh:
         """Add an element, each of whose edges may be on a side."""
         corner = [(self.step * a, self.step * b) for a, b in corner]
         after = corner[1:] + corner[:1]
-        between = [((a + c) // 2, (b + d) // 2) for (a, b), (c, d) in zip(corner, after)]
+        between = [((a + c) // 2, (b + d) // 2) for (a, b), (c, d) in zip(corner, after, strict=True)]
         nodes = [self.node(p) for p in corner + (between if self.middles else [])]
         number = self.first_element + len(self.elements) + 1
         self.elements.append(", ".join(map(str, [number, *nodes])))
@@ -157,7 +158,7 @@ class PlaneStrain(Case):
         for kind, along in (("CPE8R", [1, 4, 2, 4, 2, 4, 2, 4, 1]), ("CPE4", [3, 6, 6, 6, 3])):
             mesh = Mesh(kind, (4, 3), lambda a, b: (2 * a, 1.5 * b))
             top = sorted((p, n) for p, n in mesh.at.items() if p[1] == 3 * mesh.step)
-            loads = [f"{n}, 2, {-40 * w / 24!r}" for (_, n), w in zip(top, along)]
+            loads = [f"{n}, 2, {-40 * w / 24!r}" for (_, n), w in zip(top, along, strict=True)]
             deck = mesh.deck + section("A", thickness=2.0) + FLOOR + pair("ABOTTOM", "FLOOR")
             deck += step("*BOUNDARY\nALEFT-N, 1", "*CLOAD\n" + "\n".join(loads))
             with self.subTest(kind), self.solve(deck).result() as result:

@@ -8,7 +8,7 @@
 module read_plane_mod
   use cards_mod, only: reader_t, report
   use diagnostics_mod, only: any_mistakes, quoted
-  use element_types_mod, only: is_axisymmetric, plane_type_called, plane_types
+  use element_types_mod, only: is_axisymmetric, plane_type_called
   use fields_mod, only: field_position, fields_t, is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: axisymmetric, mesh_draft_t, plane_strain, solids
@@ -142,9 +142,10 @@ contains
         if (pairs(i)%mu > 0.0_wp) call report(reader, card%position, 'friction is not '// &
           'available with axisymmetric elements: slave surface '//quoted(surface%name)// &
           ' has mu = '//to_text(pairs(i)%mu, 3))
-        if (any(draft%on_axis(pack(surface%nodes, surface%nodes <= size(draft%on_axis))))) &
+        if (any(draft%on_axis(pack(surface%nodes, surface%nodes <= size(draft%on_axis))))) then
           call report(reader, card%position, 'slave surface '//quoted(surface%name)// &
-          ' has a node on the axis: contact of axisymmetric elements is not available there')
+            ' has a node on the axis: contact of axisymmetric elements is not available there')
+        end if
       end associate
     end do
   end subroutine check_pairs

@@ -41,11 +41,10 @@ contains
 
     allocate (ties(0))
     do k = 1, reader%n_cards
-      select case (reader%cards(k)%keyword)
-      case ('TIE')
+      if (reader%cards(k)%keyword == 'TIE') then
         call open_card(reader, k, card)
         call read_tie(reader, model, surfaces, obstacles, card, ties)
-      case ('CONTACT PAIR')
+      else if (reader%cards(k)%keyword == 'CONTACT PAIR') then
         call open_card(reader, k, card)
         call name_option(reader, card, 'INTERACTION', .true., name, ok)
         if (.not. ok) cycle
@@ -54,7 +53,7 @@ contains
           'its stiffness and *FRICTION are ignored')
         tie%name = ''
         call read_tied_pairs(reader, model, surfaces, obstacles, card, tie, ties)
-      end select
+      end if
     end do
   end subroutine read_ties
 
