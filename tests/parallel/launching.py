@@ -9,11 +9,12 @@ SOURCE = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "tests" / "cases"))
 
 import h5py  # noqa: E402
+from boxes import pushed  # noqa: E402
 from program import INPUT, PROGRAM, Run  # noqa: E402
 
 __all__ = ["INPUT", "MPIEXEC", "PATIENCE", "PROGRAM", "SERIAL", "SOURCE", "Run", "check_end"]
 __all__ += ["forces"]
-__all__ += ["launch", "ranks_of", "with_card"]
+__all__ += ["launch", "pushed", "ranks_of", "with_card"]
 
 PATIENCE = 600  # a run that does not end is a failure [s]
 # The program for one process.
