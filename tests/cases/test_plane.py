@@ -44,7 +44,8 @@ class Mesh:
         """Add an element, each of whose edges may be on a side."""
         corner = [(self.step * a, self.step * b) for a, b in corner]
         after = corner[1:] + corner[:1]
-        between = [((a + c) // 2, (b + d) // 2) for (a, b), (c, d) in zip(corner, after, strict=True)]
+        between = [((a + c) // 2, (b + d) // 2)
+                   for (a, b), (c, d) in zip(corner, after, strict=True)]
         nodes = [self.node(p) for p in corner + (between if self.middles else [])]
         number = self.first_element + len(self.elements) + 1
         self.elements.append(", ".join(map(str, [number, *nodes])))

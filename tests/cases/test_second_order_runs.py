@@ -27,8 +27,8 @@ class Sets(unittest.TestCase):
                     surface = "*SURFACE, NAME=SOLE, TYPE=NODE\n" + "".join(
                         f"{node}\n" for node in nodes
                     )
-                    run = Run(surface.join(deck.split("*MATERIAL", 1)).replace(
-                        surface, surface + "*MATERIAL", 1) + "*END STEP\n", name="deck")  # fmt: skip
+                    text = deck.replace("*MATERIAL", surface + "*MATERIAL", 1) + "*END STEP\n"
+                    run = Run(text, name="deck")
                     self.assertEqual(run.status, 0, run.errors + run.output)
                     words = "mid-side nodes without the corners of their edges"
                     found = [line for line in run.output.splitlines() if words in line]
