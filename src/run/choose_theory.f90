@@ -139,14 +139,16 @@ contains
     logical, intent(in) :: goes_on       !! the run at finite strain had begun
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: files(:)
+    logical :: is_ours
     integer :: i
 
     files = beside(set_aside(path))
     call keep_inputs(scene%files, files, error)
     if (allocated(error) .or. options%overwrite) return
-    if (goes_on .and. is_there(set_aside(path))) then
-      if (is_result_of(set_aside(path), scene)) return
-    end if
+    is_ours = goes_on
+    if (is_ours) is_ours = is_there(set_aside(path))
+    if (is_ours) is_ours = is_result_of(set_aside(path), scene)
+    if (is_ours) return
     do i = size(files), 1, -1
       if (.not. is_there(files(i)%text)) cycle
       call raise(error, exit_wrong_input, "'"//files(i)%text//"' is there, and NLGEOM=AUTO "// &
