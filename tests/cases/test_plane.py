@@ -173,7 +173,7 @@ class PlaneStrain(Case):
         e_y = (0.8**2 - 1) / 2
         e_x = -lame / (lame + 2 * mu) * e_y
         force = -0.8 * (lame * (e_x + e_y) + 2 * mu * e_y) * 2
-        for kind in ("CPE3", "CPE4"):
+        for kind in PLANE_STRAIN:
             deck = (
                 Mesh(kind, (3, 2), lambda a, b: (2 * a, b)).deck
                 + section("A")
