@@ -56,9 +56,7 @@ module face_overlap_mod
   ! the largest Jacobian at its corners: its shape functions are fractions with a pole close by.
   real(wp), parameter :: skewed(3) = [0.3_wp, 0.15_wp, 0.05_wp] !! [-]
 
-  ! Seven points on a triangle, exact to degree 5 (Radon): what faces that are parallelograms need,
-  ! or nearly. The first terms that they miss are of degree 6, and go as the square of a face's
-  ! defect. Of four triangles of a whole face, its edges 1: 60 random faces for each of 5 defects.
+  ! Seven points on a triangle, exact to degree 5 (Radon): what faces that are parallelograms need.
   integer,  parameter :: n_few = 7
   real(wp), parameter :: near = (6.0_wp - sqrt(15.0_wp))/21.0_wp
   real(wp), parameter :: far = (6.0_wp + sqrt(15.0_wp))/21.0_wp
@@ -68,8 +66,6 @@ module face_overlap_mod
     1.0_wp/3.0_wp, 1.0_wp/3.0_wp, &
     near, near, 1.0_wp - 2.0_wp*near, near, near, 1.0_wp - 2.0_wp*near, &
     far, far, 1.0_wp - 2.0_wp*far, far, far, 1.0_wp - 2.0_wp*far], [2, n_few])
-  real(wp), parameter :: missed_by_few = 7.0e-5_wp !! of an integral, over the defect squared [-]
-  real(wp), parameter :: exact_enough = 1.0e-12_wp !! of an integral over a face [-]
   real(wp), parameter :: few_weights(n_few) = [9.0_wp/40.0_wp, of_near, of_near, of_near, &
     of_far, of_far, of_far]
 
@@ -169,7 +165,7 @@ contains
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     real(wp) :: normal(3)
-    logical :: is_affine_here, few_do
+    logical :: is_affine_here
     integer :: n, i, halvings
 
     flat = in_plane(plane, master)
@@ -179,8 +175,6 @@ contains
     is_affine_here = is_affine(plane%corner(:, :plane%n)) .and. is_affine(flat)
     if (.not. is_affine_here .and. size(master, 2) == 3) is_affine_here = overlap%area < &
       little*plane%area
-    few_do = is_affine_here .or. error_of_few(plane%corner(:, :plane%n), overlap%area) + &
-      error_of_few(flat, overlap%area) <= exact_enough
     faces%slave = map_of_face(plane%corner(:, :plane%n))
     faces%master = map_of_face(flat)
     faces%slave_is_triangle = plane%n == 3
@@ -207,7 +201,7 @@ contains
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
-      if (few_do) then
+      if (is_affine_here) then
         call add_points(faces, corner, few_points, few_weights, overlap)
       else
         call add_halved(faces, corner, halvings, overlap)
@@ -379,27 +373,11 @@ contains
     real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
     real(wp), parameter :: rounding = 1.0e-12_wp
 
-    is_affine = defect(corner) <= rounding
+    is_affine = size(corner, 2) == 3
+    if (is_affine) return
+    is_affine = norm2(corner(:, 1) - corner(:, 2) + corner(:, 3) - corner(:, 4)) <= &
+      rounding*norm2(corner(:, 3) - corner(:, 1))
   end function is_affine
-
-  !> How far a flat face is from a parallelogram, over a diagonal; 0 of a triangle.
-  pure real(wp) function defect(corner)
-    real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
-
-    defect = 0.0_wp
-    if (size(corner, 2) == 4) defect = norm2(corner(:, 1) - corner(:, 2) + corner(:, 3) - &
-      corner(:, 4))/max(norm2(corner(:, 3) - corner(:, 1)), tiny(1.0_wp))
-  end function defect
-
-  !> What seven points a triangle miss of an integral over an overlap, for one of its faces does not
-  !> map linearly: a term of degree 6 in the overlap's size.
-  pure real(wp) function error_of_few(corner, area)
-    real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) of the face [length]
-    real(wp), intent(in) :: area         !! of the overlap [length^2]
-
-    error_of_few = missed_by_few*defect(corner)**2*(area/max(abs(area_of(corner)), &
-      tiny(1.0_wp)))**3
-  end function error_of_few
 
   !> The map of a flat face from its own coordinates: a plane's place is
   !> map(:, 1) + map(:, 2)*xi + map(:, 3)*eta + map(:, 4)*xi*eta.
