@@ -135,6 +135,7 @@ contains
     integer :: i
 
     if (.not. allocated(draft%on_axis) .or. any_mistakes(reader%diagnostics)) return
+    if (size(pairs) == 0) return
     call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR', &
       .true., dim=1), card)
     do i = 1, size(pairs)
