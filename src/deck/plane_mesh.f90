@@ -21,7 +21,9 @@ module plane_mesh_mod
 
   public :: expand_plane, hold_plane, uneven_obstacle
 
-  real(wp), parameter :: wedge_angle = 1.0_wp/180.0_wp*acos(-1.0_wp) !! [rad]
+  real(wp), parameter :: wedge_angle = 1.0_wp/180.0_wp*acos(-1.0_wp)
+  !! 1 degree: with 0.2 rings in contact are refused (one lies behind the other), with 2 the chords
+  !! of a bore on a rigid shaft make 1 % of its pressure [rad]
 
 contains
 

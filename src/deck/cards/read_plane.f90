@@ -44,17 +44,12 @@ contains
       if (.not. any(keyword == 'SOLID SECTION') .or. any(keyword == 'BLOCK')) return
     end associate
     do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'ELEMENT') cycle
-      call open_card(reader, k, card)
-      call name_option(reader, card, 'TYPE', .false., name, ok)
-      if (.not. ok) cycle
+      call open_elements()
       if (index(name, 'C3D') == 1) return
     end do
     do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'ELEMENT') cycle
-      call open_card(reader, k, card)
-      call name_option(reader, card, 'TYPE', .false., name, ok)
-      if (.not. ok) cycle
+      call open_elements()
+      if (name == '') cycle
       row = plane_type_called(name(:merge(4, len(name), name == 'CPE4R' .or. name == 'CAX4R')))
       if (row == 0) then
         if (index(name, 'CPE') == 1 .or. index(name, 'CAX') == 1) call report(reader, &
@@ -68,6 +63,17 @@ contains
         'exclude each other in one deck')
       draft%plane = kind
     end do
+
+  contains
+
+    !> Open card k if it is an *ELEMENT: its type, empty of other cards.
+    subroutine open_elements()
+      name = ''
+      if (reader%cards(k)%keyword /= 'ELEMENT') return
+      call open_card(reader, k, card)
+      call name_option(reader, card, 'TYPE', .false., name, ok)
+    end subroutine open_elements
+
   end subroutine find_plane
 
   !> Expand elements of a plane, as read, to solids.
