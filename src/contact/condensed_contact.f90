@@ -59,7 +59,7 @@ module condensed_contact_mod
   !> made anew for every placement, in the same memory.
   type :: condensed_contact_t
     type(contact_group_t), allocatable :: group(:)
-    integer, allocatable :: free(:) !! (n_motions) bodies whose motions the groups have
+    integer, allocatable :: motion_body(:) !! (n_motions) body of each motion of the groups
     logical, allocatable :: presses(:)
     !! (n_points) where that is known: in the iteration before
     real(wp), allocatable :: load(:) !! (n_motions) then: work of the loads on each motion [force]
@@ -138,7 +138,7 @@ contains
       if (group_of(k) == 0) n = n + 1
       if (group_of(k) == 0) group_of(k) = n
     end do
-    contact%free = motions%body
+    contact%motion_body = motions%body
     allocate (contact%group(n))
     do k = 1, n
       contact%group(k)%point = pack([(i, i=1, points%n)], points%in_reach .and. &

@@ -116,7 +116,7 @@ contains
       call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
         loop, report)
       if (report%worst_element > 0) exit newton_raphson
-      if (allocated(trial%support)) trial%support = merge(trial%forces%internal - &
+      if (allocated(trial%support_force)) trial%support_force = merge(trial%forces%internal - &
         trial%forces%external - pressed, 0.0_wp, trial%forces%prescribed)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))

@@ -97,8 +97,8 @@ contains
     if (.not. allocated(error)) then
       clock = wall_seconds()
       ! Supports may hold motions of deformed bodies that they leave free to undeformed ones.
-      if (.not. is_same(solver%contact%free, solver%body%motions%body)) call find_groups(scene, &
-        points, solver%body%motions, solver%choices%precision%iterative, solver%contact)
+      if (.not. is_same(solver%contact%motion_body, solver%body%motions%body)) call find_groups( &
+        scene, points, solver%body%motions, solver%choices%precision%iterative, solver%contact)
       first = solver%undeformed
       first%gap = solver%first_gap
       call condense_contact(scene, solver%choices, points, solver%body, first, first, &

@@ -42,9 +42,9 @@ module trial_mod
     !! (n_elements) strain by free expansion [-]
     real(wp), allocatable :: summed_loads(:, :)
     !! (3,n_nodes) the magnitudes that the external forces sum up [force]
-    real(wp), allocatable :: support(:, :)
-    !! (3,n_nodes) at finite strain, of the supports: motions of deformed bodies may move what these
-    !! hold, where they do not in the mesh [force]
+    real(wp), allocatable :: support_force(:, :)
+    !! (3,n_nodes) at finite strain: motions of deformed bodies may move what supports hold, where
+    !! they do not in the mesh [force]
     real(wp), allocatable :: u_free(:, :)
     !! (3,n_nodes) displacement without contact and free motions [length]
     real(wp), allocatable :: u_contact(:, :)
@@ -120,7 +120,8 @@ contains
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate
-    if (solver%body%motions%n > 0 .and. .not. is_linear(scene)) trial%support = old%support_force
+    if (solver%body%motions%n > 0 .and. .not. is_linear(scene)) trial%support_force = &
+      old%support_force
     call carry_over(scene, points, solver, old, increment, trial)
     ! Obstacles are where they will be, nodes where they were.
     trial%placed_at = old%displacement
@@ -278,9 +279,9 @@ contains
     type(trial_t), intent(in) :: trial
     real(wp), allocatable, intent(out) :: load(:), rounding(:) !! (n) as of generalised_loads
 
-    if (allocated(trial%support)) then
-      call generalised_loads(motions, scene%mesh, trial%forces%external + trial%support, &
-        trial%summed_loads + abs(trial%support), load, rounding)
+    if (allocated(trial%support_force)) then
+      call generalised_loads(motions, scene%mesh, trial%forces%external + trial%support_force, &
+        trial%summed_loads + abs(trial%support_force), load, rounding)
     else
       call generalised_loads(motions, scene%mesh, trial%forces%external, trial%summed_loads, load, &
         rounding)

@@ -104,7 +104,7 @@ contains
         if (.not. all(ok)) cycle
         if (.not. any([(pairs(i)%name == slave//':'//master, i=1, size(pairs))]) .and. &
           .not. any_mistakes(reader%diagnostics)) then
-          if (is_tied(reader, slave, master)) then
+          if (is_of_tie(reader, slave, master)) then
             call report(reader, fields%start, 'the tie of '//quoted(slave)//' and '// &
               quoted(master)//' cannot end: ties hold for the whole run', &
               'a *CONTACT PAIR in its place can be removed')
@@ -145,7 +145,7 @@ contains
   end function was_removed
 
   !> Whether a card has these two surfaces, of which there is no contact pair: that of a tie.
-  logical function is_tied(reader, slave, master)
+  logical function is_of_tie(reader, slave, master)
     type(reader_t), intent(inout) :: reader
     character(*), intent(in) :: slave, master
     type(card_t) :: tie
@@ -154,7 +154,7 @@ contains
     logical :: found, ok(2)
     integer :: k
 
-    is_tied = .false.
+    is_of_tie = .false.
     do k = 1, reader%n_cards
       if (.not. any(reader%cards(k)%keyword == [character(12) :: 'TIE', 'CONTACT PAIR'])) cycle
       call open_card(reader, k, tie)
@@ -164,9 +164,9 @@ contains
         if (.not. found) exit
         call name_field(reader, fields, 1, 'a slave surface', name, ok(1))
         call name_field(reader, fields, 2, 'a master surface', other, ok(2))
-        if (all(ok)) is_tied = is_tied .or. (name == slave .and. other == master)
+        if (all(ok)) is_of_tie = is_of_tie .or. (name == slave .and. other == master)
       end do
     end do
-  end function is_tied
+  end function is_of_tie
 
 end module read_contact_changes_mod

@@ -210,7 +210,7 @@ contains
       else if (keyword%place == in_step .and. open_step == 0) then
         call report(reader, star, '*'//trim(keyword%name)//' belongs between *STEP and *END STEP')
         card%keyword = ''
-      else if (keyword%name == 'FRICTION' .and. step > 0 .and. changes_friction()) then
+      else if (keyword%name == 'FRICTION' .and. step > 0 .and. is_below_change_friction()) then
         continue
       else if (keyword%place == in_model .and. step > 0) then
         if (.not. follows_change()) call report(reader, star, '*'//trim(keyword%name)// &
@@ -225,11 +225,11 @@ contains
     end subroutine enter
 
     !> Whether the card before is a *CHANGE FRICTION, to which a *FRICTION in a step belongs.
-    logical function changes_friction()
-      changes_friction = .false.
-      if (reader%n_cards > 0) changes_friction = reader%cards(reader%n_cards)%keyword == &
+    logical function is_below_change_friction()
+      is_below_change_friction = .false.
+      if (reader%n_cards > 0) is_below_change_friction = reader%cards(reader%n_cards)%keyword == &
         'CHANGE FRICTION'
-    end function changes_friction
+    end function is_below_change_friction
 
     !> Whether the card before changes something from step to step, which was refused: this one
     !> says to what.
