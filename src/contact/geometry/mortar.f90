@@ -574,7 +574,8 @@ contains
       call share_with_ends(face, lumped)
       dual = 0.0_wp
       if (is_extrapolated) then
-        call extrapolate(face, x, parts, values)
+        call extrapolate(face, x, parts, values, regular)
+        if (.not. regular) return
       else
         do a = 1, n
           call share_with_ends(face, mass(:, a))
@@ -671,18 +672,18 @@ contains
   !>
   !> Shape functions of the whole face nearly depend on each other over a narrow strip; polynomials
   !> in the strip's own coordinates do not.
-  pure subroutine extrapolate(face, x, parts, values)
+  pure subroutine extrapolate(face, x, parts, values, regular)
     type(face_t), intent(in) :: face
     real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
     type(part_t), intent(in) :: parts(:)
     real(wp), intent(out) :: values(:, :, :)    !! (n,8,n_parts) [-]
+    logical, intent(out) :: regular             !! false: the strip is too narrow even for these
     type(patch_t) :: patch
     type(overlap_t) :: overlap(size(parts))
     type(whole_face_t) :: slave
     real(wp), dimension(face%n, face%n) :: mass, at_points, fit
     real(wp) :: moments(6)
     integer :: i, a, k
-    logical :: regular
 
     values = 0.0_wp
     moments = 0.0_wp
