@@ -15,7 +15,7 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use slice_axis_mod, only: axis_across
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound, is_own_mesh
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
   use next_run_mod, only: choice_t, is_beginning, to_run, is_reached, steps_too_coarse, &
@@ -76,10 +76,11 @@ contains
       end if
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) call take_up(result_path(options, deck), choice, of_run)
-      ! What load steps make is found by runs of several sizes of them.
+      ! What load steps make is found by runs of several sizes of them, but for a first run that may
+      ! say enough by itself.
       choices = choices_t(mesh_size=choice%mesh_size, divisions=choice%divisions, &
-        follows_steps=.not. (sequence%divides .and. sequence%wanted > 0.0_wp), &
-        runs_before=size(sequence%runs))
+        follows_steps=.not. (sequence%divides .and. sequence%wanted > 0.0_wp) .or. &
+        (size(sequence%runs) == 0 .and. is_own_mesh(sequence)), runs_before=size(sequence%runs))
       call prepare_scene(of_run, scene, choices, error)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
