@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Check the source against the architecture: src/CMakeLists.txt lists the files lowest first.
+"""Check the source against the architecture: src/CMakeLists.txt lists rooms and files lowest first.
 
     check_layers.py [SRC]
 
-A file may use only modules of files listed before it, and only of the rooms its own room may see: a
-room is a folder of src, or a folder within one. Each outside library has one file that sees it,
-HDF5 a few that share a prefix; modules hide their names and hold no variables; only the main
+A file may use only modules of files listed before it, and only of the rooms its own room may see,
+which `add_room` names there (the build refuses others too, later and in more words): a room is a
+folder of src, or a folder within one. Each outside library has one file that sees it, HDF5 a few
+that share a prefix; modules hide their names and hold no variables; only the main
 program stops; only its readers change the scene; and no `associate` name stands for a text that a
 function makes, which gfortran 12 frees twice. Prints `file:line: message` for each violation.
 """
@@ -18,64 +19,13 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-# Which room may use which, besides itself; lowest first.
-_LOW = {"base", "machine", "algebra", "laws", "cells", "model"}
-_BODY = _LOW | {"elements", "equations"}
-_CONTACT = {"contact", "contact/geometry", "contact/solvers"}
-MAY_USE = {
-    "base": set(),
-    "machine": {"base"},
-    "algebra": {"base", "machine"},
-    "laws": {"base", "algebra"},
-    "cells": {"base"},
-    "model": {"base", "laws", "cells"},
-    "elements": {"base", "algebra", "laws", "cells", "model"},
-    # contact/geometry: what is flat or curved
-    "output": {"base", "algebra", "cells", "model", "elements", "contact/geometry"},
-    "deck/language": {"base"},
-    # elements: the check of the Jacobians; contact/geometry: where obstacles are, for ADJUST
-    "deck": {
-        "base",
-        "machine",
-        "algebra",
-        "cells",
-        "model",
-        "elements",
-        "contact/geometry",
-        "deck/language",
-        "deck/cards",
-    },
-    "deck/cards": {"base", "machine", "laws", "cells", "model", "deck/language", "deck"},
-    "equations": _LOW | {"elements"},
-    "certificate": {"base", "algebra", "laws", "cells", "model"},
-    "contact": _BODY | _CONTACT,
-    "contact/geometry": {"base", "algebra", "laws", "cells", "model", "elements"},
-    "contact/solvers": {"base", "algebra", "model"},
-    "increment": _BODY | _CONTACT | {"certificate"},
-    "accuracy": {"base", "cells", "model", "elements"},
-    "plan": _BODY | _CONTACT | {"output", "increment"},
-    "hdf5": {"base", "machine"},
-    "results": _LOW | {"output", "accuracy", "hdf5"},
-    "fclib": _BODY | _CONTACT | {"increment", "hdf5", "results"},
-    "console": {"base", "machine", "model", "deck", "deck/language"},
-    "run": _BODY
-    | _CONTACT
-    | {"accuracy", "certificate", "output", "deck", "increment", "plan", "hdf5", "results"}
-    | {"fclib", "console"},
-    "app": _BODY | {"fclib", "console", "run"},
-}
 MAIN = "app/main.f90"
 # What a room, or a file, sees of another room: these files and no more.
 SEES_ONLY = {
     ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
-    ("console", "deck"): {"deck/solver_options.f90"},  # one list for deck and command line
-    ("deck", "contact/geometry"): {
-        "contact/geometry/obstacle_shapes.f90",
-        "contact/geometry/mortar.f90",
-        "contact/geometry/facet_mortar.f90",
-        "contact/geometry/mirror_planes.f90",
-    },
-    ("output", "contact/geometry"): {"contact/geometry/obstacle_shapes.f90"},
+    # one list for deck and command line
+    ("console", "deck/cards"): {"deck/cards/solver_options.f90"},
+    ("output", "geometry"): {"geometry/obstacle_shapes.f90"},
     ("run", "hdf5"): {"hdf5/hdf5_files.f90"},  # the version of the library
 }
 PLAN = "model/plan.f90"
@@ -84,18 +34,18 @@ PLAN_ROOMS = {"model", "increment", "plan", "results", "run"}
 WORDS = {
     r"obstacle_(plane|sphere|cylinder|facets)|obstacles?(\(\w+\))?%kind": {
         "model/obstacles.f90",
-        "contact/geometry/obstacle_shapes.f90",
+        "geometry/obstacle_shapes.f90",
         "certificate/obstacle_gaps.f90",  # of its own: it shares nothing
         "deck/cards/read_obstacles.f90",
     },
     # contact points are placed pair by pair: all else asks a placement
     "locate_point": {
-        "contact/geometry/obstacle_shapes.f90",
+        "geometry/obstacle_shapes.f90",
         "contact/geometry/placement.f90",
         "contact/geometry/candidate_points.f90",
         "contact/geometry/nodes_behind.f90",  # of nodes that are no points
-        "deck/adjust.f90",
-        "deck/plane_mesh.f90",
+        "meshing/adjust.f90",
+        "constraints/plane_mesh.f90",
     },
 }
 # How many nodes an element has is told by the table of cells: lists of 8 or 24 stand in rooms that
@@ -111,9 +61,9 @@ KNOW_HEXAHEDRA = {
     "model/block_mesh.f90",
     "model/refine_elements.f90",
     "model/local_refinement.f90",
-    "deck/cut_mesh.f90",
-    "deck/refine_locally.f90",
-    "deck/refine_mesh.f90",
+    "meshing/cut_mesh.f90",
+    "meshing/refine_locally.f90",
+    "meshing/refine_mesh.f90",
 }
 OF_HEXAHEDRA = re.compile(
     r"^(real|integer|logical)\b.*\(([36], ?)?(8|24)\b[^_.]|^do \w+ = 1, ?(8|24)$"
@@ -165,7 +115,7 @@ class Library:
 LIBRARIES = [
     Library(
         "MUMPS",
-        "equations/mumps_*.f90",
+        "factors/mumps_*.f90",
         r"[sdcz]?mumps\w*",
         r"\b[sdcz]mumps(_\w+)?\b",
         r"[sdcz]mumps",
@@ -180,7 +130,7 @@ LIBRARIES = [
     ),
     Library(
         "PETSc",
-        "equations/petsc_*.f90",
+        "iteration/petsc_*.f90",
         r"petsc\w*(?<!_mod)",
         r"\bcall\s+(petsc|mat|vec|pc|ksp)_\w+",
         r"^(petsc|mat(create|destroy|set|assembly|null|shell|dup|copy|axpy|ptap|update)"
@@ -189,7 +139,7 @@ LIBRARIES = [
     ),
     Library("zlib", "machine/checksum.f90", r"zlib\w*", r"\bzlib_\w+", r"^(crc32|adler32)"),
     Library("METIS", "equations/metis_graph.f90", r"metis\w*", r"\bmetis_\w+", r"^metis_"),
-    Library("SCOTCH", "equations/scotch_graph.f90", r"scotch\w*", r"\bscotchf\w+", r"^scotch"),
+    Library("SCOTCH", "factors/scotch_graph.f90", r"scotch\w*", r"\bscotchf\w+", r"^scotch"),
 ]
 # The C library is declared in one file, which only its own room sees, and the main program.
 LIBC = "machine/libc.f90"
@@ -300,17 +250,35 @@ def logical_statements(text: str) -> list[Statement]:
     return statements
 
 
-def listed_files(text: str) -> list[tuple[int, str]]:
-    """Return the `.f90` files that src/CMakeLists.txt lists, with their lines, in order."""
+@dataclass
+class Room:
+    """What src/CMakeLists.txt says of a room."""
+
+    name: str
+    line: int
+    sees: set[str]  # rooms, besides itself
+    files: list[tuple[int, str]]  # lines and paths, in order
+
+
+def rooms_of(text: str) -> list[Room]:
+    """Return the rooms that src/CMakeLists.txt adds, in order."""
+    # Comments are blanked, so that every word stays on its line.
     text = re.sub(r"#[^\n]*", "", text)
-    files = []
-    commands = r"(?:set\s*\(\s*BIPOT_SOURCES|(?:add_library|add_executable)\s*\()([^()]*)\)"
-    for command in re.finditer(commands, text):
-        for name in re.finditer(r"[^\s\"]+\.f90\b", command[1]):
-            line = text.count("\n", 0, command.start(1) + name.start()) + 1
-            path = re.sub(r"^\$\{CMAKE_CURRENT_(SOURCE|LIST)_DIR\}/", "", name[0])
-            files.append((line, path))
-    return files
+    rooms = []
+    for command in re.finditer(r"^add_room\s*\(([^()]*)\)", text, re.MULTILINE):
+        name, *words = re.finditer(r"\S+", command[1])
+        room = Room(name[0], text.count("\n", 0, command.start()) + 1, set(), [])
+        into = ""
+        for word in words:
+            if word[0] in ("SEES", "FILES"):
+                into = word[0]
+            elif into == "SEES":
+                room.sees.add(word[0])
+            elif into == "FILES":
+                line = text.count("\n", 0, command.start(1) + word.start()) + 1
+                room.files.append((line, word[0]))
+        rooms.append(room)
+    return rooms
 
 
 def after_if(code: str) -> str:
@@ -356,6 +324,7 @@ class Checker:
 
     def __init__(self, src: Path) -> None:
         self.src = src
+        self.may_use: dict[str, set[str]] = {}
         self.violations: list[str] = []
         self.sources: dict[str, Source] = {}
         self.by_module: dict[str, Source] = {}
@@ -384,14 +353,16 @@ class Checker:
         if not (self.src / cmake).is_file():
             self.report(cmake, 1, "there is no such file")
             return
-        entries = listed_files((self.src / cmake).read_text(encoding="utf-8"))
-        for line, path in entries:
+        rooms = rooms_of((self.src / cmake).read_text(encoding="utf-8"))
+        self.may_use = {room.name: room.sees for room in rooms}
+        entries = [(line, path, room.name) for room in rooms for line, path in room.files]
+        for line, path, room in entries:
             if path in self.sources:
                 self.report(cmake, line, f"{path} is listed twice")
+            elif path.rpartition("/")[0] != room:
+                self.report(cmake, line, f"{path} is no file of the room {room}")
             elif not (self.src / path).is_file():
                 self.report(cmake, line, f"{path} is listed but absent")
-            elif path.rpartition("/")[0] not in MAY_USE:
-                self.report(cmake, line, f"{path} is in no room of the architecture")
             else:
                 text = (self.src / path).read_text(encoding="utf-8")
                 source = Source(path, len(self.sources), logical_statements(text))
@@ -402,7 +373,7 @@ class Checker:
                     self.by_module[source.module] = source
         if not self.sources and not self.violations:
             self.report(cmake, 1, "lists no source file")
-        listed = {path for _, path in entries}
+        listed = {path for _, path, _ in entries}
         for file in sorted(self.src.rglob("*.[fF]90")):
             path = file.relative_to(self.src).as_posix()
             if path not in listed:
@@ -508,7 +479,7 @@ class Checker:
 
         if used.position >= source.position:
             refuse("it is not listed before this file")
-        if used.room not in MAY_USE[source.room] | {source.room}:
+        if used.room not in self.may_use[source.room] | {source.room}:
             refuse(f"{source.room} may not use {used.room}")
         seen = SEES_ONLY.get((source.room, used.room))
         if seen is not None and used.path not in seen:

@@ -63,6 +63,8 @@ CASES = {
     "results": ["cases/test_slab.py"],
     "run": ["cases/test_slab.py", "cases/test_savings.py"],
 }
+CASES["geometry"] = CASES["contact/geometry"]
+CASES |= dict.fromkeys(("motions", "factors", "linearisation"), CASES["equations"])
 OUTCOMES = ("killed", "survived", "equivalent", "does not compile")
 
 
@@ -106,17 +108,18 @@ class Tree:
 
     def read(self) -> Tree:
         """Read what CMake wrote."""
-        make = self.build / "src/CMakeFiles/bipot_core.dir"
-        for line in (make / "flags.make").read_text().splitlines():
-            if line.startswith("Fortran_FLAGS = "):
-                self.flags = [f for f in shlex.split(line[16:]) if not f.startswith("-J")]
-            elif line.startswith("Fortran_INCLUDES = "):
-                self.includes = shlex.split(line[19:])
-            elif match := re.match(
-                r"# Custom options: .*bipot_core\.dir/(\S+)\.o_OPTIONS = (.*)", line
-            ):
-                self.special[match[1]] = match[2].split(";")
-        self.flags += ["-I" + str(self.build / "src/modules")]
+        # Rooms differ in what they see alone.
+        for make in sorted((self.build / "src/CMakeFiles").glob("*_room.dir/flags.make")):
+            for line in make.read_text().splitlines():
+                if line.startswith("Fortran_FLAGS = "):
+                    self.flags = [f for f in shlex.split(line[16:]) if not f.startswith("-J")]
+                elif line.startswith("Fortran_INCLUDES = "):
+                    seen = shlex.split(line[19:])
+                    self.includes += [i for i in seen if i not in self.includes]
+                elif match := re.match(
+                    r"# Custom options: .*_room\.dir/(\S+)\.o_OPTIONS = (.*)", line
+                ):
+                    self.special[match[1]] = match[2].split(";")
         cache = (self.build / "CMakeCache.txt").read_text()
         if match := re.search(r"^BIPOT_PYTHON:\w+=(.+)$", cache, re.M):
             self.python = match[1]
@@ -284,7 +287,7 @@ class Bench:
         for module, home in self.tree.makes.items():
             if home == file:
                 made = self.folder / "modules" / f"{module.lower()}.mod"
-                there = self.tree.build / "src/modules" / made.name
+                there = self.tree.build / "src/modules" / Path(home).parent / made.name
                 if made.read_bytes() == there.read_bytes():
                     made.unlink()
                 else:
@@ -566,7 +569,7 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="list the mutants and do nothing")
     parser.add_argument("--report", action="store_true", help="report what is known and do nothing")
     options = parser.parse_args()
-    for needed in ("src/CMakeFiles/bipot_core.dir/flags.make", "tests/CMakeFiles"):
+    for needed in ("src/CMakeFiles/base_room.dir/flags.make", "tests/CMakeFiles"):
         if not (options.build / needed).exists():
             parser.error(
                 f"{options.build}: expected a tree built by make with BIPOT_TESTS=ON ({needed})"

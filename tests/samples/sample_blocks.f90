@@ -1,4 +1,4 @@
-!> Small blocks of elements for the tests of this folder.
+!> Small blocks of elements for the units of several folders.
 module sample_blocks
   use kinds_mod, only: wp
   use material_law_mod, only: new_law
