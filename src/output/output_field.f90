@@ -2,7 +2,8 @@
 !>
 !> The table has six parts: history_fields, one number an increment; pair_fields, at the points of
 !> a contact pair; reference_fields, of reference nodes; print_fields, of a set that the deck
-!> prints; view_fields, over the mesh; gauss_fields, at Gauss points.
+!> prints; view_fields, over the mesh; gauss_fields, at Gauss points. Stresses and strains are
+!> rows of tensor_fields in the last three.
 !> A new field is one entry in one of them and, but for a
 !> history, the procedure that computes it; what nodes have is computed at all of them
 !> (nodal_fields), and an entry says at which it is written. The result file, its XDMF sidecar, the
@@ -54,7 +55,8 @@ module output_field_mod
     integer :: written = every_time          !! every_time, first_time or at_start
     integer :: spread = everywhere           !! everywhere, at_supports or at_contact
     integer :: nodes = as_computed           !! as_computed, of_elements, of_references or of_set
-    integer :: element_type = 0 !! of elements whose Gauss points it has, as of gauss_fields
+    integer :: element_type = 0 !! of elements whose Gauss points it has, as of gauss_types
+    integer :: tensor_row = 0, place = 0 !! as of tensor_fields
     real(wp) :: value = 0.0_wp               !! of a history: the number itself
     procedure(compute_field), pointer, nopass :: compute => null() !! of all others
   end type field_t
@@ -68,7 +70,8 @@ module output_field_mod
     integer :: pair = 0                 !! whose fields are computed
     integer :: first = 1, last = 0      !! its points
     integer :: print = 0                !! set whose fields are computed, of the output controls
-    integer :: element_type = 0         !! whose Gauss points are computed, as of gauss_fields
+    integer :: element_type = 0         !! whose Gauss points are computed, as of gauss_types
+    integer :: tensor_row = 0, place = 0 !! what of stresses and strains is computed, and where
     integer :: tensors_of = 0           !! set whose stresses and strains these are
     real(wp), allocatable :: set_stress(:, :), set_strain(:, :) !! (6, places)
     type(tensor_field_t) :: stress, strain !! where the deck asks for them; made with the first one
@@ -148,6 +151,8 @@ contains
     integer, allocatable :: nodes(:)
 
     source%element_type = field%element_type
+    source%tensor_row = field%tensor_row
+    source%place = field%place
     select case (field%nodes)
     case (of_elements)
       nodes = source%scene%mesh%element_nodes

@@ -4,12 +4,11 @@ module view_fields_mod
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use scene_mod, only: scene_t
-  use invariants_mod, only: von_mises, principal_values
   use local_refinement_mod, only: parents_of
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
-  use state_tensors_mod, only: make_tensors, make_undeformed_tensors
+  use tensor_fields_mod, only: add_tensor_fields, asked_tensors, at_nodes, at_centroids
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
-    compute_field, every_time, at_start, at_supports, at_contact, of_elements
+    every_time, at_start, at_supports, at_contact, of_elements
   use sectors_mod, only: turn_into_plane
   use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
   implicit none
@@ -17,11 +16,6 @@ module view_fields_mod
 
   public :: list_view_fields
 
-  character(*), parameter :: tensor_order = 'XX, YY, ZZ, XY, YZ, XZ'
-  character(*), parameter :: as_components = ' as tensor components'
-  character(*), parameter :: of_mean = '; mean of the element'
-  character(*), parameter :: largest_first = 'the largest first'
-  character(*), parameter :: of_averages = '; of the average at the node'
   character(*), parameter :: from_gauss_points = &
     '; extrapolated from the Gauss points, averaged over the elements at the node'
   integer, parameter :: no_contact = -1 !! status of a node without a contact point
@@ -61,10 +55,8 @@ contains
         'of the node, or the deepest of the faces about it before a master of faces; 0: none', &
         every_time, at_contact, compute=contact_penetration))
       if (asked%at_nodes) then
-        call add_tensors('PointData/', '', [6, n], from_gauss_points, nodal_stress, nodal_strain)
-        call add_undeformed('PointData/', '', [6, n], from_gauss_points, nodal_pk2, nodal_green)
-        call add_invariants('PointData/', '', [1, n], of_averages, nodal_mises, &
-          nodal_principal_stress, nodal_principal_strain)
+        call add_tensor_fields(list, asked_tensors(asked), 'PointData/', [n], at_nodes, &
+          [character(80) :: from_gauss_points, '; of the average at the node'], 0)
       end if
       call add_field(list, field_t('PointData/node_id', of_long, [n], 'number', &
         'ids of the nodes in the deck', at_start, compute=node_id))
@@ -72,10 +64,8 @@ contains
 
     associate (n => scene%mesh%n_elements, asked => scene%output)
       if (asked%at_centroids) then
-        call add_tensors('CellData/', '', [6, n], of_mean, mean_stress, mean_strain)
-        call add_undeformed('CellData/', '', [6, n], of_mean, mean_pk2, mean_green)
-        call add_invariants('CellData/', '', [1, n], '; of the mean of the element', mean_mises, &
-          mean_principal_stress, mean_principal_strain)
+        call add_tensor_fields(list, asked_tensors(asked), 'CellData/', [n], at_centroids, &
+          [character(30) :: '; mean of the element', '; of the mean of the element'], 0)
       end if
       if (asked%mesh_error) call add_field(list, field_t('CellData/mesh_error', of_real, [n], &
         'energy', 'error of the stresses in the energy norm, squared, by recovery', &
@@ -87,63 +77,6 @@ contains
     do i = 1, size(fields)
       if (index(fields(i)%name, 'PointData/') == 1) fields(i)%nodes = of_elements
     end do
-
-  contains
-
-    !> Stress and strain at one kind of place, as the deck asks for them.
-    subroutine add_tensors(group, ending, extents, place, compute_stress, compute_strain)
-      character(*), intent(in) :: group, ending !! of the names
-      integer, intent(in) :: extents(2)
-      character(*), intent(in) :: place !! in words
-      procedure(compute_field) :: compute_stress, compute_strain
-
-      if (scene%output%stress) call add(group//'stress'//ending, extents, 'pressure', &
-        tensor_order//place, compute_stress)
-      if (scene%output%strain) call add(group//'strain'//ending, extents, 'strain', &
-        tensor_order//as_components//place, compute_strain)
-    end subroutine add_tensors
-
-    !> Those that refer to the undeformed body.
-    subroutine add_undeformed(group, ending, extents, place, compute_stress, compute_strain)
-      character(*), intent(in) :: group, ending !! of the names
-      integer, intent(in) :: extents(2)
-      character(*), intent(in) :: place !! in words
-      procedure(compute_field) :: compute_stress, compute_strain
-
-      if (scene%output%pk2_stress) call add(group//'pk2_stress'//ending, extents, 'pressure', &
-        'second Piola-Kirchhoff, '//tensor_order//place, compute_stress)
-      if (scene%output%green_strain) call add(group//'green_strain'//ending, extents, 'strain', &
-        tensor_order//as_components//place, compute_strain)
-    end subroutine add_undeformed
-
-    !> What follows from the tensors at one kind of place, as the deck asks for it.
-    subroutine add_invariants(group, ending, extents, place, compute_mises, compute_stress, &
-      compute_strain)
-      character(*), intent(in) :: group, ending !! of the names
-      integer, intent(in) :: extents(2)         !! of one number at each place
-      character(*), intent(in) :: place !! in words
-      procedure(compute_field) :: compute_mises, compute_stress, compute_strain
-      integer, allocatable :: of_one(:)
-
-      of_one = extents
-      if (extents(1) == 1) of_one = extents(2:)
-      if (scene%output%mises) call add(group//'von_mises'//ending, of_one, 'pressure', &
-        'von Mises stress'//place, compute_mises)
-      if (scene%output%principal_stress) call add(group//'principal_stress'//ending, &
-        [3*extents(1), extents(2)], 'pressure', largest_first//place, compute_stress)
-      if (scene%output%principal_strain) call add(group//'principal_strain'//ending, &
-        [3*extents(1), extents(2)], 'strain', largest_first//place, compute_strain)
-    end subroutine add_invariants
-
-    !> One of them. (gfortran 12 does not free a text that stands in a constructor of a type, if it
-    !> has no name.)
-    subroutine add(name, extents, quantity, description, compute)
-      character(*), intent(in) :: name, quantity, description
-      integer, intent(in) :: extents(:)
-      procedure(compute_field) :: compute
-
-      call add_field(list, field_t(name, of_real, extents, quantity, description, compute=compute))
-    end subroutine add
 
   end subroutine list_view_fields
 
@@ -187,118 +120,6 @@ contains
       end associate
     end do
   end subroutine contact_status
-
-  subroutine nodal_stress(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
-
-    call make_tensors(source)
-    values = source%stress%at_nodes(:, :size(values, 2))
-  end subroutine nodal_stress
-
-  subroutine nodal_strain(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
-
-    call make_tensors(source)
-    values = source%strain%at_nodes(:, :size(values, 2))
-  end subroutine nodal_strain
-
-  subroutine mean_stress(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
-
-    call make_tensors(source)
-    values = source%stress%at_centroids
-  end subroutine mean_stress
-
-  subroutine mean_strain(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
-
-    call make_tensors(source)
-    values = source%strain%at_centroids
-  end subroutine mean_strain
-
-  subroutine nodal_pk2(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
-
-    call make_undeformed_tensors(source)
-    values = source%pk2%at_nodes(:, :size(values, 2))
-  end subroutine nodal_pk2
-
-  subroutine nodal_green(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_nodes)
-
-    call make_undeformed_tensors(source)
-    values = source%green%at_nodes(:, :size(values, 2))
-  end subroutine nodal_green
-
-  subroutine mean_pk2(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
-
-    call make_undeformed_tensors(source)
-    values = source%pk2%at_centroids
-  end subroutine mean_pk2
-
-  subroutine mean_green(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (6, n_elements)
-
-    call make_undeformed_tensors(source)
-    values = source%green%at_centroids
-  end subroutine mean_green
-
-  subroutine nodal_mises(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, n_nodes)
-
-    call make_tensors(source)
-    values(1, :) = von_mises(source%stress%at_nodes(:, :size(values, 2)))
-  end subroutine nodal_mises
-
-  subroutine nodal_principal_stress(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-
-    call make_tensors(source)
-    call principal_values(source%stress%at_nodes(:, :size(values, 2)), values)
-  end subroutine nodal_principal_stress
-
-  subroutine nodal_principal_strain(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
-
-    call make_tensors(source)
-    call principal_values(source%strain%at_nodes(:, :size(values, 2)), values)
-  end subroutine nodal_principal_strain
-
-  subroutine mean_mises(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, n_elements)
-
-    call make_tensors(source)
-    values(1, :) = von_mises(source%stress%at_centroids)
-  end subroutine mean_mises
-
-  subroutine mean_principal_stress(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_elements)
-
-    call make_tensors(source)
-    call principal_values(source%stress%at_centroids, values)
-  end subroutine mean_principal_stress
-
-  subroutine mean_principal_strain(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, n_elements)
-
-    call make_tensors(source)
-    call principal_values(source%strain%at_centroids, values)
-  end subroutine mean_principal_strain
 
   !> Of points that share a node the deepest.
   subroutine contact_penetration(source, values)

@@ -4,7 +4,8 @@ module result_gauss_mod
   use text_mod, only: string_t
   use scene_mod, only: scene_t
   use output_field_mod, only: field_t, field_source_t
-  use gauss_fields_mod, only: list_gauss_fields, list_gauss_types
+  use gauss_fields_mod, only: list_gauss_fields
+  use gauss_types_mod, only: list_gauss_types
   use hdf5_files_mod, only: hdf5_file_t
   use hdf5_attributes_mod, only: describe_group
   use result_fields_mod, only: open_field_t, open_group
