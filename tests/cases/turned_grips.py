@@ -40,7 +40,8 @@ def check_turn(case, mesh, first_step, angle=np.pi / 2, increments=30):
         places = x + result.field("displacement", -1)
         force = result.field("reaction_force", -1)
         energy = result.history("energy/strain")[-1]
-    held = np.abs(force).min(axis=1) > 0
+    # Where nothing is held rounding leaves less; along some axes a held node may carry nothing.
+    held = np.abs(force).max(axis=1) > 1e-6 * np.abs(force).max()
     case.assertTrue(held.any())
     amplitudes, boundary = turn_cards(ids[held], x[held], places[held], angle, increments)
     text = mesh + amplitudes + first_step + f"*STEP\n*STATIC\n{1 / increments!r}, 1.\n" + boundary
