@@ -379,6 +379,16 @@ class Checker:
             if path not in listed:
                 self.report(path, 1, "is not listed in src/CMakeLists.txt")
 
+    def check_edges(self) -> None:
+        """Check that each room uses all rooms that it sees: links are no more than is needed."""
+        used = {room: {room} for room in self.may_use}
+        for source in self.sources.values():
+            names = {match[1] for s in source.statements if (match := USE.match(s.code))}
+            used[source.room] |= {self.by_module[n].room for n in names & set(self.by_module)}
+        for room, sees in self.may_use.items():
+            for other in sorted(sees - used[room]):
+                self.report("CMakeLists.txt", 1, f"{room} sees {other} and uses none of it")
+
     def check_module(self, source: Source) -> None:
         """Check that the file holds one module, closed and without variables."""
         statements = source.statements
@@ -548,7 +558,9 @@ def main(arguments: list[str]) -> int:
     """Check the tree; return the exit status."""
     default = Path(__file__).resolve().parents[2] / "src"
     checker = Checker(Path(arguments[0]) if arguments else default)
-    violations = checker.run()
+    checker.run()
+    checker.check_edges()
+    violations = checker.violations
     for violation in violations:
         print(violation)
     print(f"{len(checker.sources)} files, {len(violations)} violations")

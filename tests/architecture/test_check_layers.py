@@ -504,6 +504,24 @@ class CheckLayers(unittest.TestCase):
             tree, "machine/system.f90:8: module variable", "machine/system.f90:9: module variable"
         )
 
+    def test_edges_that_nothing_uses(self) -> None:
+        text = "add_room(base FILES base/a.f90)\nadd_room(laws SEES base FILES laws/b.f90)\n"
+        for use, found in [
+            ("", ["CMakeLists.txt:1: laws sees base and uses none of it"]),
+            ("  use a_mod, only: n_a", []),
+        ]:
+            with tempfile.TemporaryDirectory() as name, self.subTest(use):
+                src = Path(name)
+                for path, lines in [("base/a", ""), ("laws/b", use)]:
+                    (src / path).parent.mkdir()
+                    (src / f"{path}.f90").write_text(module(path, lines))
+                (src / "CMakeLists.txt").write_text(text)
+                checker = check_layers.Checker(src)
+                checker.run()
+                checker.check_edges()
+                violations = [v.removeprefix(f"{src}/") for v in checker.violations]
+                self.assertEqual(violations, found)
+
     def test_the_command_line(self) -> None:
         with tempfile.TemporaryDirectory() as name:
             out = io.StringIO()
