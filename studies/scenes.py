@@ -136,6 +136,8 @@ def run(program, scene, folder, parameters, *options, direct=True, of="", limit=
     deck, result = Path(folder) / f"{scene.deck}.inp", Path(folder) / "result.vtkhdf"
     deck.write_text(text, encoding="utf-8")
     command = [program, deck, "-o", result, "--overwrite", "-q", *options]
+    if "--accuracy" in options:
+        command += ["--nlgeom", "no"]  # the truth is that of small strain
     command += set_words(parameters)
     if options:
         command = ["sh", "-c", f'ulimit -t {limit}; exec "$@"', "sh", *command]

@@ -288,6 +288,9 @@ def errors_of_runs(runs: MeshSequence) -> str:
             ("contact and arithmetic", runs.others),
         )
     ]
+    if runs.theory >= 0:
+        theory = "unknown" if runs.theory > 1e300 else short(runs.theory)
+        parts.append(f"small-strain theory {theory}")
     reached = "reached" if runs.reached else "not reached"
     asked = f"; {short(runs.wanted)} was asked for and is {reached}" if runs.wanted else ""
     what = "extrapolated values" if runs.of_extrapolated else "result"

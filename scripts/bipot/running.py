@@ -84,8 +84,8 @@ def _refuse_hdf5(path: str) -> None:
 def command_words(
     parameters: Mapping[str, Any] | None, more: Mapping[str, Any], *,
     accuracy: float | None = None, extrapolated: bool = False, time: float | None = None,
-    memory: str | None = None, refine: int | None = None, overwrite: bool = False,
-    resume: bool = False, force: bool = False,
+    memory: str | None = None, refine: int | None = None, nlgeom: str | None = None,
+    overwrite: bool = False, resume: bool = False, force: bool = False,
 ) -> list[str]:
     """Return a deck's parameters and the options of a run as words of the command line."""
     settings = {**(parameters or {}), **more}
@@ -97,6 +97,7 @@ def command_words(
     words += [] if time is None else ["--time", str(time)]
     words += [] if memory is None else ["--memory", str(memory)]
     words += ["--refine", str(refine)] if refine is not None else []
+    words += ["--nlgeom", nlgeom] if nlgeom is not None else []
     flags = {
         "--extrapolated": extrapolated, "--overwrite": overwrite, "--continue": resume,
         "--force": force,
@@ -447,6 +448,7 @@ def run(
     time: float | None = None,
     memory: str | None = None,
     refine: int | None = None,
+    nlgeom: str | None = None,
     force: bool = False,
     threads: int | None = None,
     quiet: bool = False,
@@ -469,6 +471,8 @@ def run(
                 and increments within them are chosen
     memory      that a run may take, as "4GB" or "500MB": the same
     refine      how often every element is cut into eight; beside these three it keeps the mesh
+    nlgeom      "no", "yes" or "auto" in place of the deck's NLGEOM: small strain, finite strain,
+                or whichever is enough
     force       run even what does not fit in memory or on the disk
     threads     of the linear algebra library (as the environment has it)
     quiet       no progress bar; there is one anyway only where tqdm is installed
@@ -483,7 +487,7 @@ def run(
     path = result_path(deck, output, directory)
     words = command_words(
         parameters, values, accuracy=accuracy, extrapolated=extrapolated, time=time, memory=memory,
-        refine=refine, overwrite=overwrite, resume=resume, force=force,
+        refine=refine, nlgeom=nlgeom, overwrite=overwrite, resume=resume, force=force,
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     if isinstance(deck, Deck):

@@ -12,12 +12,22 @@ module mesh_sequence_mod
   use kinks_mod, only: most_events
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
+  use theory_of_runs_mod, only: run_theory_t, may_spoil, leaves_too_little
   implicit none
   private
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
     is_own_mesh, carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
     runs_up_to, fewest_divisions, sizes_of, values_in
+  public :: theory_beside, theory_counts, theory_tried, theory_spoils
+  public :: is_counted, theory_of_last, is_spoiled_by_theory, set_theory_aside
+
+  ! What the error of small strain is to the accuracy.
+  integer, parameter :: theory_beside = 0 !! no part of it: NLGEOM, or NLGEOM=NO
+  integer, parameter :: theory_counts = 1 !! a part; finite strain may take its place
+  integer, parameter :: theory_tried = 2  !! a part; finite strain was tried and not solved
+  integer, parameter :: theory_spoils = 3
+  !! more than there is: runs go on for the small-strain solution, whose accuracy it then is
 
   !> A run of the sequence.
   type :: mesh_run_t
@@ -35,7 +45,7 @@ module mesh_sequence_mod
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the elements that are there [-]
     logical :: is_kept = .true.           !! its result is in the file
-    real(wp) :: theory = 0.0_wp           !! error of small strain, the largest; in no sum [-]
+    type(run_theory_t) :: theory          !! what small strain leaves out
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
     real(wp) :: on_edges = 0.0_wp
     !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
@@ -73,7 +83,10 @@ module mesh_sequence_mod
     integer  :: n_increments = 0    !! of the deck
     integer  :: n_stretches = 0     !! of these, and of what kinks of amplitudes make of them
     logical  :: extrapolates = .false. !! the accuracy is one of extrapolated values
-    real(wp) :: wanted = 0.0_wp     !! accuracy; 0: as accurate as time and memory allow [-]
+    real(wp) :: asked = 0.0_wp      !! accuracy; 0: as accurate as time and memory allow [-]
+    real(wp) :: wanted = 0.0_wp     !! what the theory leaves of it for all else [-]
+    integer  :: theory = theory_beside
+    logical  :: follows_theory = .false. !! runs from here on estimate its error
     real(wp) :: time = 0.0_wp       !! of the processor that all runs may take; 0: any [s]
     real(wp) :: memory = 0.0_wp     !! that a run may take at its peak; 0: what there is [bytes]
     type(planned_t), allocatable :: plans(:) !! a mesh each: of the runs, and of meshes left out
@@ -104,7 +117,10 @@ contains
         step, .false.)
     end do
     sequence%extrapolates = scene%accuracy%extrapolates
-    sequence%wanted = scene%accuracy%wanted
+    sequence%asked = scene%accuracy%wanted
+    sequence%wanted = sequence%asked
+    if (scene%accuracy%chooses_theory) sequence%theory = theory_counts
+    sequence%follows_theory = scene%accuracy%follows_theory
     sequence%time = scene%accuracy%time
     sequence%memory = scene%accuracy%memory
     sequence%keeps_steps = any(scene%steps%direct)
@@ -133,7 +149,71 @@ contains
     type(mesh_run_t), intent(in) :: run
 
     sequence%runs = [sequence%runs, run]
+    call leave_to_others(sequence)
   end subroutine add_run
+
+  !> What the error of the theory leaves of the accuracy for all else, where it leaves anything.
+  subroutine leave_to_others(sequence)
+    type(mesh_sequence_t), intent(inout) :: sequence
+    type(run_theory_t) :: theory
+
+    if (.not. is_counted(sequence)) return
+    sequence%wanted = sequence%asked
+    theory = theory_of_last(sequence)
+    if (.not. leaves_too_little(theory, sequence%asked)) sequence%wanted = sequence%asked - &
+      theory%error
+  end subroutine leave_to_others
+
+  !> Whether the error of the theory is a part of an accuracy.
+  pure logical function is_counted(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    is_counted = sequence%asked > 0.0_wp .and. any(sequence%theory == [theory_counts, &
+      theory_tried])
+  end function is_counted
+
+  !> What small strain leaves out of the last run. Where no shadow run could go beside it, as with
+  !> bodies that are solved for by iteration, runs on coarser meshes say it, if two of them do: it
+  !> changes little with the mesh.
+  type(run_theory_t) function theory_of_last(sequence) result(theory)
+    type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
+    integer, allocatable :: followed(:)
+    integer :: i, n
+
+    theory = sequence%runs(size(sequence%runs))%theory
+    if (theory%is_estimate) return
+    followed = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%theory%is_estimate, i=1, &
+      size(sequence%runs))])
+    n = size(followed)
+    if (n < 2) return
+    associate (one => sequence%runs(followed(n - 1))%theory, other => &
+      sequence%runs(followed(n))%theory)
+      if (max(one%error, other%error) >= theory%error) return
+      if (one%error > other%error) then
+        theory = one
+      else
+        theory = other
+      end if
+    end associate
+  end function theory_of_last
+
+  !> Whether the error of the theory leaves nothing of the accuracy.
+  logical function is_spoiled_by_theory(sequence) result(is_spoiled)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    is_spoiled = sequence%theory == theory_spoils
+    if (is_counted(sequence) .and. size(sequence%runs) > 0) is_spoiled = &
+      leaves_too_little(theory_of_last(sequence), sequence%asked)
+  end function is_spoiled_by_theory
+
+  !> Go on for the small-strain solution: no mesh makes up for its theory.
+  subroutine set_theory_aside(sequence)
+    type(mesh_sequence_t), intent(inout) :: sequence
+
+    sequence%theory = theory_spoils
+    sequence%follows_theory = .false.
+    sequence%wanted = sequence%asked
+  end subroutine set_theory_aside
 
   !> The family of a run.
   pure type(family_t) function family_of(run)
@@ -288,6 +368,8 @@ contains
 
     n = size(sequence%runs)
     call archive(list, n)
+    call archive(list, sequence%theory)
+    call carry_flag(sequence%follows_theory)
     call carry_size(sequence%first)
     call carry_size(sequence%trial)
     call archive(list, sequence%spent)
@@ -308,7 +390,11 @@ contains
       call archive(list, run%planned)
       call archive(list, run%balls)
       call archive(list, run%near)
-      call archive(list, run%theory)
+      call archive(list, run%theory%error)
+      call carry_flag(run%theory%is_estimate)
+      call archive(list, run%theory%of_law(1))
+      call archive(list, run%theory%of_law(2))
+      call archive(list, run%theory%law)
       call archive(list, run%in_double)
       call archive(list, run%on_edges)
       call archive(list, run%unseen)
@@ -316,6 +402,15 @@ contains
     end do
 
   contains
+
+    subroutine carry_flag(flag)
+      logical, intent(inout) :: flag
+      integer :: number
+
+      number = merge(1, 0, flag)
+      call archive(list, number)
+      flag = number == 1
+    end subroutine carry_flag
 
     subroutine carry_size(mesh_size)
       type(mesh_size_t), intent(inout) :: mesh_size

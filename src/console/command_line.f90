@@ -452,7 +452,8 @@ contains
       '                      beside the linear one, instead of a bound on it', &
       '  --nlgeom W          no: small strain; yes: finite strain, in place of the deck''s', &
       '                      NLGEOM; auto: small strain where that is enough, for 1 % or the', &
-      '                      accuracy that is asked for, else finite strain', &
+      '                      accuracy that is asked for, else finite strain; so it is with an', &
+      '                      accuracy where the deck says nothing', &
       '', &
       'runs:', &
       '  --continue          resume the run that left an unfinished result', &

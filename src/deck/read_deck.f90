@@ -26,7 +26,7 @@ module read_deck_mod
   use name_table_mod, only: name_table_t
   use named_sets_mod, only: keep_named_sets
   use obstacles_mod, only: obstacle_t
-  use options_mod, only: allow_options, card_t, open_card
+  use options_mod, only: allow_options, card_t, flag_option, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
   use read_block_mod, only: read_block
@@ -85,7 +85,8 @@ contains
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
     type(mesh_size_t), intent(in), optional :: mesh_size !! left out: as written
-    character(*), intent(in), optional :: nlgeom !! NO, YES or AUTO in place of the deck's
+    character(4), intent(inout), optional :: nlgeom
+    !! NO, YES or AUTO in place of the deck's; where it is blank and the deck says NO it gets that
     type(reader_t) :: reader
 
     if (present(nlgeom)) reader%nlgeom = nlgeom
@@ -95,7 +96,26 @@ contains
       if (in_lines) call mistakes_in_lines(reader%diagnostics, path, error)
     end if
     scene%name = name_of(path)
+    if (.not. present(nlgeom) .or. allocated(error)) return
+    if (nlgeom == '' .and. says_small_strain(reader)) nlgeom = 'NO'
   end subroutine read_deck
+
+  !> Whether a *STEP says NLGEOM=NO, of a deck without mistakes.
+  logical function says_small_strain(reader) result(says)
+    type(reader_t), intent(inout) :: reader
+    type(card_t) :: card
+    logical :: is_nonlinear, is_auto
+    integer :: k
+
+    says = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'STEP') cycle
+      call open_card(reader, k, card)
+      is_nonlinear = .true.
+      call flag_option(reader, card, 'NLGEOM', is_nonlinear, 'AUTO', is_auto)
+      says = says .or. .not. is_nonlinear
+    end do
+  end function says_small_strain
 
   !> Read a deck that is given as text; `path` is what mistakes call it.
   subroutine read_deck_text(text, path, overrides, scene, error)

@@ -5,7 +5,7 @@ module result_accuracy_mod
   use errors_mod, only: error_t
   use text_mod, only: string_t
   use mesh_size_mod, only: relative_size
-  use mesh_sequence_mod, only: mesh_sequence_t
+  use mesh_sequence_mod, only: mesh_sequence_t, theory_beside, theory_of_last
   use sequence_error_mod, only: sequence_error_t, extrapolated, extrapolated_error
   use measured_quantities_mod, only: quantity_t, error_scales
   use hdf5_files_mod, only: hdf5_file_t
@@ -31,7 +31,7 @@ contains
     components = n_components(sequence%list)
     call describe_group(file, group, 'the runs by which an accuracy was looked for, and what '// &
       'they say of the last one; zeros until it ends', error)
-    call write_attribute(file, group, 'wanted', sequence%wanted, error)
+    call write_attribute(file, group, 'wanted', sequence%asked, error)
     call write_attribute(file, group, 'time_allowed', sequence%time, error)
     call write_attribute(file, group, 'memory_allowed', sequence%memory, error)
     call write_attribute(file, group, 'of_extrapolated', merge(1_i8, 0_i8, &
@@ -41,6 +41,7 @@ contains
     call write_attribute(file, group, 'load_steps', 0.0_wp, error)
     call write_attribute(file, group, 'mesh_and_load_steps', 0.0_wp, error)
     call write_attribute(file, group, 'others', 0.0_wp, error)
+    call write_attribute(file, group, 'theory', -1.0_wp, error)
     call of_runs('element_size', 'edges of the elements over those of the deck', 'ratio')
     call of_runs('divisions', 'parts of each increment of the deck', 'number')
     call of_runs('cuts', 'of elements at contact, beside all others', 'number')
@@ -132,6 +133,11 @@ contains
     call write_attribute(file, group, 'load_steps', errors%load_steps, error)
     call write_attribute(file, group, 'mesh_and_load_steps', errors%together, error)
     call write_attribute(file, group, 'others', errors%others, error)
+    if (sequence%theory /= theory_beside) then
+      associate (theory => theory_of_last(sequence))
+        call write_attribute(file, group, 'theory', theory%error, error)
+      end associate
+    end if
     associate (runs => sequence%runs)
       call rewrite_dataset(file, group//'/element_size', [(relative_size(runs(i)%mesh_size), i=1, &
         size(runs))], error)

@@ -28,7 +28,7 @@ module result_claims_mod
   implicit none
   private
 
-  public :: is_of_finite_strain, is_result_of, take_arithmetic, take_mesh_size, claim_place, &
+  public :: theory_in_file, is_result_of, take_arithmetic, take_mesh_size, claim_place, &
     check_place, open_unfinished, begin_look, clear_beginning, how_it_is_damaged
 
   character(*), parameter :: in_use = 'is in use by another program, perhaps a run that writes it'
@@ -247,19 +247,20 @@ contains
     call close_file(hdf5, ignored)
   end function is_made_of
 
-  !> Whether a file holds a run at finite strain; not where it cannot be read.
-  logical function is_of_finite_strain(path) result(is_finite)
+  !> What the error of the theory is of in a file: bound, estimate, finite strain; empty where it
+  !> cannot be read.
+  function theory_in_file(path) result(theory)
     character(*), intent(in) :: path
+    character(:), allocatable :: theory
     type(child_t) :: child
-    character(:), allocatable :: answer, fate
+    character(:), allocatable :: fate
 
     call begin_look(path, child)
     if (is_child(child)) call end_child(child, theory_of(path))
-    call wait_for(child, answer, fate)
-    is_finite = answer == 'finite strain'
-  end function is_of_finite_strain
+    call wait_for(child, theory, fate)
+  end function theory_in_file
 
-  !> What the error of the theory is of in a file; empty where it is damaged.
+  !> The same, in the child.
   function theory_of(path) result(theory)
     character(*), intent(in) :: path
     character(:), allocatable :: theory

@@ -24,14 +24,16 @@ contains
     type(string_t), allocatable :: files(:)
     type(scene_t) :: scene
     type(error_t), allocatable :: refused
+    character(4) :: nlgeom
     integer :: i, n_accepted, n_refused
 
     call list_files(without_slash(options%deck), '.inp', files)
     n_accepted = 0
     n_refused = 0
     do i = 1, size(files)
+      nlgeom = options%nlgeom
       call read_deck(files(i)%text, options%overrides, scene, refused, in_lines=.true., &
-        nlgeom=options%nlgeom)
+        nlgeom=nlgeom)
       if (.not. allocated(refused)) then
         n_accepted = n_accepted + 1
         call say('accepted  '//files(i)%text)

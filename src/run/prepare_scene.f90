@@ -28,23 +28,27 @@ module prepare_scene_mod
 contains
 
   !> Read the deck on the mesh that is chosen, and take the options.
-  subroutine prepare_scene(options, scene, choices, error)
+  subroutine prepare_scene(options, scene, choices, error, follows_theory)
     type(options_t), intent(in) :: options
     type(scene_t), intent(out) :: scene
     type(choices_t), intent(inout) :: choices !! mesh and divisions in; gets what the deck says
     type(error_t), allocatable, intent(out) :: error
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
+    logical, intent(in), optional :: follows_theory !! the run estimates the error of its theory
+    character(4) :: nlgeom
 
+    nlgeom = merge(options%chosen, options%nlgeom, options%chosen /= '')
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=choices%mesh_size, nlgeom=trim(merge(options%chosen, options%nlgeom, &
-      options%chosen /= '')))
+      mesh_size=choices%mesh_size, nlgeom=nlgeom)
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
     if (choices%divisions > 1) scene%steps%direct = .false.
     if (.not. options%plan) call keep_deck(options, scene, error)
     if (allocated(error)) return
-    call take_options(options, scene, error)
+    if (present(follows_theory)) scene%accuracy%follows_theory = &
+      scene%accuracy%follows_theory .or. follows_theory
+    call take_options(options, nlgeom == 'NO', scene, error)
     choices%tolerance = scene%contact%tolerance
     choices%compliance = scene%contact%compliance
     choices%precision = scene%precision
@@ -54,8 +58,9 @@ contains
 
   !> The accuracy of the command line wins over the deck's; what changes the result is kept with
   !> the deck's parameters.
-  subroutine take_options(options, scene, error)
+  subroutine take_options(options, keeps_small_strain, scene, error)
     type(options_t), intent(in) :: options
+    logical, intent(in) :: keeps_small_strain !! NLGEOM=NO: an accuracy is that of its solution
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     !! an accuracy is wanted or to be as good as time and memory allow, and the deck leaves out the
@@ -64,14 +69,6 @@ contains
 
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
     if (options%extrapolated) scene%accuracy%extrapolates = .true.
-    if (options%theory .or. scene%accuracy%chooses_theory) scene%accuracy%follows_theory = .true.
-    if (scene%accuracy%chooses_theory .and. chooses_mesh(scene%accuracy) .and. options%refine < 0) &
-      then
-      call raise(error, exit_wrong_input, 'bipot: error: NLGEOM=AUTO takes a mesh that is kept '// &
-        '(--refine 0; *ACCURACY, MESH=KEEP): with an accuracy that chooses the mesh say '// &
-        '--nlgeom yes or no')
-      return
-    end if
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
     if (scene%finite_strain) then
@@ -119,6 +116,12 @@ contains
       if (allocated(error)) return
     end if
     if (options%theory) call keep('--theory')
+    if (scene%accuracy%wanted > 0.0_wp .and. .not. (scene%finite_strain .or. &
+      keeps_small_strain)) scene%accuracy%chooses_theory = .true.
+    if (options%theory) scene%accuracy%follows_theory = .true.
+    ! Coarse meshes say whether it takes an estimate where there are several.
+    if (scene%accuracy%chooses_theory .and. .not. chooses_mesh(scene%accuracy)) &
+      scene%accuracy%follows_theory = .true.
     call check_shadow()
     if (options%nlgeom == 'NO') call keep('--nlgeom no')
     if (options%nlgeom == 'YES') call keep('--nlgeom yes')

@@ -15,7 +15,12 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use slice_axis_mod, only: axis_across
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound, is_own_mesh
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound, is_own_mesh, &
+    theory_beside, theory_tried, theory_spoils, is_counted, theory_of_last
+  use theory_of_runs_mod, only: run_theory_t
+  use shadow_run_mod, only: has_no_shadow
+  use judge_theory_mod, only: judge_theory, theory_allowed, why_kept, theory_is_followed, &
+    finite_strain_follows, theory_is_set_aside
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
   use next_run_mod, only: choice_t, is_beginning, to_run, is_reached, steps_too_coarse, &
@@ -24,7 +29,7 @@ module reach_accuracy_mod
   use end_with_run_mod, only: end_with_run
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
   use estimate_memory_mod, only: room_within
-  use result_claims_mod, only: take_mesh_size
+  use result_claims_mod, only: take_mesh_size, theory_in_file
   use command_line_mod, only: options_t
   use tally_mod, only: tally_t
   use close_run_mod, only: close_run
@@ -35,17 +40,28 @@ module reach_accuracy_mod
   implicit none
   private
 
-  public :: reach_accuracy
+  public :: reach_accuracy, search_t
 
   integer, parameter :: most_skipped = 5 !! coarse meshes that are not solved
+
+  !> How the runs of an accuracy ended.
+  type :: search_t
+    logical :: is_complete = .false.
+    !! all of them were made: there is a result, whether or not it is as accurate
+    logical :: leaves_small_strain = .false.
+    !! they ended early, for finite strain is to take the place of small strain
+    type(run_theory_t) :: theory !! what small strain leaves out, if so
+  end type search_t
 
 contains
 
   !> Run the deck on finer and finer meshes until its error is what is wanted.
-  subroutine reach_accuracy(options, deck, console, error)
+  subroutine reach_accuracy(options, deck, console, tried, search, error)
     type(options_t), intent(in) :: options
     type(scene_t), intent(in) :: deck           !! as written
     type(console_t), intent(in) :: console
+    character(*), intent(in) :: tried !! what came of finite strain; '': it was not tried
+    type(search_t), intent(out) :: search
     type(error_t), allocatable, intent(out) :: error
     !! wrong options; a run that failed; the accuracy not reached
     type(options_t) :: of_run
@@ -56,37 +72,47 @@ contains
     type(choice_t) :: choice
     type(console_t) :: of_console
     type(tally_t) :: tally
-    integer :: n_skipped, across
-    logical :: continues, is_again
+    type(run_theory_t) :: spoiling !! what small strain leaves out, where that is too much
+    integer :: n_skipped, across, verdict
+    logical :: continues, is_again, can_follow
 
     call check_options(options, error)
     if (allocated(error)) return
     across = axis_across(deck)
-    call begin_sequence(deck, deck%blocks, across, sequence)
+    can_follow = has_no_shadow(deck) == ''
+    call begin()
     of_run = options
     n_skipped = 0
     continues = goes_on(options, deck)
     runs: do
       call release_freed_memory()
-      if (.not. choice%is_replaced) call choose_next(sequence, memory_for(deck%accuracy, &
-        sequence), errors, choice)
+      if (.not. choice%is_replaced) then
+        call choose_next(sequence, memory_for(deck%accuracy, sequence), errors, choice)
+        call follow_theory(verdict)
+        if (verdict == finite_strain_follows) return
+      end if
       if (choice%outcome /= to_run) then
         call end_with_run(sequence, choice)
         if (choice%outcome /= to_run) exit runs
       end if
       sequence%spent = sequence%earlier + cpu_seconds()
-      if (continues) call take_up(result_path(options, deck), choice, of_run)
+      if (continues) then
+        call take_up(result_path(options, deck), choice, of_run)
+        sequence%follows_theory = sequence%follows_theory .or. (of_run%continues .and. &
+          sequence%theory /= theory_beside .and. theory_in_file(result_path(options, deck)) == &
+          'estimate')
+      end if
       ! What load steps make is found by runs of several sizes of them, but for a first run that may
       ! say enough by itself.
       choices = choices_t(mesh_size=choice%mesh_size, divisions=choice%divisions, &
-        follows_steps=.not. (sequence%divides .and. sequence%wanted > 0.0_wp) .or. &
+        follows_steps=.not. (sequence%divides .and. sequence%asked > 0.0_wp) .or. &
         (size(sequence%runs) == 0 .and. is_own_mesh(sequence)), runs_before=size(sequence%runs))
-      call prepare_scene(of_run, scene, choices, error)
+      call prepare_scene(of_run, scene, choices, error, sequence%follows_theory)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return
         ! Its blocks cannot have other elements after all: numbers of nodes meet, say.
         deallocate (error)
-        call begin_sequence(deck, spread(blocks_t(), 1, 3), across, sequence)
+        call begin(spread(blocks_t(), 1, 3))
         choice%is_replaced = .false.
         cycle runs
       end if
@@ -122,9 +148,56 @@ contains
     end do runs
     call print_summary(result_path(options, deck), deck, console, sequence)
     call close_run(scene, console, tally, result_path(options, deck))
-    call tell_outcome(deck, sequence, errors, choice, error)
+    search%is_complete = .true.
+    call tell_outcome(deck, sequence, errors, choice, spoiling, tried, error)
 
   contains
+
+    !> A sequence without runs.
+    subroutine begin(blocks)
+      type(blocks_t), intent(in), optional :: blocks(3) !! in place of the deck's
+
+      if (present(blocks)) then
+        call begin_sequence(deck, blocks, across, sequence)
+      else
+        call begin_sequence(deck, deck%blocks, across, sequence)
+      end if
+      if (tried /= '' .and. sequence%theory /= theory_beside) sequence%theory = theory_tried
+    end subroutine begin
+
+    !> Look at what the theory leaves of the accuracy, and choose again where that changes.
+    subroutine follow_theory(verdict)
+      integer, intent(out) :: verdict
+      type(run_theory_t) :: theory
+
+      verdict = 0
+      if (size(sequence%runs) == 0) return
+      theory = theory_of_last(sequence)
+      if (sequence%theory == theory_spoils .and. .not. spoiling%error > 0.0_wp) spoiling = theory
+      call judge_theory(sequence, choice, can_follow, verdict)
+      search%leaves_small_strain = verdict == finite_strain_follows
+      search%theory = theory
+      if (verdict == theory_is_set_aside) then
+        spoiling = theory
+        if (.not. console%quiet) call say('note: '//why_kept(theory, theory_allowed( &
+          sequence%asked), tried)//'. The runs go on for the small-strain solution')
+      end if
+      if (any(verdict == [theory_is_followed, theory_is_set_aside])) call choose_next(sequence, &
+        memory_for(deck%accuracy, sequence), errors, choice)
+      ! The last run may be good for all but what is not known of its theory.
+      if (verdict == theory_is_followed .and. choice%outcome == is_reached) call repeat_last()
+    end subroutine follow_theory
+
+    !> Make the last run again, with an estimate of the theory's error.
+    subroutine repeat_last()
+      integer :: n
+
+      n = size(sequence%runs)
+      choice = choice_t(mesh_size=sequence%runs(n)%mesh_size, &
+        divisions=sequence%runs(n)%divisions, may_be_last=.true.)
+      sequence%repeated = sequence%runs(n)%seconds
+      sequence%runs = sequence%runs(:n - 1)
+    end subroutine repeat_last
 
     !> Whether a mesh that is not solved is only too coarse, as far as is known.
     logical function may_skip()
@@ -197,22 +270,35 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     logical, intent(in) :: is_again !! its result had not been kept, and now is
     type(sequence_error_t) :: errors
-    character(80) :: line
+    character(90) :: line
 
     if (console%quiet) return
     if (console%verbose .or. size(sequence%runs) == 1) then
       call say('estimated error of '//subject_in_words(deck%accuracy)//', run by run '// &
         '(edges: over those of the deck)')
-      call say(' run  elements      edges  increments    CPU time      mesh  load steps')
+      call say(' run  elements      edges  increments    CPU time      mesh  load steps'// &
+        trim(merge('    theory', '          ', sequence%theory /= theory_beside)))
     end if
     call estimate_sequence(sequence, errors)
     associate (run => sequence%runs(size(sequence%runs)))
       write (line, '(i4, i10, a11, i12, a12, a10, a12)') size(sequence%runs), run%n_elements, &
         edges_in_words(run), sequence%n_increments*run%divisions, seconds_in_words(run%seconds), &
         known(errors%mesh), known(errors%load_steps)
+      if (sequence%theory /= theory_beside) write (line(72:81), '(a10)') theory_in_short( &
+        run%theory)
     end associate
     call say(trim(line)//trim(merge('  again, to keep it', repeat(' ', 19), is_again)))
   end subroutine print_run
+
+  !> 2.2 %; <5.7 % of a bound.
+  function theory_in_short(theory) result(words)
+    type(run_theory_t), intent(in) :: theory
+    character(:), allocatable :: words
+
+    words = 'unknown'
+    if (theory%error < huge(1.0_wp)) words = percent(theory%error)
+    if (.not. theory%is_estimate) words = '<'//words
+  end function theory_in_short
 
   !> An error, or that it is not known.
   function known(error) result(words)
@@ -242,7 +328,7 @@ contains
     if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
   end function settings_in_words
 
-  !> Mesh 3.1 % (BODY:TOOL/friction_force), load steps 0.2 %.
+  !> Mesh 3.1 % (BODY:TOOL/friction_force), load steps 0.2 %, theory 1 %.
   function errors_in_words(sequence, errors) result(words)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
@@ -257,6 +343,13 @@ contains
       if (errors%mesh >= 0.0_wp .and. percent(errors%together) /= percent(errors%mesh + &
         errors%load_steps)) words = words//', together '//percent(errors%together)
     end if
+    if (.not. is_counted(sequence) .or. size(sequence%runs) == 0) return
+    associate (theory => theory_of_last(sequence))
+      if (words /= '') words = words//', '
+      words = words//'theory '
+      if (.not. theory%is_estimate) words = words//'at most '
+      words = words//percent(theory%error)
+    end associate
   end function errors_in_words
 
   !> Say how far it was before a run that failed, where it was not stopped.
@@ -272,8 +365,8 @@ contains
     call estimate_sequence(sequence, errors)
     so_far = errors_in_words(sequence, errors)
     if (so_far /= '') so_far = ' ('//so_far//')'
-    if (sequence%wanted > 0.0_wp) then
-      error%message = 'accuracy '//percent(sequence%wanted)//' of '// &
+    if (sequence%asked > 0.0_wp) then
+      error%message = 'accuracy '//percent(sequence%asked)//' of '// &
         subject_in_words(deck%accuracy)//' was not reached'//so_far//'; then, on '// &
         to_text(n_elements)//' elements: '//error%message
     else
@@ -300,24 +393,33 @@ contains
   end function n_meshes
 
   !> Say how it ended, and what it took.
-  subroutine tell_outcome(deck, sequence, errors, choice, error)
+  subroutine tell_outcome(deck, sequence, errors, choice, spoiling, tried, error)
     type(scene_t), intent(in) :: deck
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
     type(choice_t), intent(in) :: choice
+    type(run_theory_t), intent(in) :: spoiling !! what small strain leaves out, if that is too much
+    character(*), intent(in) :: tried          !! as of reach_accuracy
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: words, runs, reason, theory
+    character(:), allocatable :: words, runs, reason, theory, why
     type(sequence_error_t) :: of_result
+    type(run_theory_t) :: of_theory
 
-    words = percent(sequence%wanted)//' of '//subject_in_words(deck%accuracy)
+    words = percent(sequence%asked)//' of '//subject_in_words(deck%accuracy)
     runs = '; '//to_text(size(sequence%runs))//trim(merge(' run ', ' runs', &
       size(sequence%runs) == 1))//', '//seconds_in_words(merge(sequence%spent, &
       sum(sequence%runs%seconds), choice%outcome == is_finest))//' of CPU time'
-    theory = theory_in_words(theory_worth_naming(sequence%runs(size(sequence%runs))%theory, &
-      sequence%wanted))
-    if (choice%outcome == is_reached) then
+    of_theory = sequence%runs(size(sequence%runs))%theory
+    if (spoiling%error > 0.0_wp) of_theory = spoiling
+    theory = theory_in_words(theory_worth_naming(of_theory%error, sequence%asked), &
+      of_theory%is_estimate)
+    if (is_counted(sequence)) theory = ''
+    why = ''
+    if (sequence%theory == theory_spoils .and. sequence%asked > 0.0_wp) why = why_kept(spoiling, &
+      sequence%asked, tried)
+    if (choice%outcome == is_reached .and. why == '') then
       call say('estimated error of '//subject_in_words(deck%accuracy)//': '//errors_in_words( &
-        sequence, errors)//'; '//percent(sequence%wanted)//' is reached'//theory//runs)
+        sequence, errors)//'; '//percent(sequence%asked)//' is reached'//theory//runs)
       return
     end if
     if (choice%outcome == is_finest) then
@@ -329,6 +431,8 @@ contains
       return
     end if
     select case (choice%outcome)
+    case (is_reached)
+      reason = 'beside that '//errors_in_words(sequence, errors)
     case (steps_too_coarse)
       reason = 'the load steps make '//percent(errors%load_steps)
       if (errors%load_steps < 0.0_wp) then
@@ -361,6 +465,8 @@ contains
         ' of memory'
     end select
     reason = reason//cause_in_words(sequence)
+    if (why /= '') reason = why//'; NLGEOM=NO (--nlgeom no) asks for the small-strain solution '// &
+      'alone; '//reason
     call raise(error, merge(exit_machine, exit_not_solved, choice%outcome == beyond_machine), &
       'accuracy '//words//' was not reached: '//reason//runs// &
       '; the result is that of '//settings_in_words(sequence%runs(size(sequence%runs)))// &
@@ -390,7 +496,7 @@ contains
 
     words = ''
     associate (on_edges => sequence%runs(size(sequence%runs))%on_edges)
-      if (on_edges > sequence%wanted) words = '; '//percent(on_edges)//' of the normal force '// &
+      if (on_edges > sequence%asked) words = '; '//percent(on_edges)//' of the normal force '// &
         'is on nodes of which less than half is covered: edges of a body lie inside faces of '// &
         'the other; align the mesh, so that edges of elements lie along them'
     end associate

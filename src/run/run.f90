@@ -14,8 +14,8 @@ module run_mod
   use console_mod, only: console_t, open_console, say, print_lines
   use prepare_scene_mod, only: prepare_scene
   use run_mesh_mod, only: run_mesh
-  use choose_theory_mod, only: choose_theory
-  use reach_accuracy_mod, only: reach_accuracy
+  use choose_theory_mod, only: choose_theory, choose_theory_and_mesh
+  use reach_accuracy_mod, only: reach_accuracy, search_t
   use version_mod, only: version
   implicit none
   private
@@ -32,6 +32,7 @@ contains
     !! wrong deck, nothing solved, the accuracy not reached, or the machine failed
     type(scene_t) :: scene
     type(choices_t) :: choices
+    type(search_t) :: search
     type(console_t) :: console
 
     if (is_folder(options%deck)) then
@@ -53,8 +54,10 @@ contains
     if (allocated(error) .or. options%check) return
     if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
     call print_lines(console, scene%notes, 'note: ')
-    if (chooses_mesh(scene%accuracy)) then
-      call reach_accuracy(options, scene, console, error)
+    if (chooses_mesh(scene%accuracy) .and. scene%accuracy%chooses_theory) then
+      call choose_theory_and_mesh(options, scene, console, error)
+    else if (chooses_mesh(scene%accuracy)) then
+      call reach_accuracy(options, scene, console, '', search, error)
     else if (scene%accuracy%chooses_theory) then
       call choose_theory(options, scene, choices, console, error)
     else
@@ -68,10 +71,12 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(scene_t) :: scene
     type(string_t) :: flat
+    character(4) :: nlgeom
     integer :: written
 
+    nlgeom = options%nlgeom
     call read_deck(options%deck, options%overrides, scene, error, flat=flat, &
-      nlgeom=options%nlgeom)
+      nlgeom=nlgeom)
     if (allocated(error)) return
     call write_most(standard_output, flat%text, written)
     if (written < len(flat%text)) call raise(error, exit_machine, &

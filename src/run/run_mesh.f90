@@ -21,7 +21,8 @@ module run_mesh_mod
   use linearisation_mod, only: begin_linearisation
   use step_solver_mod, only: step_solver_t
   use contact_zone_mod, only: balls_about, share_near
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, add_run, has_bound
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, planned_t, add_run, has_bound, &
+    is_spoiled_by_theory
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use increments_mod, only: done_of_deck
   use foreseen_costs_mod, only: note_plan
@@ -34,7 +35,7 @@ module run_mesh_mod
   use result_file_mod, only: result_file_t, open_result, open_nothing, reopen_result, &
     keep_accuracy, finish_result
   use command_line_mod, only: options_t, resume_command
-  use tally_mod, only: tally_t, note_sizes, list_counters
+  use tally_mod, only: tally_t, note_sizes, list_counters, theory_of
   use export_problems_mod, only: exports_t, choose_rows
   use console_mod, only: console_t, say, print_lines, print_warning, clear_bar
   use provenance_mod, only: make_provenance
@@ -308,14 +309,15 @@ contains
         seconds + sequence%repeated, merge(-1.0_wp, worst(1), worst(1) >= not_known), worst(2), &
         worst(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
         balls, share_near(scene%mesh, balls, plan%choices%mesh_size%across), file%is_kept, &
-        progress%tally%theory, progress%in_double, progress%on_edges, progress%unseen))
+        theory_of(progress%tally), progress%in_double, progress%on_edges, progress%unseen))
       sequence%repeated = 0.0_wp
       sequence%spent = sequence%earlier + cpu_seconds()
       sequence%room = real(plan%memory_left, wp)
       call choose_next(sequence, sequence%room, of_choice, choice)
       call estimate_sequence(sequence, errors)
       call keep_accuracy(file, sequence, errors, (choice%outcome == is_reached .and. &
-        choice%of_run == size(sequence%runs)) .or. sequence%wanted <= 0.0_wp, error)
+        choice%of_run == size(sequence%runs) .and. .not. is_spoiled_by_theory(sequence)) .or. &
+        sequence%asked <= 0.0_wp, error)
     end associate
   end subroutine end_values
 

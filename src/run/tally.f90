@@ -7,7 +7,8 @@ module tally_mod
   use parallel_mod, only: usage_t, usage_of_others
   use controls_mod, only: precision_controls_t
   use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t, worst_entry
+  use increment_report_mod, only: increment_report_t, worst_entry, total_error
+  use theory_of_runs_mod, only: run_theory_t
   use block_diagonal_mod, only: count_entries
   use linearisation_mod, only: solver_work_t, sum_of
   use condensed_contact_mod, only: count_points, count_rows, count_matrix_entries
@@ -15,7 +16,7 @@ module tally_mod
   implicit none
   private
 
-  public :: tally_t, add_increment, note_sizes, list_counters, carry_tally
+  public :: tally_t, add_increment, note_sizes, list_counters, carry_tally, theory_of
 
   !> What the run as a whole adds up to.
   type :: tally_t
@@ -58,6 +59,7 @@ module tally_mod
     real(wp) :: of_law(2) = 0.0_wp        !! with the deck's law, and with another one [-]
     real(wp) :: law = 0.0_wp              !! and by a law that the deck leaves open [-]
     integer  :: follows_theory = 0        !! ends of steps where these are estimates, not bounds
+    real(wp) :: with_theory = 0.0_wp      !! the largest error of all sources, where it is known [-]
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
@@ -100,6 +102,8 @@ contains
     tally%largest_stress = max(tally%largest_stress, report%largest_stress)
     tally%of_law = max(tally%of_law, report%errors%of_law)
     tally%law = max(tally%law, report%errors%law)
+    if (total_error(report%errors) >= 0.0_wp) tally%with_theory = max(tally%with_theory, &
+      total_error(report%errors) + max(0.0_wp, report%errors%theory))
     if (report%errors%follows_theory) tally%follows_theory = tally%follows_theory + 1
     tally%contact_iterations = tally%contact_iterations + report%contact_iterations
     tally%products = tally%products + report%compliance_products
@@ -109,6 +113,13 @@ contains
     tally%contact_time = tally%contact_time + report%contact_time
     tally%step_time = tally%step_time + report%wall_time
   end subroutine add_increment
+
+  !> What small strain leaves out of the run.
+  pure type(run_theory_t) function theory_of(tally)
+    type(tally_t), intent(in) :: tally
+
+    theory_of = run_theory_t(tally%theory, tally%follows_theory > 0, tally%of_law, tally%law)
+  end function theory_of
 
   !> Keep the largest sizes that the solver has had.
   subroutine note_sizes(solver, tally)
@@ -224,6 +235,7 @@ contains
     call archive(list, tally%certified)
     call archive(list, tally%missed)
     call archive(list, tally%follows_theory)
+    call archive(list, tally%with_theory)
     call archive(list, tally%largest_stress)
     call archive(list, tally%of_law(1))
     call archive(list, tally%of_law(2))

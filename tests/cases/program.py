@@ -17,6 +17,7 @@ from bipot.result import Result  # noqa: E402  (found through the line above)
 
 INPUT = SOURCE / "input"
 DATA = SOURCE / "tests" / "data"
+ASKED = ("--nlgeom", "no", "--accuracy")  # an accuracy of the small-strain solution
 
 
 class Run:

@@ -3,7 +3,7 @@
 import unittest
 
 import numpy as np
-from program import INPUT, Run
+from program import ASKED, INPUT, Run
 from references import reference
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
@@ -17,7 +17,7 @@ def deck(name, direct=False):
 
 def with_card(text, card):
     """The deck with a card before its first step."""
-    return text.replace("*STEP\n", f"{card}\n*STEP\n", 1)
+    return text.replace("*STEP\n", f"{card}\n*STEP, NLGEOM=NO\n", 1)
 
 
 def at_ends(run, name):
@@ -69,7 +69,7 @@ class Told(unittest.TestCase):
                 np.testing.assert_array_equal(other.history(name), -1)
             np.testing.assert_array_equal(other.field("displacement"), one.field("displacement"))
             np.testing.assert_array_equal(other.pairs[0].reaction, one.pairs[0].reaction)
-        asked = Run(with_card(deck("block"), "*ACCURACY, ESTIMATE=NO"), "--accuracy", "0.1",
+        asked = Run(with_card(deck("block"), "*ACCURACY, ESTIMATE=NO"), *ASKED, "0.1",
                     name="block")  # fmt: skip
         self.assertEqual(asked.status, 1)
         self.assertEqual(asked.errors, "bipot: error: --accuracy takes the estimates that the deck "
@@ -117,7 +117,7 @@ class Asked(unittest.TestCase):
     def judge(self, name, accuracy, fine, **settings):
         """The run ends well and is as accurate as asked, by its estimate and in truth."""
         run = Run(
-            deck(name), "--accuracy", str(accuracy), "--refine", "0", name=name, **settings
+            deck(name), *ASKED, str(accuracy), "--refine", "0", name=name, **settings
         )
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
@@ -175,7 +175,7 @@ class Asked(unittest.TestCase):
     def test_direct_keeps_increments(self):
         """With DIRECT the program only tells."""
         run = Run(
-            deck("tool", direct=True), "--accuracy", "0.2", "--refine", "0", name="tool", n=12,
+            deck("tool", direct=True), *ASKED, "0.2", "--refine", "0", name="tool", n=12,
             steps=2,
         )  # fmt: skip
         self.assertEqual(run.status, 0, run.errors)
@@ -206,7 +206,7 @@ class Asked(unittest.TestCase):
         """--accuracy stands in the file beside the overrides, and over the deck's."""
         run = Run(
             with_card(deck("ssnv128"), "*ACCURACY\n0.5"),
-            "--accuracy",
+            *ASKED,
             "0.01",
             "--refine",
             "0",

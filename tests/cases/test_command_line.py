@@ -210,7 +210,8 @@ class ResultFiles(unittest.TestCase):
             (("--set", "steps=20"), "was made with --set n=1 --set steps=10, not with --set n=1 "
                                     "--set steps=20: -o FILE writes another file"),
             ((), "not with --set n=1: -o"),
-            (("--set", "steps=10", "--accuracy", "0.3"), "--set steps=10 --accuracy 0.3: -o"),
+            (("--set", "steps=10", "--nlgeom", "no", "--accuracy", "0.3"),
+             "--set steps=10 --nlgeom no --accuracy 0.3: -o"),
         ):
             with self.subTest(words=words):
                 answer = self.again(run, *words)
@@ -224,11 +225,12 @@ class ResultFiles(unittest.TestCase):
             self.assertEqual(result.finished, 20)
         # One made with --accuracy, and then without.
         self.assertEqual(
-            self.again(run, "--set", "steps=20", "--accuracy", "0.3", "-o", "asked").returncode, 0
+            self.again(run, "--set", "steps=20", "--nlgeom", "no", "--accuracy", "0.3", "-o",
+                       "asked").returncode, 0
         )
         answer = self.again(run, "--set", "steps=20", "-o", "asked")
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("--set steps=20 --accuracy 0.3, not with", answer.stderr)
+        self.assertIn("--set steps=20 --nlgeom no --accuracy 0.3, not with", answer.stderr)
 
     def test_a_name_without_an_ending_gets_one(self):
         run = Run(BLOCK, "--plan")

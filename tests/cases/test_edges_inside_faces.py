@@ -2,7 +2,7 @@
 
 import unittest
 
-from program import Run
+from program import ASKED, Run
 
 DECK = """*PARAMETER
 low = -0.37
@@ -39,14 +39,14 @@ ALIGN = "edges of a body lie inside faces of the other; align the mesh"
 
 class EdgesInsideFaces(unittest.TestCase):
     def test_cause_and_remedy(self):
-        run = Run(DECK, "--accuracy", "0.005", "--memory", "70MB", name="punch")
+        run = Run(DECK, *ASKED, "0.005", "--memory", "70MB", name="punch")
         self.assertEqual(run.status, 2, run.errors)
         self.assertRegex(run.errors, r"; [\d.]+ % of the normal force is on nodes of which less "
                          "than half is covered: " + ALIGN)  # fmt: skip
 
     def test_edges_along_edges(self):
         """A punch as wide as the block leaves no node half covered, and nothing to align."""
-        run = Run(DECK, "--accuracy", "1e-6", "--memory", "70MB", name="punch", low=-1, wide=2)
+        run = Run(DECK, *ASKED, "1e-6", "--memory", "70MB", name="punch", low=-1, wide=2)
         self.assertEqual(run.status, 2, run.errors)
         self.assertNotIn("align the mesh", run.errors)
 

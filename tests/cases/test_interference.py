@@ -8,7 +8,7 @@ are shortened by d - e together: the force is 1000 (d - e)/2.
 import unittest
 
 import numpy as np
-from program import Run
+from program import ASKED, Run
 
 DECK = """\
 *PARAMETER
@@ -153,7 +153,7 @@ class Bars(unittest.TestCase):
     def test_it_is_solved_on_finer_meshes_and_with_an_accuracy(self):
         _, force, _ = history(Run(deck(), "--refine", "1", name="bars"))
         np.testing.assert_allclose(force[-1], 10.0, atol=2e-6)
-        run = Run(deck(KINK, direct=""), "--accuracy", "0.05", name="bars", at=1.0)
+        run = Run(deck(KINK, direct=""), *ASKED, "0.05", name="bars", at=1.0)
         _, force, _ = history(run)
         np.testing.assert_allclose(force[-1], 5.0, atol=1e-3)
 

@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from program import INPUT, PROGRAM, SOURCE, Run
+from program import ASKED, INPUT, PROGRAM, SOURCE, Run
 from references import reference
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
@@ -24,7 +24,7 @@ def deck(name, *replacements):
 
 def with_card(text, card):
     """The deck with a card before its first step."""
-    return text.replace("*STEP\n", f"{card}\n*STEP\n", 1)
+    return text.replace("*STEP\n", f"{card}\n*STEP, NLGEOM=NO\n", 1)
 
 
 def of_deck(result):
@@ -63,7 +63,7 @@ A cantilever, 20 times as long as high, of an element across: meshes that bend a
 *SOLID SECTION, ELSET=A, MATERIAL=M
 *ACCURACY, OF=DISPLACEMENT
 0.1
-*STEP
+*STEP, NLGEOM=NO
 *STATIC
 1., 1.
 *BOUNDARY
@@ -85,7 +85,7 @@ class Reached(unittest.TestCase):
         """The block: normal force of itself, friction of mu times that, in each increment."""
         friction, normal = fine_block()
         for accuracy in (0.1, 0.02):
-            run = Run(deck("block"), "--accuracy", str(accuracy), name="block", steps=5, **AUTO)
+            run = Run(deck("block"), *ASKED, str(accuracy), name="block", steps=5, **AUTO)
             self.assertEqual(run.status, 0, run.errors)
             self.assertRegex(run.output, r"\nestimated error of the contact forces: mesh .*; "
                              rf"{100 * accuracy:.0f} % is reached.*; \d+ runs, ")  # fmt: skip
@@ -104,7 +104,7 @@ class Reached(unittest.TestCase):
 
     def test_what_the_file_tells(self):
         """The sequence, its values and what they tend to; the result is that of the last mesh."""
-        run = Run(deck("block"), "--accuracy", "0.1", name="block", steps=5, **AUTO)
+        run = Run(deck("block"), *ASKED, "0.1", name="block", steps=5, **AUTO)
         with run.result() as result:
             group = result.file["accuracy"]
             size, divisions = group["element_size"][:], group["divisions"][:]
@@ -147,7 +147,7 @@ class Reached(unittest.TestCase):
         scale, asked = abs(normal).max(), 0.012
         found = {}
         for options in ([], ["--extrapolated"]):
-            run = Run(deck("block"), "--accuracy", str(asked), *options, name="block", steps=5,
+            run = Run(deck("block"), *ASKED, str(asked), *options, name="block", steps=5,
                       **AUTO)  # fmt: skip
             self.assertEqual(run.status, 0, run.errors)
             with run.result() as result:
@@ -169,7 +169,7 @@ class Reached(unittest.TestCase):
     def test_any_mesh(self):
         """Elements of a deck that names nodes by their numbers are cut; sets stay what they are."""
         text = with_card(deck("block"), "*NSET, NSET=ONE\n1")
-        run = Run(text, "--accuracy", "0.2", name="cut", n=2, steps=5, **AUTO)
+        run = Run(text, *ASKED, "0.2", name="cut", n=2, steps=5, **AUTO)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             group = result.file["accuracy"]
@@ -196,7 +196,7 @@ class Reached(unittest.TestCase):
     def test_a_slice_stays_one_element_thick(self):
         """Plane strain: whether blocks have others or elements are cut, evenly or at contact,
         there are nodes on both sides alone, and the run is that of a deck with such elements."""
-        run = Run(deck("roller"), "--accuracy", "0.01", name="roller")
+        run = Run(deck("roller"), *ASKED, "0.01", name="roller")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertEqual(result.file["run"].attrs["across"], 2)
@@ -210,7 +210,7 @@ class Reached(unittest.TestCase):
                                        atol=1e-3 * abs(chosen).max())  # fmt: skip
 
         same = {"thickness": 0.04 / 8, **AUTO}
-        run = Run(deck("ssnv128"), "--accuracy", "0.03", name="plate", n=8, **same)
+        run = Run(deck("ssnv128"), *ASKED, "0.03", name="plate", n=8, **same)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertGreater(result.file["run"].attrs["cuts"], 0)
@@ -279,7 +279,7 @@ class NotReached(unittest.TestCase):
         text = text.replace("*STATIC, DIRECT", "*STATIC")
         text = text.replace("NX=<n>, NY=<n>, NZ=<n>", "NX=4, NY=1, NZ=1")
         text = text.replace("1.2, 1., 0.5", "4., 1., 1.")
-        run = Run(text, "--accuracy", "0.0003", name="circle", steps=1, mu=0.05)
+        run = Run(text, *ASKED, "0.0003", name="circle", steps=1, mu=0.05)
         self.assertEqual(run.status, 2, run.output)
         self.assertIn("the load steps make", run.errors)
         with run.result() as result:
@@ -294,7 +294,7 @@ class NotReached(unittest.TestCase):
         """Of a block the mesh makes more than increments in 8 parts: refused for the mesh, without
         more of them, where 6 GB are all there is."""
         limited = ("sh", "-c", 'ulimit -v 6000000; exec "$0" "$@"', PROGRAM)
-        run = Run(deck("block"), "--accuracy", "0.00005", name="block", command=limited, steps=5,
+        run = Run(deck("block"), *ASKED, "0.00005", name="block", command=limited, steps=5,
                   **AUTO)  # fmt: skip
         self.assertEqual(run.status, 3, run.output)
         self.assertIn("it takes elements", run.errors)
@@ -315,7 +315,7 @@ class NotReached(unittest.TestCase):
             friction = friction_and_normal(fine)[0][31::32]
         true = np.linalg.norm(mine - friction, axis=1).max() / (0.1 * pressing.max())
         for asked, status in ((0.5 * true, 2), (8 * true, 0)):
-            run = Run(text, "--accuracy", str(asked), name="block", steps=5, mu=0.1, **AUTO)
+            run = Run(text, *ASKED, str(asked), name="block", steps=5, mu=0.1, **AUTO)
             self.assertEqual(run.status, status, run.errors)
             with run.result() as result:
                 sequence = result.accuracy
@@ -323,7 +323,7 @@ class NotReached(unittest.TestCase):
                 self.assertGreater(sequence.load_steps, true)
                 self.assertEqual(sequence.divisions[-1], 1)
                 self.assertEqual(result.finished, 5)
-        run = Run(text, "--accuracy", str(0.5 * true), name="block", steps=5, mu=0.1, **AUTO)
+        run = Run(text, *ASKED, str(0.5 * true), name="block", steps=5, mu=0.1, **AUTO)
         self.assertIn("DIRECT keeps them as they are", run.errors)
 
     def test_increments_that_the_first_mesh_wants_divided(self):
@@ -337,7 +337,7 @@ class NotReached(unittest.TestCase):
         with Run(text, name="spreading", n=12, steps=16, tolerance=1e-6).result() as fine:
             friction, normal = friction_and_normal(fine)
             friction, normal = friction[3::4], normal[3::4]
-        run = Run(text, "--accuracy", "0.05", name="spreading", steps=4)
+        run = Run(text, *ASKED, "0.05", name="spreading", steps=4)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             divisions, elements = result.accuracy.divisions, result.accuracy.elements
@@ -359,7 +359,7 @@ class NotReached(unittest.TestCase):
             path = Path(folder) / "mine.vtkhdf"
             path.write_text("not a result")
             for where, words in ((path, "is not a result of bipot"), (folder, "is a folder")):
-                run = Run(deck("block"), "--accuracy", "0.1", "-o", str(where), name="block")
+                run = Run(deck("block"), *ASKED, "0.1", "-o", str(where), name="block")
                 self.assertEqual(run.status, 1, run.output)
                 self.assertIn(words, run.errors)
                 self.assertNotIn("run by run", run.output)
@@ -387,7 +387,7 @@ class NotReached(unittest.TestCase):
         text = text.replace("*STATIC, DIRECT", "*STATIC")
         fine = reference("late-16", lambda: forces_of(text, "late", n=16, steps=64, mu=0.186))
         friction, normal = fine["friction"], fine["normal"]
-        run = Run(text, "--accuracy", "0.02", name="late", steps=1, mu=0.186)
+        run = Run(text, *ASKED, "0.02", name="late", steps=1, mu=0.186)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             mine, _ = friction_and_normal(result)
@@ -407,8 +407,8 @@ class NotReached(unittest.TestCase):
             self.assertEqual(run.errors.count("\n"), 1)
         for words, message in (
             (["--extrapolated"], "none is asked for: --accuracy X"),
-            (["--extrapolated", "--accuracy", "0.1", "--refine", "0"], "--refine keeps the mesh"),
-            (["--extrapolate", "--accuracy", "0.1"], "did you mean '--extrapolated'?"),
+            (["--extrapolated", *ASKED, "0.1", "--refine", "0"], "--refine keeps the mesh"),
+            (["--extrapolate", *ASKED, "0.1"], "did you mean '--extrapolated'?"),
         ):
             run = Run(deck("block"), *words, name="block", n=2, steps=5)
             self.assertEqual(run.status, 1)
@@ -416,7 +416,7 @@ class NotReached(unittest.TestCase):
             self.assertEqual(run.errors.count("\n"), 1)
 
     def test_a_plan_is_that_of_the_first_mesh(self):
-        run = Run(deck("block"), "--accuracy", "0.1", "--plan", name="block")
+        run = Run(deck("block"), *ASKED, "0.1", "--plan", name="block")
         self.assertEqual(run.status, 0)
         self.assertIn("27 nodes, 8 elements", run.output)
         self.assertIn("10 % of the contact forces; the mesh is chosen for it", run.output)

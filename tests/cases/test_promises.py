@@ -5,7 +5,7 @@ import unittest
 
 import numpy as np
 from facets import rigid
-from program import Run
+from program import ASKED, Run
 
 BLOCK = """*HEADING
 A block pressed on a plane, then dragged to and fro
@@ -176,7 +176,7 @@ def resultant(run):
 class LoadPaths(unittest.TestCase):
     def keeps(self, amplitude, fine, asked, increment=8.0):
         """What is reached is what fine increments give on the mesh that it chose."""
-        run = Run(dragged(amplitude, increment), "--accuracy", str(asked), name="path")
+        run = Run(dragged(amplitude, increment), *ASKED, str(asked), name="path")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             n = round(2 / result.accuracy.element_size[-1])
@@ -201,20 +201,20 @@ class LoadPaths(unittest.TestCase):
     def test_increments_that_direct_keeps(self):
         """They go across all of it, and finer ones say by how much that is wrong."""
         for amplitude in (sine(8), zigzag(8)):
-            run = Run(dragged(amplitude, direct=True), "--accuracy", "0.1", name="path")
+            run = Run(dragged(amplitude, direct=True), *ASKED, "0.1", name="path")
             self.assertEqual(run.status, 2, run.output)
             self.assertIn("the load steps make", run.errors)
 
     def test_a_mesh_that_is_kept(self):
         for amplitude in (sine(8), zigzag(8)):
-            run = Run(dragged(amplitude), "--accuracy", "0.3", "--refine", "0", name="path", n=4)
+            run = Run(dragged(amplitude), *ASKED, "0.3", "--refine", "0", name="path", n=4)
             self.assertEqual(run.status, 0, run.errors)
             true = resultant(Run(dragged(amplitude, 1 / 16, direct=True), name="fine", n=4))
             found = resultant(run)
             self.assertLess(np.linalg.norm((found - true)[:2]), 0.1 * 0.3 * true[2])
 
     def test_turns_that_no_increment_ends_at(self):
-        run = Run(dragged(sine(100_000)), "--accuracy", "0.1", name="path")
+        run = Run(dragged(sine(100_000)), *ASKED, "0.1", name="path")
         self.assertEqual(run.status, 1, run.output)
         self.assertIn("step 2: amplitude 'W' turns more often than increments can end", run.errors)
 
@@ -246,7 +246,7 @@ class LateContact(unittest.TestCase):
     def test_what_no_coarse_mesh_touches(self):
         true = resultant(Run(self.beam("C3D8I", FLOOR), "--refine", "3", name="true"))[2]
         self.assertGreater(true, 0.005)
-        run = Run(self.beam(contact=FLOOR), "--accuracy", "0.2", name="beam")
+        run = Run(self.beam(contact=FLOOR), *ASKED, "0.2", name="beam")
         self.assertEqual(run.status, 0, run.errors)
         self.assertLess(abs(resultant(run)[2] / true - 1), 0.2)
         with run.result() as result:
@@ -258,7 +258,7 @@ class LateContact(unittest.TestCase):
 
     def test_a_second_pair(self):
         loads = "*BOUNDARY\nB-XMIN, 1, 1\nB-YMIN, 2, 2\n*DSLOAD\nB-ZMAX, P, 0.02"
-        run = Run(self.beam(contact=FLOOR + BESIDE, loads=loads), "--accuracy", "0.2", name="beam")
+        run = Run(self.beam(contact=FLOOR + BESIDE, loads=loads), *ASKED, "0.2", name="beam")
         self.assertEqual(run.status, 0, run.errors)
         self.assertLess(abs(resultant(run)[2] / 0.01037 - 1), 0.2)
 
@@ -266,14 +266,14 @@ class LateContact(unittest.TestCase):
         """Nothing is asked of a pair that nothing brings near."""
         contact = FLOOR.replace("-0.1", "-100.") + BESIDE
         loads = "*BOUNDARY\nB-XMIN, 1, 1\nB-YMIN, 2, 2\n*DSLOAD\nB-ZMAX, P, 0.02"
-        run = Run(self.beam(contact=contact, loads=loads), "--accuracy", "0.1", name="beam")
+        run = Run(self.beam(contact=contact, loads=loads), *ASKED, "0.1", name="beam")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             self.assertLessEqual(len(result.accuracy), 3)
 
     def test_a_displacement_that_grows_on_coarse_meshes(self):
         head = "*ACCURACY, OF=DISPLACEMENT\n0.1\n"
-        run = Run(self.beam(head=head), name="beam")
+        run = Run(self.beam(head=head), "--nlgeom", "no", name="beam")
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
             found = np.linalg.norm(result.field("displacement"), axis=1).max()
@@ -291,20 +291,20 @@ class OneMesh(unittest.TestCase):
             for pair in ("A-ZMAX, B-ZMIN", "B-ZMIN, A-ZMAX"):
                 with self.subTest(a=a, pair=pair):
                     text = PUNCH.format(pair=pair)
-                    run = Run(text, "--refine", "0", "--accuracy", "0.01", name="punch", a=a, b=b)
+                    run = Run(text, "--refine", "0", *ASKED, "0.01", name="punch", a=a, b=b)
                     self.assertEqual(run.status, 2, run.output)
                     found = abs(resultant(run)[2])
                     with run.result() as result:
                         told = result.history("error/mesh")[-1]
                     self.assertGreater(told, abs(found / true - 1) - 0.02)
-        run = Run(PUNCH.format(pair=pair), "--refine", "0", "--accuracy", "0.1", name="punch")
+        run = Run(PUNCH.format(pair=pair), "--refine", "0", *ASKED, "0.1", name="punch")
         self.assertEqual(run.status, 2, run.output)
         self.assertIn("the mesh alone makes", run.output)
 
     def test_a_punch_as_wide_as_the_block(self):
         """Nothing is added where all is covered."""
         told = []
-        for options in ((), ("--refine", "0", "--accuracy", "0.1")):
+        for options in ((), ("--refine", "0", *ASKED, "0.1")):
             run = Run(PUNCH.format(pair="A-ZMAX, B-ZMIN"), *options, name="punch", a=0, b=2)
             self.assertEqual(run.status, 0, run.errors)
             with run.result() as result:
@@ -313,7 +313,7 @@ class OneMesh(unittest.TestCase):
 
     def test_facets_in_a_bore(self):
         """A pin of 20 facets is pressed sideways in a bore of 16: 46.3, with finer elements 53."""
-        run = Run(pin_in_bore(20, 16), "--refine", "0", "--accuracy", "0.5", name="bore")
+        run = Run(pin_in_bore(20, 16), "--refine", "0", *ASKED, "0.5", name="bore")
         self.assertEqual(run.status, 2, run.output)
         found = abs(resultant(run)[0])
         with run.result() as result:

@@ -7,7 +7,7 @@ the skip is allowed; nothing else is skipped here.
 import sys
 import unittest
 
-from program import SOURCE, Run
+from program import ASKED, SOURCE, Run
 
 SHARED = SOURCE.parent / "shared" / "reference" / "finds3"
 
@@ -27,12 +27,12 @@ class Promised(unittest.TestCase):
         """Friction at the end, by fine increments on a mesh of n = 6: -1.61, of a scale of 6.3."""
         for name in ("accuracy_periodic_aliased", "accuracy_kinks_not_followed"):
             with self.subTest(deck=name):
-                friction = reached(name, "--accuracy", "0.1")[0]
+                friction = reached(name, *ASKED, "0.1")[0]
                 self.assertLess(abs(friction + 1.61), 0.1 * 6.3)
 
     def test_contact_is_found(self):
         """0.00188 by C3D8I, --refine 3."""
-        force = reached("accuracy_reached_no_contact", "--accuracy", "0.2")[2]
+        force = reached("accuracy_reached_no_contact", *ASKED, "0.2")[2]
         self.assertLess(abs(force / 0.00188 - 1), 0.2)
 
     def test_what_has_a_limit_is_not_said_to_have_none(self):

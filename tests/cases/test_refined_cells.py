@@ -19,7 +19,7 @@ from boxes import (
     BoxCase,
     on_corner,
 )
-from program import Run
+from program import ASKED, Run
 
 LOAD = f"*DSLOAD\nB-Z1, P, {PRESSURE}\n*EL FILE, POSITION=AVERAGED AT NODES\nS\n*END STEP\n"
 KINDS = (("C3D4",), ("C3D6",), ("C3D8", "C3D6"), ("C3D10",), ("C3D15",), ("C3D20",), ("C3D20R",),
@@ -240,7 +240,7 @@ class Limits(BoxCase):
         for scene, limit in (("block", 223.35), ("beam", 4.111), ("hertz", self.FORCE)):
             for kind, accuracy in (("C3D10", 0.05), ("C3D4", 0.15)):
                 with self.subTest(scene=scene, kind=kind):
-                    result = self.solve(getattr(self, scene)(kind), "--accuracy", str(accuracy))
+                    result = self.solve(getattr(self, scene)(kind), *ASKED, str(accuracy))
                     force = result.pairs[0].resultant[-1, 2]
                     self.assertLess(abs(force / limit - 1), accuracy)
 
@@ -261,7 +261,7 @@ class Refusals(unittest.TestCase):
             ("is a 5-node pyramid, which cannot be refined",
              on_floor(Box("B", (1, 1, 1), ("C3D5",)), at_corner()), ()),
             ("a 5-node pyramid cannot be refined: keep it by *ACCURACY, MESH=KEEP",
-             on_floor(Box("B", (1, 1, 1), ("C3D5",))), ("--accuracy", "0.1")),
+             on_floor(Box("B", (1, 1, 1), ("C3D5",))), (*ASKED, "0.1")),
             ("consists of faces with mid-side nodes, and this refines a part of it",
              on_floor(Box("B", (3, 3, 2), ("C3D10",)), "*REFINE, NSET=B-X0\n"), ()),
         ):  # fmt: skip

@@ -16,7 +16,7 @@ def asking(card, sets=ONE):
     """The block, its increments free to be cut, an accuracy before its first step."""
     text = (INPUT / "block.inp").read_text().replace("*STATIC, DIRECT", "*STATIC")
     text = text.replace("*END STEP", f"{PRINTED} STEP", 1)
-    return text.replace("*STEP\n", f"{sets}{card}\n*STEP\n", 1)
+    return text.replace("*STEP\n", f"{sets}{card}\n*STEP, NLGEOM=NO\n", 1)
 
 
 def of_deck(result):

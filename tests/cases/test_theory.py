@@ -4,7 +4,7 @@ import re
 import unittest
 
 import numpy as np
-from program import Run
+from program import ASKED, Run
 
 # A block between smooth planes, or held below: its top goes down, along any axis.
 PRESSED = """*PARAMETER
@@ -270,13 +270,13 @@ class Theory(unittest.TestCase):
         self.assertGreater(error, 1)
 
     def test_an_accuracy_is_that_of_the_theory(self):
-        run = Run(pressed(clamped=True), "--accuracy", "0.2", name="pressed", nu=0.3, mu=0.3)
+        run = Run(pressed(clamped=True), *ASKED, "0.2", name="pressed", nu=0.3, mu=0.3)
         self.assertEqual(run.status, 0, run.errors)
         self.assertRegex(run.output, r"20 % is reached within small-strain theory, which may be "
                                      r"off by \S+ % here; ")
         # A small one is said beside an accuracy that is smaller.
         for accuracy, said in (("0.05", True), ("0.2", False)):
-            run = Run(pressed(), "--refine", "0", "--accuracy", accuracy, name="pressed", down=0.02)
+            run = Run(pressed(), "--refine", "0", *ASKED, accuracy, name="pressed", down=0.02)
             self.assertEqual(run.status, 0, run.errors)
             self.assertEqual(bool(re.search(CLOSING, run.output)), said, run.output)
 

@@ -336,10 +336,128 @@ class Choice(unittest.TestCase):
         run = Run(deck, "--overwrite", name="deck", beside={"deck.vtkhdf.linear": ours.file})
         self.assertEqual(run.status, 0, run.errors)
 
-    def test_a_mesh_that_is_chosen_is_refused(self):
-        run = Run(block(), "--nlgeom", "auto", "--accuracy", "0.3", name="deck")
-        self.assertEqual(run.status, 1)
-        self.assertIn("--refine 0", run.errors)
+
+def free(deck):
+    """The deck with increments that may be divided."""
+    return deck.replace("*STATIC, DIRECT", "*STATIC")
+
+
+def asked(deck, accuracy, *options, **values):
+    """A run of the block for an accuracy, with increments that may be divided."""
+    return Run(free(deck), "--accuracy", str(accuracy), *options, name="deck",
+               **{"n": 4, "steps": 2, **values})
+
+
+def sequence_of(run):
+    """The runs by which an accuracy was reached."""
+    with run.result() as result:
+        return result.accuracy
+
+
+class Accuracy(unittest.TestCase):
+    """The error of small strain is a part of an accuracy, and finite strain takes its place."""
+
+    def test_a_small_error_is_a_part_of_the_sum(self):
+        run = asked(block(OPEN), 0.1, down=0.005)
+        self.assertEqual(run.status, 0, run.errors)
+        found = sequence_of(run)
+        self.assertTrue(found.reached)
+        self.assertLess(found.mesh_and_load_steps + found.others + found.theory, 0.1)
+        np.testing.assert_allclose(found.theory, errors(run).max(), rtol=1e-12)
+        with run.result() as result:
+            self.assertEqual(result.theory_is, "estimate")
+        self.assertRegex(run.output, r"load steps \S+ %, (together \S+ %, )?theory \S+ %; 10 % is")
+        # Of the small-strain solution more is left for the mesh, and the sum is another one.
+        alone = asked(block(OPEN), 0.1, "--nlgeom", "no", down=0.005)
+        self.assertEqual(sequence_of(alone).theory, -1)
+        self.assertNotIn("theory", alone.output.splitlines()[-1])
+
+    def test_a_bound_that_spoils_nothing_is_enough(self):
+        run = asked(block(OPEN), 0.2, down=0.0005)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertEqual(result.theory_is, "bound")
+        self.assertRegex(run.output, r"theory at most \S+ %; 20 % is reached")
+
+    def test_a_law_that_is_named_goes_to_finite_strain(self):
+        run = asked(block(SVK), 0.1, down=0.05)
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertRegex(run.output, r"small strain is off by \S+ %, and 10 % is allowed: the run "
+                                     r"begins again at finite strain")
+        finite = asked(block(SVK, ", NLGEOM"), 0.1, down=0.05)
+        self.assertEqual(finite.status, 0, finite.errors)
+        of_runs = ("accuracy/processor_time",)
+        self.assertEqual(unlike(finite.file, run.file, but=of_runs), [])
+        self.assertEqual(sequence_of(run).theory, -1)
+
+    def test_a_law_that_is_open_is_asked_for(self):
+        run = asked(block(OPEN), 0.1, down=0.05)
+        self.assertEqual(run.status, 2)
+        self.assertRegex(run.errors, r"accuracy 10 % of the contact forces was not reached: which "
+                         r"law .* more than 10 %.* off by \S+ % with St Venant .* by \S+ % with "
+                         r"neo-Hooke's. \*HYPERELASTIC, .*LAW=SVK says it; NLGEOM=NO .*beside that")
+        found = sequence_of(run)
+        self.assertFalse(found.reached)
+        self.assertLess(found.mesh_and_load_steps + found.others, 0.1)
+        # What stands there is the small-strain solution.
+        alone = asked(block(OPEN), 0.1, "--nlgeom", "no", down=0.05)
+        self.assertEqual(alone.status, 0, alone.errors)
+        self.assertTrue(sequence_of(alone).reached)
+        np.testing.assert_array_equal(resultants(run), resultants(alone))
+
+    def test_the_deck_asks_for_small_strain(self):
+        run = asked(block(SVK, ", NLGEOM=NO"), 0.1, down=0.05)
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertRegex(run.output, r"10 % is reached within small-strain theory, which may be")
+        self.assertEqual(sequence_of(run).theory, -1)
+        # The option wins.
+        run = asked(block(SVK, ", NLGEOM=NO"), 0.1, "--nlgeom", "auto", down=0.05)
+        self.assertIn("begins again at finite strain", run.output)
+
+    def test_what_finite_strain_refuses(self):
+        run = Run(free(COLUMN), "--accuracy", "0.3", name="column", load=1.5)
+        self.assertEqual(run.status, 2)
+        self.assertIn("the runs go back to small strain: at finite strain ", run.output)
+        self.assertRegex(run.errors, r"was not reached: small strain is off by more than it can "
+                                     r"say, and at finite strain .*unstable")
+        with run.result() as result:
+            self.assertEqual(result.theory_is, "bound")
+            self.assertTrue(result.history("certified").all())
+
+    def test_on_a_mesh_that_is_kept_the_sum_decides(self):
+        options = ("--refine", "0")
+        one = asked(block(SVK), 0.05, *options, "--nlgeom", "no", "--theory", n=6, down=0.01)
+        with one.result() as result:
+            total = max(result.history("error/total")[result.step_ends])
+        theory = errors(one).max()
+        self.assertGreater(total, 0.5 * theory)
+        enough, less = (asked(block(SVK), wanted, *options, n=6, down=0.01)
+                        for wanted in (1.1 * (total + theory), total + 0.5 * theory))
+        self.assertEqual(enough.status, 0, enough.errors)
+        self.assertNotIn("begins again", enough.output)
+        self.assertIn("begins again at finite strain", less.output)
+
+    def test_within_time_and_memory(self):
+        for bound in (("--memory", "60MB"), ("--time", "20")):
+            with self.subTest(bound=bound):
+                run = Run(block(SVK), "--nlgeom", "auto", *bound, name="deck", n=4, steps=2)
+                self.assertEqual(run.status, 0, run.errors)
+                self.assertRegex(run.output, r"off by \S+ %, and 1 % is allowed: the run begins")
+                with run.result() as result:
+                    self.assertEqual(result.theory_is, "finite strain")
+                    self.assertGreater(len(result.accuracy), 1)
+
+    def test_continued_runs_decide_alike(self):
+        for law, end in ((OPEN, ("1", "3")), (SVK, ("begins again", "1", "3"))):
+            with self.subTest(law=law):
+                deck = free(block(law, accuracy="*ACCURACY\n0.05\n"))
+                settings = {"name": "deck", "n": 4, "steps": 12, "down": 0.05}
+                whole = Run(deck, **settings)
+                continued = Run(deck, "--continue", ended_at=end, **settings)
+                self.assertEqual(continued.status, whole.status, continued.errors)
+                self.assertIn("continued ", continued.output)
+                self.assertEqual(unlike(whole.file, continued.file,
+                                        but=("accuracy/processor_time",)), [])
 
 
 if __name__ == "__main__":

@@ -14,7 +14,10 @@ MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increme
 # Runs on several meshes, one after the other.
 LONG_FORM = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 ACCURACY, SEARCHED = ("0.02", 10) if LONG_FORM else ("0.05", 7)
-SOUGHT = Case(INPUT / "block.inp", "--accuracy", ACCURACY, steps=25, solver="AUTO", local="AUTO")
+SOUGHT = Case(
+    INPUT / "block.inp", "--nlgeom", "no", "--accuracy", ACCURACY, steps=25, solver="AUTO",
+    local="AUTO"
+)  # fmt: skip
 # Runs of which the last ones have smaller elements where contact is.
 SMALL_CONTACT = Case(INPUT.parent / "tests" / "reliability" / "small_contact.inp")
 # The same within a bound of the memory, which may choose other meshes another time.

@@ -227,7 +227,7 @@ class OfAnAccuracy(WithFolder):
 
     def test_errors_are_those_of_the_runs(self):
         result = bipot.run(ROOT / "input" / "block.inp", n=2, steps=5, quiet=True, accuracy=0.2,
-                           directory=self.folder)
+                           nlgeom="no", directory=self.folder)
         self.addCleanup(result.close)
         with patch("bipot.page.pictures", return_value=""):
             page = Page(make_page(result))

@@ -382,7 +382,7 @@ class Accuracy(WithFolder):
         deck = self.folder / "block.inp"
         text = (ROOT / "input" / "block.inp").read_text()
         deck.write_text(text.replace("*END STEP", "*EL FILE\nS, ERR\n*END STEP"))
-        with bipot.run(deck, accuracy=0.1, steps=5, solver="AUTO", local="AUTO",
+        with bipot.run(deck, accuracy=0.1, nlgeom="no", steps=5, solver="AUTO", local="AUTO",
                        quiet=True) as result:  # fmt: skip
             sequence = result.accuracy
             axes = result.plot("accuracy").axes[0]

@@ -15,11 +15,13 @@ class TheoryError(unittest.TestCase):
 
     def setUp(self):
         self.rows = theory_error.read_kept()
+        self.asked = theory_error.read_kept(theory_error.KEPT_ASKED)
 
     def page(self):
         """The page of these rows, without the line that names the machine."""
         figure = theory_error.FIGURE.relative_to(theory_error.PAGE.parent)
-        return [line for line in theory_error.page(self.rows, figure).splitlines()
+        return [line for line in theory_error.page(self.rows, self.asked,
+                                                         figure).splitlines()
                 if not line.startswith("By `studies/run")]
 
     def test_the_page_is_that_of_the_data(self):
@@ -29,6 +31,13 @@ class TheoryError(unittest.TestCase):
 
     def test_every_scene_is_kept(self):
         self.assertEqual({row["scene"] for row in self.rows}, set(theory_error.SCENES))
+        self.assertEqual({row["scene"] for row in self.asked}, set(theory_error.ASKED))
+
+    def test_an_accuracy_that_is_not_kept_is_no_page(self):
+        row = next(row for row in self.asked if row["true"])
+        row["true"] = 1.1 * row["asked"]
+        with self.assertRaises(StudyError):
+            self.page()
 
     def test_a_bound_below_the_truth_is_no_page(self):
         self.rows[0]["bound"] = 0.5 * self.rows[0]["svk_true"]
