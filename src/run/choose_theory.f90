@@ -129,7 +129,8 @@ contains
     type(run_theory_t), intent(in) :: theory
 
     call say('small strain '//off_in_words(theory)//', and '//percent(theory_allowed( &
-      scene%accuracy%wanted))//' is allowed: the run begins again at finite strain')
+      scene%accuracy%wanted))//' is allowed'//trim(merge(' for all errors', repeat(' ', 15), &
+      scene%accuracy%wanted > 0.0_wp))//': the run begins again at finite strain')
   end subroutine say_change
 
   !> The run at finite strain, in the place of the other result.
