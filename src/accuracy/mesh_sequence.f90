@@ -12,7 +12,7 @@ module mesh_sequence_mod
   use kinks_mod, only: most_events
   use increments_mod, only: count_increments
   use measured_quantities_mod, only: quantity_t, list_quantities, error_scales
-  use theory_of_runs_mod, only: run_theory_t, may_spoil, leaves_too_little
+  use theory_of_runs_mod, only: run_theory_t, leaves_too_little
   implicit none
   private
 

@@ -4,7 +4,6 @@
 module judge_theory_mod
   use kinds_mod, only: wp
   use text_mod, only: percent
-  use mesh_size_mod, only: relative_size
   use mesh_sequence_mod, only: mesh_sequence_t, theory_counts, theory_tried, theory_of_last, &
     is_spoiled_by_theory, set_theory_aside
   use theory_of_runs_mod, only: run_theory_t, may_spoil, is_more_than_its_part, &

@@ -120,8 +120,10 @@ contains
       keeps_small_strain)) scene%accuracy%chooses_theory = .true.
     if (options%theory) scene%accuracy%follows_theory = .true.
     ! Coarse meshes say whether it takes an estimate where there are several.
-    if (scene%accuracy%chooses_theory .and. .not. chooses_mesh(scene%accuracy)) &
-      scene%accuracy%follows_theory = .true.
+    associate (accuracy => scene%accuracy)
+      accuracy%follows_theory = accuracy%follows_theory .or. (accuracy%chooses_theory .and. &
+        .not. chooses_mesh(accuracy))
+    end associate
     call check_shadow()
     if (options%nlgeom == 'NO') call keep('--nlgeom no')
     if (options%nlgeom == 'YES') call keep('--nlgeom yes')
