@@ -153,7 +153,7 @@ contains
   end subroutine add_run
 
   !> What the error of the theory leaves of the accuracy for all else, where it leaves anything.
-  subroutine leave_to_others(sequence)
+  pure subroutine leave_to_others(sequence)
     type(mesh_sequence_t), intent(inout) :: sequence
     type(run_theory_t) :: theory
 
@@ -175,7 +175,7 @@ contains
   !> What small strain leaves out of the last run. Where no shadow run could go beside it, as with
   !> bodies that are solved for by iteration, runs on coarser meshes say it, if two of them do: it
   !> changes little with the mesh.
-  type(run_theory_t) function theory_of_last(sequence) result(theory)
+  pure type(run_theory_t) function theory_of_last(sequence) result(theory)
     type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
     integer, allocatable :: followed(:)
     integer :: i, n
@@ -198,7 +198,7 @@ contains
   end function theory_of_last
 
   !> Whether the error of the theory leaves nothing of the accuracy.
-  logical function is_spoiled_by_theory(sequence) result(is_spoiled)
+  pure logical function is_spoiled_by_theory(sequence) result(is_spoiled)
     type(mesh_sequence_t), intent(in) :: sequence
 
     is_spoiled = sequence%theory == theory_spoils

@@ -97,7 +97,8 @@ contains
     end if
     scene%name = name_of(path)
     if (.not. present(nlgeom) .or. allocated(error)) return
-    if (nlgeom == '' .and. says_small_strain(reader)) nlgeom = 'NO'
+    if (nlgeom /= '') return
+    if (says_small_strain(reader)) nlgeom = 'NO'
   end subroutine read_deck
 
   !> Whether a *STEP says NLGEOM=NO, of a deck without mistakes.

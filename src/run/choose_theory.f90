@@ -98,7 +98,9 @@ contains
 
     path = result_path(options, scene)
     goes_on = .false.
-    if (options%continues .and. is_there(path)) goes_on = theory_in_file(path) == 'finite strain'
+    if (options%continues) then
+      if (is_there(path)) goes_on = theory_in_file(path) == 'finite strain'
+    end if
     of_runs = options
     if (.not. goes_on) then
       call reach_accuracy(of_runs, scene, console, '', search, error)

@@ -98,9 +98,11 @@ contains
       sequence%spent = sequence%earlier + cpu_seconds()
       if (continues) then
         call take_up(result_path(options, deck), choice, of_run)
-        sequence%follows_theory = sequence%follows_theory .or. (of_run%continues .and. &
-          sequence%theory /= theory_beside .and. theory_in_file(result_path(options, deck)) == &
-          'estimate')
+        if (of_run%continues .and. sequence%theory /= theory_beside) then
+          if (theory_in_file(result_path(options, deck)) == 'estimate') then
+            sequence%follows_theory = .true.
+          end if
+        end if
       end if
       ! What load steps make is found by runs of several sizes of them, but for a first run that may
       ! say enough by itself.
