@@ -447,21 +447,6 @@ class Accuracy(unittest.TestCase):
                     self.assertEqual(result.theory_is, "finite strain")
                     self.assertGreater(len(result.accuracy), 1)
 
-    def test_continued_runs_decide_alike(self):
-        # Ended in the tenth run, behind the line of the ninth, of 512 elements.
-        end = ("   9       512", "1", "1")
-        for law in (OPEN, SVK):
-            with self.subTest(law=law):
-                deck = free(block(law, accuracy="*ACCURACY\n0.02\n"))
-                settings = {"name": "deck", "n": 4, "steps": 12, "down": 0.05}
-                whole = Run(deck, **settings)
-                continued = Run(deck, "--continue", ended_at=end, **settings)
-                self.assertEqual(continued.status, whole.status, continued.errors)
-                with continued.result() as result:
-                    self.assertNotEqual(result.run_text("continued"), "")
-                self.assertEqual(unlike(whole.file, continued.file,
-                                        but=("accuracy/processor_time",)), [])
-
 
 if __name__ == "__main__":
     unittest.main()
