@@ -11,7 +11,7 @@ module face_couplings_mod
   use equation_list_mod, only: add_equation, equation_list_t
   use faces_mod, only: face_node_areas, face_node_moments
   use kinds_mod, only: wp
-  use mesh_draft_mod, only: add_node_beside
+  use mesh_draft_mod, only: add_node_beside, solids
   use scene_mod, only: coupled_rotation_t
   use sets_mod, only: model_t
   use surfaces_mod, only: all_nodes_of, surface_t
@@ -19,7 +19,7 @@ module face_couplings_mod
   implicit none
   private
 
-  public :: coupling_t, add_rotation_node, mark_coupled, couple, rotations_of
+  public :: coupling_t, add_rotation_node, keep_in_plane, mark_coupled, couple, rotations_of
 
   real(wp), parameter :: nothing = 1.0e-14_wp !! of the length: an arm of rounding [-]
 
@@ -59,6 +59,24 @@ contains
     model%rotation_of = reshape([model%rotation_of, coupling%node, coupling%rotation_node], &
       [2, size(model%rotation_of, 2) + 1])
   end subroutine add_rotation_node
+
+  !> With elements of a plane, couple what moves in the plane, and have reference nodes without
+  !> elements halfway through the thickness: a force there has no moment about the plane's axes.
+  subroutine keep_in_plane(model, couplings)
+    type(model_t), intent(inout) :: model
+    type(coupling_t), intent(inout) :: couplings(:)
+    integer :: k
+
+    if (model%mesh%plane == solids) return
+    do k = 1, size(couplings)
+      couplings(k)%dofs(3:5) = .false.
+      associate (node => couplings(k)%node, rotation => couplings(k)%rotation_node, &
+                 z => model%mesh%coordinates(3, :model%mesh%n_nodes))
+        if (model%used(node)) cycle
+        z([node, rotation]) = 0.5_wp*maxval(z, mask=model%used)
+      end associate
+    end do
+  end subroutine keep_in_plane
 
   !> Mark the nodes that couplings join to their faces.
   subroutine mark_coupled(model)

@@ -7,11 +7,13 @@
 !> to them. docs/theory.md section 8.
 module plane_mesh_mod
   use cells_mod, only: cells
+  use constraints_mod, only: constraints_t
   use connectivity_mod, only: nodes_of_element
   use equation_list_mod, only: add_equation, equation_list_t
+  use growing_lists_mod, only: enlarge
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
-  use mesh_draft_mod, only: add_node_beside, axisymmetric, mesh_draft_t
+  use mesh_draft_mod, only: add_node_beside, axisymmetric, mesh_draft_t, solids
   use obstacle_shapes_mod, only: locate_point
   use obstacles_mod, only: obstacle_t
   use sectors_mod, only: n_sectors
@@ -19,11 +21,29 @@ module plane_mesh_mod
   implicit none
   private
 
-  public :: expand_plane, hold_plane, uneven_obstacle
+  public :: across_plane, expand_plane, spread_equations, hold_plane, uneven_obstacle
 
+  integer, parameter :: across_plane = 3 !! the axis along which elements are as thick as all are
   real(wp), parameter :: wedge_angle = 1.0_wp/180.0_wp*acos(-1.0_wp)
   !! 1 degree: with 0.2 rings in contact are refused (one lies behind the other), with 2 the chords
   !! of a bore on a rigid shaft make 1 % of its pressure [rad]
+
+  !> Which nodes stand beside those of the plane.
+  type :: lines_t
+    integer, allocatable :: beside(:, :)  !! (2,n_nodes) the opposite one, that between; 0: none
+    integer, allocatable :: ends(:, :)    !! (2,n_nodes) corners beside a mid-side node; else 0
+    logical, allocatable :: is_beside(:)  !! (n_nodes) one of these, not of the plane
+    logical, allocatable :: on_axis(:)    !! (n_nodes) of bodies of revolution
+    real(wp), allocatable :: angle(:)     !! (n_nodes) of the half plane; 0 on the axis [rad]
+    real(wp) :: n_sectors = 1.0_wp        !! whose forces are those of the deck
+  end type lines_t
+
+  !> A sum of displacements, each degree of freedom once.
+  type :: mean_t
+    integer :: n = 0
+    integer, allocatable :: node(:), dof(:)
+    real(wp), allocatable :: weight(:)
+  end type mean_t
 
 contains
 
@@ -126,62 +146,160 @@ contains
     uneven = 0
   end function uneven_obstacle
 
+  !> What equations say of nodes of the plane, said of all that they stand for: the displacement of
+  !> such a node is the mean along the thickness, as the force on it acts all along that.
+  subroutine spread_equations(model, equations)
+    type(model_t), intent(in) :: model
+    type(equation_list_t), intent(inout) :: equations !! of the deck, between nodes of the plane
+    type(equation_list_t) :: given
+    type(lines_t) :: lines
+    type(mean_t) :: mean
+    integer :: c, k
+
+    if (model%mesh%plane == solids .or. equations%list%n == 0) return
+    lines = lines_of(model)
+    given = equations
+    equations = equation_list_t()
+    do c = 1, given%list%n
+      associate (all => given%list)
+        mean = mean_t()
+        call add_mean(lines, all%node(c), all%dof(c), 1.0_wp, mean)
+        do k = all%first(c), all%first(c + 1) - 1
+          call add_mean(lines, all%master(k), all%master_dof(k), -all%weight(k), mean)
+        end do
+      end associate
+      call add_equation(equations, given%position(c), mean%node(:mean%n), mean%dof(:mean%n), &
+        -mean%weight(2:mean%n)/mean%weight(1))
+    end do
+  end subroutine spread_equations
+
   !> Hold the nodes of plane elements across the plane, and hand what the steps put on nodes of the
   !> plane to those beside them.
-  subroutine hold_plane(model, equations, steps)
+  subroutine hold_plane(model, constraints, equations, steps)
     type(model_t), intent(in) :: model
+    type(constraints_t), intent(in) :: constraints !! of ties, and of nodes that hang
     type(equation_list_t), intent(inout) :: equations
     type(load_step_t), intent(inout) :: steps(:)
-    integer, allocatable :: beside(:) !! (n_nodes) the node of the plane, the node itself there
-    real(wp), allocatable :: angle(:) !! (n_nodes) [rad]
-    logical, allocatable :: on_axis(:)
-    integer :: step, node, k, n
+    type(lines_t) :: lines
+    logical :: follows(model%mesh%n_nodes)
+    !! across the plane a node follows others, which stay in their planes
+    integer :: step, node
 
-    if (.not. allocated(model%mesh%copies)) return
-    n = model%mesh%n_nodes
-    allocate (beside(n), source=[(node, node=1, n)])
-    allocate (angle(n), source=0.0_wp)
-    allocate (on_axis(n), source=.false.)
-    do node = 1, size(model%mesh%copies, 2)
-      do k = 1, 2
-        associate (copy => model%mesh%copies(k, node))
-          if (copy == 0) cycle
-          beside(copy) = node
-          if (model%mesh%plane /= axisymmetric) cycle
-          angle(copy) = wedge_angle/k
-          on_axis([node, copy]) = model%mesh%on_axis(node)
-        end associate
-      end do
-    end do
-    where (on_axis) angle = 0.0_wp
+    if (model%mesh%plane == solids) return
+    lines = lines_of(model)
+    follows = .false.
+    call mark_followers(constraints)
+    call mark_followers(equations%list)
     do step = 1, size(steps)
-      call turn_supports(steps(step)%boundary, angle)
-      if (step == 1 .or. steps(step)%replace_boundary) call hold_across(model, on_axis, angle, &
+      call turn_supports(steps(step)%boundary, lines%angle)
+      if (step == 1 .or. steps(step)%replace_boundary) call hold_across(model, lines, follows, &
         steps(step)%boundary)
-      call share_forces(model, beside, angle, steps(step)%forces)
+      call share_forces(lines, steps(step)%forces)
     end do
-    do node = 1, n
-      if (abs(angle(node)) > 0.0_wp) call add_equation(equations, 0, [node, node], [3, 1], &
-        [tan(angle(node))])
+    do node = 1, size(lines%angle)
+      if (abs(lines%angle(node)) > 0.0_wp .and. .not. follows(node)) call add_equation(equations, &
+        0, [node, node], [3, 1], [tan(lines%angle(node))])
     end do
+
+  contains
+
+    subroutine mark_followers(list)
+      type(constraints_t), intent(in) :: list
+      integer :: c
+
+      do c = 1, list%n
+        if (list%dof(c) == 3) follows(list%node(c)) = .true.
+      end do
+    end subroutine mark_followers
+
   end subroutine hold_plane
 
-  !> Hold along z all nodes of elements but those that an equation keeps in their half plane, and
-  !> reference nodes; of bodies of revolution also along x what is on the axis.
-  subroutine hold_across(model, on_axis, angle, boundary)
+  !> Which nodes are beside those of the plane, from the elements as they are at last.
+  pure type(lines_t) function lines_of(model) result(lines)
     type(model_t), intent(in) :: model
-    logical, intent(in) :: on_axis(:)
-    real(wp), intent(in) :: angle(:) !! (n_nodes) [rad]
-    type(nodal_value_t), allocatable, intent(inout) :: boundary(:)
-    integer :: node
+    integer :: e, k, node
 
-    associate (across => pack([(node, node=1, size(angle))], (model%used .or. model%reference) &
-               .and. .not. abs(angle) > 0.0_wp), &
-               along => pack([(node, node=1, size(angle))], on_axis .or. (model%reference .and. &
-               model%mesh%plane == axisymmetric)))
-      boundary = [boundary, [(nodal_value_t(node=across(node), dof=3), node=1, size(across))], &
-        [(nodal_value_t(node=along(node), dof=1), node=1, size(along))]]
+    associate (mesh => model%mesh, n_nodes => model%mesh%n_nodes)
+      allocate (lines%beside(2, n_nodes), lines%ends(2, n_nodes), source=0)
+      allocate (lines%is_beside(n_nodes), lines%on_axis(n_nodes), source=.false.)
+      allocate (lines%angle(n_nodes), source=0.0_wp)
+      lines%n_sectors = n_sectors(mesh%sector_angle)
+      do e = 1, mesh%n_elements
+        associate (n => cells(mesh%connectivity%cell(e))%n_corners/2, &
+                   nodes => nodes_of_element(mesh%connectivity, e))
+          lines%beside(1, nodes(:n)) = nodes(n + 1:2*n)
+          if (size(nodes) == 2*n) cycle
+          lines%beside(1, nodes(2*n + 1:3*n)) = nodes(3*n + 1:4*n)
+          lines%beside(2, nodes(:n)) = nodes(4*n + 1:)
+          do k = 1, n
+            lines%ends(:, nodes(2*n + k)) = nodes([k, mod(k, n) + 1])
+          end do
+        end associate
+      end do
+      do node = 1, n_nodes
+        do k = 1, 2
+          if (lines%beside(k, node) == 0) cycle
+          lines%is_beside(lines%beside(k, node)) = .true.
+          if (mesh%plane == axisymmetric) lines%angle(lines%beside(k, node)) = wedge_angle/k
+        end do
+      end do
+      if (mesh%plane /= axisymmetric) return
+      lines%on_axis(:size(mesh%on_axis)) = mesh%on_axis
+      do node = 1, n_nodes
+        ! New nodes are behind those that they lie between, and behind those in whose place they are.
+        if (allocated(mesh%between) .and. node > mesh%n_given) then
+          if (node - mesh%n_given <= size(mesh%place, 2)) then
+            associate (around => mesh%between(:, node - mesh%n_given))
+              lines%on_axis(node) = all(lines%on_axis(pack(around, around > 0)))
+            end associate
+          end if
+        end if
+        if (allocated(model%twins)) then
+          k = findloc(model%twins(1, :), node, dim=1)
+          if (k > 0) lines%on_axis(node) = lines%on_axis(model%twins(2, k))
+        end if
+        if (.not. lines%on_axis(node)) cycle
+        if (node <= size(mesh%copies, 2)) lines%on_axis(pack(mesh%copies(:, node), &
+          mesh%copies(:, node) > 0)) = .true.
+      end do
+      where (lines%on_axis) lines%angle = 0.0_wp
     end associate
+  end function lines_of
+
+  !> Hold along z all nodes of elements but those that an equation keeps in their half plane, and
+  !> reference nodes, with their rotations about other axes; of bodies of revolution also along x
+  !> what is on the axis.
+  subroutine hold_across(model, lines, follows, boundary)
+    type(model_t), intent(in) :: model
+    type(lines_t), intent(in) :: lines
+    logical, intent(in) :: follows(:) !! (n_nodes) as of hold_plane
+    type(nodal_value_t), allocatable, intent(inout) :: boundary(:)
+    logical, dimension(size(follows)) :: across, along
+    integer :: i
+
+    across = model%used .and. .not. (abs(lines%angle) > 0.0_wp .or. follows) .or. model%reference
+    along = lines%on_axis .and. .not. follows .or. (model%reference .and. &
+      model%mesh%plane == axisymmetric)
+    if (allocated(model%rotation_of)) then
+      across(model%rotation_of(1, :)) = .true.
+      do i = 1, size(model%rotation_of, 2)
+        boundary = [boundary, nodal_value_t(node=model%rotation_of(2, i), dof=1), &
+          nodal_value_t(node=model%rotation_of(2, i), dof=2)]
+      end do
+    end if
+    boundary = [boundary, held(across, 3), held(along, 1)]
+
+  contains
+
+    pure function held(nodes, dof) result(supports)
+      logical, intent(in) :: nodes(:)
+      integer, intent(in) :: dof
+      type(nodal_value_t), allocatable :: supports(:)
+      integer :: node
+
+      supports = pack([(nodal_value_t(node=node, dof=dof), node=1, size(nodes))], nodes)
+    end function held
+
   end subroutine hold_across
 
   !> Displacements along x of nodes at an angle are those of the radius; along z they follow.
@@ -193,94 +311,111 @@ contains
     where (boundary%dof == 1) boundary%value = boundary%value*cos(angle(boundary%node))
   end subroutine turn_supports
 
-  !> Forces on nodes of the plane act all along the thickness, each share so as the work of a
-  !> displacement that is the same there has it: of a line of two nodes halves, of one of three
-  !> 1/6, 4/6, 1/6. On a node between two corners the displacement of a face also has parts of
-  !> theirs, -1/6, 2/6, -1/6 each.
-  subroutine share_forces(model, beside, angle, forces)
-    type(model_t), intent(in) :: model
-    integer, intent(in) :: beside(:)
-    real(wp), intent(in) :: angle(:) !! (n_nodes) [rad]
+  !> Forces on nodes of the plane act all along the thickness, each share so as the work of the mean
+  !> displacement has it.
+  subroutine share_forces(lines, forces)
+    type(lines_t), intent(in) :: lines
     type(nodal_value_t), allocatable, intent(inout) :: forces(:)
     type(nodal_value_t), allocatable :: shared(:)
-    integer :: ends(2, size(beside)) !! corners beside a mid-side node of the plane
-    integer :: e, i, k, m
+    type(nodal_value_t) :: force
+    type(mean_t) :: mean
+    integer :: i, k
 
-    ends = 0
-    do e = 1, merge(model%mesh%n_elements, 0, size(forces) > 0)
-      associate (n => cells(model%mesh%connectivity%cell(e))%n_corners/2, &
-                 nodes => nodes_of_element(model%mesh%connectivity, e))
-        if (size(nodes) == 2*n) cycle
-        do k = 1, n
-          ends(:, nodes(2*n + k)) = nodes([k, mod(k, n) + 1])
-        end do
-      end associate
-    end do
     allocate (shared(0))
-    m = 0
     do i = 1, size(forces)
-      associate (node => forces(i)%node)
-        if (beside(node) /= node) cycle
-        if (node > size(model%mesh%copies, 2)) then
-          call put(node, 1.0_wp)
-        else if (model%mesh%copies(1, node) == 0) then
-          call put(node, 1.0_wp)
-        else if (model%mesh%copies(2, node) > 0) then
-          call put_along(node, 1.0_wp/6.0_wp)
-        else
-          call put(node, 0.5_wp)
-          call put(model%mesh%copies(1, node), 0.5_wp)
-          if (all(ends(:, node) > 0)) then
-            call put_along(ends(1, node), -1.0_wp/6.0_wp, 1.0_wp/3.0_wp)
-            call put_along(ends(2, node), -1.0_wp/6.0_wp, 1.0_wp/3.0_wp)
-          end if
-        end if
-      end associate
+      force = forces(i)
+      if (lines%is_beside(force%node)) cycle
+      mean = mean_t()
+      call add_mean(lines, force%node, force%dof, force%value/lines%n_sectors, mean)
+      do k = 1, mean%n
+        force%node = mean%node(k)
+        force%dof = mean%dof(k)
+        force%value = mean%weight(k)
+        shared = [shared, force]
+      end do
     end do
     forces = shared
+  end subroutine share_forces
+
+  !> Add to a sum of displacements, times a factor, the mean that one of a node of the plane is: of
+  !> a line of two nodes halves, of one of three 1/6, 4/6, 1/6. At a node between two corners the
+  !> displacement of a face also has parts of theirs, -1/6, 2/6, -1/6 each. Of other nodes it is
+  !> their own.
+  subroutine add_mean(lines, node, dof, factor, mean)
+    type(lines_t), intent(in) :: lines
+    integer, intent(in) :: node, dof
+    real(wp), intent(in) :: factor
+    type(mean_t), intent(inout) :: mean
+    real(wp), parameter :: sixth = 1.0_wp/6.0_wp
+
+    if (lines%beside(1, node) == 0) then
+      call put(node, 1.0_wp)
+    else if (lines%beside(2, node) > 0) then
+      call put_along(node, sixth, 4.0_wp*sixth)
+    else
+      call put(node, 0.5_wp)
+      call put(lines%beside(1, node), 0.5_wp)
+      if (all(lines%ends(:, node) > 0)) then
+        call put_along(lines%ends(1, node), -sixth, 2.0_wp*sixth)
+        call put_along(lines%ends(2, node), -sixth, 2.0_wp*sixth)
+      end if
+    end if
 
   contains
 
     !> Put shares on the three nodes of a corner.
     subroutine put_along(node, outer, middle)
       integer, intent(in) :: node
-      real(wp), intent(in) :: outer            !! of the two outer ones
-      real(wp), intent(in), optional :: middle !! left out: the rest
+      real(wp), intent(in) :: outer  !! of the two outer ones [-]
+      real(wp), intent(in) :: middle !! [-]
 
       call put(node, outer)
-      call put(model%mesh%copies(1, node), outer)
-      if (present(middle)) then
-        call put(model%mesh%copies(2, node), middle)
-      else
-        call put(model%mesh%copies(2, node), 1.0_wp - 2.0_wp*outer)
-      end if
+      call put(lines%beside(1, node), outer)
+      call put(lines%beside(2, node), middle)
     end subroutine put_along
 
     subroutine put(node, share)
       integer, intent(in) :: node
       real(wp), intent(in) :: share
-      type(nodal_value_t) :: force
 
-      force = forces(i)
-      force%node = node
-      force%value = share*force%value/n_sectors(model%mesh%sector_angle)
-      if (force%dof == 1) then
-        call add(force, cos(angle(node)))
-        force%dof = 3
-        if (abs(angle(node)) > 0.0_wp) call add(force, sin(angle(node)))
-      else
-        call add(force, 1.0_wp)
-      end if
+      associate (angle => lines%angle(node))
+        if (dof /= 1) call add(node, dof, share)
+        if (dof == 1) call add(node, 1, share*cos(angle))
+        if (dof == 1 .and. abs(angle) > 0.0_wp) call add(node, 3, share*sin(angle))
+      end associate
     end subroutine put
 
-    subroutine add(force, share)
-      type(nodal_value_t), intent(in) :: force
+    subroutine add(node, dof, share)
+      integer, intent(in) :: node, dof
       real(wp), intent(in) :: share
+      integer :: k
 
-      shared = [shared, force]
-      shared(size(shared))%value = share*force%value
+      do k = 1, mean%n
+        if (mean%node(k) /= node .or. mean%dof(k) /= dof) cycle
+        mean%weight(k) = mean%weight(k) + share*factor
+        return
+      end do
+      call reserve(mean)
+      mean%n = mean%n + 1
+      mean%node(mean%n) = node
+      mean%dof(mean%n) = dof
+      mean%weight(mean%n) = share*factor
     end subroutine add
 
-  end subroutine share_forces
+  end subroutine add_mean
+
+  !> Make room for another term.
+  pure subroutine reserve(mean)
+    type(mean_t), intent(inout) :: mean
+    integer :: n(2), want
+
+    if (.not. allocated(mean%node)) allocate (mean%node(0), mean%dof(0), mean%weight(0))
+    if (mean%n < size(mean%node)) return
+    n = mean%n
+    want = 2*mean%n + 8
+    call enlarge(mean%node, n(1), want)
+    call enlarge(mean%dof, n(2), want)
+    call enlarge(mean%weight, mean%n, want)
+  end subroutine reserve
 
 end module plane_mesh_mod

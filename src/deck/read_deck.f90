@@ -11,7 +11,7 @@ module read_deck_mod
     report_missing_element
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, mistakes_in_lines, notes_as_list, quoted
-  use face_couplings_mod, only: couple, coupling_t, mark_coupled, rotations_of
+  use face_couplings_mod, only: couple, coupling_t, keep_in_plane, mark_coupled, rotations_of
   use equation_list_mod, only: equation_list_t, join_equations, mark_named, refuse_held, &
     refuse_loose
   use errors_mod, only: error_t
@@ -37,8 +37,8 @@ module read_deck_mod
   use read_equations_mod, only: read_equations
   use pretension_mod, only: join_sections, section_t
   use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
-  use plane_mesh_mod, only: hold_plane
-  use read_plane_mod, only: check_even, check_pairs, find_plane, read_plane
+  use plane_mesh_mod, only: across_plane, hold_plane, spread_equations
+  use read_plane_mod, only: check_even, find_plane, read_plane
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -62,6 +62,7 @@ module read_deck_mod
   use surface_list_mod, only: surface_list_t
   use controls_mod, only: compliance_auto, compliance_dense, output_controls_t
   use finite_strain_limits_mod, only: beyond_finite_strain
+  use mesh_draft_mod, only: solids
   use mesh_mod, only: kind_c3d8b
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
@@ -210,9 +211,11 @@ contains
     call read_mesh_cards(reader, model)
     if (present(flat)) call flat_deck(reader, model%mesh, flat)
     call connect_mesh(reader, model%mesh)
-    call read_plane(reader, size_read, present(flat), model%mesh)
+    call read_plane(reader, model%mesh)
+    if (model%mesh%plane /= solids) size_read%across = across_plane
     call read_couplings(reader, model, couplings)
     call mark_used_nodes(model)
+    call keep_in_plane(model, couplings)
     call mark_coupled(model)
     call move_origin(model%mesh, model%used)
     call read_obstacles(reader, model, scene%obstacles, obstacles)
@@ -235,6 +238,7 @@ contains
     call find_weights(scene%materials, material, model%weighs)
     call read_transforms(reader, model, transforms)
     call read_equations(reader, model, equations)
+    call spread_equations(model, equations)
     n_equations = equations%list%n
     if (equations%list%n > 0) call note_unused_nodes(reader, model)
     call find_facets(reader, model, bodies)
@@ -249,7 +253,6 @@ contains
       call place_hanging(model%mesh)
     end if
     call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
-    call check_pairs(reader, model%mesh, surfaces%list(:surfaces%n), scene%pairs)
     call read_surface_behavior(reader)
     if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
       surfaces%list(:surfaces%n), [scene%pairs%surface, ties%slave], refinements)
@@ -291,7 +294,7 @@ contains
         scene%steps, scene%local_axes)
     end if
     if (.not. any_mistakes(reader%diagnostics)) then
-      call hold_plane(model, equations, scene%steps)
+      call hold_plane(model, scene%constraints, equations, scene%steps)
       call join_equations(reader, model, equations, scene%constraints)
     end if
     call mark_turning(scene%steps, scene%obstacles)

@@ -198,6 +198,7 @@ contains
       end associate
       do axis = 1, n_axes
         direction = contact%placement%frame(:, axis, i)
+        if (.not. any(abs(direction) > 0.0_wp)) cycle ! around the axis of a body of revolution
         if (is_alone) then
           where (equations_of(map, points%node(i)) == 0) direction = 0.0_wp
           call take_others_out(rows, points%node(i), direction)

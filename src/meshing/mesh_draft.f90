@@ -13,7 +13,7 @@ module mesh_draft_mod
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
   public :: is_of_block, find_elements, with_outer, refined_faces, given_nodes
-  public :: solids, plane_strain, axisymmetric, with_copies, face_of_label
+  public :: solids, plane_strain, axisymmetric, with_copies, nodes_of_plane, face_of_label
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
@@ -275,6 +275,20 @@ contains
     end do
     parts = parts(:, :n)
   end function refined_faces
+
+  !> Those of nodes that are not beside the plane of an element.
+  pure function nodes_of_plane(draft, nodes) result(of_plane)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: nodes(:)
+    integer, allocatable :: of_plane(:)
+    logical :: is_beside(0:draft%n_nodes)
+
+    of_plane = nodes
+    if (.not. allocated(draft%copies)) return
+    is_beside = .false.
+    is_beside([draft%copies]) = .true.
+    of_plane = given_nodes(draft, pack(nodes, .not. is_beside(nodes)))
+  end function nodes_of_plane
 
   !> Those of nodes that are the deck's.
   pure function given_nodes(draft, nodes) result(given)

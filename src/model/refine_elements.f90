@@ -58,8 +58,11 @@ contains
         if (is_simplex(cell)) then
           division%variant(e) = shortest_diagonal(coordinates(:, nodes(:cells(cell)%n_corners)), &
             nodes(:cells(cell)%n_corners))
-        else if (across > 0 .and. cell == hexahedron_8) then
-          division%variant(e) = local_axis(coordinates(:, nodes), across)
+        else if (across > 0) then
+          ! Of wedges that stand on their triangles it is the third.
+          division%variant(e) = 3
+          if (cells(cell)%n_corners == hexahedron_nodes) division%variant(e) = &
+            local_axis(coordinates(:, nodes), across)
         end if
       end associate
     end do
@@ -234,7 +237,7 @@ contains
       integer, intent(in) :: nodes(:)
       integer, intent(in) :: corners(:) !! of the element's nodes, around the face
       integer, intent(in) :: before
-      integer :: around(2*size(corners)), x(3), d(3, 2), steps, n, i, j, k, m
+      integer :: around(2*size(corners)), x(3), d(3, 2), steps(2), n, i, j, k, m
 
       n = size(corners)
       around(:n) = cshift(corners, minloc(nodes(corners), dim=1) - 1)
@@ -248,11 +251,11 @@ contains
       end if
       d(:, 1) = cut%corner(:, around(2)) - cut%corner(:, around(1))
       d(:, 2) = cut%corner(:, around(n)) - cut%corner(:, around(1))
-      steps = maxval(abs(d))
-      d = d/steps
+      steps = maxval(abs(d), dim=1)
+      d = d/spread(steps, 1, 3)
       k = before
-      do j = 1, steps - 1
-        do i = 1, merge(steps - j, steps, n == 3) - 1
+      do j = 1, steps(2) - 1
+        do i = 1, merge(steps(1) - j, steps(1), n == 3) - 1
           x = cut%corner(:, around(1)) + i*d(:, 1) + j*d(:, 2)
           if (.not. cut%is_used(x(1), x(2), x(3))) cycle
           k = k + 1
@@ -301,18 +304,17 @@ contains
     type(cell_t), intent(in) :: cell
     type(cell_cut_t), intent(in) :: cut
     integer, intent(in) :: face
-    integer :: d(3, 2), x(3), last, steps, i, j
+    integer :: d(3, 2), x(3), last, steps(2), i, j
 
     last = cell%n_face_corners(face)
     associate (corner => cut%corner(:, cell%face(:last, face)))
       d(:, 1) = corner(:, 2) - corner(:, 1)
       d(:, 2) = corner(:, last) - corner(:, 1)
       n = 0
-      steps = maxval(abs(d))
-      if (minval(maxval(abs(d), dim=1)) < steps) return ! across a slice
-      d = d/steps
-      do j = 1, steps - 1
-        do i = 1, merge(steps - j, steps, last == 3) - 1
+      steps = maxval(abs(d), dim=1)
+      d = d/spread(steps, 1, 3)
+      do j = 1, steps(2) - 1
+        do i = 1, merge(steps(1) - j, steps(1), last == 3) - 1
           x = corner(:, 1) + i*d(:, 1) + j*d(:, 2)
           if (cut%is_used(x(1), x(2), x(3))) n = n + 1
         end do

@@ -6,7 +6,7 @@ module sectors_mod
   implicit none
   private
 
-  public :: n_sectors, turn_into_plane, turn_sum_into_plane
+  public :: around_axis, n_sectors, turn_into_plane, turn_sum_into_plane
 
 contains
 
@@ -20,6 +20,20 @@ contains
     n_sectors = 1.0_wp
     if (angle > 0.0_wp) n_sectors = 2.0_wp*acos(-1.0_wp)/sin(angle)
   end function n_sectors
+
+  !> The unit vector around the axis at a node, or halfway through the wedge; 0 where there is none.
+  pure function around_axis(mesh, node, halfway) result(around)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: node
+    logical, intent(in) :: halfway
+    real(wp) :: around(3), x(3)
+
+    around = 0.0_wp
+    if (.not. mesh%sector_angle > 0.0_wp) return
+    x = mesh%coordinates(:, node) + mesh%origin
+    if (halfway) x = [cos(0.5_wp*mesh%sector_angle), 0.0_wp, sin(0.5_wp*mesh%sector_angle)]
+    around = [-x(3), 0.0_wp, x(1)]/hypot(x(1), x(3))
+  end function around_axis
 
   !> Turn forces on nodes into the plane of the deck: their parts along the radius and the axis.
   !> What acts across half planes only holds these, and is left out; on the axis there is no radius.

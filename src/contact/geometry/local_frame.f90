@@ -13,11 +13,25 @@ contains
 
   !> The local frame of a normal: t1 is the global x axis projected on the tangent plane (the y axis
   !> where the normal is within 45 degrees of x), t2 = n x t1.
-  pure function local_frame(normal) result(frame)
+  !>
+  !> On a body of revolution t1 is in the half plane of the axis. Nothing slips around the axis: t2
+  !> is 0, and has no row.
+  pure function local_frame(normal, around) result(frame)
     real(wp), intent(in) :: normal(3)  !! unit vector
+    real(wp), intent(in), optional :: around(3)
+    !! unit vector around the axis of a body of revolution; 0: the body is none
     real(wp) :: frame(3, 3)            !! columns n, t1, t2
     real(wp) :: axis(3), t1(3)
 
+    if (present(around)) then
+      if (any(abs(around) > 0.0_wp)) then
+        t1 = cross(around, normal)
+        frame(:, 1) = normal
+        frame(:, 2) = t1/norm2(t1)
+        frame(:, 3) = 0.0_wp
+        return
+      end if
+    end if
     axis = [1.0_wp, 0.0_wp, 0.0_wp]
     if (2.0_wp*normal(1)**2 > 1.0_wp) axis = [0.0_wp, 1.0_wp, 0.0_wp]
     t1 = axis - dot_product(axis, normal)*normal

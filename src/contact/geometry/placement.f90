@@ -4,7 +4,9 @@ module placement_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
+  use sectors_mod, only: around_axis
   use state_mod, only: state_t
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
     n_sides, find_side_points, is_in_middle, of_slave
@@ -214,7 +216,7 @@ contains
           call locate_point(obstacle, shift, scene%mesh%coordinates(:, node) + u(:, node), gap, &
             normal)
           gap = gap + points%extra_gap(i)
-          placement%frame(:, :, i) = local_frame(normal)
+          placement%frame(:, :, i) = local_frame(normal, around_axis(scene%mesh, node, .false.))
           placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
         end associate
       end do
@@ -341,7 +343,7 @@ contains
       if (any(points%is_joined(first:last))) call keep_joined(scene, points, pair, side, u, &
         faced%mortar)
     end if
-    call place_covered(points, first, stay, faced%mortar, placement)
+    call place_covered(scene%mesh, points, first, stay, faced%mortar, placement)
     associate (n => size(faced%mortar%weights%node))
       allocate (rows%first(last - first + 2), rows%node(n), rows%weight(n))
     end associate
@@ -392,7 +394,7 @@ contains
     call find_side_points(points, pair, side, first, last)
     shift = shift_of(obstacle, u)
     call face_obstacle(scene, points, pair, side, u, obstacle, mortar)
-    call place_covered(points, first, stay, mortar, placement)
+    call place_covered(scene%mesh, points, first, stay, mortar, placement)
     allocate (rows%first(last - first + 2))
     k = 1
     do i = first, last
@@ -429,15 +431,19 @@ contains
   end function lift_alone
 
   !> Normals, gaps and areas of the points that faces cover, and which these are.
-  pure subroutine place_covered(points, first, stay, mortar, placement)
+  pure subroutine place_covered(mesh, points, first, stay, mortar, placement)
+    type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: first            !! of these points
     logical, intent(in) :: stay             !! as of `place`
     type(mortar_t), intent(inout) :: mortar !! of these points; normals turn into planes
     type(placement_t), intent(inout) :: placement
+    real(wp) :: around(3)
     integer :: i
     logical :: counts
 
+    ! Both half planes have the same part in the faces.
+    around = around_axis(mesh, 1, .true.)
     do i = first, first + size(mortar%area) - 1
       associate (here => i - first + 1, covers => placement%weights%covers)
         counts = mortar%area(here) > mortar%least(here)*mortar%whole_area(here)
@@ -451,14 +457,14 @@ contains
           placement%unplaced_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
         end if
         if (counts) then
-          placement%frame(:, :, i) = local_frame(mortar%normal(:, here))
+          placement%frame(:, :, i) = local_frame(mortar%normal(:, here), around)
           placement%gap(i) = dot_product(mortar%normal(:, here), mortar%apart(:, here)) + &
             points%extra_gap(i)
           placement%least_gap(i) = mortar%least_gap(here) + points%extra_gap(i)
           placement%covered_area(i) = mortar%area(here)
           placement%faced_area(i) = mortar%faced_area(here)
         else
-          placement%frame(:, :, i) = local_frame(-mortar%outward(:, here))
+          placement%frame(:, :, i) = local_frame(-mortar%outward(:, here), around)
           placement%gap(i) = no_gap
           placement%least_gap(i) = no_gap
           placement%covered_area(i) = 0.0_wp

@@ -10,6 +10,7 @@ module read_equations_mod
   use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
     next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
+  use mesh_draft_mod, only: nodes_of_plane, solids
   use options_mod, only: allow_options, card_t, open_card
   use sets_mod, only: model_t, referenced_nodes
   use sorting_mod, only: order_of
@@ -168,6 +169,15 @@ contains
         'node set '//quoted(reference%name)//' has no nodes for an equation')
     end if
     if (.not. ok) return
+    ! One of a plane stands for those beside it.
+    term%nodes = nodes_of_plane(model%mesh, term%nodes)
+    if (model%mesh%plane /= solids .and. (term%dof == 3 .or. term%dof == 4 .or. term%dof == 5)) then
+      call report_in_field(reader, field_position(reader, fields, i + 1), 'with elements of a '// &
+        'plane the dof must be 1 or 2 (6 on reference nodes of couplings), not '// &
+        quoted(field_text(reader, fields, i + 1)))
+      ok = .false.
+      return
+    end if
     ! Those that hang go with others.
     if (allocated(model%mesh%hangs)) term%nodes = pack(term%nodes, .not. &
       model%mesh%hangs(term%nodes))

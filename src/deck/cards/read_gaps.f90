@@ -13,6 +13,7 @@ module read_gaps_mod
     real_field, reference_field, reference_t
   use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
+  use mesh_draft_mod, only: axisymmetric, plane_strain
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, name_option, &
     open_card, option_position, signed_option
   use surface_list_mod, only: surface_list_t
@@ -132,6 +133,7 @@ contains
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, named)
       call read_gap(reader, fields, parabola, gap, ok)
+      if (gap%parabola .and. ok) call check_plane(reader, fields, model%mesh%plane, gap%centre, ok)
       if (gap%parabola) gap%centre = gap%centre - model%mesh%origin
       if (.not. named) cycle
       call referenced_nodes(reader, model, reference, gap%nodes)
@@ -147,6 +149,25 @@ contains
       list(n) = gap
     end do
   end subroutine read_card
+
+  !> Report paraboloids that are none of what elements of a plane stand for.
+  subroutine check_plane(reader, fields, plane, centre, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: plane         !! solids, plane_strain or axisymmetric
+    real(wp), intent(in) :: centre(3)    !! [length]
+    logical, intent(inout) :: ok         !! false: a mistake was reported
+
+    if (plane == plane_strain) then
+      call report(reader, fields%start, 'a paraboloid is not the same all along the thickness '// &
+        'of plane strain elements: give the gaps of nodes, or mesh the profile')
+      ok = .false.
+    else if (plane == axisymmetric .and. any(abs(centre([1, 3])) > 0.0_wp)) then
+      call report(reader, fields%start, 'with axisymmetric elements the centre of a paraboloid '// &
+        'is on the axis, x = z = 0')
+      ok = .false.
+    end if
+  end subroutine check_plane
 
   !> What stands behind the node or set.
   subroutine read_gap(reader, fields, parabola, gap, ok)

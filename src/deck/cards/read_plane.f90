@@ -7,27 +7,36 @@
 !>     10.                               thickness; 1 where there is no line
 module read_plane_mod
   use cards_mod, only: reader_t, report
+  use cells_mod, only: cells
+  use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: any_mistakes, quoted
   use element_types_mod, only: is_axisymmetric, plane_type_called
   use fields_mod, only: field_position, fields_t, is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: axisymmetric, mesh_draft_t, plane_strain, solids
-  use mesh_size_mod, only: mesh_size_t
   use obstacles_mod, only: obstacle_t
   use options_mod, only: card_t, name_option, open_card, option_position
   use plane_mesh_mod, only: expand_plane, uneven_obstacle
-  use scene_mod, only: contact_pair_t
-  use surfaces_mod, only: surface_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: find_plane, read_plane, check_even, check_pairs
+  public :: find_plane, read_plane, check_even
 
-  !> Keywords that are not available yet beside elements of a plane.
-  character(*), parameter :: unavailable(*) = [character(19) :: 'ACCURACY', 'CONTACT GAP', &
-    'COUPLING', 'DISTRIBUTING', 'EQUATION', 'KINEMATIC', 'PRE-TENSION SECTION', 'REFINE', &
-    'RIGID BODY', 'TIE', 'TRANSFORM']
+  !> Keywords that are not available beside elements of a plane, and what to do instead.
+  type :: unavailable_t
+    character(19) :: keyword
+    logical :: is_axisymmetric !! not available beside these alone
+    character(80) :: instead
+  end type unavailable_t
+
+  type(unavailable_t), parameter :: unavailable(*) = [ &
+    unavailable_t('RIGID BODY', .false., &
+    'an obstacle is a plane or a cylinder (*OBSTACLE), or a body that is stiff'), &
+    unavailable_t('COUPLING', .true., &
+    'join degrees of freedom 2 to that of a node by *EQUATION'), &
+    unavailable_t('TRANSFORM', .true., &
+    'degrees of freedom 1 and 2 are along the radius and the axis')]
 
 contains
 
@@ -77,31 +86,33 @@ contains
   end subroutine find_plane
 
   !> Expand elements of a plane, as read, to solids.
-  subroutine read_plane(reader, mesh_size, is_flat, draft)
+  subroutine read_plane(reader, draft)
     type(reader_t), intent(inout) :: reader
-    type(mesh_size_t), intent(in) :: mesh_size
-    logical, intent(in) :: is_flat !! the deck is to be written without parameters and blocks
     type(mesh_draft_t), intent(inout) :: draft
     type(card_t) :: card
     real(wp) :: thickness
-    integer :: k
+    integer :: k, i
     logical :: ok
 
     if (draft%plane == solids) return
     do k = 1, reader%n_cards
-      if (.not. (any(unavailable == reader%cards(k)%keyword) .or. (draft%plane == axisymmetric &
-        .and. reader%cards(k)%keyword == 'CHANGE FRICTION'))) cycle
+      i = findloc(unavailable%keyword == reader%cards(k)%keyword, .true., dim=1)
+      if (i == 0) cycle
+      if (unavailable(i)%is_axisymmetric .and. draft%plane /= axisymmetric) cycle
       call open_card(reader, k, card)
       call report(reader, card%position, '*'//trim(reader%cards(k)%keyword)// &
-        ' is not available with plane or axisymmetric elements')
+        ' is not available with '//trim(merge('axisymmetric          ', &
+        'plane or axisymmetric ', unavailable(i)%is_axisymmetric))//' elements: '// &
+        trim(unavailable(i)%instead))
     end do
-    if (is_flat) call report(reader, 0, '--flat does not write plane or axisymmetric elements yet')
-    if (mesh_size%parts > 1 .or. mesh_size%zone%times > 0) call report(reader, 0, 'plane and '// &
-      'axisymmetric elements are not refined yet: leave out --refine and --accuracy')
     call check_places(reader, draft, ok)
     if (.not. ok) return
     call read_thickness(reader, thickness, ok)
-    if (.not. ok) return
+    if (ok) then
+      call check_thickness(reader, draft, thickness)
+    else
+      thickness = 1.0_wp
+    end if
     call expand_plane(draft, thickness, 0, ok)
     if (.not. ok) call report(reader, 0, 'there is no room for the nodes of the other side of '// &
       'the slice')
@@ -129,33 +140,6 @@ contains
         'all along z: a plane or a cylinder along z')
     end if
   end subroutine check_even
-
-  !> Report contact of axisymmetric elements that is not available: with friction, and of slave
-  !> nodes on the axis.
-  subroutine check_pairs(reader, draft, surfaces, pairs)
-    type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
-    type(surface_t), intent(in) :: surfaces(:)
-    type(contact_pair_t), intent(in) :: pairs(:)
-    type(card_t) :: card
-    integer :: i
-
-    if (.not. allocated(draft%on_axis) .or. any_mistakes(reader%diagnostics)) return
-    if (size(pairs) == 0) return
-    call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'CONTACT PAIR', &
-      .true., dim=1), card)
-    do i = 1, size(pairs)
-      associate (surface => surfaces(pairs(i)%surface))
-        if (pairs(i)%mu > 0.0_wp) call report(reader, card%position, 'friction is not '// &
-          'available with axisymmetric elements: slave surface '//quoted(surface%name)// &
-          ' has mu = '//to_text(pairs(i)%mu, 3))
-        if (any(draft%on_axis(pack(surface%nodes, surface%nodes <= size(draft%on_axis))))) then
-          call report(reader, card%position, 'slave surface '//quoted(surface%name)// &
-            ' has a node on the axis: contact of axisymmetric elements is not available there')
-        end if
-      end associate
-    end do
-  end subroutine check_pairs
 
   !> Report nodes that are not in the plane z = 0, or at negative radii.
   subroutine check_places(reader, draft, ok)
@@ -213,6 +197,40 @@ contains
       is_first = .false.
     end do
   end subroutine read_thickness
+
+  !> Report a thickness that is far from the edges of the elements: displacements lose the square of
+  !> the ratio of their digits. With a ratio of 2e6 they are off by 1e-5 (CPE4) and 1e-4 (CPE8R),
+  !> with 2e4 some runs are not certified, with 2e3 they are right to 1e-8.
+  subroutine check_thickness(reader, draft, thickness)
+    type(reader_t), intent(inout) :: reader
+    type(mesh_draft_t), intent(in) :: draft
+    real(wp), intent(in) :: thickness !! [length]
+    real(wp), parameter :: most = 1.0e4_wp !! of a thickness over an edge, or the reverse [-]
+    real(wp) :: edge, shortest, longest
+    type(card_t) :: card
+    integer :: e, k, n
+
+    if (draft%plane /= plane_strain) return
+    shortest = huge(shortest)
+    longest = 0.0_wp
+    do e = 1, draft%n_elements
+      associate (nodes => nodes_of_element(draft%connectivity, e), x => draft%coordinates)
+        n = cells(draft%connectivity%cell(e))%n_corners/2
+        do k = 1, n
+          edge = norm2(x(:, nodes(k)) - x(:, nodes(mod(k, n) + 1)))
+          if (edge > 0.0_wp) shortest = min(shortest, edge)
+          longest = max(longest, edge)
+        end do
+      end associate
+    end do
+    if (thickness <= most*shortest .and. longest <= most*thickness) return
+    edge = merge(longest, shortest, longest > most*thickness)
+    call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'SOLID SECTION', &
+      .true., dim=1), card)
+    call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)//' beside edges '// &
+      'of '//to_text(edge, 4)//' takes the digits of displacements: give one within 1e4 times '// &
+      'the edges (forces are in proportion to it)')
+  end subroutine check_thickness
 
   !> The data line of a section: a thickness, 1 where there is none.
   subroutine read_line(reader, card, thickness, ok)

@@ -9,6 +9,7 @@ module read_transforms_mod
   use fields_mod, only: end_data, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use local_axes_mod, only: gives_directions, transform_t, transforms_t
+  use mesh_draft_mod, only: solids
   use options_mod, only: allow_options, card_t, choice_option, name_option, open_card, &
     option_position
   use sets_mod, only: find_set, model_t, report_unknown
@@ -41,6 +42,11 @@ contains
       call read_options(reader, card, model, transform, nodes)
       call read_points(reader, card, transform, ok)
       if (.not. ok) cycle
+      if (model%mesh%plane /= solids .and. .not. is_in_plane(transform)) then
+        call report(reader, card%position, 'with elements of a plane local z is z: two points '// &
+          'with z = 0, with TYPE=C an axis along z')
+        cycle
+      end if
       if (transform%cylindrical) then
         transform%a = transform%a - model%mesh%origin
         transform%b = transform%b - model%mesh%origin
@@ -49,6 +55,17 @@ contains
       call give_directions(reader, card, model, nodes, size(transforms%list), transforms%of_node)
     end do
   end subroutine read_transforms
+
+  !> Whether local z is z, with elements of a plane.
+  pure logical function is_in_plane(transform)
+    type(transform_t), intent(in) :: transform
+
+    if (transform%cylindrical) then
+      is_in_plane = all(abs(transform%a(:2) - transform%b(:2)) <= 0.0_wp)
+    else
+      is_in_plane = all(abs([transform%a(3), transform%b(3)]) <= 0.0_wp)
+    end if
+  end function is_in_plane
 
   !> NSET= and TYPE=.
   subroutine read_options(reader, card, model, transform, nodes)
