@@ -6,6 +6,7 @@
                                              makes their part of the page anew
     studies/run extremes --family finite     finite strain (finite_runs.py), likewise
     studies/run extremes --family types      tetrahedra, wedges, second order, likewise
+    studies/run extremes --family plane      plane bodies, bolts, what changes, likewise
 
 Every run is judged here from its result file and the scene's own numbers (judge.py): what
 the program says of itself does not count. Outcomes are
@@ -37,6 +38,7 @@ from studies.extremes.body_scenes import all_plans
 from studies.extremes.confirm import confirm
 from studies.extremes.finite_scenes import finite_scenes
 from studies.extremes.judge import CERTIFIED, DIAGNOSED, FAILED, FALLBACK, cause_of, judge
+from studies.extremes.plane_scenes import plane_scenes
 from studies.extremes.scenes import all_scenes, deck
 from studies.extremes.type_scenes import type_scenes
 
@@ -136,8 +138,8 @@ def confirm_refusals(scenes, outcomes):
 def main():
     """Run, print, write the page."""
     parser = program_options(__doc__)
-    parser.add_argument("--family", choices=("one", "bodies", "finite", "types", "all"),
-                        default="all")  # fmt: skip
+    parser.add_argument("--family", default="all",
+                        choices=("one", "bodies", "finite", "types", "plane", "all"))  # fmt: skip
     parser.add_argument("--only", default="", help="scenes whose name or axis holds this")
     parser.add_argument("--solvers", default="", help="parts of solvers' names, as a,b")
     parser.add_argument("--jobs", type=int, default=max(1, min(2, os.cpu_count() or 1)))
@@ -183,14 +185,15 @@ def run_families(options, program, folder):
         kinds = [one.outcome for one in of_bodies]
         print(f"bodies: {len(kinds)} runs, "
               + ", ".join(f"{kinds.count(kind)} {kind}" for kind in OUTCOMES))  # fmt: skip
-    of_strain, of_types = [], []
+    of_strain, of_types, of_plane = [], [], []
     for family, scenes_of, found in (
         ("finite", finite_scenes, of_strain), ("types", type_scenes, of_types),
+        ("plane", plane_scenes, of_plane),
     ):  # fmt: skip
         if options.family in (family, "all"):
             chosen = [s for s in scenes_of() if options.only in s.name or options.only == s.axis]
             found += finite_runs.run_scenes(chosen, program, folder)
-    for one in of_strain + of_types:
+    for one in of_strain + of_types + of_plane:
         if one.outcome != finite_runs.RIGHT or options.only:
             print(finite_runs.told(one))
     if options.family == "bodies" and not options.only:
@@ -211,11 +214,18 @@ def run_families(options, program, folder):
         from studies.pages import PAGES
 
         put_section(PAGES / "extremes.md", HEAD, type_lines(of_types))
+    if options.family == "plane" and not options.only:
+        from studies.extremes.page import put_section
+        from studies.extremes.plane_page import HEAD, plane_lines
+        from studies.pages import PAGES
+
+        put_section(PAGES / "extremes.md", HEAD, plane_lines(of_plane))
     if options.family == "all" and not options.only and not wanted:
         # Only the whole matrix makes the page; drawing is not needed for less.
         from studies.extremes.body_page import bodies_lines
         from studies.extremes.finite_page import finite_lines
         from studies.extremes.page import draw_map, write_page
+        from studies.extremes.plane_page import plane_lines
         from studies.extremes.type_page import type_lines
         from studies.pages import PAGES
         from studies.two_answers import answers_of_block
@@ -224,11 +234,11 @@ def run_families(options, program, folder):
         confirmed = confirm_refusals(scenes, outcomes)
         answers = answers_of_block(program)
         sections = bodies_lines(of_bodies, seconds_of_bodies) + finite_lines(of_strain)
-        sections += type_lines(of_types)
+        sections += type_lines(of_types) + plane_lines(of_plane)
         page = PAGES / "extremes.md"
         write_page(outcomes, solvers, confirmed, answers, seconds, sections, page)
     return (
         any(one.outcome == FAILED for one in outcomes)
         or any(one.outcome in FAILURES for one in of_bodies)
-        or any(one.outcome in finite_runs.FAILURES for one in of_strain + of_types)
+        or any(one.outcome in finite_runs.FAILURES for one in of_strain + of_types + of_plane)
     )

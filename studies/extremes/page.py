@@ -79,7 +79,8 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, sections, path):
 
     `confirmed` is, by scene, what the check of AUTO's refusals found; `answers` are those of an
     increment that has several (two_answers.py), `sections` the lines of those on bodies that touch
-    each other (body_page.py), on finite strain (finite_page.py) and on types (type_page.py).
+    each other (body_page.py), on finite strain (finite_page.py) on types (type_page.py) and on
+    plane bodies (plane_page.py).
     """
     axes = axes_of(outcomes)
     by = {(one.scene, one.solver): one for one in outcomes}
@@ -92,8 +93,9 @@ def write_page(outcomes, solvers, confirmed, answers, seconds, sections, path):
         f"{len(auto)} small scenes, each extreme in one or two respects, solved by AUTO and by the "
         "paper's four solvers (sweeps with rho at its natural scale unless the scene says "
         "otherwise); as many of [bodies that touch each other](#bodies-that-touch-each-other); "
-        "scenes [at finite strain](#at-finite-strain); and of [tetrahedra, wedges and second order]"
-        "(#tetrahedra-wedges-and-second-order). Written by a script, numbers too:",
+        "scenes [at finite strain](#at-finite-strain); of [tetrahedra, wedges and second order]"
+        "(#tetrahedra-wedges-and-second-order); and of [plane bodies, bolts, and what changes]"
+        "(#plane-bodies-bolts-and-what-changes). Written by a script, numbers too:",
         "",
         "    studies/run extremes",
         "",

@@ -323,14 +323,24 @@ class Refused(Case):
             self.refused(self.deck(kind), f"'{kind}' is not available")
 
     def test_keywords(self):
-        """Joints, by file and line."""
-        more = "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n"
-        self.refused(self.deck(more=more), "*EQUATION is not available with plane", "plane.inp:")
+        """What is not available, and what to do instead, by file and line."""
+        body = "*RIGID BODY, ELSET=A, REF NODE=1\n"
+        self.refused(self.deck(more=body), "*RIGID BODY is not available", "*OBSTACLE", "plane.inp:")
+        joint = "*COUPLING, REF NODE=1, SURFACE=ATOP\n*KINEMATIC\n"
+        self.refused(self.deck("CAX4", joint), "*COUPLING is not available", "*EQUATION",
+                     "plane.inp:")  # fmt: skip
+        axes = "*TRANSFORM, NSET=ALEFT-N\n1., 0., 0., 0., 1., 0.\n"
+        self.refused(self.deck("CAX4", axes), "*TRANSFORM is not available", "radius", "plane.inp:")
 
-    def test_options(self):
-        """The deck is neither refined nor made flat."""
-        for option in (("--refine", "1"), ("--flat",)):
-            self.refused(self.deck(), option[0], options=option)
+    def test_joints_across_the_plane(self):
+        """Equations, local axes and gaps that are none of a plane."""
+        more = "*EQUATION\n2\nATOP-N, 3, 1., 1, 3, -1.\n"
+        self.refused(self.deck(more=more), "the dof must be 1 or 2", "plane.inp:")
+        more = "*TRANSFORM, NSET=ATOP-N\n1., 0., 1., 0., 1., 0.\n"
+        self.refused(self.deck(more=more), "local z is z", "plane.inp:")
+        more = FLOOR + pair("ABOTTOM", "FLOOR") + "*CONTACT GAP, PARABOLA\nABOTTOM-N, {}, 0., 0., 9.\n"
+        for kind, x in (("CPE4", "0."), ("CAX4", "0.5")):
+            self.refused(self.deck(kind, more.format(x)), "paraboloid", "plane.inp:")
 
     def test_edges_and_motions(self):
         """Edges that an element has not, and motions across the plane."""
@@ -364,10 +374,10 @@ class Refused(Case):
         wall = "*OBSTACLE, NAME=O, TYPE=PLANE\n2., 0., 0., -1., 0., 0.\n" + pair("ARIGHT", "O")
         self.refused(self.deck("CAX4", wall), "body of revolution")
 
-    def test_axisymmetric_contact(self):
-        """Friction, and contact on the axis."""
-        more = FLOOR + pair("ABOTTOM", "FLOOR", 0.2)
-        self.refused(self.deck("CAX4", more), "friction is not available", "a node on the axis")
+    def test_a_thickness_far_from_the_edges(self):
+        """Displacements would lose their digits."""
+        for thickness in ("1e-6", "1e6"):
+            self.refused(self.deck(thickness=thickness), "takes the digits", "plane.inp:")
 
     def test_without_a_section_they_are_skipped(self):
         """As Gmsh writes faces beside solids."""
