@@ -13,8 +13,12 @@ class PlaneMesh:
         self.n = n
         for j in range(n[1]):
             for i in range(n[0]):
-                on = {"BOTTOM": j == 0, "RIGHT": i == n[0] - 1, "TOP": j == n[1] - 1,
-                      "LEFT": i == 0}
+                on = {
+                    "BOTTOM": j == 0,
+                    "RIGHT": i == n[0] - 1,
+                    "TOP": j == n[1] - 1,
+                    "LEFT": i == 0,
+                }
                 self.add_cell(
                     [(i + a, j + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))],
                     [side if on[side] else "" for side in ("BOTTOM", "RIGHT", "TOP", "LEFT")],
@@ -32,8 +36,9 @@ class PlaneMesh:
         """Add an element, each of whose edges may be on a side."""
         corner = [(self.step * a, self.step * b) for a, b in corner]
         after = corner[1:] + corner[:1]
-        between = [((a + c) // 2, (b + d) // 2)
-                   for (a, b), (c, d) in zip(corner, after, strict=True)]
+        between = [
+            ((a + c) // 2, (b + d) // 2) for (a, b), (c, d) in zip(corner, after, strict=True)
+        ]
         nodes = [self.node(p) for p in corner + (between if self.middles else [])]
         number = self.first_element + len(self.elements) + 1
         self.elements.append(", ".join(map(str, [number, *nodes])))

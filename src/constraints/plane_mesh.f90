@@ -246,7 +246,7 @@ contains
       if (mesh%plane /= axisymmetric) return
       lines%on_axis(:size(mesh%on_axis)) = mesh%on_axis
       do node = 1, n_nodes
-        ! New nodes are behind those that they lie between, and behind those in whose place they are.
+        ! New nodes are behind those that they lie between, and those in whose place they are.
         if (allocated(mesh%between) .and. node > mesh%n_given) then
           if (node - mesh%n_given <= size(mesh%place, 2)) then
             associate (around => mesh%between(:, node - mesh%n_given))

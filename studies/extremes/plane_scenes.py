@@ -358,8 +358,11 @@ def bolts():
 def on_floor(kind, mu):
     """Return a body on a floor, its top and side sets, the axes along and across the floor."""
     if kind.startswith("C3D"):
-        text = (f"*BLOCK, NAME=B, ELSET=B, TYPE={kind}, NX=3, NY=2, NZ=2\n0, 0, 0, 3, 1, 1\n"
-                + material("B") + "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0., 0., 0., 1.\n")
+        text = (
+            f"*BLOCK, NAME=B, ELSET=B, TYPE={kind}, NX=3, NY=2, NZ=2\n0, 0, 0, 3, 1, 1\n"
+            + material("B")
+            + "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0., 0., 0., 1.\n"
+        )
         return text + pair("B-ZMIN", "FLOOR", mu), "B-ZMAX", 1, 3  # fmt: skip
     text = sheet(kind, "B", (4, 2), size=(3.0, 1.0), bent=0.0) + material("B")
     return text + FLOOR.format(y=0.0) + pair("BBOTTOM", "FLOOR", mu), "BTOP-N", 1, 2

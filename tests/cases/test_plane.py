@@ -201,8 +201,8 @@ class Axisymmetric(Case):
         """A pressure of 10 on a cylinder of radius 2: reactions 40 pi, u_r = nu p r/E."""
         for kind in AXISYMMETRIC:
             mesh = Mesh(kind, (4, 3), lambda a, b: (2 * a + 0.1 * b * a * (1 - a), 1.5 * b))
-            deck = mesh.deck + section("A") + step(
-                "*BOUNDARY\nABOTTOM-N, 2", "*DSLOAD\nATOP, P, 10."
+            deck = (
+                mesh.deck + section("A") + step("*BOUNDARY\nABOTTOM-N, 2", "*DSLOAD\nATOP, P, 10.")
             )
             with self.subTest(kind), self.solve(deck).result() as result:
                 force = result.field("reaction_force").sum(axis=0)
@@ -325,7 +325,9 @@ class Refused(Case):
     def test_keywords(self):
         """What is not available, and what to do instead, by file and line."""
         body = "*RIGID BODY, ELSET=A, REF NODE=1\n"
-        self.refused(self.deck(more=body), "*RIGID BODY is not available", "*OBSTACLE", "plane.inp:")
+        self.refused(
+            self.deck(more=body), "*RIGID BODY is not available", "*OBSTACLE", "plane.inp:"
+        )
         joint = "*COUPLING, REF NODE=1, SURFACE=ATOP\n*KINEMATIC\n"
         self.refused(self.deck("CAX4", joint), "*COUPLING is not available", "*EQUATION",
                      "plane.inp:")  # fmt: skip
@@ -338,7 +340,9 @@ class Refused(Case):
         self.refused(self.deck(more=more), "the dof must be 1 or 2", "plane.inp:")
         more = "*TRANSFORM, NSET=ATOP-N\n1., 0., 1., 0., 1., 0.\n"
         self.refused(self.deck(more=more), "local z is z", "plane.inp:")
-        more = FLOOR + pair("ABOTTOM", "FLOOR") + "*CONTACT GAP, PARABOLA\nABOTTOM-N, {}, 0., 0., 9.\n"
+        more = (
+            FLOOR + pair("ABOTTOM", "FLOOR") + "*CONTACT GAP, PARABOLA\nABOTTOM-N, {}, 0., 0., 9.\n"
+        )
         for kind, x in (("CPE4", "0."), ("CAX4", "0.5")):
             self.refused(self.deck(kind, more.format(x)), "paraboloid", "plane.inp:")
 

@@ -66,7 +66,7 @@ class Finer(Uniform):
             deck = press(kind, boundary=boundary)
             with self.subTest(kind):
                 n = self.check(deck, "--refine", "1", kind=kind)
-                self.assertEqual(n, (48 if kind[3] in "48" else 96) )
+                self.assertEqual(n, (48 if kind[3] in "48" else 96))
 
     def test_some_elements(self):
         for kind in PLANE_STRAIN + AXISYMMETRIC:
@@ -397,8 +397,8 @@ class Friction(Case):
                 self.assertAlmostEqual(abs(found) / force, 1, delta=0.01)
 
 
-# Of /usr/bin/ccx 2.20, with a linear pressure-overclosure of 1e7 and a stick slope of 1e6; along the
-# axis, on the thickness of 2 and on a wedge of 2 degrees.
+# Forces along y of CalculiX, with a linear pressure-overclosure of 1e7 and a stick slope of 1e6: on
+# the thickness of 2, and 180 times those of its wedge of 2 degrees.
 CALCULIX = {"CPE4": 14.29068, "CAX4": 180 * 0.1279933}
 
 

@@ -227,8 +227,8 @@ contains
     edge = merge(longest, shortest, longest > most*thickness)
     call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'SOLID SECTION', &
       .true., dim=1), card)
-    call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)//' beside edges '// &
-      'of '//to_text(edge, 4)//' takes the digits of displacements: give one within 1e4 times '// &
+    call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)// &
+      ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one within 1e4 times '// &
       'the edges (forces are in proportion to it)')
   end subroutine check_thickness
 
