@@ -496,7 +496,7 @@ class Deck:
         return self.card("OBSTACLE", lines, given)
 
     def rigid_body(self, elements: str, reference_node: int) -> Deck:
-        """Make a set of facets move as its reference node does."""
+        """Make a set of facets, or of solid elements, move as its reference node does."""
         return self.card("RIGID BODY", ELSET=_name(elements), REF_NODE=reference_node)
 
     def interaction(self, name: str, friction: Number | None = None) -> Deck:

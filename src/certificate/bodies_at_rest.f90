@@ -10,7 +10,7 @@ module bodies_at_rest_mod
   implicit none
   private
 
-  public :: are_at_rest, spread_of_row
+  public :: are_at_rest, are_carried, spread_of_row
 
 contains
 
@@ -49,6 +49,36 @@ contains
     end do
     where (by_places .and. work > 0.0_wp) at_rest = .false.
   end function are_at_rest
+
+  !> Bodies that are rigid as far as their forces show: those of elements are all rounding, and
+  !> nothing else acts but on nodes that supports or constraints carry. Forces on these are no
+  !> smaller for it.
+  pure function are_carried(mesh, forces, pressed) result(are)
+    type(mesh_t), intent(in) :: mesh
+    type(increment_forces_t), intent(in) :: forces
+    real(wp), intent(in) :: pressed(:, :)     !! (3,n_nodes) [force]
+    logical :: are(0:mesh%n_bodies)           !! 0: nodes without a body, never
+    logical :: is_carried(3, mesh%n_nodes)
+    integer :: node, c
+
+    are = .true.
+    are(0) = .false.
+    is_carried = forces%prescribed
+    associate (all => forces%constraints)
+      do c = 1, all%n
+        is_carried(all%dof(c), all%node(c)) = .true.
+      end do
+    end associate
+    do node = 1, mesh%n_nodes
+      ! Nodes without elements have loads alone, which constraints hand on.
+      if (mesh%piece(node) == 0) cycle
+      associate (body => mesh%body(node), acting => merge(0.0_wp, abs(pressed(:, node)) + &
+                 abs(forces%external(:, node)), is_carried(:, node)))
+        if (max(norm2(forces%internal(:, node)), maxval(acting)) > forces%rounding(node)) &
+          are(body) = .false.
+      end associate
+    end do
+  end function are_carried
 
   !> The work of the forces of contact along what places are rounded by, on each body.
   pure function work_of_places(mesh, points, contact, forces) result(work)

@@ -10,6 +10,7 @@ module certificate_scales_mod
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use increment_forces_mod, only: increment_forces_t
+  use bodies_at_rest_mod, only: are_carried
   use error_measures_mod, only: largest_spread
   implicit none
   private
@@ -37,7 +38,8 @@ contains
   !> Force: the largest load or force of an element on a node of a body, a thousandth of those that
   !> the increment began with. Length: its deformation and what that changes by, how far contact
   !> has moved across it, and how far contact forces would move their node alone, no more of them
-  !> than the scale of forces. Bodies that press on each other have one scale.
+  !> than the scale of forces. Bodies that press on each other have one scale, and rigid ones no
+  !> other for their balance: the forces of their elements are rounding.
   pure subroutine find_scales(mesh, points, contact, old, new, forces, pressed, scales)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
@@ -49,6 +51,7 @@ contains
     real(wp), dimension(0:mesh%n_bodies) :: force, length
     real(wp) :: floor_of_forces, of_obstacles, u(3, mesh%n_nodes), motion(3)
     integer :: group(0:mesh%n_bodies), node, i, k, body
+    logical :: is_carried(0:mesh%n_bodies)
 
     ! What is smaller than its square can be said has no size that another is measured by.
     floor_of_forces = max(nothing*maxval(forces%rounding), sqrt(tiny(1.0_wp)))
@@ -68,6 +71,10 @@ contains
     scales%of_body = max(force, floor_of_forces)
     do body = 1, mesh%n_bodies
       force(group(body)) = max(force(group(body)), force(body))
+    end do
+    is_carried = are_carried(mesh, forces, pressed(:, :, 2))
+    do body = 1, mesh%n_bodies
+      if (is_carried(body)) scales%of_body(body) = max(scales%of_body(body), force(group(body)))
     end do
     where (force <= 0.0_wp) force = of_obstacles
     length = 0.0_wp

@@ -155,13 +155,34 @@ contains
           if (told(c)) cycle
           if (.not. keep_reading(reader)) return
           call report(reader, equations%position(c), dof_in_words(model, b%node, b%dof)// &
-            ' depends on others here, and a *BOUNDARY prescribes it: prescribe the others, or '// &
-            'name another term first')
+            carried_in_words(c))
           ! Of a set the first is enough.
           told = told .or. equations%position(:equations%list%n) == equations%position(c)
         end associate
       end do
     end do
+
+  contains
+
+    !> What a prescribed degree of freedom depends on, and what to do.
+    function carried_in_words(c) result(words)
+      integer, intent(in) :: c
+      character(:), allocatable :: words, reference
+
+      associate (all => equations%list)
+        if (all%first(c + 1) > all%first(c)) then
+          if (model%rotation_node(all%master(all%first(c))) > 0) then
+            reference = to_text(model%mesh%node_id(all%master(all%first(c))))
+            words = ' goes with node '//reference//' here, and a *BOUNDARY prescribes it: '// &
+              'prescribe dofs of node '//reference//' in its place'
+            return
+          end if
+        end if
+      end associate
+      words = ' depends on others here, and a *BOUNDARY prescribes it: prescribe the others, '// &
+        'or name another term first'
+    end function carried_in_words
+
   end subroutine refuse_held
 
   !> Report equations all of whose nodes belong to no element: there is nothing that resists.

@@ -1,4 +1,4 @@
-!> Couplings of faces to a reference node, as equations.
+!> Couplings of faces, and of rigid bodies of solid elements, to a reference node, as equations.
 !>
 !> The rotation of a reference node is that of a node of its own, at the same place: its
 !> displacement is rotation vector times a length, the farthest that a coupled node is away, so that
@@ -13,7 +13,7 @@ module face_couplings_mod
   use kinds_mod, only: wp
   use mesh_draft_mod, only: add_node_beside, solids
   use scene_mod, only: coupled_rotation_t
-  use sets_mod, only: model_t
+  use sets_mod, only: extend_marks, model_t
   use surfaces_mod, only: all_nodes_of, surface_t
   use text_mod, only: to_text
   implicit none
@@ -23,12 +23,13 @@ module face_couplings_mod
 
   real(wp), parameter :: nothing = 1.0e-14_wp !! of the length: an arm of rounding [-]
 
-  !> A *COUPLING with what stands below it.
+  !> A *COUPLING with what stands below it, or a *RIGID BODY of solid elements: kinematic.
   type :: coupling_t
-    character(:), allocatable :: name, surface_name
+    character(:), allocatable :: name, surface_name !! not allocated: a *RIGID BODY
     integer :: node = 0                    !! reference node
     integer :: rotation_node = 0
     integer :: surface = 0
+    integer, allocatable :: nodes(:)       !! that go with the reference node; none after a mistake
     logical :: distributes = .false.       !! else kinematic
     logical :: dofs(6) = .true.            !! that are coupled
     integer :: position = 0, node_position = 0, surface_position = 0 !! in the deck
@@ -46,6 +47,7 @@ contains
     logical :: ok
 
     if (.not. allocated(model%rotation_of)) allocate (model%rotation_of(2, 0))
+    coupling%rotation_node = 0
     do i = 1, size(model%rotation_of, 2)
       if (model%rotation_of(1, i) == coupling%node) coupling%rotation_node = model%rotation_of(2, i)
     end do
@@ -56,8 +58,12 @@ contains
       return
     end if
     coupling%rotation_node = model%mesh%n_nodes
+    model%n_added = model%n_added + 1
     model%rotation_of = reshape([model%rotation_of, coupling%node, coupling%rotation_node], &
       [2, size(model%rotation_of, 2) + 1])
+    if (.not. allocated(model%rotation_node)) return
+    call extend_marks(model, 1, .false.)
+    call mark_rotation(model, coupling%node, coupling%rotation_node)
   end subroutine add_rotation_node
 
   !> With elements of a plane, couple what moves in the plane, and have reference nodes without
@@ -88,12 +94,18 @@ contains
     allocate (model%joined(model%mesh%n_nodes), source=.false.)
     if (.not. allocated(model%rotation_of)) return
     do i = 1, size(model%rotation_of, 2)
-      associate (node => model%rotation_of(1, i), rotation => model%rotation_of(2, i))
-        model%rotation_node(node) = rotation
-        model%joined([node, rotation]) = .not. model%used([node, rotation])
-      end associate
+      call mark_rotation(model, model%rotation_of(1, i), model%rotation_of(2, i))
     end do
   end subroutine mark_coupled
+
+  subroutine mark_rotation(model, node, rotation)
+    type(model_t), intent(inout) :: model
+    integer, intent(in) :: node     !! reference node
+    integer, intent(in) :: rotation !! that stands for its rotation
+
+    model%rotation_node(node) = rotation
+    model%joined([node, rotation]) = .not. model%used([node, rotation])
+  end subroutine mark_rotation
 
   !> The equations of all couplings, where all nodes are at last, behind those of the deck, whose
   !> rotations get their lengths.
@@ -106,17 +118,17 @@ contains
     integer :: k
 
     if (size(couplings) == 0) return
-    call measure_arms(model, surfaces, couplings)
+    call measure_arms(model, couplings)
     call scale_rotations(model, equations)
     do k = 1, size(couplings)
       associate (of => couplings(k))
-        if (of%distributes .and. any(surfaces(of%surface)%nodes == of%node)) then
+        if (of%distributes .and. any(of%nodes == of%node)) then
           call report(reader, of%node_position, 'node '//to_text(model%mesh%node_id(of%node))// &
             ' is one of the nodes that it is the mean of: *DISTRIBUTING needs another')
         else if (of%distributes) then
           call distribute(reader, model, surfaces(of%surface), of, equations)
         else
-          call carry(model, surfaces(of%surface), of, equations)
+          call carry(model, of, equations)
         end if
       end associate
     end do
@@ -133,9 +145,8 @@ contains
   end function rotations_of
 
   !> How far coupled nodes are from their reference nodes, at most.
-  subroutine measure_arms(model, surfaces, couplings)
+  subroutine measure_arms(model, couplings)
     type(model_t), intent(inout) :: model
-    type(surface_t), intent(in) :: surfaces(:)
     type(coupling_t), intent(in) :: couplings(:)
     integer :: k, i
 
@@ -143,7 +154,7 @@ contains
       model%rotation_arm(couplings(k)%node) = 0.0_wp
     end do
     do k = 1, size(couplings)
-      associate (node => couplings(k)%node, nodes => surfaces(couplings(k)%surface)%nodes, &
+      associate (node => couplings(k)%node, nodes => couplings(k)%nodes, &
                  x => model%mesh%coordinates)
         do i = 1, size(nodes)
           model%rotation_arm(node) = max(model%rotation_arm(node), norm2(x(:, nodes(i)) - &
@@ -177,9 +188,8 @@ contains
 
   !> Kinematic: nodes move as the reference node and its rotation carry them,
   !> u = u_ref + rotation x arm.
-  subroutine carry(model, surface, coupling, equations)
+  subroutine carry(model, coupling, equations)
     type(model_t), intent(in) :: model
-    type(surface_t), intent(in) :: surface
     type(coupling_t), intent(in) :: coupling
     type(equation_list_t), intent(inout) :: equations
     real(wp) :: turn(3, 3)
@@ -188,8 +198,8 @@ contains
 
     hangs = .false.
     if (allocated(model%mesh%hangs)) hangs(:size(model%mesh%hangs)) = model%mesh%hangs
-    do i = 1, size(surface%nodes)
-      associate (node => surface%nodes(i), ref => coupling%node)
+    do i = 1, size(coupling%nodes)
+      associate (node => coupling%nodes(i), ref => coupling%node)
         if (node == ref .or. hangs(node)) cycle
         turn = -cross_matrix((model%mesh%coordinates(:, node) - model%mesh%coordinates(:, ref))/ &
           model%rotation_arm(ref))

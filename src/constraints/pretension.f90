@@ -10,7 +10,6 @@ module pretension_mod
   use cards_mod, only: reader_t, report
   use cells_mod, only: cells
   use connectivity_mod, only: all_nodes_of_face, nodes_of_element, nodes_of_face
-  use cut_mesh_mod, only: extend_marks
   use equal_columns_mod, only: number_columns
   use equation_list_mod, only: add_equation, equation_list_t
   use faces_mod, only: face_area_vectors
@@ -18,7 +17,7 @@ module pretension_mod
   use kinds_mod, only: wp
   use local_refinement_mod, only: parents_of
   use mesh_draft_mod, only: add_node_beside
-  use sets_mod, only: model_t
+  use sets_mod, only: extend_marks, model_t
   use sorting_mod, only: sort_ascending
   use text_mod, only: to_text
   implicit none
@@ -88,7 +87,7 @@ contains
         end associate
       end associate
     end do
-    call extend_marks(model, model%mesh%n_nodes - n_before)
+    call extend_marks(model, model%mesh%n_nodes - n_before, .true.)
     if (allocated(model%mesh%hangs)) model%mesh%hangs = [model%mesh%hangs, &
       spread(.false., 1, model%mesh%n_nodes - size(model%mesh%hangs))]
     if (.not. allocated(model%twins)) allocate (model%twins(2, 0))

@@ -304,9 +304,9 @@ contains
         changed = option(:equal)//outer_name(assembly, option(equal + 1:))
       else if (change%is_copy) then
         select case (name)
-        case ('NSET', 'ELSET', 'NAME', 'SURFACE', 'CONSTRAINTNAME')
+        case ('NSET', 'ELSET', 'PINNSET', 'TIENSET', 'NAME', 'SURFACE', 'CONSTRAINTNAME')
           changed = option(:equal)//inner_name(option(equal + 1:))
-        case ('REFNODE')
+        case ('REFNODE', 'ROTNODE')
           changed = option(:equal)//reference(option(equal + 1:))
         case default
           continue

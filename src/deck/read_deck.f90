@@ -45,7 +45,8 @@ module read_deck_mod
   use read_body_solver_mod, only: read_body_solver
   use read_prints_mod, only: read_prints
   use read_accuracy_mod, only: read_accuracy
-  use read_rigid_bodies_mod, only: find_facets, make_obstacles, read_rigid_bodies, rigid_bodies_t
+  use read_rigid_bodies_mod, only: find_facets, find_rigid_nodes, join_rigid_bodies, &
+    make_obstacles, read_rigid_bodies, rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_surface_behavior_mod, only: read_surface_behavior
@@ -228,6 +229,7 @@ contains
     call check_elements(reader, model%mesh)
     call check_matching(reader, model%mesh)
     call read_sets(reader, model)
+    call join_rigid_bodies(reader, model, bodies, couplings)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
@@ -248,6 +250,7 @@ contains
     call check_even(reader, model%mesh, scene%obstacles)
     call read_ties(reader, model, surfaces, obstacles, ties)
     call find_coupled_surfaces(reader, model, surfaces, couplings)
+    call find_rigid_nodes(reader, model, bodies, couplings)
     if (.not. any_mistakes(reader%diagnostics)) then
       call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), ties)
       call place_hanging(model%mesh)

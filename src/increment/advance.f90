@@ -15,7 +15,8 @@ module advance_mod
   use text_mod, only: to_text
   use system_mod, only: wall_seconds
   use constraints_mod, only: active_constraints, give_to_masters
-  use turning_couplings_mod, only: has_turning, end_turns, moments_on_constraints, work_of_turns
+  use turning_couplings_mod, only: has_turning, end_turns, moments_on_constraints, &
+    turned_constraints, work_of_turns
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
@@ -96,8 +97,8 @@ contains
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
     ! Where the pins do not hold bodies there the increment is not solved.
-    call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, solver%body%motions, &
-      is_held)
+    call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, turned_constraints( &
+      scene, solver%body%prescribed, old%displacement), solver%body%motions, is_held)
     call set_gaps(scene, points, increment, now, solver)
     call begin_trial(scene, now, solver, old, increment, trial)
     associate (motions => solver%body%motions)

@@ -15,6 +15,7 @@ module place_and_solve_mod
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
   use rigid_modes_mod, only: free_motions_t, add_motions, follow_turns
+  use turning_couplings_mod, only: turned_constraints
   use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
     is_on_bodies, neutral_motions, are_left_out
   use near_points_mod, only: near_points
@@ -114,7 +115,8 @@ contains
     associate (motions => solver%body%motions)
       if (.not. (motions%are_finite .and. any(motions%body > 0))) return
       call add_motions(motions, scene%mesh, trial%motion, trial%u_free)
-      call follow_turns(scene%mesh, u, solver%body%prescribed, motions, ok)
+      call follow_turns(scene%mesh, u, solver%body%prescribed, turned_constraints(scene, &
+        solver%body%prescribed, u), motions, ok)
       if (.not. ok) return
       call add_motions(motions, scene%mesh, -trial%motion, trial%u_free)
     end associate

@@ -18,6 +18,7 @@ module shadow_run_mod
   use increment_report_mod, only: increment_report_t, error_parts_t, ended_out_of_balance
   use bodies_mod, only: strain_energy
   use rigid_modes_mod, only: free_motions_t, follow_turns
+  use turning_couplings_mod, only: turned_constraints
   use step_loads_mod, only: resolve_loads
   use load_response_mod, only: load_response_t, respond_to_loads
   use linearisation_mod, only: solver_work_t
@@ -236,8 +237,8 @@ contains
     type(error_t), allocatable :: error
     integer :: i
 
-    call follow_turns(scene%mesh, state%displacement, solver%body%prescribed, solver%body%motions, &
-      ok)
+    call follow_turns(scene%mesh, state%displacement, solver%body%prescribed, turned_constraints( &
+      scene, solver%body%prescribed, state%displacement), solver%body%motions, ok)
     if (.not. ok) return
     call set_gaps(scene, points, increment, now, solver)
     call begin_trial(scene, now, solver, state, increment, trial)

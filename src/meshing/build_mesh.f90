@@ -28,6 +28,7 @@ contains
 
     allocate (model%used(model%mesh%n_nodes), model%reference(model%mesh%n_nodes))
     allocate (model%rigid(model%mesh%n_nodes), source=.false.)
+    allocate (model%turned(model%mesh%n_nodes), source=0)
     model%used = .false.
     model%reference = .false.
     do e = 1, model%mesh%n_elements
@@ -47,9 +48,10 @@ contains
     first = 0
     n_nodes = model%mesh%n_nodes
     if (allocated(model%mesh%between)) n_nodes = model%mesh%n_given
-    if (allocated(model%rotation_of)) n_nodes = n_nodes - size(model%rotation_of, 2)
+    n_nodes = n_nodes - model%n_added
     do i = 1, model%mesh%n_nodes
-      if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. model%joined(i)) cycle
+      if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. model%joined(i) .or. &
+        model%turned(i) > 0) cycle
       n = n + 1
       if (first == 0) first = i
     end do

@@ -15,13 +15,13 @@ module cut_mesh_mod
   use matching_faces_mod, only: outer_faces
   use mesh_draft_mod, only: mesh_draft_t, reserve_elements, reserve_nodes
   use refine_elements_mod, only: pieces_t, value_between
-  use sets_mod, only: finish, model_t, set_t
+  use sets_mod, only: extend_marks, finish, model_t, set_t
   use sorting_mod, only: order_of
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: extend_marks, nodes_by_id, elements_of, refuse_uncut, replace_elements
+  public :: nodes_by_id, elements_of, refuse_uncut, replace_elements
 
 contains
 
@@ -111,7 +111,7 @@ contains
       mesh%outside = mesh%outside(:, origin) .and. pieces%is_outer
       mesh%n_elements = n
     end associate
-    call extend_marks(model, size(between, 2))
+    call extend_marks(model, size(between, 2), .true.)
     call extend_node_sets(model, model%mesh%n_nodes - size(between, 2))
     do i = 1, model%element_sets%n
       call cut_members(first, model%element_sets%list(i))
@@ -184,19 +184,6 @@ contains
     mesh%highest_node = mesh%highest_node + size(between, 2)
     mesh%n_nodes = mesh%n_nodes + size(between, 2)
   end subroutine add_nodes
-
-  !> What was said of the deck's nodes one by one, said of new ones: elements have them.
-  subroutine extend_marks(model, more)
-    type(model_t), intent(inout) :: model
-    integer, intent(in) :: more
-
-    model%used = [model%used, spread(.true., 1, more)]
-    model%reference = [model%reference, spread(.false., 1, more)]
-    model%rigid = [model%rigid, spread(.false., 1, more)]
-    model%joined = [model%joined, spread(.false., 1, more)]
-    model%rotation_node = [model%rotation_node, spread(0, 1, more)]
-    model%rotation_arm = [model%rotation_arm, spread(1.0_wp, 1, more)]
-  end subroutine extend_marks
 
   !> Add to every set of nodes the new ones that lie between members alone.
   subroutine extend_node_sets(model, n_before)

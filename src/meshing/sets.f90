@@ -12,7 +12,7 @@ module sets_mod
   private
 
   public :: set_t, set_list_t, model_t, find_set, report_unknown, referenced_nodes
-  public :: referenced_elements, finish, with_twins
+  public :: referenced_elements, finish, with_twins, extend_marks
 
   !> A set. Only the first card of a name holds it; later ones add to that.
   type :: set_t
@@ -52,6 +52,9 @@ module sets_mod
     !! (n_nodes) by which rotations of reference nodes are multiplied [length]
     logical, allocatable :: joined(:)
     !! (n_nodes) nodes that no element has and an equation or a coupling names
+    integer, allocatable :: turned(:)
+    !! (n_nodes) of the ROT NODE of a rigid body its reference node, 0 of others
+    integer :: n_added = 0 !! nodes that stand for rotations or reference nodes, not of the deck
     logical, allocatable :: named(:, :) !! (3,n_nodes) degrees of freedom that equations name
     integer, allocatable :: twins(:, :)
     !! (2,k) nodes that cuts of bolts made, and those beside them; not allocated: none
@@ -128,6 +131,21 @@ contains
     end if
     if (.not. allocated(elements)) allocate (elements(0))
   end subroutine referenced_elements
+
+  !> What is said of nodes one by one, said of new ones behind them.
+  subroutine extend_marks(model, more, of_elements)
+    type(model_t), intent(inout) :: model
+    integer, intent(in) :: more
+    logical, intent(in) :: of_elements !! whether elements have them
+
+    model%used = [model%used, spread(of_elements, 1, more)]
+    model%reference = [model%reference, spread(.false., 1, more)]
+    model%rigid = [model%rigid, spread(.false., 1, more)]
+    model%joined = [model%joined, spread(.false., 1, more)]
+    model%turned = [model%turned, spread(0, 1, more)]
+    model%rotation_node = [model%rotation_node, spread(0, 1, more)]
+    model%rotation_arm = [model%rotation_arm, spread(1.0_wp, 1, more)]
+  end subroutine extend_marks
 
   !> Nodes, behind them those that cuts of bolts put in their places.
   pure function with_twins(model, nodes) result(all_nodes)

@@ -199,11 +199,12 @@ contains
 
   !> Take the motions of bodies that turn with these about where they are now, with the pins that
   !> they have.
-  subroutine follow_turns(undeformed, u, prescribed, motions, ok)
+  subroutine follow_turns(undeformed, u, prescribed, constraints, motions, ok)
     type(mesh_t), intent(in) :: undeformed
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) displacement [length]
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
-    type(free_motions_t), intent(inout) :: motions !! of bodies that no equations join
+    type(constraints_t), intent(in) :: constraints !! of the scene, about displaced places
+    type(free_motions_t), intent(inout) :: motions
     logical, intent(out) :: ok !! false: the pins hold a body no more, or LAPACK failed
     type(mesh_t) :: mesh
     type(pieces_t) :: pieces
@@ -221,6 +222,16 @@ contains
       if (k == 0) cycle
       associate (of_body => nodes%item(nodes%first(body):nodes%first(body + 1) - 1), &
                  of => pack([(j, j=1, motions%n)], motions%body(:motions%n) == body))
+        if (motions%is_joined(body)) then
+          call several_pieces(mesh, of_body, pieces, ok)
+          if (ok) call leave_free(mesh, of_body, pieces, moving_columns(mesh, of_body, pieces, &
+            prescribed), prescribed, constraints, z, ok)
+          if (ok) ok = size(z, 2) == k
+          if (ok) call scale_to_pins(mesh, pieces, motions%node(of), motions%dof(of), z, ok)
+          if (.not. ok) return
+          call keep_joined_motions(of_body, pieces, z, of, motions)
+          cycle
+        end if
         call find_unseen(mesh, of_body, prescribed, pieces, z, ok, k)
         if (ok) call scale_to_pins(mesh, pieces, motions%node(of), motions%dof(of), z, ok)
         if (.not. ok) return
@@ -284,7 +295,7 @@ contains
     type(pieces_t) :: pieces
     real(wp), allocatable :: z(:, :)
     integer, allocatable :: pin_node(:), pin_dof(:), columns(:)
-    integer :: j, k, m, p
+    integer :: j, k
     logical :: ok
 
     call several_pieces(mesh, nodes, pieces, ok)
@@ -322,20 +333,32 @@ contains
       call add_motion(motions, mesh%body(nodes(1)), pin_node(j), pin_dof(j), &
         mesh%coordinates(:, pin_node(j)), 0.0_wp)
     end do
+    call keep_joined_motions(nodes, pieces, z, [(motions%n - k + j, j=1, k)], motions)
+  end subroutine find_joined_motions
+
+  !> Keep what the motions of a joined body do to its pieces.
+  pure subroutine keep_joined_motions(nodes, pieces, z, of, motions)
+    integer, intent(in) :: nodes(:)          !! of the body
+    type(pieces_t), intent(in) :: pieces
+    real(wp), intent(in) :: z(:, :)          !! (columns,k)
+    integer, intent(in) :: of(:)             !! (k) among the motions
+    type(free_motions_t), intent(inout) :: motions
+    integer :: m, p, j
+
     do m = 1, size(nodes)
       p = pieces%of_node(nodes(m))
       associate (piece => motions%piece(nodes(m)), last => pieces%column(p + 1) - 1, &
                  first => pieces%column(p), extents => pieces%extents(p))
         motions%piece_centre(:, piece) = extents%centre
         motions%piece_extent(piece) = extents%largest
-        do j = 1, k
-          motions%piece_translation(:, piece, motions%n - k + j) = z(first:first + 2, j)
-          if (last > first + 2) motions%piece_rotation(:, piece, motions%n - k + j) = &
+        do j = 1, size(of)
+          motions%piece_translation(:, piece, of(j)) = z(first:first + 2, j)
+          if (last > first + 2) motions%piece_rotation(:, piece, of(j)) = &
             matmul(extents%turn, z(first + 3:last, j))
         end do
       end associate
     end do
-  end subroutine find_joined_motions
+  end subroutine keep_joined_motions
 
   !> Choose as many degrees of freedom as there are motions, one after the other the one that the
   !> motions not yet pinned move most.
@@ -444,7 +467,7 @@ contains
       if (allocated(motions%piece)) then
         associate (piece => motions%piece(node))
           if (piece > 0) u = motions%piece_translation(:, piece, j) + &
-            cross(motions%piece_rotation(:, piece, j), mesh%coordinates(:, node) - &
+            cross(motions%piece_rotation(:, piece, j), place_of(motions, mesh, node) - &
             motions%piece_centre(:, piece))
           if (piece > 0) return
         end associate

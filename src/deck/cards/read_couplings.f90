@@ -145,6 +145,7 @@ contains
 
     do k = 1, size(couplings)
       associate (of => couplings(k), node => couplings(k)%node)
+        if (.not. allocated(of%surface_name)) cycle ! a rigid body
         if (model%reference(node) .or. (model%rigid(node) .and. .not. model%used(node))) then
           call report(reader, of%node_position, 'node '//to_text(model%mesh%node_id(node))// &
             ' belongs to an obstacle or to facets: it cannot be the reference node of a coupling')
@@ -162,6 +163,7 @@ contains
           call report(reader, of%surface_position, 'surface '//quoted(of%surface_name)// &
             ' has no faces: *DISTRIBUTING weighs nodes by their areas')
         end if
+        of%nodes = surfaces%list(of%surface)%nodes
       end associate
     end do
   end subroutine find_coupled_surfaces

@@ -181,6 +181,17 @@ contains
     ! Those that hang go with others.
     if (allocated(model%mesh%hangs)) term%nodes = pack(term%nodes, .not. &
       model%mesh%hangs(term%nodes))
+    if (any(model%turned(term%nodes) > 0)) then
+      ! Those of rotations: dofs 1 to 3 are dofs 4 to 6 of the reference nodes.
+      if (term%dof > 3 .or. any(model%turned(term%nodes) == 0)) then
+        call report(reader, reference%position, 'the ROT NODE of a rigid body has dofs 1 to 3, '// &
+          'and stands alone in a term')
+        ok = .false.
+        return
+      end if
+      term%nodes = model%turned(term%nodes)
+      term%dof = term%dof + 3
+    end if
     ! By their numbers in the deck: it may define nodes in any order.
     call order_of(model%mesh%node_id(term%nodes), order)
     term%nodes = term%nodes(order)

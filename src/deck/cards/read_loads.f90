@@ -4,6 +4,7 @@
 !>     BODY-ZMAX, 1, 2, 0.            set or node, first dof, last dof, displacement
 !>     BODY-XMIN, XSYMM               or XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE
 !>     900, 5, 5, 0.17                dofs 4 to 6: rotation vector of a reference node
+!>     901, 2, 2, 0.17                the same by dofs 1 to 3 of a ROT NODE
 !>     *CLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
 !>     17, 3, -5.                     set or node, dof, force on each node
 !>     *DSLOAD[, AMPLITUDE=name][, OP=MOD|NEW]
@@ -95,7 +96,7 @@ contains
     type(fields_t) :: fields
     type(reference_t) :: reference
     type(nodal_value_t) :: value
-    integer, allocatable :: nodes(:)
+    integer, allocatable :: nodes(:), turned(:)
     integer :: i, choice
     logical :: found, ok, with(max_dof)
 
@@ -126,16 +127,19 @@ contains
       end if
       if (.not. found) cycle lines
       call referenced_nodes(reader, model, reference, nodes)
+      call split_rotations(model, nodes, turned)
+      if (size(turned) > 0 .and. any(with(4:)) .and. abs(value%value) > 0.0_wp) then
+        call report(reader, field_position(reader, fields, 4), 'dofs 1 to 3 of the ROT NODE of '// &
+          'a rigid body are its rotation: it has no others')
+        cycle lines
+      end if
       call check_moves(reader, model, reference, nodes, value%value, .false.)
       call check_rotations(reader, model, fields, nodes, with, value%value)
       call check_plane(reader, model, fields, nodes, with, value%value)
       do i = 1, 3
         if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
-        if (with(3 + i)) then
-          call add_values(reader, model, pack(nodes, .not. (model%used(nodes) .or. &
-            model%rotation_node(nodes) > 0)), i, value, draft%rotations, draft%work)
-          call add_rotations(reader, model, nodes, i, value, draft)
-        end if
+        if (with(3 + i)) call add_rotations(reader, model, nodes, i, value, draft)
+        if (with(i)) call add_rotations(reader, model, turned, i, value, draft)
       end do
       if (draft%work > max_work) then
         call report(reader, fields%start, 'the deck prescribes too many values')
@@ -144,8 +148,18 @@ contains
     end do lines
   end subroutine read_boundary
 
-  !> Prescribe a rotation of reference nodes of couplings: a displacement of the nodes that stand
-  !> for it.
+  !> Take the ROT NODEs of rigid bodies out of a list of nodes.
+  pure subroutine split_rotations(model, nodes, turned)
+    type(model_t), intent(in) :: model
+    integer, allocatable, intent(inout) :: nodes(:)
+    integer, allocatable, intent(out) :: turned(:) !! the reference nodes whose rotations they are
+
+    turned = model%turned(pack(nodes, model%turned(nodes) > 0))
+    nodes = pack(nodes, model%turned(nodes) == 0)
+  end subroutine split_rotations
+
+  !> Prescribe a rotation of reference nodes: of obstacles, or of couplings, of which it is a
+  !> displacement of the nodes that stand for it.
   subroutine add_rotations(reader, model, nodes, dof, value, draft)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -156,6 +170,8 @@ contains
     type(nodal_value_t) :: of_node
     integer :: i
 
+    call add_values(reader, model, pack(nodes, .not. (model%used(nodes) .or. &
+      model%rotation_node(nodes) > 0)), dof, value, draft%rotations, draft%work)
     do i = 1, size(nodes)
       if (model%rotation_node(nodes(i)) == 0) cycle
       of_node = value
@@ -305,9 +321,9 @@ contains
     logical, intent(inout) :: replace !! set by OP=NEW
     type(fields_t) :: fields
     type(reference_t) :: reference
-    type(nodal_value_t) :: value, moment
-    integer, allocatable :: nodes(:)
-    integer :: dof, most, i
+    type(nodal_value_t) :: value
+    integer, allocatable :: nodes(:), turned(:)
+    integer :: dof, most
     logical :: found, ok(3)
 
     call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
@@ -322,23 +338,19 @@ contains
       if (ok(1)) nodes = given_nodes(model%mesh, nodes)
       most = 3
       if (ok(1)) then
-        if (size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) most = max_dof
+        call split_rotations(model, nodes, turned)
+        if (size(turned) == 0 .and. size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) &
+          most = max_dof
       end if
       call read_dof(reader, fields, 2, 'the dof', most, dof, ok(2))
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))
       if (.not. all(ok)) cycle
       call check_moves(reader, model, reference, nodes, value%value, model%mesh%empty_card)
       call note_singular(reader, model, nodes, value%value)
-      do i = 1, merge(size(nodes), 0, dof > 3)
-        ! A moment: a force at the arm by which the rotation is multiplied.
-        moment = value
-        moment%value = value%value/model%rotation_arm(nodes(i))
-        nodes(i) = model%rotation_node(nodes(i))
-        call check_named(reader, model, reference, nodes(i:i), dof - 3, value%value)
-        call add_values(reader, model, nodes(i:i), dof - 3, moment, draft%forces, draft%work, &
-          sum_up=.true.)
-      end do
-      if (dof <= 3) then
+      if (dof > 3) then
+        call add_moments(reader, model, reference, nodes, dof - 3, value, draft)
+      else
+        call add_moments(reader, model, reference, turned, dof, value, draft)
         call check_named(reader, model, reference, nodes, dof, value%value)
         call add_values(reader, model, nodes, dof, value, draft%forces, draft%work, sum_up=.true.)
       end if
@@ -348,6 +360,36 @@ contains
       end if
     end do
   end subroutine read_cload
+
+  !> A moment on each of some reference nodes: a force at the arm by which its rotation is
+  !> multiplied.
+  subroutine add_moments(reader, model, reference, nodes, axis, value, draft)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(reference_t), intent(in) :: reference
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: axis             !! 1, 2, 3: about x, y, z
+    type(nodal_value_t), intent(in) :: value !! [force x length]
+    type(load_draft_t), intent(inout) :: draft
+    type(nodal_value_t) :: moment
+    integer :: i
+
+    do i = 1, size(nodes)
+      if (model%rotation_node(nodes(i)) == 0) then
+        if (model%reference(nodes(i)) .and. abs(value%value) > 0.0_wp) call report(reader, &
+          reference%position, 'a moment on a rigid body of facets turns nothing: *BOUNDARY '// &
+          'turns it')
+        cycle
+      end if
+      moment = value
+      moment%value = value%value/model%rotation_arm(nodes(i))
+      associate (stand_in => [model%rotation_node(nodes(i))])
+        call check_named(reader, model, reference, stand_in, axis, value%value)
+        call add_values(reader, model, stand_in, axis, moment, draft%forces, draft%work, &
+          sum_up=.true.)
+      end associate
+    end do
+  end subroutine add_moments
 
   !> Say of forces on nodes of elements that are cut that there is no limit near them.
   subroutine note_singular(reader, model, nodes, value)

@@ -127,6 +127,11 @@ contains
     if (allocated(sets%list(found)%members)) then
       print%members = sets%list(found)%members
       if (.not. print%of_elements) then
+        if (any(model%turned(print%members) > 0)) then
+          call note(reader, '*NODE PRINT of '//quoted(print%set)//' leaves out ROT NODEs: '// &
+            '/reference_nodes of the result file has rotations and moments')
+          print%members = pack(print%members, model%turned(print%members) == 0)
+        end if
         print%summed = print%members
         print%members = given_nodes(model%mesh, print%members)
       end if

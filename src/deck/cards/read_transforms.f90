@@ -142,7 +142,13 @@ contains
     integer :: i
 
     do i = 1, size(nodes)
-      if (model%reference(nodes(i))) then
+      if (model%turned(nodes(i)) > 0) then
+        if (any(nodes == model%turned(nodes(i)))) cycle
+        call report(reader, option_position(card, 'NSET'), 'node '//to_text(model%mesh%node_id( &
+          nodes(i)))//' is the ROT NODE of a rigid body: its directions are those of the REF '// &
+          'NODE, which is not in the set')
+        return
+      else if (model%reference(nodes(i))) then
         call report(reader, option_position(card, 'NSET'), 'node '//to_text(model%mesh%node_id( &
           nodes(i)))//' is the reference node of an obstacle, which moves along x, y, z: it '// &
           'cannot have local directions')
