@@ -260,24 +260,28 @@ contains
         call add_motions(motions, scene%mesh, -further, step)
       end associate
       trial%u_free = trial%u_free + step
-      call settle(scene, trial, new%displacement)
+      call settle(scene, motions, trial, new%displacement)
       image = next
     end if
     loop%at = image
   end subroutine extrapolate
 
   !> Put what turning couplings take along where it is, in u_free too: contact sees it there.
-  subroutine settle(scene, trial, u)
+  subroutine settle(scene, motions, trial, u)
     type(scene_t), intent(in) :: scene
+    type(free_motions_t), intent(in) :: motions
     type(trial_t), intent(inout) :: trial
     real(wp), intent(inout) :: u(:, :)  !! (3,n_nodes) [length]
+    real(wp) :: by_others(3, size(u, 2)) !! than reactions and motions [length]
     integer :: c
 
     if (.not. allocated(trial%turned_from)) return
     call settle_couplings(scene, trial%forces%prescribed, trial%turned_from, u)
+    by_others = u - trial%u_contact
+    call add_motions(motions, scene%mesh, -trial%motion, by_others)
     do c = 1, scene%constraints%n
       associate (i => scene%constraints%dof(c), node => scene%constraints%node(c))
-        trial%u_free(i, node) = u(i, node) - trial%u_contact(i, node)
+        trial%u_free(i, node) = by_others(i, node)
       end associate
     end do
   end subroutine settle
@@ -437,7 +441,7 @@ contains
       trial%applied_force = pressed
     end if
     new%displacement = displacement_of(scene, solver, trial, trial%u_contact)
-    call settle(scene, trial, new%displacement)
+    call settle(scene, solver%body%motions, trial, new%displacement)
   end subroutine displace
 
   !> What contact's forces on nodes have changed by since u_contact was found: as the reactions
@@ -495,6 +499,7 @@ contains
       if (all(abs(way) <= 0.0_wp)) return
       trial%motion = trial%motion + way
       call add_motions(motions, scene%mesh, way, new%displacement)
+      call settle(scene, motions, trial, new%displacement)
     end associate
 
   contains

@@ -164,7 +164,8 @@ contains
           'name another', 'dofs 4 to 6 of the REF NODE are its rotations')
       else if (model%turned(rotation) > 0 .and. model%turned(rotation) /= body%ref_node) then
         call report(reader, position, words//' is the ROT NODE of another rigid body, whose '// &
-          'REF NODE is another')
+          'REF NODE is another', 'a ROT NODE for each, joined dof by dof by *EQUATION, turns '// &
+          'both alike')
       else if (model%rotation_node(rotation) > 0 .or. model%reference(rotation)) then
         call report(reader, position, words//' is the reference node of a coupling or an '// &
           'obstacle: the ROT NODE of a rigid body must be a node by itself')
