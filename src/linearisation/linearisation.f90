@@ -399,7 +399,7 @@ contains
     at = place_of_tangent(scene, body)
     allocate (undeformed%body(0))
     if (allocated(body%tangent)) call find_free_motions(scene%mesh, body%prescribed, &
-      ref_nodes(scene%obstacles), contact_nodes(points), undeformed, error, body%constraints)
+      ref_nodes(scene%obstacles), contact_nodes(points), undeformed, error, scene%constraints)
     if (allocated(error)) return
     call find_free_motions(moved_mesh(scene%mesh, at), body%prescribed, &
       ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, &
