@@ -7,7 +7,7 @@
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use constraints_mod, only: constraints_t, active_constraints, give_to_masters
+  use constraints_mod, only: constraints_t, active_constraints, follow_masters, give_to_masters
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, solver_auto
@@ -255,6 +255,8 @@ contains
         do j = 1, motions%n
           step(motions%dof(j), motions%node(j)) = further(j)
         end do
+        ! Nodes may go with a pin.
+        if (map%constraints%n > 0) call follow_masters(map%constraints, step)
         new%displacement = new%displacement + step
         trial%motion = trial%motion + further
         call add_motions(motions, scene%mesh, -further, step)
