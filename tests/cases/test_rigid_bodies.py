@@ -275,6 +275,34 @@ class LargeTurns(unittest.TestCase):
         pushed = solved(self, loads=rest + f"9000, 1, 3\n*CLOAD\n9001, 2, {moment!r}", **common)
         self.assertAlmostEqual(reference(pushed)["rotation"][1], 0.1, delta=1e-5)
 
+    def test_a_free_plate_turns_on_a_smooth_block(self):
+        """Under a uniform pressure it stays as deep as it is, whichever way it stands."""
+        found = []
+        for turn in (0.0, self.QUARTER):
+            held = f"{ClosedForms.HELD}\n9001, 1, 2\n9001, 3, 3, {turn!r}"
+            result = solved(self, step=", NLGEOM", static="0.2, 1.", held=held,
+                            plate="-0.5, -0.5, 1., 3., 3., 0.5", loads="*CLOAD\n9000, 3, -40.")
+            self.check_pattern(result, [1.0, 1.0, 1.0])
+            pair = next(iter(result.pairs.values()))
+            np.testing.assert_allclose(pair.resultant[-1], [0.0, 0.0, -40.0], atol=1e-5)
+            found.append(reference(result)["displacement"][2])
+        self.assertAlmostEqual(found[0], -40.0 * HEIGHT / (YOUNG * SIDE**2), delta=2e-4)
+        self.assertAlmostEqual(found[1], found[0], delta=1e-6)
+
+    def test_free_plates_under_forces_and_moments(self):
+        """Held by contact alone, as master and as slave; small loads do what small strain says."""
+        loads = "*CLOAD\n9000, 3, -0.4\n9001, 1, 0.03\n9001, 2, -0.05"
+        for pair in ("LOW-ZMAX, UP-ZMIN", "UP-ZMIN, LOW-ZMAX"):
+            with self.subTest(pair):
+                found = [
+                    reference(solved(self, mu=0.3, cuts=3, element="C3D8I", step=step,
+                                     held=CLAMPED, loads=loads, pair=pair))
+                    for step in ("", ", NLGEOM")
+                ]
+                for name in ("displacement", "rotation"):
+                    np.testing.assert_allclose(found[1][name], found[0][name], rtol=5e-3, atol=1e-7)
+                self.assertGreater(np.abs(found[0]["rotation"][:2]).min(), 1e-5)
+
 
 if __name__ == "__main__":
     unittest.main()
