@@ -95,19 +95,16 @@ contains
     type(rigid_bodies_t), intent(inout) :: bodies !! gets no entry after some mistakes
     character(*), parameter :: options(4) = [character(8) :: 'ELSET', 'NSET', 'PIN NSET', &
       'TIE NSET']
+    character(*), parameter :: analytical = 'ANALYTICAL SURFACE'
     type(rigid_body_t) :: body
     integer :: i
     logical :: ok, any_set
 
-    if (has_option(card, 'ANALYTICAL SURFACE')) then
-      call report(reader, card%position, '*RIGID BODY, ANALYTICAL SURFACE= is not available', &
-        '*OBSTACLE, NAME=, TYPE=PLANE, SPHERE or CYLINDER, REF NODE= is a rigid surface that '// &
-        'moves with a node')
-      reader%lacks_elements = .true. ! nothing is known of its reference node
-      return
-    end if
-    call allow_options(reader, card, [character(8) :: options, 'REF NODE', 'ROT NODE'], &
-      ['ISOTHERMAL'])
+    call allow_options(reader, card, [character(len(analytical)) :: options, 'REF NODE', &
+      'ROT NODE', analytical], ['ISOTHERMAL'])
+    if (has_option(card, analytical)) call report(reader, option_position(card, analytical), &
+      "unknown parameter 'ANALYTICALSURFACE' of *RIGID BODY", '*OBSTACLE, NAME=, TYPE=PLANE, '// &
+      'SPHERE or CYLINDER, REF NODE= is a rigid surface that moves with a node')
     call allow_no_data(reader, card)
     any_set = .false.
     do i = 1, size(options)
@@ -121,6 +118,10 @@ contains
       bodies%list = [bodies%list, body]
     end do
     if (any_set) return
+    if (has_option(card, analytical)) then
+      reader%lacks_elements = .true. ! nothing is known of its reference node
+      return
+    end if
     call report(reader, card%position, '*RIGID BODY needs ELSET= (of facets or of solid '// &
       'elements) or NSET=')
     body%set = ''
