@@ -74,8 +74,8 @@ contains
       if (mesh%piece(node) == 0) cycle
       associate (body => mesh%body(node), acting => merge(0.0_wp, abs(pressed(:, node)) + &
                  abs(forces%external(:, node)), is_carried(:, node)))
-        if (max(norm2(forces%internal(:, node)), maxval(acting)) > forces%rounding(node)) &
-          are(body) = .false.
+        are(body) = are(body) .and. max(norm2(forces%internal(:, node)), maxval(acting)) <= &
+          forces%rounding(node)
       end associate
     end do
   end function are_carried

@@ -339,8 +339,9 @@ contains
       most = 3
       if (ok(1)) then
         call split_rotations(model, nodes, turned)
-        if (size(turned) == 0 .and. size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) &
+        if (size(turned) == 0 .and. size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) then
           most = max_dof
+        end if
       end if
       call read_dof(reader, fields, 2, 'the dof', most, dof, ok(2))
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))
