@@ -281,6 +281,10 @@ class Deck:
         lines = [f"{name} = {_entry(value)}" for name, value in values.items()]
         return self.card("PARAMETER", lines)
 
+    def units(self, force: str, length: str) -> Deck:
+        """Name the units of force and length for labels, as "N" and "mm"; nothing is converted."""
+        return self.card("UNITS", [f"{force}, {length}"])
+
     def comment(self, text: str) -> Deck:
         """Add comment lines where the next card will be."""
         self._read = ""

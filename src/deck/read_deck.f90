@@ -69,6 +69,7 @@ module read_deck_mod
   use sets_mod, only: model_t
   use text_mod, only: string_t, to_text
   use ties_mod, only: tie_t, make_constraints, move_tied_nodes, note_held, refuse_tied_pairs
+  use read_units_mod, only: read_units
   use turns_mod, only: largest_turn, turn_allowed
   implicit none
   private
@@ -205,6 +206,7 @@ contains
     integer :: n_equations !! of the deck; others follow
 
     call read_heading(reader, scene%title)
+    call read_units(reader, scene%units)
     if (present(mesh_size)) size_read = mesh_size
     model%mesh%scale = size_read%blocks
     model%mesh%across = size_read%across

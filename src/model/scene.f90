@@ -86,6 +86,7 @@ module scene_mod
   !> the deck and of the options, changes it.
   type :: scene_t
     character(:), allocatable :: title
+    character(:), allocatable :: units      !! names for labels, as "N, mm"; '' where not given
     character(:), allocatable :: name       !! the deck's file name without folder and ending
     character(:), allocatable :: deck       !! the deck as read, includes put in
     type(string_t), allocatable :: files(:) !! paths of the deck and of what it includes

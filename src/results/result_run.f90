@@ -62,6 +62,7 @@ contains
                          error)
     call write_attribute(hdf5, '/run', 'program', program_name, error)
     call write_attribute(hdf5, '/run', 'name', text_of(scene%name), error)
+    call write_attribute(hdf5, '/run', 'units', text_of(scene%units), error)
     call write_attribute(hdf5, '/run', 'version', text_of(provenance%version), error)
     call write_attribute(hdf5, '/run', 'build', text_of(provenance%build), error)
     call write_attribute(hdf5, '/run', 'libraries', text_of(provenance%libraries), error)

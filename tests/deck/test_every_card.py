@@ -30,6 +30,8 @@ DECK = """\
 A title
 *PARAMETER
 n = 1
+*UNITS
+N, mm
 *INCLUDE, INPUT=more.inp
 *NODE, NSET=LOWER
 101, 0., 0., 0.

@@ -30,6 +30,7 @@ module keywords_mod
   type(keyword_t), parameter :: keywords(*) = [ &
     keyword_t('HEADING', anywhere, is_read), &
     keyword_t('PARAMETER', anywhere, is_read), &
+    keyword_t('UNITS', in_model, is_read), &
     keyword_t('NODE', in_model, is_read), &
     keyword_t('ELEMENT', in_model, is_read), &
     keyword_t('BLOCK', in_model, is_read), &
