@@ -209,6 +209,7 @@ contains
     call amount('largest_rotation', tally%largest_rotation)
     call amount('largest_theory_error', tally%theory)
     call amount('largest_law_error', tally%law)
+    call amount('certificate_tolerance', tally%allowed)
     call amount('compliance_bytes', tally%compliance_bytes)
     call amount('contact_matrix_bytes', tally%contact_matrix_bytes)
     if (lists) then
@@ -239,7 +240,6 @@ contains
     call archive(list, tally%largest_stress)
     call archive(list, tally%of_law(1))
     call archive(list, tally%of_law(2))
-    call archive(list, tally%allowed)
     call archive(list, tally%worst)
     call archive(list, tally%worst_increment)
     call archive(list, tally%step_time)

@@ -172,6 +172,8 @@ contains
       end if
       chain(depth + 1)%text = path
       call add_text(inner, chain, depth + 1, source, diagnostics)
+      ! So that readers of the deck in a result know what was written where.
+      call add_line(source, '** end of '//path, file, line)
     end subroutine put_in
 
     !> Report a mistake of *INCLUDE, which the source holds as a comment only.
