@@ -22,6 +22,7 @@ except ImportError as error:
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
+import synthetic_result  # noqa: E402
 from bipot import executable  # noqa: E402
 from package import ROOT, WithFolder, bipot  # noqa: E402
 
@@ -40,7 +41,7 @@ class Names(unittest.TestCase):
 
     def test_what_is_public_has_types_and_words(self):
         for module in ("element_faces", "deck", "errors", "executable", "meshes", "parameter_study",
-                       "named_sets", "obstacle", "page", "pairs", "result", "running"):
+                       "named_sets", "obstacle", "page", "pairs", "result", "running", "units"):
             tree = ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))
             for node in ast.walk(tree):
                 if not isinstance(node, ast.FunctionDef):
@@ -99,6 +100,29 @@ class Program(WithFolder):
                               env=environment, check=False)
         self.assertEqual(done.stderr.replace("\r", ""), "")
         self.assertEqual(done.stdout.split(), [str(program), "10"])
+
+    def test_the_commands_of_an_installed_package(self):
+        site, environment = self.installed()
+        commands = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
+        self.assertEqual(set(commands), {"bipot", "bipot-show"})
+        synthetic_result.write(self.folder / "small.vtkhdf")
+        module, _, name = commands["bipot-show"].partition(":")
+
+        def show(*arguments):
+            code = f"import sys; from {module} import {name}; sys.exit({name}())"
+            return subprocess.run(
+                [sys.executable, "-B", "-c", code, *arguments], capture_output=True, text=True,
+                env=environment, check=False,
+            )
+
+        done = show("small.vtkhdf", "--only", "forces")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout.split(), ["small-pictures/forces.png"])
+        # A wheel does not bring matplotlib.
+        (site / "matplotlib.py").write_text("raise ImportError('No module named matplotlib')\n")
+        done = show("small.vtkhdf")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, "^show: No module named matplotlib; pip install matplotlib")
 
     def test_a_package_without_a_program_says_so(self):
         _, environment = self.installed()

@@ -68,6 +68,7 @@ def install_and_run(wheel, carries):
 
         run(binaries / "python", "-m", "pip", "install", "--quiet", wheel)
         print(run(binaries / "bipot", "--version").strip())
+        assert (binaries / "bipot-show").is_file()
         code = "import bipot.executable as e; print(e.built_program())"
         program = Path(run(binaries / "python", "-c", code).strip())
         assert (folder / "venv").resolve() in program.parents, program
