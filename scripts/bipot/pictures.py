@@ -3,6 +3,7 @@
 What is drawn, a subject a file, is in bipot.drawing; which pictures there are is said here.
 """
 
+import math
 import re
 from collections.abc import Collection, Iterator
 from typing import NamedTuple
@@ -19,6 +20,7 @@ from bipot.result import Result, ResultError
 
 __all__ = (
     "COMPONENTS", "NAMES", "Look", "Picture", "animate", "figure", "has_bodies", "pictures_of",
+    "plane_of",
 )  # fmt: skip
 
 BODIES = {"displacement": "deformed", "stress": "stress", "pressure": "pressure",
@@ -34,6 +36,21 @@ class Picture(NamedTuple):
     text: str  #: what it shows
     figure: matplotlib.figure.Figure
     tight: bool  #: whether its margins may be cut off
+
+
+def plane_of(words: str) -> tuple[int, float | None]:
+    """Return axis and place of a plane such as "x=0.5"; "x" is in the middle of the bodies.
+
+    Raises ValueError for what is none.
+    """
+    found = re.fullmatch(r"\s*([xyz])\s*(?:=\s*(\S+))?\s*", words)
+    try:
+        place = float(found[2]) if found and found[2] else None
+    except ValueError:
+        found = None
+    if not found or (place is not None and not math.isfinite(place)):
+        raise ValueError(f"not a plane, such as x=0.5 or x: {words!r}")
+    return "xyz".index(found[1]), place
 
 
 def has_bodies(result: Result) -> bool:
@@ -91,7 +108,7 @@ def picture_of_bodies(result: Result, look: Look, quantity: str, name: str) -> P
     """Return a picture of the bodies in the colours of a quantity."""
     pressure = quantity == "pressure"
     bodies = Bodies(result, look, apart=pressure, close=pressure)
-    label = bodies.label(quantity).removesuffix(" (deck units)")
+    label = bodies.words_for(quantity)
     when = result.label(result.field_rows[look.index])
     text = f"The bodies at {when}, coloured by {label}; {bodies.words()}."
     return Picture(name, text, draw_bodies(bodies, quantity), True)

@@ -34,6 +34,7 @@ from bipot.named_sets import NamedSets
 from bipot.pairs import Pair, Pairs
 from bipot.reference_nodes import ReferenceNode, ReferenceNodes
 from bipot.summary import Summary, summarize
+from bipot.units import Units
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -143,6 +144,11 @@ class Result:
     def run(self) -> dict[str, Any]:
         """The attributes of the run (program, version, status, ...) as a dictionary."""
         return {name: _plain(value) for name, value in self.file["run"].attrs.items()}
+
+    @cached_property
+    def units(self) -> Units:
+        """What the deck calls its units (*UNITS): `units.of("pressure")` is "N/mm²", say."""
+        return Units.from_text(str(self.run.get("units", "")))
 
     def run_text(self, name: str) -> str:
         """Return a text kept with the run: "deck", "overrides" or "plan"."""
@@ -573,6 +579,7 @@ class Result:
         self, what: str | None = None, index: int = -1, pair: str | int = 0,
         scale: float | None = None, *, component: str | None = None,
         view: tuple[float, float] | None = None, limits: tuple[float, float] | None = None,
+        clip: str | None = None,
     ) -> matplotlib.figure.Figure:
         """Return a matplotlib figure, as scripts/show draws it.
 
@@ -588,11 +595,15 @@ class Result:
         view     elevation and azimuth of the spectator, in degrees; None: chosen
         limits   of the colours, the least and the largest value; None: those of the increment
 
+        clip     a plane across x, y or z, as "x=0.5", or "x" in the middle of the bodies; what lies
+                 before it is cut away
+
         Raises ResultError where the file does not hold it, ValueError for another word.
         """
         from bipot import pictures
 
-        look = pictures.Look(scale, index, view, limits, component)
+        plane = pictures.plane_of(clip) if clip else None
+        look = pictures.Look(scale, index, view, limits, component, plane)
         return pictures.figure(self, what, pair, look)
 
     def to_html(self, path: str | os.PathLike[str], scale: float | None = None) -> Path:

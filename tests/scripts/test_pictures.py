@@ -6,9 +6,10 @@ import subprocess
 import sys
 import unittest
 from pathlib import Path
+from unittest.mock import patch
 
 try:
-    import h5py  # noqa: F401
+    import h5py
     import matplotlib as mpl
     import numpy as np
 except ImportError as error:
@@ -19,12 +20,16 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
 import synthetic_result  # noqa: E402
-from bipot.drawing import views  # noqa: E402
+from bipot.drawing import rendering, views  # noqa: E402
 from bipot.drawing.bodies import Bodies, Look  # noqa: E402
 from bipot.drawing.contact_map import Map  # noqa: E402
 from bipot.drawing.histories import draw_errors, draw_forces  # noqa: E402
+from bipot.drawing.skin import cut_skin, whole_skin  # noqa: E402
+from bipot.element_faces import outer_faces_of, split_faces  # noqa: E402
 from bipot.obstacle import clip, rotation_matrix  # noqa: E402
+from bipot.pictures import plane_of  # noqa: E402
 from bipot.result import Result  # noqa: E402
+from bipot.units import Units  # noqa: E402
 from package import ROOT, WithFolder, bipot, needs  # noqa: E402
 
 mpl.use("Agg")
@@ -265,6 +270,266 @@ class Bounds(WithFolder):
         self.assertEqual(grid.n_points, len(result.points))
         np.testing.assert_allclose(grid.bounds, (0, 2, 0, 1, 0, 1))
         np.testing.assert_array_equal(grid["node_id"], 100 + np.arange(grid.n_points))
+
+
+class Mesh:
+    """A mesh alone, as what is cut reads it from a result."""
+
+    def __init__(self, points, blocks):
+        self.points = np.array(points, float)
+        self.cells, first = {}, 0
+        for kind, nodes in enumerate(np.array(block) for block in blocks):
+            self.cells[kind] = (first + np.arange(len(nodes)), nodes)
+            first += len(nodes)
+        faces, nodes = outer_faces_of([nodes for _, nodes in self.cells.values()])
+        pieces, parent, self.boundary_edges = split_faces(nodes)
+        self.boundary = pieces, faces[parent, 0]
+
+
+CUBE = [(x, y, z) for z in (0, 1) for y, x in ((0, 0), (0, 1), (1, 1), (1, 0))]
+SHAPES = {  # points, elements and volume
+    "hexahedron": (CUBE, [[range(8)]], 1.0),
+    "wedges": (CUBE, [[(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]], 1.0),
+    "tetrahedron": (CUBE, [[(0, 1, 3, 4)]], 1 / 6),
+    "pyramids": ([*CUBE, (0.5, 0.5, 0.5)], [[
+        (0, 1, 2, 3, 8), (4, 7, 6, 5, 8), (0, 4, 5, 1, 8), (1, 5, 6, 2, 8), (2, 6, 7, 3, 8),
+        (3, 7, 4, 0, 8)]], 1.0),
+}
+
+
+def volume(polygons):
+    """Return the volume that polygons (P, 4, 3) enclose, by the divergence theorem."""
+    a, b, c, d = np.moveaxis(polygons, 1, 0)
+    return sum(np.einsum("px,px->", one, np.cross(two, three)) for one, two, three in
+               ((a, b, c), (a, c, d))) / 6
+
+
+def directed_area(polygons):
+    """Return the sum of the areas of polygons along their normals; 0 where they are closed."""
+    a, b, c, d = np.moveaxis(polygons, 1, 0)
+    return np.cross(c - a, d - b).sum(axis=0) / 2
+
+
+class Clip(WithFolder):
+    """What a plane leaves of the bodies is closed, and has the volume that it should."""
+
+    def cut(self, name, axis, place, sign):
+        points, blocks, _ = SHAPES[name]
+        mesh = Mesh(points, [[list(nodes) for nodes in block] for block in blocks])
+        skin = cut_skin(mesh, np.zeros((0, 2), int), axis, place, sign)
+        return mesh, skin
+
+    def test_both_sides_are_closed_and_make_up_the_whole(self):
+        for name, (points, blocks, whole) in SHAPES.items():
+            mesh = Mesh(points, [[list(nodes) for nodes in block] for block in blocks])
+            self.assertAlmostEqual(
+                volume(whole_skin(mesh, np.zeros((0, 2), int)).vertices.at(mesh.points)), whole)
+            for axis, place in ((0, 0.25), (1, 0.5), (2, 0.7)):
+                with self.subTest(shape=name, axis=axis, place=place):
+                    found = 0.0
+                    for sign in (1, -1):
+                        _, skin = self.cut(name, axis, place, sign)
+                        polygons = skin.vertices.at(mesh.points)
+                        np.testing.assert_allclose(directed_area(polygons), 0, atol=1e-12)
+                        below = sign * (place - polygons[..., axis])
+                        self.assertGreaterEqual(below.min(), -1e-12)
+                        self.assertEqual(len(polygons), len(skin.element))
+                        found += volume(polygons)
+                    self.assertAlmostEqual(found, whole)
+
+    def test_a_cube_by_hand(self):
+        _, skin = self.cut("hexahedron", 0, 0.25, 1)
+        points = np.array(CUBE, float)
+        self.assertAlmostEqual(volume(skin.vertices.at(points)), 0.25)
+        # Four lines of the mesh about the section, each 1 long; values are linear between nodes.
+        grid = skin.grid.at(points)
+        np.testing.assert_allclose(grid[..., 0], 0.25)
+        np.testing.assert_allclose(np.linalg.norm(grid[:, 1] - grid[:, 0], axis=1), np.ones(4))
+        values = skin.vertices.at(points @ [1.0, 10.0, 100.0])
+        np.testing.assert_allclose(values, skin.vertices.at(points) @ [1.0, 10.0, 100.0])
+        edge = np.array([[0, 1], [1, 2]])
+        mesh = Mesh(CUBE, [[list(range(8))]])
+        outline = cut_skin(mesh, edge, 0, 0.25, 1).outline.at(points)
+        lengths = np.linalg.norm(outline[:, 1] - outline[:, 0], axis=1)
+        np.testing.assert_allclose(np.sort(lengths), [0.25, 1, 1, 1, 1])  # the edge below, the cut
+
+    def test_a_plane_through_nodes(self):
+        path = self.folder / "cut.vtkhdf"
+        synthetic_result.write(path, size=(3, 2, 1))
+        with Result(path) as result:
+            for place, kept in ((1.0, 2.0), (2.0, 4.0), (1.5, 3.0)):
+                skin = cut_skin(result, np.zeros((0, 2), int), 0, place, 1)
+                polygons = skin.vertices.at(result.points)
+                self.assertAlmostEqual(volume(polygons), kept)
+                np.testing.assert_allclose(directed_area(polygons), 0, atol=1e-12)
+                # Elements of the section are those that are kept.
+                middle = result.points[result.elements[skin.element]].mean(axis=1)
+                self.assertLess((middle[:, 0] - place).max(), 0.5)
+
+    def test_what_is_before_the_plane_is_cut_away(self):
+        path = self.folder / "cut.vtkhdf"
+        synthetic_result.write(path)
+        with Result(path) as result:
+            for azimuth, low, high in ((0.0, 0.0, 0.5), (180.0, 0.5, 2.0)):
+                bodies = Bodies(result, Look(scale=0.0, view=(20.0, azimuth), clip=(0, 0.5)))
+                scene = bodies.scene(-1, "stress")
+                found = scene.polygons[..., 0]
+                self.assertAlmostEqual(found.min(), low)
+                self.assertAlmostEqual(found.max(), high)
+                np.testing.assert_allclose(scene.values, 30.0)
+                for pieces in scene.obstacles:
+                    side = 0.5 - pieces[..., 0] if azimuth == 0 else pieces[..., 0] - 0.5
+                    self.assertGreaterEqual(side.min(), -1e-12)
+                self.assertIn("cut at x = 0.5", bodies.words())
+            with self.assertRaisesRegex(bipot.ResultError, "no clip at x=7: .* between 0 and 2"):
+                Bodies(result, Look(clip=(0, 7.0)))
+
+    def test_planes_in_words(self):
+        self.assertEqual(plane_of("x=0.5"), (0, 0.5))
+        self.assertEqual(plane_of(" z = -1e3 "), (2, -1000.0))
+        self.assertEqual(plane_of("y"), (1, None))
+        for wrong in ("w=1", "x=", "x=a", "x=nan", "1", "", "x=1,y=2"):
+            with self.subTest(wrong), self.assertRaisesRegex(ValueError, "not a plane"):
+                plane_of(wrong)
+
+    def test_the_command(self):
+        synthetic_result.write(self.folder / "small.vtkhdf")
+        for form, begins in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+            done = show("small.vtkhdf", "--only", "stress", "--clip", "x=0.5", "--format", form)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            path = Path("small-pictures") / f"stress.{form}"
+            self.assertEqual(path.read_bytes()[: len(begins)], begins)
+        for plane, said in (("q=1", "not a plane, such as x=0.5 or x: 'q=1'"),
+                            ("x=3", "no clip at x=3: the bodies are between 0 and 2")):
+            done = show("small.vtkhdf", "--clip", plane)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn(said, done.stderr)
+
+
+def show(*arguments):
+    """Run scripts/show; its bodies are drawn by matplotlib, which is there in any case."""
+    return subprocess.run(
+        [sys.executable, ROOT / "scripts" / "show", *arguments], capture_output=True, text=True,
+        env={**os.environ, "BIPOT_PICTURES": "matplotlib"}, check=False,
+    )
+
+
+class Named(WithFolder):
+    """Labels have the units that the deck names, and no number is another one."""
+
+    def figure_of(self, units, what):
+        path = self.folder / "small.vtkhdf"
+        synthetic_result.write(path)
+        with h5py.File(path, "r+") as file:
+            file["run"].attrs["units"] = np.bytes_(units)
+        with Result(path) as result, patch("bipot.drawing.bodies.render", return_value=None):
+            figure = result.plot(what)
+            words = [text.get_text() for text in figure.findobj(mpl.text.Text)]
+            limits = figure.axes[-1].get_ylim()
+        mpl.pyplot.close(figure)
+        return words, limits
+
+    def test_labels(self):
+        for what, label in (("displacement", "displacement, magnitude [mm]"),
+                            ("stress", "von Mises stress [kN/mm²]"),
+                            ("pressure", "contact pressure [kN/mm²]"), ("forces", "force [kN]")):
+            words, limits = self.figure_of("kN, mm", what)
+            self.assertIn(label, words)
+            plain, same = self.figure_of("", what)
+            self.assertIn(label.partition(" [")[0] + " [deck units]", plain)
+            self.assertEqual(limits, same)
+        self.assertIn("x [mm]", self.figure_of("kN, mm", "displacement")[0])
+        self.assertIn("x", self.figure_of("", "displacement")[0])
+
+    def test_units_of_quantities(self):
+        units = Units.from_text("N, mm")
+        self.assertEqual(
+            [units.of(name) for name in ("force", "length", "pressure", "energy", "area", "ratio")],
+            ["N", "mm", "N/mm²", "N mm", "mm²", ""],
+        )
+        self.assertEqual(Units.from_text("").of("force"), "deck units")
+
+    def test_they_are_those_of_the_deck(self):
+        text = (ROOT / "input" / "block.inp").read_text()
+        text = text.replace("*PARAMETER", "*UNITS\nN, mm\n*PARAMETER", 1)
+        (self.folder / "named.inp").write_text(text)
+        with (bipot.run("named.inp", n=1, steps=5, quiet=True) as named,
+              bipot.run(ROOT / "input" / "block.inp", n=1, steps=5, quiet=True) as plain):
+            self.assertEqual((named.units, plain.units), (("N", "mm"), ("", "")))
+            np.testing.assert_array_equal(named.pairs[0].reaction, plain.pairs[0].reaction)
+        deck = bipot.Deck().units("N", "mm")
+        self.assertIn("*UNITS\nN, mm\n", deck.text())
+
+
+class Rendered(WithFolder):
+    """Bodies as pixels, which PyVista makes."""
+
+    def setUp(self):
+        super().setUp()
+        path = self.folder / "small.vtkhdf"
+        synthetic_result.write(path)
+        self.result = Result(path)
+        self.addCleanup(self.result.close)
+
+    def test_pixels_are_shown_with_axes_and_a_length(self):
+        pixels = np.full((90, 120, 3), 255, "uint8")
+        right, up = rendering.screen_axes(views.towards_the_eye(24, -58))
+        image = rendering.Image(pixels, right, up, 0.05)  # 6 long: a bar of 1
+        with patch("bipot.drawing.bodies.render", return_value=image):
+            figure = self.result.plot("stress")
+        axes, bar = figure.axes
+        self.assertEqual(axes.images[0].get_array().shape, (90, 120, 3))
+        words = [text.get_text() for text in axes.texts]
+        self.assertLessEqual({"x", "y", "z", "1"}, set(words))
+        (line,) = axes.get_lines()
+        self.assertAlmostEqual(np.ptp(line.get_xdata()) * 0.05, 1.0)
+        self.assertEqual(bar.get_ylabel(), "von Mises stress [deck units]")
+        mpl.pyplot.close(figure)
+
+    def test_a_scene_is_what_is_there(self):
+        scene = Bodies(self.result, Look(scale=0.0)).scene(-1, "pressure")
+        self.assertAlmostEqual(volume(scene.polygons), 2.0)
+        pressed = (scene.polygons[..., 2] == 0) & ~np.isnan(scene.values)
+        np.testing.assert_allclose(scene.values[pressed], 30.0)
+        self.assertTrue(np.isnan(scene.values[scene.polygons[..., 2] > 0]).all())
+        self.assertEqual(len(scene.start), len(scene.outline))
+
+    def test_screens(self):
+        for direction in ((24, -58), (90, 0), (-90, 10), (0, 90)):
+            eye = views.towards_the_eye(*direction)
+            right, up = rendering.screen_axes(eye)
+            np.testing.assert_allclose(np.cross(right, up), eye, atol=1e-12)
+            self.assertGreaterEqual(up[2], -1e-12)
+
+    def test_matplotlib_where_it_is_asked_for(self):
+        with patch.dict(os.environ, {"BIPOT_PICTURES": "matplotlib"}):
+            self.assertFalse(rendering.can_render())
+
+    def test_where_nothing_can_be_drawn_matplotlib_is_taken(self):
+        with (patch("bipot.drawing.rendering.can_render", return_value=True),
+              patch("bipot.drawing.rendering.render_scene", return_value=None),
+              patch("sys.stderr") as said):
+            figure = self.result.plot("stress")
+        self.assertEqual(figure.axes[0].name, "3d")
+        self.assertIn("matplotlib draws the bodies", said.write.call_args_list[0].args[0])
+        mpl.pyplot.close(figure)
+
+    @needs("pyvista")
+    def test_pyvista_draws_the_cube_where_it_is(self):
+        """A cube seen along x is a square of the colour of its value, before a white ground."""
+        bodies = Bodies(self.result, Look(scale=0.0, view=(0.0, 0.0)))
+        scene = bodies.scene(-1, "stress")._replace(obstacles=[])
+        norm, colours = mpl.colors.Normalize(0, 30), bodies.colour_map("stress")
+        image = rendering.render_scene(scene, bodies.eye, norm, colours, (240, 180))
+        self.assertEqual(image.pixels.shape, (180, 240, 3))
+        drawn = (image.pixels < 250).any(axis=2)
+        rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+        np.testing.assert_allclose([np.ptp(rows) * image.length, np.ptp(columns) * image.length],
+                                   1.0, atol=3 * image.length)
+        middle = image.pixels[90, 120] / 255
+        expected = np.array(colours(1.0))[:3]
+        np.testing.assert_allclose(middle, expected, atol=0.12)
+        np.testing.assert_array_equal(image.pixels[2, 2], 255)
 
 
 class Views(WithFolder):

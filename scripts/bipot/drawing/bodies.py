@@ -11,8 +11,11 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from bipot.drawing import views
+from bipot.drawing.rendering import render, show_image
+from bipot.drawing.skin import cut_pieces, cut_skin, whole_skin
 from bipot.drawing.style import BOTH, COLD, OBSTACLE, PLAIN, RED, WARM, colour_bar, styled
 from bipot.element_faces import face_normals
+from bipot.errors import ResultError
 from bipot.result import von_mises
 
 # Small pieces make the colours of a coarse mesh smooth; more of them than this only cost time.
@@ -22,10 +25,10 @@ SMALL = 0.3  # extent of what is pressed, of that size, up to which it gets a cl
 MARGIN = 1.0  # about it, of its extent
 
 QUANTITIES = {
-    "displacement": ("displacement, magnitude", COLD),
-    "stress": ("von Mises's stress", WARM),
-    "pressure": ("contact pressure", RED),
-    "mesh_error": ("energy of the error by the mesh", WARM),
+    "displacement": ("displacement, magnitude", COLD, "length"),
+    "stress": ("von Mises stress", WARM, "pressure"),
+    "pressure": ("contact pressure", RED, "pressure"),
+    "mesh_error": ("energy of the error by the mesh", WARM, "energy"),
 }
 COMPONENTS = {"displacement": ("x", "y", "z"), "stress": ("xx", "yy", "zz", "xy", "yz", "xz")}
 
@@ -37,7 +40,21 @@ class Look(NamedTuple):
     index: int = -1  #: the stored increment
     view: tuple[float, float] | None = None  #: elevation and azimuth of the spectator, in degrees
     limits: tuple[float, float] | None = None  #: of the colours
-    component: str | None = None  #: one of COMPONENTS in place of magnitude and von Mises's stress
+    component: str | None = None  #: one of COMPONENTS in place of magnitude and von Mises stress
+    clip: tuple[int, float | None] | None = None
+    #: axis (0, 1, 2) and place of a plane, None: the middle; what lies before it is cut away
+    dpi: int | None = None  #: dots per inch of what is drawn as pixels
+
+
+class Scene(NamedTuple):
+    """What is drawn of the bodies at an increment, whatever draws it."""
+
+    polygons: np.ndarray  #: (P, 4, 3) of the bodies
+    values: np.ndarray  #: (P, 4) at their corners, not a number where there is none
+    lines: np.ndarray  #: (S, 2, 3) of the mesh
+    outline: np.ndarray  #: (M, 2, 3) sharp edges
+    start: np.ndarray  #: (M, 2, 3) those before loading, none where they are not drawn
+    obstacles: list[np.ndarray]  #: (F, 4, 3) pieces of each
 
 
 def subdivide(corners, pieces):
@@ -83,18 +100,40 @@ class Bodies:
         self.stress_on = "elements" if "stress" in result.field_names[1] else "nodes"
         self.scale = self.choose_scale() if look.scale is None else look.scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
+        self.plane = None  # axis, place and sign of what is cut away
         self.offset = np.zeros(result.points.shape)
         blocks = [nodes for _, nodes in result.cells.values()]
         self.body = views.components(blocks, len(result.points))
         self.box = self.box_about_the_contact() if close else None
         self.direction = self.choose_direction(apart)
         self.eye = views.towards_the_eye(*self.direction)
+        self.skin = self.make_skin()
         self.apart = bool(self.offset.any())
         self.low, self.high = self.limits()
         self.size = float(np.max(self.high - self.low))
         self.view = self.view_limits()
 
     # --- What is drawn ------------------------------------------------------------------------
+
+    @property
+    def shows_start(self):
+        """Whether the sharp edges before loading are drawn, too."""
+        return not (self.apart or self.box or self.plane)
+
+    def make_skin(self):
+        """Return the boundary of the mesh, or what the plane leaves of it."""
+        if self.look.clip is None:
+            return whole_skin(self.result, self.edges)
+        axis, place = self.look.clip
+        low, high = (edge(self.result.points[:, axis]) for edge in (np.min, np.max))
+        place = (low + high) / 2 if place is None else place
+        if not low < place < high:
+            raise ResultError(
+                f"no clip at {'xyz'[axis]}={place:g}: the bodies are between {low:g} and {high:g}"
+            )
+        # What lies between the spectator and the plane is cut away.
+        self.plane = (axis, place, 1 if self.eye[axis] >= 0 else -1)
+        return cut_skin(self.result, self.edges, *self.plane)
 
     def displacement(self, index):
         return self.result.field("displacement", index)
@@ -108,12 +147,16 @@ class Bodies:
         names = COMPONENTS.get(quantity, ())
         return names.index(self.look.component) if self.look.component in names else None
 
-    def label(self, quantity):
+    def words_for(self, quantity):
         """Return what the colours are."""
         words, k = QUANTITIES[quantity][0], self.component(quantity)
         if k is not None:
             words = f"{quantity}, {COMPONENTS[quantity][k]}"
-        return f"{words} (deck units)"
+        return words
+
+    def label(self, quantity):
+        """Return what the colours are, with its unit."""
+        return self.result.units.label(self.words_for(quantity), QUANTITIES[quantity][2])
 
     def colour_map(self, quantity):
         """Return the colours of a quantity."""
@@ -168,7 +211,10 @@ class Bodies:
             if key not in found:
                 touched = self.near(pair, index)
                 towards = (points - self.offset)[touched].mean(axis=0)
-                found[key] = obstacle.surface(low, high, towards) + offset
+                pieces = obstacle.surface(low, high, towards)
+                if self.plane:
+                    pieces = cut_pieces(pieces, *self.plane)
+                found[key] = pieces + offset
         return [(key[0], pieces) for key, pieces in found.items()]
 
     def near(self, pair, index):
@@ -247,8 +293,11 @@ class Bodies:
         starts = [] if self.offset.any() else [self.result.points]
         drawn = [*starts, *map(self.places, self.sampled())]
         lows, highs = [], []
+        shown = np.unique(self.skin.vertices.nodes)
         for body in range(self.body.max() + 1):
-            nodes = np.flatnonzero(self.body == body)
+            nodes = shown[self.body[shown] == body]
+            if len(nodes) == 0:
+                continue
             points = np.concatenate([places[nodes] for places in drawn]) - self.offset[nodes[0]]
             low, high = points.min(axis=0), points.max(axis=0)
             if self.box:
@@ -296,17 +345,31 @@ class Bodies:
         return Normalize(0 if self.component(quantity) is None else -largest, largest)
 
     def face_values(self, index, quantity):
-        """Return the values at the corners of the boundary's faces, (F, 4)."""
-        if quantity == "stress":
-            values = self.mises(index)
-            if self.stress_on == "elements":
-                return np.repeat(values[self.face_element, None], 4, axis=1)
-            return values[self.faces]
-        if quantity == "mesh_error":
-            return np.repeat(self.mesh_error(index)[self.face_element, None], 4, axis=1)
-        if quantity == "pressure":
-            return self.pressure(index)[self.faces]
-        return self.lengths(index)[self.faces]
+        """Return the values at the corners of the polygons of the skin, (P, 4)."""
+        values = {"stress": self.mises, "mesh_error": self.mesh_error, "pressure": self.pressure,
+                  "displacement": self.lengths}[quantity](index)  # fmt: skip
+        of_elements = {"stress": self.stress_on == "elements", "mesh_error": True}
+        if of_elements.get(quantity):
+            return np.repeat(values[self.skin.element, None], 4, axis=1)
+        return self.skin.vertices.at(values)
+
+    def scene(self, index, quantity):
+        """Return what is drawn at a stored increment."""
+        places, skin = self.places(index), self.skin
+        polygons = skin.vertices.at(places)
+        ends = np.stack([polygons, np.roll(polygons, -1, axis=1)], axis=2)
+        lines = np.concatenate([ends[skin.sides], skin.grid.at(places)])
+        values, outline = self.face_values(index, quantity), skin.outline.at(places)
+        if self.box:
+            low, high = self.low - 0.01 * self.size, self.high + 0.01 * self.size
+            shown, of_lines, of_outline = (
+                ((each.mean(axis=1) > low) & (each.mean(axis=1) < high)).all(axis=1)
+                for each in (polygons, lines, outline)
+            )
+            polygons, values = polygons[shown], values[shown]
+            lines, outline = lines[of_lines], outline[of_outline]
+        start = self.result.points[self.edges] if self.shows_start else np.zeros((0, 2, 3))
+        return Scene(polygons, values, lines, outline, start, self.obstacle_surfaces(index))
 
     def draw(self, axes, index, quantity, norm):
         """Draw bodies and obstacles at a stored increment, coloured by `quantity`."""
@@ -324,7 +387,12 @@ class Bodies:
         # goes by the middle of each polygon.
         s = np.linspace(0, 1, pieces + 1)[:, None, None, None]
         along = (1 - s) * corners + s * np.roll(corners, -1, axis=1)
-        first, last = along[:-1, edges].reshape(-1, 6), along[1:, edges].reshape(-1, 6)
+        grid = self.grid(index)
+        across = (1 - s) * grid[:, 0] + s * grid[:, 1]
+        first, last = (
+            np.concatenate([one[:, edges].reshape(-1, 6), two.reshape(-1, 6)])
+            for one, two in ((along[:-1], across[:-1, 0]), (along[1:], across[1:, 0]))
+        )
         lines = self.cut_out(np.stack([first, first, last, last], axis=1))
         lines = lines[:, :, :3] + 0.02 * self.size * self.eye
         line_colour = np.array([0.25, 0.25, 0.25, 0.6 if len(corners) < 2000 else 0.25])
@@ -338,7 +406,7 @@ class Bodies:
             linewidths=0.45,
             zsort="average",
         )
-        if not self.apart and not self.box:
+        if self.shows_start:
             before = Line3DCollection(
                 self.result.points[self.edges], colors="#9a9a9a", linewidths=0.8, linestyles="--"
             )
@@ -352,15 +420,19 @@ class Bodies:
 
         Corners and offsets (F, 4, 6), values (F, 4), and which sides are edges of elements (F, 4).
         """
-        offset = self.offset[self.faces]
-        corners = self.places(index)[self.faces] - offset
+        offset = self.skin.vertices.at(self.offset)
+        corners = self.skin.vertices.at(self.places(index)) - offset
         seen = face_normals(corners) @ self.eye > 0
         if self.box:
             seen &= (corners.max(axis=1) >= self.box[0]).all(axis=1)
             seen &= (corners.min(axis=1) <= self.box[1]).all(axis=1)
         corners = np.concatenate([corners, offset], axis=2)
-        edges = self.result.boundary_edges[seen]
-        return corners[seen], self.face_values(index, quantity)[seen], edges
+        return corners[seen], self.face_values(index, quantity)[seen], self.skin.sides[seen]
+
+    def grid(self, index):
+        """Return the lines of the mesh across a section with their offsets, (S, 2, 6)."""
+        offset = self.skin.grid.at(self.offset)
+        return np.concatenate([self.skin.grid.at(self.places(index)) - offset, offset], axis=2)
 
     def cut_out(self, pieces):
         """Return the pieces (F, 4, 6 or more) that are shown, moved by their offsets."""
@@ -399,9 +471,10 @@ class Bodies:
         # A thin body still gets axes that can be labelled.
         margin = 0.03 * self.size
         low, high = self.view[0] - margin, self.view[1] + margin
+        length = self.result.units.length
         for name, first, last in zip("xyz", low, high, strict=True):
             getattr(axes, f"set_{name}lim")(first, last)
-            getattr(axes, f"set_{name}label")(name)
+            getattr(axes, f"set_{name}label")(f"{name} [{length}]" if length else name)
             axis = getattr(axes, f"{name}axis")
             axis.set_pane_color((1, 1, 1, 0))
             thin = last - first < 0.2 * np.max(high - low)
@@ -425,8 +498,10 @@ class Bodies:
             said += "; bodies drawn apart"
         if self.box:
             said += "; close-up of the contact"
-        if not self.apart and not self.box:
-            said += "; dashed: before loading"
+        if self.shows_start:
+            said += "; thin outline: before loading"
+        if self.plane:
+            said += f"; cut at {'xyz'[self.plane[0]]} = {self.plane[1]:g}"
         if any(pair.obstacle is not None for pair in self.result.pairs.values()):
             said += "; grey: obstacles"
         return said
@@ -448,9 +523,16 @@ def draw_bodies(bodies, quantity):
     row = result.field_rows[last]
     norm = bodies.norm(quantity, [last])
     figure = plt.figure(figsize=(7.2, 5.4))
-    axes = figure.add_subplot(projection="3d")
-    bodies.draw(axes, last, quantity, norm)
-    colour_bar(figure, axes, norm, bodies.colour_map(quantity), bodies.label(quantity))
+    image = render(bodies, last, quantity, norm)
+    if image is None:
+        axes = figure.add_subplot(projection="3d")
+        bodies.draw(axes, last, quantity, norm)
+        pad = 0.13
+    else:
+        axes = figure.add_subplot()
+        show_image(axes, image, bodies)
+        pad = 0.03
+    colour_bar(figure, axes, norm, bodies.colour_map(quantity), bodies.label(quantity), pad)
     when = f"{result.label(row)}{error_of_force(result, row)}"
     axes.set_title(f"{result.path.stem}: {when}\n{bodies.words()}", pad=12)
     return figure

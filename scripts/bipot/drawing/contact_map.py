@@ -174,17 +174,19 @@ class Map:
             # matplotlib takes them for hundreds of times as large, and a notebook cuts pictures by
             # the room that all they have takes.
             arrows.set_in_layout(False)
+            unit = self.pair.result.units.of("force")
             axes.quiverkey(
                 arrows, 0.05, -0.62 / height, self.largest,
-                f"friction on the body, {self.largest:.3g} (deck units)",
+                f"friction on the body, {self.largest:.3g} {unit}",
                 labelpos="E", coordinates="axes", fontproperties={"size": 7.5},
             )
         low, high = self.middle - self.half, self.middle + self.half
         axes.set_aspect("auto" if self.is_stretched else "equal")
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
-        axes.set_xlabel(self.names[0])
-        axes.set_ylabel(self.names[1])
+        length = self.pair.result.units.length
+        for put, name in zip((axes.set_xlabel, axes.set_ylabel), self.names, strict=True):
+            put(f"{name} [{length}]" if length and name and self.kind != "on the body" else name)
         axes.legend(
             loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3, fontsize=7.5, handletextpad=0.1,
             columnspacing=1.0, scatterpoints=1, markerscale=min(1.0, 7 / np.sqrt(size)),
@@ -210,12 +212,17 @@ def draw_contact(result, pair):
     surface = Map(pair)
     rows = telling_rows(result)
     side = 3.1 if len(rows) > 1 else 4.4
-    width, height = side * len(rows) + 0.6, side + 1.3
-    figure, all_axes = plt.subplots(1, len(rows), figsize=(width, height), squeeze=False)
+    across = min(len(rows), 2)
+    down = -(-len(rows) // across)
+    width, height = side * across + 0.6, (side + 1.1) * down + 0.2
+    figure, all_axes = plt.subplots(down, across, figsize=(width, height), squeeze=False)
     figure.subplots_adjust(
-        left=0.75 / width, right=0.985, top=1 - 1.25 / height, bottom=0.85 / height, wspace=0.32
+        left=0.75 / width, right=0.985, top=1 - 1.25 / height, bottom=0.85 / height, wspace=0.32,
+        hspace=2.1 / side,
     )
-    for axes, row in zip(all_axes[0], rows, strict=True):
+    for axes in all_axes.flat[len(rows):]:
+        axes.set_axis_off()
+    for axes, row in zip(all_axes.flat, rows, strict=False):
         surface.draw(axes, row)
         axes.set_title(f"increment {row + 1}\n{result.label(row)}", pad=22, fontsize=8.5)
     figure.suptitle(

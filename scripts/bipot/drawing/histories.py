@@ -55,7 +55,7 @@ def draw_forces(result, pair):
             times, pair.resultant[:, axis], "--", color=colour, linewidth=1.1,
             label=f"resultant on the body, {'xyz'[axis]}", **marks,
         )
-    top.set_ylabel("force (deck units)")
+    top.set_ylabel(result.units.label("force", "force"))
     top.set_title(f"{result.path.stem}, contact {pair.name}")
 
     bottom.plot(

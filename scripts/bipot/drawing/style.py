@@ -50,9 +50,9 @@ def styled(draw):
     return in_style
 
 
-def colour_bar(figure, axes, norm, colour_map, label):
+def colour_bar(figure, axes, norm, colour_map, label, pad=0.13):
     """Draw a colour bar beside axes."""
-    bar = figure.colorbar(ScalarMappable(norm, colour_map), ax=axes, shrink=0.7, pad=0.13)
+    bar = figure.colorbar(ScalarMappable(norm, colour_map), ax=axes, shrink=0.7, pad=pad)
     bar.set_label(label)
     bar.outline.set_visible(False)
 
