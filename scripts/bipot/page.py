@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 from itertools import pairwise
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from bipot.mesh_sequence import MeshSequence
     from bipot.result import Result
 
+MOST_LINES = 400  # of a deck's part
+BEGIN = re.compile(r"(?i)\*\* \s*\*\s*INCLUDE\b")
+SHARP = 150  # dots per inch of the pictures, which are as wide as the page
 MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
 WORST = 50
 LARGE = 0.1  # error by small-strain theory that is worth a warning
@@ -96,6 +100,11 @@ def short(value: Any) -> str:
     return f"{value:.3g}"
 
 
+def brief(value: float) -> str:
+    """Return an error as text, in the least room: "1.2e-9"."""
+    return re.sub(r"e([-+])0*", lambda found: f"e{found[1].strip('+')}", f"{value:.2g}")
+
+
 def cells(kind: str, row: Sequence[str], texts: int, attributes: str = "") -> str:
     """Return the cells of a row, of which the first `texts` are words."""
     return "".join(
@@ -151,9 +160,10 @@ def summary(result: Result) -> str:
     )
     words = {
         "status": str(result.run.get("status", "unknown")),
-        "worst error of the certificate": short(result.worst_error),
+        "worst error of the certificate": worst_in_words(result, counters),
         "mesh": f"{len(result.points)} nodes, {len(result.element_ids)} elements",
         "steps": f"{len(result.step_ends)}, to the time {result.history('time')[-1]:.6g}",
+        "units": f"{result.units.force}, {result.units.length}" if result.units.force else "",
         "took": f"{took:.3g} s" if took else "",
         "started": str(result.run.get("started", "")),
         "command": str(result.run.get("command", "")),
@@ -174,6 +184,12 @@ def summary(result: Result) -> str:
         f'<p class="{kind}">{verdict}</p>\n<div class="wide"><table id="run">\n'
         f"<caption>The run</caption>\n<tbody>\n{rows}\n</tbody></table></div>"
     )
+
+
+def worst_in_words(result: Result, counters: dict[str, float]) -> str:
+    """Return the largest entry of the certificate, and what was allowed where the file says it."""
+    allowed = counters.get("certificate_tolerance", 0.0)
+    return short(result.worst_error) + (f" (allowed: {short(allowed)})" if allowed > 0 else "")
 
 
 def notes(result: Result) -> str:
@@ -221,7 +237,7 @@ def pictures(result: Result, look: Look | None) -> str:
     made = []
     for picture in pictures_of(result, look):
         target = io.BytesIO()
-        save(picture.figure, target, picture.tight, form="png")
+        save(picture.figure, target, picture.tight, form="png", dpi=SHARP)
         data = base64.b64encode(target.getvalue()).decode()
         text = escape(picture.text)
         made.append(
@@ -243,11 +259,17 @@ def forces(result: Result) -> str:
         at = ends[row["step"]]
         counts = np.bincount(status[row["pair"]][at].astype(int), minlength=3)
         words = row_in_words(row)
-        lines.append([words[1], result.label(at), *words[2:], *map(str, counts[:3])])
-    head = ("pair", "at", *HEAD[2:], "open", "stick", "slide")
+        values = [
+            value if error == UNKNOWN else f"{value} ± {error}"
+            for value, error in zip(words[2::2], words[3::2], strict=True)
+        ]
+        lines.append([words[1], result.label(at), *values, *map(str, counts[:3])])
+    head = ("pair", "at", *HEAD[2::2], "open", "stick", "slide")
+    names = dict.fromkeys(map(result.units.of, ("force", "pressure", "length")))
+    units = ", ".join(names)
     return table(
         "Forces on the slave bodies, largest pressures and slips, and states of the points, at the "
-        f"ends of the steps (deck units; {UNKNOWN}: error not estimated)", head, lines, texts=2,
+        f"ends of the steps ({units}); ±: estimated error", head, lines, texts=2,
         key="resultants",
     )
 
@@ -262,16 +284,19 @@ def estimated_errors(result: Result) -> str:
     values = np.stack([result.history(name) for name in names], axis=1)
     known = np.flatnonzero(values[:, names.index("error/mesh")] >= 0)
     chosen = chosen_rows(result, known, values.max(axis=1))
+    # What is estimated nowhere has no column.
+    shown = [k for k in range(len(names)) if (values[chosen, k] >= 0).any()]
     rows = [
         [str(row + 1), result.label(row),
-         *(short(v) if v >= 0 else "not estimated" for v in values[row])]
+         *(short(v) if v >= 0 else UNKNOWN for v in values[row, shown])]
         for row in chosen
     ]
     if not rows:
         return "<p>None was estimated.</p>"
-    head = ("row", "at", *(name.removeprefix("error/").replace("_", " ") for name in names))
+    head = ("row", "at", *(names[k].removeprefix("error/").replace("_", " ") for k in shown))
     subject = "energy" if result.error_of_energy else "contact force"
-    return table(f"Of the {subject}, relative", head, rows, texts=2, key="estimates")
+    return table(f"Of the {subject}, relative; {UNKNOWN}: not estimated", head, rows, texts=2,
+                 key="estimates")
 
 
 def errors_of_runs(runs: MeshSequence) -> str:
@@ -318,24 +343,37 @@ def certificate(result: Result) -> str:
     rows = chosen_rows(result, np.arange(result.finished), worst)
     lines = [
         [str(row + 1), result.label(row), CERTIFIED.get(int(certified[row]), "?"),
-         *(short(values[row]) for values in entries.values())]
+         *(brief(values[row]) for values in entries.values())]
         for row in rows
     ]
     bad = [k for k, row in enumerate(rows) if certified[row] == 0]
+    counters = result.counters if "counters" in result.file["run"] else {}
     caption = f"Errors of {len(rows)} increments, relative"
+    if counters.get("certificate_tolerance", 0) > 0:
+        caption += f", each allowed {short(counters['certificate_tolerance'])}"
     if len(rows) < result.finished:
         caption += f": the ends of the steps and the {WORST} worst of {result.finished}"
     made = table(
         caption, ("row", "at", "certified", *entries), lines, texts=3, bad=bad, key="certificates",
-    )
+    ).replace("<table", '<table class="narrow"', 1)
     return made if len(rows) <= 30 else details(f"{len(rows)} increments", made, True)
+
+
+def plan_table(lines: list[str]) -> str:
+    """Return the printed plan as a table: what, how it is meant, and how much.
+
+    A line without a name goes on with the one before.
+    """
+    rows = [[line[:16].strip(), line[16:25].strip(), line[25:].strip()] for line in lines]
+    return table("As it was printed before the run began", ("quantity", "bound", "planned"),
+                 rows, texts=3, key="plan-table")
 
 
 def plan(result: Result) -> str:
     """Return the plan as it was printed, and what was planned beside what was done."""
     made = []
     if "plan" in result.file["run"]:
-        made.append(f"<pre>{escape(result.run_text('plan').rstrip())}</pre>")
+        made.append(plan_table(result.run_text("plan").rstrip().splitlines()))
     if "counters" in result.file["run"]:
         planned = result.estimates if "estimates" in result.file["run"] else {}
         rows = [
@@ -351,13 +389,47 @@ def plan(result: Result) -> str:
 
 
 def deck(result: Result) -> str:
-    """Return the deck, unless it is long: then its beginning."""
+    """Return the deck as it was written, its includes folded."""
     lines = result.run_text("deck").splitlines()
-    most = 400
-    if len(lines) <= most:
-        text = "\n".join(lines)
-        label = f"{len(lines)} lines"
-    else:
-        text = "\n".join([*lines[:most], f"... and {len(lines) - most} more lines"])
-        label = f"the first {most} of {len(lines)} lines"
-    return details(label, f"<pre>{escape(text)}</pre>")
+    return f'<div class="deck">\n{folded(lines)}\n</div>'
+
+
+def folded(lines: list[str]) -> str:
+    """Return lines of a deck; those of each include behind the line that names it."""
+    made, plain, k = [], [], 0
+
+    def put_plain() -> None:
+        if plain:
+            more = [f"... and {len(plain) - MOST_LINES} more lines"] * (len(plain) > MOST_LINES)
+            made.append(f"<pre>{escape(chr(10).join([*plain[:MOST_LINES], *more]))}</pre>")
+            plain.clear()
+
+    while k < len(lines):
+        end = end_of_include(lines, k)
+        if end is None:
+            plain.append(lines[k])
+        else:
+            inner = lines[k + 1 : end]
+            put_plain()
+            made.append(details(
+                f"{lines[k].removeprefix('** ')}  ({len(inner)} lines)", folded(inner)
+            ))
+            k = end
+        k += 1
+    put_plain()
+    return "\n".join(made)
+
+
+def end_of_include(lines: list[str], start: int) -> int | None:
+    """Return the line with which the include at `start` ends, None where none begins there.
+
+    Results of programs that did not mark ends have their decks as one.
+    """
+    if not BEGIN.match(lines[start]):
+        return None
+    depth = 0
+    for k in range(start, len(lines)):
+        depth += bool(BEGIN.match(lines[k])) - lines[k].startswith("** end of ")
+        if depth == 0:
+            return k
+    return None

@@ -12,7 +12,7 @@ li.bad { color: #9c1c1c; }
 nav a { margin-right: 1rem; white-space: nowrap; }
 a { color: #1f5a96; }
 figure { margin: 1.25rem 0; break-inside: avoid; }
-figure img { max-width: 100%; height: auto; }
+figure img { display: block; width: 100%; height: auto; }
 figcaption { color: #444; font-size: 0.9rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.85rem; font-variant-numeric: tabular-nums; }
@@ -21,6 +21,16 @@ th, td { padding: 0.15rem 0.6rem; border-bottom: 1px solid #ddd; text-align: rig
   vertical-align: top; }
 thead th { border-bottom: 2px solid #999; vertical-align: bottom; }
 th.text, td.text { text-align: left; }
+#resultants td:nth-child(n+3) { white-space: nowrap; }
+#resultants th, #resultants td { padding: 0.15rem 0.35rem; }
+#plan-table td.text:first-child, #plan-table td.text:nth-child(2) { white-space: nowrap; }
+table.narrow { font-size: 0.78rem; }
+table.narrow th, table.narrow td { padding: 0.15rem 0.3rem; white-space: nowrap; }
+table.narrow thead th:nth-child(n+4) { writing-mode: vertical-rl; transform: rotate(180deg);
+  text-align: left; margin: auto; }
+.deck pre { margin: 0.25rem 0; }
+.deck details { margin-left: 1rem; }
+.deck summary { font: 0.8rem/1.35 monospace; }
 tr.bad td { background: #fbe9e7; }
 pre { background: #f6f6f4; padding: 0.75rem; overflow-x: auto; font-size: 0.8rem;
   line-height: 1.35; }
@@ -29,7 +39,8 @@ summary { cursor: pointer; }
   body { max-width: none; padding: 0; font-size: 10.5pt; }
   nav { display: none; }
   details::details-content { content-visibility: visible; height: auto; }
-  table { font-size: 7pt; }
+  table, table.narrow { font-size: 7pt; }
+  #resultants td:nth-child(n+3) { white-space: normal; }
   th, td { padding: 0.1rem 0.25rem; }
   .wide { overflow: visible; }
   pre { overflow: visible; white-space: pre-wrap; }

@@ -29,7 +29,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
 import synthetic_result  # noqa: E402
-from bipot.page import CERTIFIED, make_page, number, short  # noqa: E402
+from bipot.page import CERTIFIED, brief, folded, make_page, number, short  # noqa: E402
 from bipot.result import Result  # noqa: E402
 from package import ROOT, WithFolder, bipot  # noqa: E402
 
@@ -112,19 +112,20 @@ class OfARun(WithFolder):
                     CERTIFIED[int(self.result.history("certified")[row])]]
             self.assertEqual(line[:3], said)
             for text, values in zip(line[3:], entries.values(), strict=True):
-                self.assertEqual(text, short(values[row]))
-                self.assertAlmostEqual(float(text), values[row], delta=5e-3 * abs(values[row]))
+                self.assertEqual(text, brief(values[row]))
+                self.assertAlmostEqual(float(text), values[row], delta=5e-2 * abs(values[row]))
         _, *rows = self.page.tables["resultants"]
         pair = self.result.pairs[0]
         total = self.result.history("error/total")
         for row, line in zip(self.result.step_ends, rows, strict=True):
             # To the digits that the error leaves: normal force and friction are the resultant.
-            force, error = np.array([vector(line[2]), vector(line[4])]).sum(axis=0), float(line[3])
+            (normal, error), (friction, _) = (text.split(" ± ") for text in line[2:4])
+            force, error = np.array([vector(normal), vector(friction)]).sum(axis=0), float(error)
             largest = np.linalg.norm(pair.resultant[row])
             self.assertAlmostEqual(error, total[row] * largest, delta=0.06 * error)
             np.testing.assert_allclose(force, pair.resultant[row], rtol=0, atol=error)
-            self.assertEqual(line[7:10:2], ["-", "-"])
-            self.assertEqual([int(text) for text in line[10:]],
+            self.assertFalse([text for text in line[4:6] if "±" in text])  # not estimated
+            self.assertEqual([int(text) for text in line[6:]],
                              np.bincount(pair.status[row], minlength=3).tolist())
         _, *rows = self.page.tables["estimates"]
         known = self.result.history("error/total") >= 0
@@ -135,6 +136,48 @@ class OfARun(WithFolder):
         self.assertEqual(done["equations"],
                          [number(self.result.estimates["equations"]),
                           number(self.result.counters["equations"])])
+
+    def test_the_tolerance_is_that_of_the_run(self):
+        allowed = self.result.counters["certificate_tolerance"]
+        self.assertAlmostEqual(allowed, 10 * 1e-10, delta=1e-15)  # TOLERANCE of the deck
+        run = dict(row for row in self.page.tables["run"])
+        self.assertIn(f"(allowed: {short(allowed)})", run["worst error of the certificate"])
+        self.assertGreater(allowed, self.result.worst_error)
+
+    def test_the_plan_is_a_table(self):
+        rows = self.page.tables["plan-table"][1:]
+        names = [row[0] for row in rows]
+        self.assertLessEqual({"mesh", "equations", "contact", "memory", "time"}, set(names))
+        self.assertEqual(rows[names.index("mesh")][1:], ["fixed", "8 nodes, 1 elements"])
+
+    def test_numbers_in_the_least_room(self):
+        self.assertEqual([brief(x) for x in (1.16e-9, 0.0, 1.0, 2.5e12, -1.0)],
+                         ["1.2e-9", "0", "1", "2.5e12", "-1"])
+
+    def test_includes_are_folded(self):
+        lines = ["*HEADING", "** *INCLUDE, INPUT=a.inp", "1, 2", "** *include, input=b.inp",
+                 "3 < 4", "** end of b.inp", "** end of a.inp", "*STEP"]
+        page = Page(folded(lines))
+        self.assertEqual([tag for tag, _ in page.elements],
+                         ["pre", "details", "summary", "pre", "details", "summary", "pre", "pre"])
+        words = [text.strip() for text in page.words if text.strip()]
+        self.assertEqual(words, ["*HEADING", "*INCLUDE, INPUT=a.inp  (4 lines)", "1, 2",
+                                 "*include, input=b.inp  (1 lines)", "3 < 4", "*STEP"])
+        # Of an older program, that marked no ends.
+        self.assertEqual([tag for tag, _ in Page(folded(lines[:3])).elements], ["pre"])
+        long = Page(folded([f"{k}, 0." for k in range(1000)]))
+        self.assertIn("... and 600 more lines", " ".join(long.words))
+
+    def test_includes_of_a_run_are_folded(self):
+        (self.folder / "body.inp").write_text("*NSET, NSET=NONE\nBODY-ZMIN\n")
+        text = (ROOT / "input" / "block.inp").read_text()
+        (self.folder / "main.inp").write_text(
+            text.replace("*MATERIAL", "*INCLUDE, INPUT=body.inp\n*MATERIAL", 1))
+        with bipot.run("main.inp", n=1, steps=5, quiet=True) as result:
+            page = Page(folded(result.run_text("deck").splitlines()))
+        self.assertEqual([tag for tag, _ in page.elements],
+                         ["pre", "details", "summary", "pre", "pre"])
+        self.assertIn("*INCLUDE, INPUT=body.inp  (2 lines)", page.words)
 
     def test_everything_is_in_it(self):
         for attribute in ("src", "href"):
