@@ -1,4 +1,4 @@
-"""The examples in docs/examples and the code on docs/python.md run, and find their numbers."""
+"""The examples in docs/examples, and the code on the pages, run and find their numbers."""
 
 import importlib.util
 import os
@@ -74,8 +74,38 @@ def add_example(path):
     setattr(Examples, f"test_{path.stem}", test)
 
 
+def cookbook():
+    """Return what all tasks of docs/cookbook.md begin with, and the code of each by its number."""
+    page = (SOURCE / "docs" / "cookbook.md").read_text(encoding="utf-8")
+    before, *tasks = re.split(r"^## ", page, flags=re.M)
+    codes = [re.findall(r"^```python\n(.*?)^```", part, re.M | re.S) for part in (before, *tasks)]
+    if len(tasks) != 10 or any(len(code) != 1 for code in codes):
+        raise AssertionError("docs/cookbook.md: ten tasks with one piece of code each")
+    return codes[0][0], {task.split(".")[0]: code for task, (code,) in zip(
+        tasks, codes[1:], strict=True)}
+
+
+def add_task(number, first, code):
+    """Add the test of a task of the cookbook."""
+
+    def test(self):
+        self.assertIn("assert ", code)
+        absent = missing(code)
+        if absent:
+            self.skipTest(f"{', '.join(absent)} not installed")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "task.py"
+            path.write_text(f"{first}\n{code}", encoding="utf-8")
+            self.run_code(path, folder)
+
+    setattr(Examples, f"test_cookbook_{number}", test)
+
+
 for example in EXAMPLES:
     add_example(example)
+FIRST, TASKS = cookbook()
+for name, task in TASKS.items():
+    add_task(name, FIRST, task)
 
 if __name__ == "__main__":
     unittest.main()
