@@ -503,16 +503,19 @@ class Rendered(WithFolder):
 
     def test_matplotlib_where_it_is_asked_for(self):
         with patch.dict(os.environ, {"BIPOT_PICTURES": "matplotlib"}):
-            self.assertFalse(rendering.can_render())
+            self.assertFalse(rendering.can_render.__wrapped__())
 
     def test_where_nothing_can_be_drawn_matplotlib_is_taken(self):
-        with (patch("bipot.drawing.rendering.can_render", return_value=True),
-              patch("bipot.drawing.rendering.render_scene", return_value=None),
-              patch("sys.stderr") as said):
-            figure = self.result.plot("stress")
-        self.assertEqual(figure.axes[0].name, "3d")
-        self.assertIn("matplotlib draws the bodies", said.write.call_args_list[0].args[0])
-        mpl.pyplot.close(figure)
+        # A PyVista that ends the process, as VTK does without a graphics library.
+        (self.folder / "pyvista.py").write_text("import os\nos.abort()\n")
+        done = subprocess.run(
+            [sys.executable, ROOT / "scripts" / "show", "small.vtkhdf", "--only", "stress"],
+            capture_output=True, text=True, check=False,
+            env={**os.environ, "PYTHONPATH": str(self.folder)},
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, "^show: PyVista can draw nothing here, so matplotlib draws")
+        self.assertEqual(done.stdout, "small-pictures/stress.png\n")
 
     @needs("pyvista")
     def test_pyvista_draws_the_cube_where_it_is(self):

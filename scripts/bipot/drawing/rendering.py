@@ -5,8 +5,10 @@ Where PyVista is not installed, or can draw nothing on this machine, matplotlib 
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import os
+import subprocess
 import sys
 from typing import NamedTuple
 
@@ -31,11 +33,28 @@ class Image(NamedTuple):
     length: float  #: of a column
 
 
+# Where no graphics library is found VTK ends the process, so another one tries it first.
+TRIED = """
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(16, 16))
+plotter.set_background("white")
+plotter.add_mesh(pyvista.Plane(), color="black")
+raise SystemExit(not plotter.screenshot(None, return_img=True).min() < 128)
+"""
+
+
+@functools.cache
 def can_render():
-    """Return whether PyVista is there; BIPOT_PICTURES=matplotlib does without it."""
+    """Return whether PyVista is there and can draw; BIPOT_PICTURES=matplotlib does without it."""
     if os.environ.get("BIPOT_PICTURES") == "matplotlib":
         return False
-    return importlib.util.find_spec("pyvista") is not None
+    if importlib.util.find_spec("pyvista") is None:
+        return False
+    tried = subprocess.run([sys.executable, "-c", TRIED], capture_output=True, check=False)
+    if tried.returncode:
+        print("show: PyVista can draw nothing here, so matplotlib draws the bodies; on Debian: "
+              "apt-get install libegl1 libgl1-mesa-dri", file=sys.stderr)
+    return tried.returncode == 0
 
 
 def render(bodies, index, quantity, norm):
@@ -45,10 +64,7 @@ def render(bodies, index, quantity, norm):
     scene = bodies.scene(index, quantity)
     colours = bodies.colour_map(quantity)
     dpi = bodies.look.dpi or DPI
-    image = render_scene(scene, bodies.eye, norm, colours, (WIDTH * dpi, HEIGHT * dpi))
-    if image is None:
-        print("show: PyVista can draw nothing here; matplotlib draws the bodies", file=sys.stderr)
-    return image
+    return render_scene(scene, bodies.eye, norm, colours, (WIDTH * dpi, HEIGHT * dpi))
 
 
 def screen_axes(eye):
@@ -61,9 +77,9 @@ def screen_axes(eye):
 
 
 def render_scene(scene, eye, norm, colours, size):
-    """Return an Image of so many columns and rows, None where PyVista draws nothing."""
+    """Return an Image of so many columns and rows."""
     import pyvista
-    import vtkmodules.vtkCommonCore as vtk
+    from vtkmodules.vtkCommonCore import vtkObject
 
     columns, rows = (FINE * int(one) for one in size)
     right, up = screen_axes(eye)
@@ -76,8 +92,9 @@ def render_scene(scene, eye, norm, colours, size):
     deep = max(float(np.ptp(points, axis=0).max()), 1e-300)
     lift = LIFT * deep * eye
 
-    # What VTK says of a machine without graphics is seen in the picture.
-    vtk.vtkObject.GlobalWarningDisplayOff()
+    # Without a display VTK warns before it goes on to another way.
+    warns = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.SetGlobalWarningDisplay(0)
     plotter = pyvista.Plotter(off_screen=True, window_size=(columns, rows), lighting="none")
     plotter.set_background("white")
     # A lamp over the spectator's shoulder; shades are light, so that the colours are those of the
@@ -113,9 +130,7 @@ def render_scene(scene, eye, norm, colours, size):
     camera.clipping_range = (0.1 * deep, 10 * deep)
     pixels = plotter.screenshot(None, return_img=True)
     plotter.close()
-    vtk.vtkObject.GlobalWarningDisplayOn()
-    if pixels is None or pixels.shape[:2] != (rows, columns) or np.ptp(pixels) == 0:
-        return None
+    vtkObject.SetGlobalWarningDisplay(warns)
     shape = (rows // FINE, FINE, columns // FINE, FINE, 3)
     means = pixels[:, :, :3].reshape(shape).mean(axis=(1, 3)).round().astype("uint8")
     return Image(means, right, up, FINE * length)
