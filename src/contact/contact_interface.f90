@@ -64,7 +64,7 @@ contains
       if (sweeps(scene, i)) loose_ref_node(scene%obstacles(i)%ref_node) = .true.
     end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
-    call find_curved(points)
+    call find_curved(scene, points)
     call find_symmetry_planes(scene, points)
     call find_joined_points(scene, points)
   end subroutine find_reach
@@ -129,13 +129,14 @@ contains
 
   end subroutine find_joined_points
 
-  !> Take every point to reach its master, and every face of a master to be reached.
+  !> Take every point to reach its master, every face of a master to be reached, and no facets for a
+  !> plane.
   pure subroutine reach_everything(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
 
     points%in_reach = .true.
-    call find_curved(points)
+    call find_curved(scene, points, follow_flat=.true.)
     call list_master_nodes(scene, points)
   end subroutine reach_everything
 

@@ -8,7 +8,9 @@ module obstacle_shapes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
+  use connectivity_mod, only: corners_in
   use rotations_mod, only: rotation_matrix
+  use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets
   use scene_mod, only: contact_pair_t, scene_t
@@ -17,7 +19,7 @@ module obstacle_shapes_mod
 
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, bend_of_gap, &
     least_gap, is_flat, &
-    is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
+    is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, has_flat_facets, &
     turns_in_place, normal_along, enters_faces, get_core, extent_of, holds_turned_away, &
     how_to_turn_round, shape_code, shape_codes, is_same_along
 
@@ -280,6 +282,44 @@ contains
         .not. scene%obstacles(of%master)%turns
     end associate
   end function has_fixed_normals
+
+  !> Whether the master of a pair are facets that lie in one plane and do not turn.
+  pure logical function has_flat_facets(scene, pair)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    has_flat_facets = has_meshed_master(scene, pair)
+    if (.not. has_flat_facets) return
+    associate (obstacle => scene%obstacles(scene%pairs(pair)%master))
+      has_flat_facets = .not. obstacle%turns
+      if (has_flat_facets) has_flat_facets = lie_in_plane(obstacle%corner, obstacle%facet)
+    end associate
+  end function has_flat_facets
+
+  !> Whether facets lie in one plane, to the rounding of their corners, and face the same way.
+  pure logical function lie_in_plane(corner, facet)
+    real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]
+    integer, intent(in) :: facet(:, :)   !! (4,n_facets) the fourth is 0 in a triangle
+    real(wp), parameter :: rounding = 16.0_wp*epsilon(1.0_wp), same_way = 0.5_wp !! [-]
+    real(wp) :: area(3, size(facet, 2)), normal(3)
+    integer :: f
+
+    do f = 1, size(facet, 2)
+      associate (last => corners_in(facet(:, f)))
+        area(:, f) = cross(corner(:, facet(3, f)) - corner(:, facet(1, f)), &
+          corner(:, facet(last, f)) - corner(:, facet(2, f)))
+        if (last == 3) area(:, f) = cross(corner(:, facet(2, f)) - corner(:, facet(1, f)), &
+          corner(:, facet(3, f)) - corner(:, facet(1, f)))
+      end associate
+    end do
+    normal = sum(area, 2)
+    lie_in_plane = norm2(normal) > 0.0_wp
+    if (.not. lie_in_plane) return
+    normal = normal/norm2(normal)
+    lie_in_plane = all(matmul(normal, area) > same_way*norm2(area, 1)) .and. &
+      all(abs(matmul(normal, corner - spread(corner(:, 1), 2, size(corner, 2)))) <= rounding* &
+      maxval(abs(corner)))
+  end function lie_in_plane
 
   !> Whether the master of a pair is an obstacle that may enter slave faces between their nodes.
   pure logical function has_round_master(scene, pair)

@@ -34,7 +34,7 @@ module advance_mod
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
   use follow_points_mod, only: rounding_of_places, carried_slip
-  use placement_mod, only: placement_t, place_curved, place_state
+  use placement_mod, only: placement_t, place_curved, place_state, is_before_flat
   use transfer_mod, only: nodal_forces, movable, rows_of_points
   use describe_contact_mod, only: describe_contact, find_redundant
   use rigid_modes_mod, only: follow_turns
@@ -333,7 +333,8 @@ contains
   !> A node that can have no reaction must not end inside its master (of the others the certificate
   !> judges): where its motion is prescribed that is an error; where it was taken to be out of
   !> reach, or beside its master where the points were placed last, the report says so. So it does
-  !> where a point got to faces that were taken to be out of reach.
+  !> where a point got to faces that were taken to be out of reach, and where flat facets cover
+  !> others than in the undeformed mesh.
   subroutine watch_inactive(scene, points, solver, new, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -352,7 +353,7 @@ contains
       is_inside(solver%contact%group(i)%active) = .false.
       is_inside(solver%contact%group(i)%far) = .false.
     end do
-    call find_strays(scene, points, report, is_stray)
+    call find_strays(scene, points, solver, report, is_stray)
     if (.not. any(is_stray)) is_stray = is_inside .and. .not. points%in_reach
     if (any(is_stray)) then
       report%converged = .false.
@@ -379,16 +380,20 @@ contains
       master_name(scene, points%pair(i)))
   end subroutine watch_inactive
 
-  !> Points whose master has nodes with weights that are not among its nodes in reach.
-  pure subroutine find_strays(scene, points, report, is_stray)
+  !> Points whose master has nodes with weights that are not among its nodes in reach, and those
+  !> that flat facets cover where they did not in the undeformed mesh, or no longer.
+  pure subroutine find_strays(scene, points, solver, report, is_stray)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
     type(increment_report_t), intent(in) :: report
     logical, intent(out) :: is_stray(:) !! (n_points)
     logical :: in_reach(scene%mesh%n_nodes)
     integer :: pair, i
 
-    is_stray = .false.
+    is_stray = is_before_flat(points%turns, points%in_reach, points%is_curved)
+    if (any(is_stray)) is_stray = is_stray .and. (report%contact%weights%covers .neqv. &
+      solver%undeformed%weights%covers)
     if (.not. any(points%on_surface)) return
     associate (weights => report%contact%weights)
       do pair = 1, size(scene%pairs)

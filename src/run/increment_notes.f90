@@ -9,6 +9,7 @@ module increment_notes_mod
   use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
+  use placement_mod, only: is_before_flat
   use nodes_behind_mod, only: node_behind_t
   use faces_between_nodes_mod, only: face_entry_t
   use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
@@ -131,12 +132,17 @@ contains
     type(increment_t), intent(in) :: increment
     integer, intent(in) :: point
     type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
 
+    if (is_before_flat(points%turns(point), points%in_reach(point), points%is_curved(point))) then
+      words = ' crosses the edge of '//master_name(scene, points%pair(point))//', which the plan '// &
+        'had taken for a whole plane; the increment is repeated with its single facets'
+    else
+      words = ' reaches '//master_name(scene, points%pair(point))//', which the plan had '// &
+        'thought out of reach; the increment is repeated with whole slave surfaces'
+    end if
     call add_note(notes, increment, .true., ': node '// &
-      to_text(scene%mesh%node_id(points%node(point)))//' reaches '// &
-      master_name(scene, points%pair(point))// &
-      ', which the plan had '// &
-      'thought out of reach; the increment is repeated with whole slave surfaces')
+      to_text(scene%mesh%node_id(points%node(point)))//words)
   end subroutine note_widened
 
   !> Which rigid motions nothing holds, where that has changed.

@@ -38,6 +38,7 @@ class Facets(unittest.TestCase):
         result = run.result()
         self.addCleanup(result.close)
         self.assertTrue(result.history("certified").all())
+        result.output = run.output + run.errors
         return result
 
     def run_beside(self, text, files):
@@ -175,6 +176,9 @@ class AgainstObstacles(Facets):
                 self.assertTrue((covered > 1.0).all() and (covered < 1.05).all())
                 self.assertLess(np.abs(found["moment_left"][:]).max(), 1e-8 * largest)
                 self.assertLess(np.abs(found["least_gap"][:]).max(), 1e-10)
+                # Placed once, as before a plane: no iteration follows facets.
+                iterations = found.file["history/newton_raphson_iterations"][:]
+                self.assertTrue((iterations == 1).all(), iterations)
 
     def turning(self, tool, rotation):
         """Press a tool on a cube and turn it; return the pair and the result."""
@@ -211,18 +215,37 @@ class AgainstObstacles(Facets):
             moments = [r.reference_nodes[900].reaction_moment[-1] for r in (want_run, found_run)]
             self.assertLess(np.abs(moments[1] - moments[0]).max(), 1e-8 * np.abs(moments[0]).max())
 
-    def test_over_an_edge(self):
-        # A block is dragged half off a plate: nodes leave it, forces balance, what is left presses.
-        result = self.solve(
+    def over_an_edge(self, corners, facets):
+        """Drag a block half off a plate at rest; return the result."""
+        return self.solve(
             deck(
                 block("UP", 4, (0, 0, 0), (1, 1, 1)),
-                fixed_plate("TOOL", (-1.0, -1.0), (1.07, 2.0), n=(5, 3)),
+                rigid("TOOL", corners, facets, ORIGIN) + HELD,
                 pair("UP-ZMIN, TOOL", 0.2),
                 step("UP-ZMAX, 3, 3, -0.02"),
                 step("UP-ZMAX, 1, 1, 0.5", 10),
                 held="UP-ZMAX, 1, 2",
             )
         )
+
+    def test_flat_facets_end(self):
+        # What crosses the edge of a flat plate sees what it would of one with a facet aside that
+        # is not in its plane, which is never taken for a plane.
+        corners, facets = plate((-1.0, -1.0), (1.07, 2.0), n=(5, 3))
+        flat = self.over_an_edge(corners, facets)
+        self.assertEqual(flat.counters["plan_revisions"], 1)
+        self.assertIn("crosses the edge of TOOL", flat.output)
+        aside = np.array([[-3.0, 0.0, -0.5], [-2.9, 0.0, -0.5], [-2.9, 0.1, -0.5]])
+        n = len(corners)
+        bent = self.over_an_edge(np.vstack([corners, aside]), [*facets, (n, n + 1, n + 2)])
+        self.assertEqual(bent.counters["plan_revisions"], 0)
+        for name in ("resultant", "reaction", "slip", "covered_area"):
+            found, want = (r.file[f"contact/UP-ZMIN:TOOL/{name}"][:] for r in (flat, bent))
+            self.assertLess(np.abs(found - want).max(), 1e-7 * np.abs(want).max(), name)
+
+    def test_over_an_edge(self):
+        # A block is dragged half off a plate: nodes leave it, forces balance, what is left presses.
+        result = self.over_an_edge(*plate((-1.0, -1.0), (1.07, 2.0), n=(5, 3)))
         found = result.file["contact/UP-ZMIN:TOOL"]
         covered = found["covered_area"][:]
         self.assertTrue((np.diff(covered.sum(axis=1)[1:]) < 1e-3).all())

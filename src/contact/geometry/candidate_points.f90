@@ -5,7 +5,8 @@
 module candidate_points_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: corners_in
-  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces
+  use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces, &
+    has_flat_facets
   use refine_elements_mod, only: fill_between
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, contact_gap_t
@@ -81,7 +82,7 @@ contains
     ! What a plan has rows for; each *STEP sets its own.
     mu = most_friction(scene)
     points%mu = mu(points%pair)
-    call find_curved(points)
+    call find_curved(scene, points)
     call join_ends(scene, points)
     call find_extra_gaps(scene, points)
   end subroutine find_points
@@ -114,16 +115,27 @@ contains
     end do
   end subroutine check_removed
 
-  !> Which points are placed in every iteration: not those of a pair that has none in reach.
-  pure subroutine find_curved(points)
+  !> Which points are placed in every iteration: not those of a pair that has none in reach. Nor
+  !> those before flat facets, whose normals and gaps are those of a plane for as long as these
+  !> cover the same points, which is watched: then they turn, are in reach, and are not curved.
+  pure subroutine find_curved(scene, points, follow_flat)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
+    logical, intent(in), optional :: follow_flat !! flat facets are facets like others; default no
+    logical :: follows
     integer :: pair
 
     points%is_curved = points%turns
     if (.not. allocated(points%in_reach)) return
+    follows = .false.
+    if (present(follow_flat)) follows = follow_flat
     do pair = 1, size(points%first) - 1
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
-        if (.not. any(points%in_reach(first:last))) points%is_curved(first:last) = .false.
+        if (.not. any(points%in_reach(first:last))) then
+          points%is_curved(first:last) = .false.
+        else if (.not. follows) then
+          if (has_flat_facets(scene, pair)) points%is_curved(first:last) = .false.
+        end if
       end associate
     end do
   end subroutine find_curved

@@ -18,7 +18,7 @@ module placement_mod
   private
 
   public :: placement_t, no_gap, place, place_all, place_undeformed, place_curved, place_state, &
-    as_turned, find_partly_covered, leave_ends, join_ends
+    as_turned, find_partly_covered, leave_ends, join_ends, is_before_flat
 
   real(wp), parameter :: no_gap = 1.0e30_wp !! of a point that its master does not cover [length]
 
@@ -158,6 +158,13 @@ contains
 
     stays = .false.
     if (present(stay)) stays = stay
+    if (stays .and. allocated(points%in_reach)) then
+      ! Flat facets cover what they do by where it is, not by what they did before.
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        stays = .not. any(is_before_flat(points%turns(first:last), &
+          points%in_reach(first:last), points%is_curved(first:last)))
+      end associate
+    end if
     if (has_meshed_master(scene, pair)) then
       obstacle = as_turned(scene, scene%pairs(pair)%master, rotation)
       do side = 1, n_sides(points, pair)
@@ -172,6 +179,14 @@ contains
     end if
     if (is_pair_removed(points, pair)) call leave_out(points, pair, placement)
   end subroutine place
+
+  !> Whether a point is before flat facets that are taken for a plane: it turns, is in reach, and is
+  !> not placed in every iteration.
+  pure elemental logical function is_before_flat(turns, in_reach, is_curved)
+    logical, intent(in) :: turns, in_reach, is_curved !! of the point
+
+    is_before_flat = turns .and. in_reach .and. .not. is_curved
+  end function is_before_flat
 
   !> The points of a pair that is removed face nothing.
   pure subroutine leave_out(points, pair, placement)
