@@ -19,7 +19,8 @@ module obstacle_shapes_mod
 
   public :: known_kinds, check_shapes, shift_of, turned, locate_point, bend_of_gap, &
     least_gap, is_flat, &
-    is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, has_flat_facets, &
+    is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
+    has_flat_facets, &
     turns_in_place, normal_along, enters_faces, get_core, extent_of, holds_turned_away, &
     how_to_turn_round, shape_code, shape_codes, is_same_along
 

@@ -135,8 +135,9 @@ contains
     character(:), allocatable :: words
 
     if (is_before_flat(points%turns(point), points%in_reach(point), points%is_curved(point))) then
-      words = ' crosses the edge of '//master_name(scene, points%pair(point))//', which the plan '// &
-        'had taken for a whole plane; the increment is repeated with its single facets'
+      words = ' crosses the edge of '//master_name(scene, points%pair(point))// &
+        ', which the plan had taken for a whole plane; the increment is repeated with its '// &
+        'single facets'
     else
       words = ' reaches '//master_name(scene, points%pair(point))//', which the plan had '// &
         'thought out of reach; the increment is repeated with whole slave surfaces'
