@@ -28,29 +28,42 @@ contains
     real(wp), intent(in) :: s(:, :)          !! (n,n) symmetric positive definite [force/length]
     type(near_stiffness_t), intent(out) :: near
     real(wp) :: own(size(index, 2)), limit   !! roots of the sizes of the points' own blocks
-    integer :: i, j, n, n_points
+    integer, parameter :: doublings = 64 !! of the limit: no block is as large beside the own ones
+    integer :: above(0:doublings)        !! blocks above so many doublings of the least limit
+    integer :: i, j, k, n, n_points
 
     n_points = size(index, 2)
     own = [(sqrt(largest(s, index(:, i), index(:, i))), i=1, n_points)]
     allocate (near%start(n_points + 1))
-    ! Where stiffness does not fall with the distance only the largest blocks are kept.
-    limit = negligible
-    do
-      n = 0
-      do j = 1, n_points
-        near%start(j) = n + 1
-        n = n + 1
-        do i = 1, n_points
-          if (is_near(i, j)) n = n + 1
-        end do
-      end do
-      near%start(n_points + 1) = n + 1
-      if (n <= most_blocks*n_points) exit
-      limit = 2.0_wp*limit
-    end do
-    allocate (near%other(n), near%block(3, 3, n))
+    ! Where stiffness does not fall with the distance only the largest blocks are kept: at which
+    ! limit is counted for all of them at once.
+    above = 0
     do j = 1, n_points
-      n = near%start(j)
+      do i = 1, n_points
+        if (share_rows(i, j)) cycle
+        ! Powers of 2 scale exactly.
+        associate (of_block => largest(s, index(:, i), index(:, j)), &
+                   least => negligible*own(i)*own(j))
+          k = 0
+          do while (k < doublings)
+            if (.not. of_block > scale(least, k)) exit
+            k = k + 1
+          end do
+        end associate
+        above(k) = above(k) + 1
+      end do
+    end do
+    k = 0
+    do while (n_points + sum(above(k + 1:)) > most_blocks*n_points)
+      k = k + 1
+    end do
+    limit = scale(negligible, k)
+    n = n_points + sum(above(k + 1:))
+    allocate (near%other(n), near%block(3, 3, n))
+    n = 0
+    do j = 1, n_points
+      n = n + 1
+      near%start(j) = n
       near%other(n) = j
       near%block(:, :, n) = block_of(s, index(:, j), index(:, j))
       do i = 1, n_points
@@ -60,17 +73,23 @@ contains
         near%block(:, :, n) = block_of(s, index(:, j), index(:, i))
       end do
     end do
+    near%start(n_points + 1) = n + 1
 
   contains
 
-    !> Points that share rows hold each other in a way that their common block does not say.
     pure logical function is_near(i, j)
       integer, intent(in) :: i, j
 
-      is_near = .false.
-      if (any(index(:, i) > 0 .and. index(:, i) == index(:, j))) return
-      is_near = largest(s, index(:, i), index(:, j)) > limit*own(i)*own(j)
+      is_near = .not. share_rows(i, j)
+      if (is_near) is_near = largest(s, index(:, i), index(:, j)) > limit*own(i)*own(j)
     end function is_near
+
+    !> Points that share rows hold each other in a way that their common block does not say.
+    pure logical function share_rows(i, j)
+      integer, intent(in) :: i, j
+
+      share_rows = any(index(:, i) > 0 .and. index(:, i) == index(:, j))
+    end function share_rows
 
   end subroutine find_near
 
