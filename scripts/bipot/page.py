@@ -207,7 +207,7 @@ def warnings(result: Result) -> list[str]:
     """Return what of the run is not as it should be, by its numbers."""
     found = []
     status = result.run.get("status")
-    if status != "finished":
+    if status not in ("finished", "settled"):
         found.append(f"the run's status is '{status}': {result.finished} increments are there")
     bad = np.flatnonzero(result.history("certified") == 0) + 1
     if len(bad):

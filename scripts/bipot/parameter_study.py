@@ -252,7 +252,7 @@ def study(
             if not overwrite:
                 raise
             status, again = None, True
-        if status in ("finished", "not solved"):
+        if status in ("finished", "settled", "not solved"):
             continue
         mistakes = check(path, parameters=given, program=runs.program)
         if mistakes:
@@ -340,6 +340,6 @@ def _row(
         row["increments"], row["certified"] = result.finished, result.certified
         if "counters" in result.file["run"]:
             row["seconds"] = result.counters["seconds_total"]
-        if row["status"] == "finished" and evaluate is not None:
+        if row["status"] in ("finished", "settled") and evaluate is not None:
             row |= evaluate(result)
     return row

@@ -115,7 +115,7 @@ def draw_all(result, look, folder, options):
 
 def show(result, options):
     """Show the result as the options ask for it."""
-    if result.run.get("status") != "finished":
+    if result.run.get("status") not in ("finished", "settled"):
         note = f"the run's status is '{result.run.get('status')}'"
         print(f"show: {note}: {result.finished} increments to show", file=sys.stderr)
     stored = len(result.field_rows)

@@ -2,7 +2,8 @@
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
 !>                [--memory SIZE] [--refine K] [--theory] [--nlgeom W]
-!>                [--plan | --check | --flat] [--force] [--export-fclib STEPS]
+!>                [--as-rigid SET ...] [--until-steady] [--plan | --check | --flat] [--force]
+!>                [--export-fclib STEPS]
 !>                [--overwrite | --continue] [--quiet | --verbose]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
 !>                [--quiet | --verbose]
@@ -44,6 +45,9 @@ module command_line_mod
     character(4) :: nlgeom = ''
     !! --nlgeom, upper case: NO, YES or AUTO in place of the deck's NLGEOM
     character(4) :: chosen = ''                  !! YES: AUTO has come to finite strain
+    type(string_t), allocatable :: rigid(:)      !! --as-rigid: element sets
+    logical :: until_steady = .false.
+    !! --until-steady: ends where a load cycle has settled, and nothing else follows
     logical :: plan = .false.
     logical :: check = .false.                   !! --check: tell the deck's mistakes, and stop
     logical :: flat = .false.                    !! print the deck without parameters and blocks
@@ -71,7 +75,7 @@ contains
     options%exported = ''
     options%solver_option = ''
     sweeps_option = ''
-    allocate (options%overrides(0))
+    allocate (options%overrides(0), options%rigid(0))
     i = 0
     do while (i < command_argument_count())
       i = i + 1
@@ -125,6 +129,11 @@ contains
         call take_refinement(word, i, options%refine, error)
       case ('--theory')
         options%theory = .true.
+      case ('--as-rigid')
+        call take_value(word, i, value, error)
+        if (.not. allocated(error)) call add_names(value, options%rigid)
+      case ('--until-steady')
+        options%until_steady = .true.
       case ('--nlgeom')
         call take_value(word, i, value, error)
         if (allocated(error)) return
@@ -199,6 +208,8 @@ contains
       if (options%refine >= 0) misplaced = '--refine'
       if (options%theory) misplaced = '--theory'
       if (options%nlgeom /= '') misplaced = '--nlgeom'
+      if (options%until_steady) misplaced = '--until-steady'
+      if (size(options%rigid) > 0) misplaced = '--as-rigid'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -296,6 +307,22 @@ contains
     call refuse(option, 'a whole number from 0 to '//to_text(max_refinement), value, error)
   end subroutine take_refinement
 
+  !> Add names between commas to a list, in upper case.
+  subroutine add_names(names, list)
+    character(*), intent(in) :: names
+    type(string_t), allocatable, intent(inout) :: list(:)
+    type(string_t) :: name
+    integer :: first, last
+
+    first = 1
+    do while (first <= len(names))
+      last = first + index(names(first:)//',', ',') - 2
+      name%text = upper(trim(adjustl(names(first:last))))
+      list = [list, name]
+      first = last + 2
+    end do
+  end subroutine add_names
+
   subroutine take_override(i, options, error)
     integer, intent(inout) :: i
     type(options_t), intent(inout) :: options
@@ -322,6 +349,7 @@ contains
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
         '--memory', '--refine', '--extrapolated', '--theory', '--nlgeom', &
+        '--until-steady', '--as-rigid', &
         '--quiet', '--verbose', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -389,7 +417,7 @@ contains
 
     select case (option)
     case ('-o', '--output', '--set', '--export-fclib', '--accuracy', '--time', '--memory', &
-      '--refine', '--nlgeom')
+      '--refine', '--nlgeom', '--as-rigid')
       takes_value = .true.
     case default
       takes_value = is_solver_option(option)
@@ -454,8 +482,12 @@ contains
       '                      NLGEOM; auto: small strain where that is enough, for 1 % or the', &
       '                      accuracy that is asked for, else finite strain; so it is with an', &
       '                      accuracy where the deck says nothing', &
+      '  --as-rigid SET      the body of this element set is a rigid obstacle of its faces;', &
+      '                      --plan estimates what that saves and what it changes', &
       '', &
       'runs:', &
+      '  --until-steady      stop where a load cycle has settled, if the deck only repeats it', &
+      '                      from there on', &
       '  --continue          resume the run that left an unfinished result', &
       '  --overwrite         replace a result file that is unfinished, or of another deck or', &
       '                      other parameters', &

@@ -21,7 +21,7 @@ module step_loads_mod
   implicit none
   private
 
-  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors
+  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors, ramps
 
   integer, parameter :: pattern_hold = -1, pattern_ramp = 0 !! > 0: index of an amplitude
 
@@ -151,6 +151,21 @@ contains
       end select
     end do
   end function pattern_factors
+
+  !> Whether something grows with the time of the step, by more than rounding.
+  pure logical function ramps(loads)
+    type(step_loads_t), intent(in) :: loads
+    real(wp), parameter :: rounded = 64.0_wp*epsilon(1.0_wp)
+    integer :: g
+
+    ramps = .false.
+    if (allocated(loads%turns%ramp)) ramps = any(abs(loads%turns%ramp) > 0.0_wp)
+    g = findloc(loads%kind, pattern_ramp, dim=1)
+    if (g == 0) return
+    ramps = ramps .or. maxval(abs(loads%displacement(:, :, g))) > &
+      rounded*maxval(abs(loads%displacement)) .or. maxval(abs(loads%force(:, :, g))) > &
+      rounded*maxval(abs(loads%force))
+  end function ramps
 
   !> Prescribed displacements: held where they are, unless this step names them, or an earlier one
   !> has named them with an amplitude over the time of the run.

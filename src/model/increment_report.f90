@@ -9,6 +9,7 @@ module increment_report_mod
   public :: increment_report_t, certificate_t, error_parts_t, total_error, energy_t, &
     contact_fields_t
   public :: status_open, status_stick, status_slide
+  public :: cycle_none, cycle_differs, cycle_settled
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance, &
     ended_indefinite
@@ -28,6 +29,9 @@ module increment_report_mod
   integer, parameter :: ended_indefinite = 10 !! a tangent at finite strain is not positive definite
 
   integer, parameter :: status_open = 0, status_stick = 1, status_slide = 2
+
+  ! Whether a load cycle ends with an increment, and whether it has settled.
+  integer, parameter :: cycle_none = 0, cycle_differs = 1, cycle_settled = 2
 
   !> The errors of a step, each relative to the scales of docs/theory.md section 6.
   type :: certificate_t
@@ -135,6 +139,9 @@ module increment_report_mod
     !! of an obstacle into a slave face, between its nodes [length]
     real(wp) :: face_penetration_on_way = 0.0_wp
     !! before the increment's end, where nothing touches nearby [length]
+    integer  :: load_cycle = cycle_none     !! whether a load cycle ends here, and has settled
+    real(wp) :: load_cycle_change = -1.0_wp
+    !! from the end of the cycle before, of the changes within it; negative: none is known [-]
     integer  :: n_unheld = 0            !! rigid motions that nothing resists
     character(:), allocatable :: unheld     !! those, in words
     character(:), allocatable :: unbalanced !! motions that nothing balances, in words

@@ -76,12 +76,13 @@ contains
     fraction_of = real(position, wp)/(real(step%n_increments, wp)*real(whole_increment, wp))
   end function fraction_of
 
-  !> Whether a state is that at the end of its *STEP.
+  !> Whether a state is that at the end of its *STEP, or where the run ends within it.
   pure logical function ends_step(steps, state)
     type(load_step_t), intent(in) :: steps(:)
     type(state_t), intent(in) :: state
 
-    ends_step = state%position >= steps(max(1, state%step))%n_increments*whole_increment
+    ends_step = state%ends_run .or. &
+      state%position >= steps(max(1, state%step))%n_increments*whole_increment
   end function ends_step
 
   !> Whether an increment ends where none of the deck's does.

@@ -93,6 +93,7 @@ module scene_mod
     character(:), allocatable :: overrides
     !! of the command line, one a line: name=value, --accuracy value, --refine times
     logical :: finite_strain = .false.      !! *STEP, NLGEOM
+    logical :: stops_when_steady = .false.  !! --until-steady
     type(mesh_t) :: mesh
     type(blocks_t) :: blocks(3)             !! NX, NY and NZ of those that may have others
     type(constraints_t) :: constraints      !! of *TIE, *EQUATION, *COUPLING; no cycles

@@ -26,6 +26,8 @@ module state_mod
     integer(i8) :: position = 0
     !! its end within the step, in parts of the deck's increments (increments_mod)
     real(wp) :: time = 0.0_wp  !! total, in the deck's unit
+    logical  :: ends_run = .false.
+    !! though its *STEP goes on: a load cycle has settled. Not kept for continuing
     real(wp), allocatable :: displacement(:, :)   !! (3, n_nodes) [length]
     type(modes_t) :: modes                        !! of this displacement
     real(wp), allocatable :: rotation(:, :)

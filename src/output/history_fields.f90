@@ -78,6 +78,11 @@ contains
     call real_number('face_penetration_on_way', 'the same before the end of the increment, '// &
       'where no node touches nearby, or the master leaves', 'length', &
       report%face_penetration_on_way)
+    call code('load_cycle', '0: no load cycle ends here that is compared, 1: one does, and '// &
+      'differs from the cycle before, 2: one does, and has settled', report%load_cycle)
+    call real_number('load_cycle_change', 'largest change of displacements, contact forces and '// &
+      'slips from the end of the cycle before, of their change within the cycle; negative: no '// &
+      'cycle is compared', 'ratio', report%load_cycle_change)
 
     associate (c => report%certificate)
       call ratio('certificate/penetration', 'deepest penetration', c%penetration)

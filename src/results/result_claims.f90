@@ -23,7 +23,7 @@ module result_claims_mod
   use compare_runs_mod, only: first_difference, same_overrides, with_parameters
   use result_state_mod, only: slots_t, read_state
   use result_checksums_mod, only: has_checksums, check_contents, read_increments
-  use result_run_mod, only: provenance_t, program_name, run_finished, text_of, &
+  use result_run_mod, only: provenance_t, program_name, run_finished, run_settled, text_of, &
     read_arithmetic, read_mesh_size
   implicit none
   private
@@ -171,7 +171,8 @@ contains
       if (.not. allocated(error)) then
         if (maker == program_name .and. deck /= scene%name) then
           matter = "is the result of another deck, '"//printable(deck)//"'"
-        else if (maker == program_name .and. status /= run_finished) then
+        else if (maker == program_name .and. status /= run_finished .and. status /= &
+          run_settled) then
           matter = 'is an unfinished result ('//to_text(n_rows)//' increments, '// &
             printable(status)// &
             '), which --continue goes on with'
@@ -487,6 +488,9 @@ contains
       matter = "is the result of another deck, '"//name//"'"
     else if (status == run_finished) then
       matter = 'is finished: there is nothing to continue'
+    else if (status == run_settled .and. scene%stops_when_steady) then
+      matter = 'ends with a load cycle that has settled: without --until-steady, --continue '// &
+        'goes on with it'
     else if (.not. same_overrides(overrides, text_of(scene%overrides))) then
       matter = 'was begun '//with_parameters(overrides)//', not '// &
         with_parameters(text_of(scene%overrides))

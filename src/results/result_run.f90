@@ -17,11 +17,13 @@ module result_run_mod
 
   public :: provenance_t, read_arithmetic, read_mesh_size, write_run, resume_run, end_run, &
     program_name, text_of
-  public :: run_finished, run_not_solved, run_stopped, run_failed
+  public :: run_finished, run_settled, run_not_solved, run_stopped, run_failed
 
   ! What /run@status says. It is `running` until `end_run`, and for ever if that never comes.
   character(*), parameter :: run_running = 'running'
   character(*), parameter :: run_finished = 'finished'     !! all increments are there
+  character(*), parameter :: run_settled = 'settled'
+  !! those that are left would repeat a load cycle that has settled
   character(*), parameter :: run_not_solved = 'not solved' !! an increment found no solution
   character(*), parameter :: run_stopped = 'stopped'       !! by a signal
   character(*), parameter :: run_failed = 'failed'         !! the machine: memory, a library

@@ -24,6 +24,8 @@ module checkpoint_mod
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use shadow_run_mod, only: shadow_run_t, count_shadows
   use choose_increment_mod, only: increment_size_t, carry_size
+  use load_cycles_mod, only: load_cycles_t, cycles_of_step
+  use settled_cycles_mod, only: followed_cycle_t, carry_cycle
   use mesh_sequence_mod, only: mesh_sequence_t, carry_sequence
   use result_file_mod, only: result_file_t, count_increment, keep_state
   use tally_mod, only: tally_t, carry_tally
@@ -45,6 +47,8 @@ module checkpoint_mod
     type(coarse_run_t) :: coarse        !! the run in coarser increments, for the estimate of errors
     type(shadow_run_t), allocatable :: shadows(:)
     !! runs at finite strain beside this one, for the error of the theory
+    type(load_cycles_t) :: cycles       !! of loads that the *STEP `entered` is part of, or has
+    type(followed_cycle_t) :: cycle     !! the last of them
     type(state_t) :: followed           !! where this one was when they followed it last
     integer :: entered = 0              !! *STEP that the solver is made for; 0: none yet
     integer :: widened_in = 0
@@ -163,6 +167,7 @@ contains
     end do
     call carry_size(list, progress%size)
     call carry_ahead(list, progress%ahead)
+    call carry_cycle(list, progress%cycle)
     call archive(list, progress%tolerance)
     call archive(list, progress%widened_in)
     call archive(list, progress%in_double)
@@ -208,6 +213,8 @@ contains
       prescribed_dofs(scene, increment%step))
     begun%displacement = progress%begun
     call prepare_step(scene, increment%step, begun, solver, progress%tally%work, error)
+    if (.not. allocated(error)) progress%cycles = cycles_of_step(scene, increment%step, &
+      solver%response%loads)
   end subroutine enter_step
 
   !> Pairs that a *STEP removes press no more from its beginning on.

@@ -1,11 +1,11 @@
 !> What a run has to say of an increment beside its line: notes, made here and printed elsewhere.
 module increment_notes_mod
   use kinds_mod, only: wp, i8
-  use text_mod, only: to_text
+  use text_mod, only: to_text, percent
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increments_mod, only: increment_t
+  use increments_mod, only: increment_t, count_increments
   use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
@@ -16,6 +16,8 @@ module increment_notes_mod
   use follow_points_mod, only: rounding_of_places
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use stability_mod, only: stability_t
+  use load_cycles_mod, only: load_cycles_t
+  use settled_cycles_mod, only: followed_cycle_t
   use law_limits_mod, only: stretched_t
   use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words, &
     unstable_in_words
@@ -25,7 +27,7 @@ module increment_notes_mod
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_unknown_stability, note_lost_shadow
+    note_unknown_stability, note_lost_shadow, note_settled
 
   !> A line for the console.
   type :: note_t
@@ -401,5 +403,34 @@ contains
     if (is_direct) words = words//'; without DIRECT an increment would end there'
     call add_note(notes, increment, .false., words)
   end subroutine note_touch
+
+  !> A load cycle has settled; what that saves, or could.
+  pure subroutine note_settled(scene, increment, cycles, cycle, change, ends, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(load_cycles_t), intent(in) :: cycles
+    type(followed_cycle_t), intent(in) :: cycle
+    real(wp), intent(in) :: change !! from the end of the cycle before [-]
+    logical, intent(in) :: ends    !! the run ends here
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
+    integer :: done, n_left
+
+    words = ': the load cycle has settled: cycle '//to_text(cycle%n_ends)//' ('//to_text( &
+      cycles%length)//' increments of the deck) repeats the one before to '// &
+      percent(change)//' of the changes within it'
+    done = cycles%first + cycle%n_ends*cycles%length
+    n_left = count_increments(scene%steps) - done
+    if (cycles%last < count_increments(scene%steps)) then
+      words = words//'; other loads follow'
+    else if (ends) then
+      words = words//'. Left out: the last '//to_text(n_left)//' increments of the deck, which '// &
+        'would repeat it'
+    else if (n_left > 0) then
+      words = words//'. --until-steady leaves out the '//to_text(n_left)//' increments of the '// &
+        'deck that follow'
+    end if
+    call add_note(notes, increment, .true., words)
+  end subroutine note_settled
 
 end module increment_notes_mod

@@ -16,6 +16,7 @@ module judge_increment_mod
   use stability_mod, only: stability_t, find_stability, is_hint
   use kinks_mod, only: count_between
   use contact_points_mod, only: master_nodes
+  use settled_cycles_mod, only: followed_cycle_t
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
   use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
@@ -41,7 +42,7 @@ module judge_increment_mod
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable, note_unknown_stability, note_lost_shadow
+    note_unusual, note_unstable, note_unknown_stability, note_lost_shadow, note_settled
   implicit none
   private
 
@@ -54,6 +55,7 @@ module judge_increment_mod
     type(increment_report_t) :: report
     type(entries_t) :: entries !! of obstacles into faces, where it is solved
     logical :: found = .false. !! there is such an increment: the run is not complete
+    type(followed_cycle_t) :: cycle !! of loads, where it is solved
     real(wp) :: met_tolerance = 0.0_wp
     !! with which it was solved, where it was not with its own; 0: with none that was tried [-]
   end type solved_t
@@ -130,6 +132,8 @@ contains
       if (allocated(error)) return
       call judge_stability(scene, plan, solver, progress, solved, notes, error)
       if (allocated(error)) return
+      if (solved%cycle%settled > progress%cycle%settled) call note_settled(scene, increment, &
+        progress%cycles, solved%cycle, report%load_cycle_change, solved%state%ends_run, notes)
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_redundant(scene, plan%points, increment, report, notes)

@@ -12,6 +12,7 @@ module prepare_scene_mod
   use scene_mod, only: scene_t
   use finite_strain_limits_mod, only: beyond_finite_strain
   use shadow_run_mod, only: has_no_shadow
+  use take_as_rigid_mod, only: take_as_rigid
   use choices_mod, only: choices_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
@@ -69,6 +70,7 @@ contains
 
     if (options%accuracy > 0.0_wp) scene%accuracy%wanted = options%accuracy
     if (options%extrapolated) scene%accuracy%extrapolates = .true.
+    scene%stops_when_steady = options%until_steady
     scene%accuracy%time = options%time
     scene%accuracy%memory = options%memory
     if (scene%finite_strain) then
@@ -99,6 +101,14 @@ contains
         'and none is asked for: --accuracy X')
       if (allocated(error)) return
     end associate
+    call take_rigid()
+    if (allocated(error)) return
+    if (options%until_steady .and. chooses_mesh(scene%accuracy)) then
+      call raise(error, exit_wrong_input, 'bipot: error: --until-steady takes a mesh that is '// &
+        'kept (--refine 0; *ACCURACY, MESH=KEEP): runs on several meshes are compared '// &
+        'increment by increment')
+      return
+    end if
     associate (cell => scene%mesh%connectivity%cell)
       if (chooses_mesh(scene%accuracy) .and. .not. all(can_be_cut(cell))) then
         call raise(error, exit_wrong_input, 'bipot: error: an accuracy chooses the mesh, and a '// &
@@ -134,6 +144,21 @@ contains
     if (options%memory > 0.0_wp) call keep('--memory '//to_text(1.0e-6_wp*options%memory)//'MB')
 
   contains
+
+    !> Make obstacles of bodies, one after the other.
+    subroutine take_rigid()
+      character(:), allocatable :: names
+      integer :: i
+
+      names = ''
+      do i = 1, size(options%rigid)
+        call take_as_rigid(scene, options%rigid(i)%text, error)
+        if (allocated(error)) return
+        if (i > 1) names = names//','
+        names = names//options%rigid(i)%text
+      end do
+      if (names /= '') call keep('--as-rigid '//names)
+    end subroutine take_rigid
 
     !> Bounds of a run on a mesh that is kept take no estimates.
     subroutine check_estimates()

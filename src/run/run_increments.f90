@@ -74,6 +74,7 @@ contains
         solved%increment%step, solved%increment%position), solved%report)
       if (missed /= '') call print_warning(console, missed)
       deallocate (notes)
+      if (progress%state%ends_run) exit increments
     end do increments
   end subroutine run_increments
 
@@ -122,6 +123,7 @@ contains
     end associate
     if (allocated(progress%sequence)) call note_values(scene, plan, solved, progress)
     progress%state = solved%state
+    progress%cycle = solved%cycle
     progress%seen(1, :) = merge(1.0_wp, 0.0_wp, solved%entries%is_seen)
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - started
     call save_checkpoint(progress, file, error)

@@ -14,6 +14,7 @@ module run_mesh_mod
   use choose_threads_mod, only: choose_threads
   use estimate_costs_mod, only: estimate_costs
   use amounts_mod, only: time_in_words
+  use rigid_alternatives_mod, only: describe_rigid_alternatives
   use fit_machine_mod, only: exceeds_machine, exceeds_time
   use initial_overlaps_mod, only: overlaps
   use held_normals_mod, only: held_normals, kept_overlaps
@@ -30,7 +31,7 @@ module run_mesh_mod
   use end_with_run_mod, only: is_to_be_written
   use run_within_mod, only: choose_next, judge_plan
   use prepare_scene_mod, only: result_path
-  use result_run_mod, only: run_finished, run_not_solved, run_stopped, run_failed
+  use result_run_mod, only: run_finished, run_settled, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
   use result_file_mod, only: result_file_t, open_result, open_nothing, reopen_result, &
     keep_accuracy, finish_result
@@ -82,6 +83,8 @@ contains
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return
+    if (options%plan .and. .not. present(sequence)) call describe_rigid_alternatives(scene, &
+      result_path(options, scene), choices, plan)
     is_first = .not. continues
     is_known_to_fit = .false.
     if (present(sequence)) then
@@ -252,6 +255,7 @@ contains
     if (allocated(progress%sequence) .and. .not. allocated(error)) call end_values(scene, plan, &
       cpu_seconds() - began, continues, file, progress, error)
     status = run_finished
+    if (progress%state%ends_run) status = run_settled
     if (allocated(error)) then
       status = run_failed
       if (error%exit_status == exit_not_solved) status = run_not_solved

@@ -7,10 +7,10 @@ module solve_next_mod
   use controls_mod, only: take_double
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
-  use increments_mod, only: increment_t, next_increment
+  use increments_mod, only: increment_t, next_increment, count_increments
   use state_mod, only: state_t, keep_tangent
   use increment_report_mod, only: increment_report_t, ended_out_of_reach, ended_passed, &
-    ended_unbalanced, ended_indefinite
+    ended_unbalanced, ended_indefinite, cycle_settled
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
@@ -25,6 +25,7 @@ module solve_next_mod
   use unfelt_overlaps_mod, only: find_entered_faces
   use passed_faces_mod, only: find_passed_faces
   use tally_mod, only: note_sizes
+  use settled_cycles_mod, only: follow_cycle
   use interference_mod, only: has_interference, set_extra_gap
   use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
   use refuse_unsolved_mod, only: is_solved, next_tolerance
@@ -168,6 +169,7 @@ contains
     real(wp) :: clock
 
     clock = wall_seconds()
+    call follow_loads(scene, plan%points, tolerance, progress, solved)
     solved%entries%is_seen = progress%seen(1, :) > 0.0_wp
     call find_entries(scene, plan%points, watch%faces, tolerance, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
@@ -179,6 +181,27 @@ contains
     solved%report%face_penetration = solved%entries%at_end%depth
     solved%report%face_penetration_on_way = solved%entries%on_way%depth
   end subroutine look_between_ends
+
+  !> Compare the end of a load cycle with that of the cycle before. Where it has settled, and the
+  !> deck goes on with nothing else, a run that is to stop there ends with this increment.
+  subroutine follow_loads(scene, points, tolerance, progress, solved)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: tolerance !! of contact [-]
+    type(progress_t), intent(in) :: progress
+    type(solved_t), intent(inout) :: solved
+
+    solved%cycle = progress%cycle
+    call follow_cycle(scene, points, progress%cycles, tolerance, progress%state, solved%state, &
+      solved%cycle, solved%report)
+    if (.not. scene%stops_when_steady .or. solved%report%load_cycle /= cycle_settled) return
+    associate (cycles => progress%cycles)
+      if (cycles%last < count_increments(scene%steps)) return
+      if (cycles%first + solved%cycle%n_ends*cycles%length >= cycles%last) return
+    end associate
+    solved%increment%last_of_step = .true.
+    solved%state%ends_run = .true.
+  end subroutine follow_loads
 
   !> Whether parts of an increment would fail as it does.
   !>

@@ -71,7 +71,10 @@ OF_HEXAHEDRA = re.compile(
 )
 # The scene is what the user said: these read it, from the deck and from the options, and no other
 # file changes it. What the program may choose of it (model/choices.f90) is read where it is chosen.
-SCENE_READERS = {"deck/read_deck.f90", "deck/named_sets.f90", "run/prepare_scene.f90"}
+SCENE_READERS = {
+    "deck/read_deck.f90", "deck/named_sets.f90", "run/prepare_scene.f90",
+    "contact/take_as_rigid.f90", "model/part_of_scene.f90",  # of an option, for prepare_scene
+}  # fmt: skip
 WORDS[r"scene%(precision|contact%(tolerance|compliance))"] = SCENE_READERS | {
     "model/finite_strain_limits.f90"  # refuses decks
 }
