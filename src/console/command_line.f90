@@ -2,7 +2,8 @@
 !>
 !>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
 !>                [--memory SIZE] [--refine K] [--theory] [--nlgeom W]
-!>                [--as-rigid SET ...] [--until-steady] [--plan | --check | --flat] [--force]
+!>                [--as-rigid SET ...] [--symmetry] [--until-steady]
+!>                [--plan | --check | --flat] [--force]
 !>                [--export-fclib STEPS]
 !>                [--overwrite | --continue] [--quiet | --verbose]
 !>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
@@ -46,6 +47,7 @@ module command_line_mod
     !! --nlgeom, upper case: NO, YES or AUTO in place of the deck's NLGEOM
     character(4) :: chosen = ''                  !! YES: AUTO has come to finite strain
     type(string_t), allocatable :: rigid(:)      !! --as-rigid: element sets
+    logical :: symmetry = .false.                !! --symmetry: half of a mirrored scene is run
     logical :: until_steady = .false.
     !! --until-steady: ends where a load cycle has settled, and nothing else follows
     logical :: plan = .false.
@@ -132,6 +134,8 @@ contains
       case ('--as-rigid')
         call take_value(word, i, value, error)
         if (.not. allocated(error)) call add_names(value, options%rigid)
+      case ('--symmetry')
+        options%symmetry = .true.
       case ('--until-steady')
         options%until_steady = .true.
       case ('--nlgeom')
@@ -210,6 +214,7 @@ contains
       if (options%nlgeom /= '') misplaced = '--nlgeom'
       if (options%until_steady) misplaced = '--until-steady'
       if (size(options%rigid) > 0) misplaced = '--as-rigid'
+      if (options%symmetry) misplaced = '--symmetry'
       if (options%continues) misplaced = '--continue'
       if (options%exported /= '') misplaced = '--export-fclib'
       if (size(options%overrides) > 0) misplaced = '--set'
@@ -349,7 +354,7 @@ contains
       meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
         '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
         '--memory', '--refine', '--extrapolated', '--theory', '--nlgeom', &
-        '--until-steady', '--as-rigid', &
+        '--until-steady', '--as-rigid', '--symmetry', &
         '--quiet', '--verbose', '--output', '--set', '--export-fclib', '--acceleration', &
         as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
@@ -484,6 +489,8 @@ contains
       '                      accuracy where the deck says nothing', &
       '  --as-rigid SET      the body of this element set is a rigid obstacle of its faces;', &
       '                      --plan estimates what that saves and what it changes', &
+      '  --symmetry          run half of a scene that is its own mirror image across x, y or z,', &
+      '                      or a quarter; --plan says whether it is; the result is of that part', &
       '', &
       'runs:', &
       '  --until-steady      stop where a load cycle has settled, if the deck only repeats it', &

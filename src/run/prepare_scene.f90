@@ -13,6 +13,7 @@ module prepare_scene_mod
   use finite_strain_limits_mod, only: beyond_finite_strain
   use shadow_run_mod, only: has_no_shadow
   use take_as_rigid_mod, only: take_as_rigid
+  use mirror_scene_mod, only: part_in_words, take_half
   use choices_mod, only: choices_t
   use read_deck_mod, only: read_deck
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
@@ -102,6 +103,7 @@ contains
       if (allocated(error)) return
     end associate
     call take_rigid()
+    if (.not. allocated(error)) call take_symmetry()
     if (allocated(error)) return
     if (options%until_steady .and. chooses_mesh(scene%accuracy)) then
       call raise(error, exit_wrong_input, 'bipot: error: --until-steady takes a mesh that is '// &
@@ -159,6 +161,30 @@ contains
       end do
       if (names /= '') call keep('--as-rigid '//names)
     end subroutine take_rigid
+
+    !> Keep one side of each plane of symmetry.
+    subroutine take_symmetry()
+      character(:), allocatable :: planes
+      type(string_t) :: note
+
+      if (.not. options%symmetry) return
+      call take_half(scene, planes)
+      if (planes == '') then
+        call raise(error, exit_wrong_input, 'bipot: error: --symmetry: mesh, supports, loads, '// &
+          'pairs and obstacles are not their own mirror image across x, y or z, to rounding, '// &
+          'with a plane that cuts no element')
+        return
+      end if
+      note%text = '--symmetry: '//part_in_words(planes)//' of the scene is run and written, '// &
+        'before '//planes//': forces and energies are those of this part'
+      scene%notes = [scene%notes, note]
+      if (scene%finite_strain) then
+        note%text = '--symmetry with NLGEOM: buckling that is not symmetric about '//planes// &
+          ' is not seen'
+        scene%notes = [scene%notes, note]
+      end if
+      call keep('--symmetry')
+    end subroutine take_symmetry
 
     !> Bounds of a run on a mesh that is kept take no estimates.
     subroutine check_estimates()

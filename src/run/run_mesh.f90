@@ -9,7 +9,9 @@ module run_mesh_mod
   use scene_mod, only: scene_t
   use step_contact_mod, only: set_contact_of_step
   use choices_mod, only: choices_t
-  use plan_mod, only: plan_t, find_breaches
+  use plan_mod, only: plan_t, find_breaches, bound_fixed
+  use plan_table_mod, only: add_line
+  use mirror_scene_mod, only: planes_in_words, part_in_words
   use make_plan_mod, only: make_plan
   use choose_threads_mod, only: choose_threads
   use estimate_costs_mod, only: estimate_costs
@@ -83,8 +85,10 @@ contains
     call estimate_costs(scene, result_path(options, scene), options%exported /= '', plan, &
       solver%body%inverse%factor, error)
     if (allocated(error)) return
-    if (options%plan .and. .not. present(sequence)) call describe_rigid_alternatives(scene, &
-      result_path(options, scene), choices, plan)
+    if (options%plan .and. .not. present(sequence)) then
+      call describe_symmetry(scene, plan)
+      call describe_rigid_alternatives(scene, result_path(options, scene), choices, plan)
+    end if
     is_first = .not. continues
     is_known_to_fit = .false.
     if (present(sequence)) then
@@ -138,6 +142,17 @@ contains
       to_text(progress%tally%missed)//' of '//to_text(size(scene%steps))// &
       ' steps; the result is otherwise complete')
   end subroutine run_mesh
+
+  !> A line of the plan on planes of symmetry.
+  subroutine describe_symmetry(scene, plan)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(inout) :: plan
+    character(:), allocatable :: planes
+
+    planes = planes_in_words(scene)
+    if (planes /= '') call add_line(plan, 'symmetry', bound_fixed, 'about '//planes// &
+      ': --symmetry runs a '//part_in_words(planes))
+  end subroutine describe_symmetry
 
   !> Whether there is a result to go on with.
   logical function goes_on(options, scene)

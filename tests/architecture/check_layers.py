@@ -46,6 +46,7 @@ WORDS = {
         "contact/geometry/nodes_behind.f90",  # of nodes that are no points
         "meshing/adjust.f90",
         "constraints/plane_mesh.f90",
+        "contact/mirror_scene.f90",  # of places and their mirror images
     },
 }
 # How many nodes an element has is told by the table of cells: lists of 8 or 24 stand in rooms that
@@ -73,7 +74,8 @@ OF_HEXAHEDRA = re.compile(
 # file changes it. What the program may choose of it (model/choices.f90) is read where it is chosen.
 SCENE_READERS = {
     "deck/read_deck.f90", "deck/named_sets.f90", "run/prepare_scene.f90",
-    "contact/take_as_rigid.f90", "model/part_of_scene.f90",  # of an option, for prepare_scene
+    "contact/take_as_rigid.f90", "contact/mirror_scene.f90",  # of options, for prepare_scene
+    "model/part_of_scene.f90",
 }  # fmt: skip
 WORDS[r"scene%(precision|contact%(tolerance|compliance))"] = SCENE_READERS | {
     "model/finite_strain_limits.f90"  # refuses decks
