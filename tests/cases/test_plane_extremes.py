@@ -31,7 +31,7 @@ class Scenes(SectionCase, unittest.TestCase):
         outcomes = run([
             replace(bolt, true=bolt.true * (1 + 1e-5)),
             replace(thin, name="other-words", refusal="is too distorted"),
-            replace(thin, name="solved", deck=bolt.deck),
+            replace(thin, name="solved", deck=self.scenes["thick-1e-03-CPE4"].deck),
         ])  # fmt: skip
         self.assertEqual(
             [one.outcome for one in outcomes],
