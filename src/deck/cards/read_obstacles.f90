@@ -25,7 +25,7 @@ module read_obstacles_mod
   implicit none
   private
 
-  public :: read_obstacles, read_reference_node
+  public :: read_obstacles
 
   integer, parameter :: kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets]
