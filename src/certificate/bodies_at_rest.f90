@@ -71,7 +71,7 @@ contains
     end associate
     do node = 1, mesh%n_nodes
       ! Nodes without elements have loads alone, which constraints hand on.
-      if (mesh%piece(node) == 0) cycle
+      if (.not. forces%stiffness(node) > 0.0_wp) cycle
       associate (body => mesh%body(node), acting => merge(0.0_wp, abs(pressed(:, node)) + &
                  abs(forces%external(:, node)), is_carried(:, node)))
         are(body) = are(body) .and. max(norm2(forces%internal(:, node)), maxval(acting)) <= &
