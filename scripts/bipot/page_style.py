@@ -28,6 +28,11 @@ table.narrow { font-size: 0.78rem; }
 table.narrow th, table.narrow td { padding: 0.15rem 0.3rem; white-space: nowrap; }
 table.narrow thead th:nth-child(n+4) { writing-mode: vertical-rl; transform: rotate(180deg);
   text-align: left; margin: auto; }
+@media (max-width: 60rem) {
+  #resultants td:nth-child(n+3), table.narrow td:nth-child(2) { white-space: normal; }
+  table.narrow { font-size: 0.72rem; }
+  table.narrow th, table.narrow td { padding: 0.15rem 0.2rem; }
+}
 .deck pre { margin: 0.25rem 0; }
 .deck details { margin-left: 1rem; }
 .deck summary { font: 0.8rem/1.35 monospace; }

@@ -212,11 +212,17 @@ class OfARun(WithFolder):
     def test_chromium_shows_it(self):
         path = self.folder / "block.html"
         path.write_text(self.text, encoding="utf-8")
-        dom = browse(path, self.folder)
-        self.assertEqual(dom["errors"], [])
-        self.assertEqual(len(dom["pictures"]), 5)
-        self.assertTrue(all(width > 100 for width in dom["pictures"]), dom["pictures"])
-        self.assertEqual(dom["requests"], [])
+        for width in (800, 1400):
+            dom = browse(path, self.folder, width)
+            self.assertEqual(dom["errors"], [])
+            self.assertEqual(len(dom["pictures"]), 5)
+            self.assertTrue(all(width > 100 for width in dom["pictures"]), dom["pictures"])
+            self.assertEqual(dom["requests"], [])
+            # Pictures are as wide as the text; no table is cut off, and nothing makes the page
+            # wider than the window.
+            self.assertEqual(set(dom["shown"]), {dom["text"]})
+            self.assertLessEqual(dom["page"], width)
+            self.assertEqual(dom["cut"], [])
 
     @unittest.skipIf(CHROMIUM is None, "no Chromium on the PATH")
     def test_what_is_wrong_with_a_page_is_seen(self):
@@ -229,14 +235,17 @@ class OfARun(WithFolder):
         self.assertEqual(dom["requests"], ["http://127.0.0.1:9/none.png"])
 
 
-def browse(path, folder):
+def browse(path, folder, width=1000):
     """Load a page in Chromium; return console errors, widths of its pictures and its requests.
+
+    Likewise widths in a window of `width`: `shown` of the pictures, `text`, `page`, and the names
+    of the tables that are `cut` off.
 
     A frame in a page of this test's own holds it, and asks it what it has loaded.
     """
     asking = folder / "asking.html"
     asking.write_text(f"""<!DOCTYPE html><html><body><pre id="said"></pre>
-<iframe id="frame" src="{path.as_uri()}" width="1000" height="800"></iframe>
+<iframe id="frame" src="{path.as_uri()}" width="{width}" height="800"></iframe>
 <script>
 window.addEventListener("load", () => {{
   const page = document.getElementById("frame").contentDocument;
@@ -244,6 +253,12 @@ window.addEventListener("load", () => {{
   const asked = page.defaultView.performance.getEntriesByType("resource").map(one => one.name);
   document.getElementById("said").textContent = JSON.stringify({{
     pictures: widths, requests: asked.filter(name => !name.startsWith("data:")),
+    shown: Array.from(page.images, image => Math.round(image.getBoundingClientRect().width)),
+    text: Math.round((page.querySelector("main") || page.body).getBoundingClientRect().width),
+    page: page.documentElement.scrollWidth,
+    cut: Array.from(page.querySelectorAll(".wide"))
+      .filter(one => one.scrollWidth > one.clientWidth + 1)
+      .map(one => one.querySelector("table").id),
   }});
 }});
 </script></body></html>""", encoding="utf-8")
