@@ -154,10 +154,14 @@ class Tree:
         samples = {}
         for path in sorted((ROOT / "tests/samples").glob("*.f90")):
             samples[path.stem] = set(re.findall(r"^\s*use\s+(\w+)", path.read_text(), re.M))
+        folders = {}
+        for path in (ROOT / "tests").rglob("test_*.pf"):
+            folder = path.parent.relative_to(ROOT / "tests").as_posix()
+            folders["unit_" + folder.replace("/", "_")] = folder
         top = file.split("/")[0]
         for link in sorted(self.build.glob("tests/CMakeFiles/unit_*.dir/link.txt")):
             name = link.parent.name.removesuffix(".dir")
-            folder = name.removeprefix("unit_")
+            folder = folders[name]
             used: set[str] = set()
             for path in (ROOT / "tests" / folder).glob("*"):
                 if path.suffix in (".pf", ".f90"):
@@ -166,7 +170,8 @@ class Tree:
                 used |= samples[sample]
             if file in self.reached(used):
                 command = shlex.split(link.read_text())
-                units.append((folder != top, name, Test(name, command, self.build / "tests", name)))
+                test = Test(name, command, self.build / "tests", name)
+                units.append((folder.split("/")[0] != top, name, test))
         tests = [test for _, _, test in sorted(units, key=lambda u: u[:2])]
         command = shlex.split((self.build / "src/CMakeFiles/bipot.dir/link.txt").read_text())
         for case in CASES.get(room_of(file), CASES.get(top, [])):

@@ -1,4 +1,4 @@
-!> Random contact points and problems for the tests of this folder, and a judge of their solutions
+!> Random contact points and problems for the units of several folders, and a judge of their solutions
 !> that knows no projection.
 module contact_samples
   use kinds_mod, only: wp
