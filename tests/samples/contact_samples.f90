@@ -1,5 +1,5 @@
-!> Random contact points and problems for the units of several folders, and a judge of their solutions
-!> that knows no projection.
+!> Random contact points and problems for the units of several folders, and a judge of their
+!> solutions that knows no projection.
 module contact_samples
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
