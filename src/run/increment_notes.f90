@@ -417,8 +417,12 @@ contains
     integer :: done, n_left
 
     words = ': the load cycle has settled: cycle '//to_text(cycle%n_ends)//' ('//to_text( &
-      cycles%length)//' increments of the deck) repeats the one before to '// &
-      percent(change)//' of the changes within it'
+      cycles%length)//' increments of the deck) repeats the one before to '
+    if (change > 0.0_wp) then
+      words = words//percent(change)//' of the changes within it'
+    else
+      words = words//'the tolerance of contact'
+    end if
     done = cycles%first + cycle%n_ends*cycles%length
     n_left = count_increments(scene%steps) - done
     if (cycles%last < count_increments(scene%steps)) then
