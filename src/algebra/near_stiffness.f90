@@ -28,6 +28,7 @@ contains
     real(wp), intent(in) :: s(:, :)          !! (n,n) symmetric positive definite [force/length]
     type(near_stiffness_t), intent(out) :: near
     real(wp) :: own(size(index, 2)), limit   !! roots of the sizes of the points' own blocks
+    real(wp) :: of_block
     integer, parameter :: doublings = 64 !! of the limit: no block is as large beside the own ones
     integer :: above(0:doublings)        !! blocks above so many doublings of the least limit
     integer :: i, j, k, n, n_points
@@ -41,15 +42,12 @@ contains
     do j = 1, n_points
       do i = 1, n_points
         if (share_rows(i, j)) cycle
-        ! Powers of 2 scale exactly.
-        associate (of_block => largest(s, index(:, i), index(:, j)), &
-                   least => negligible*own(i)*own(j))
-          k = 0
-          do while (k < doublings)
-            if (.not. of_block > scale(least, k)) exit
-            k = k + 1
-          end do
-        end associate
+        of_block = largest(s, index(:, i), index(:, j))
+        limit = negligible*own(i)*own(j)
+        do k = 0, doublings - 1
+          if (.not. of_block > limit) exit
+          limit = 2.0_wp*limit
+        end do
         above(k) = above(k) + 1
       end do
     end do
@@ -57,7 +55,7 @@ contains
     do while (n_points + sum(above(k + 1:)) > most_blocks*n_points)
       k = k + 1
     end do
-    limit = scale(negligible, k)
+    limit = negligible*2.0_wp**k
     n = n_points + sum(above(k + 1:))
     allocate (near%other(n), near%block(3, 3, n))
     n = 0

@@ -331,9 +331,11 @@ contains
     type(state_t), intent(in) :: new
     type(newton_raphson_t), intent(inout) :: loop
     logical, intent(out) :: is_missed
+    real(wp) :: moved !! of points before obstacles [-]
 
-    loop%moved = max(moved_from(scene, points, trial%placement, old, new), &
-      has_moved(scene%mesh, loop%follow, old%displacement, trial%placed_at, new%displacement))
+    call look(scene, points, trial%placement, old, new, loop, moved)
+    loop%moved = max(moved, has_moved(scene%mesh, loop%follow, old%displacement, &
+      trial%placed_at, new%displacement))
     is_missed = is_any_missed(points, trial%placement, are_left_out(solver%contact, points%n), &
       new%displacement, loop%slack)
     if (all(loop%near .or. .not. points%in_reach)) return
@@ -554,20 +556,22 @@ contains
 
   !> How far the points before curved obstacles are from where they were placed, as of
   !> `measure_points`.
-  pure real(wp) function moved_from(scene, points, placement, old, new) result(moved)
+  pure subroutine look(scene, points, placement, old, new, loop, moved)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement
     type(state_t), intent(in) :: old, new
-    type(placement_t) :: now
+    type(newton_raphson_t), intent(inout) :: loop !! gets the points placed where they are now
+    real(wp), intent(out) :: moved                !! [-]
 
     moved = 0.0_wp
     if (.not. any(points%is_curved .and. scene%pairs(points%pair)%master > 0)) return
-    now = placement
-    call place_curved(scene, points, new%displacement, now, new%rotation, stay=.true.)
-    call drag_points(scene, points, old, new%displacement, new%rotation, now)
-    call measure_points(scene, points, placement, now, old, new, moved)
-  end function moved_from
+    loop%looked = placement
+    loop%looked_at = new%displacement
+    call place_curved(scene, points, new%displacement, loop%looked, new%rotation, stay=.true.)
+    call drag_points(scene, points, old, new%displacement, new%rotation, loop%looked)
+    call measure_points(scene, points, placement, loop%looked, old, new, moved)
+  end subroutine look
 
   !> Leave what displacements cannot balance any closer to the reactions at the same nodes, where
   !> these press a fixed obstacle and do not slide: internal forces of displacements that are what

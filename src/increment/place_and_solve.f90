@@ -40,6 +40,10 @@ module place_and_solve_mod
     logical :: is_linear = .true.         !! internal forces are
     type(placement_t) :: undeformed
     !! of the undeformed mesh, before obstacles as they stand; where bodies turn the placement
+    type(placement_t) :: looked
+    !! the points placed where they were looked at last; it is that of the next iteration where this
+    !! places them there
+    real(wp), allocatable :: looked_at(:, :) !! (3,n_nodes) that displacement [length]
     type(follow_t) :: follow              !! of surfaces
     logical, allocatable :: near(:)       !! (n_points) that may touch, as far as is known
     real(wp) :: slack = 0.0_wp            !! gap that counts as none [length]
@@ -136,8 +140,12 @@ contains
 
     if (loop%i > 1) call next_place(loop%follow, loop%i - 1, loop%last_moved, new%displacement, &
       trial%placed_at)
-    call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
-      stay=loop%i > 1)
+    if (are_looked_at(points, loop, trial%placed_at)) then
+      trial%placement = loop%looked
+    else
+      call place_curved(scene, points, trial%placed_at, trial%placement, trial%rotation, &
+        stay=loop%i > 1)
+    end if
     call drag_points(scene, points, old, trial%placed_at, trial%rotation, trial%placement)
     call drag_along_surfaces(scene, points, trial%began, old, trial%placed_at, trial%placement)
     ! Motions are about where the bodies are: what these see of them is exact there alone.
@@ -151,6 +159,17 @@ contains
     call condense_contact(scene, solver%choices, points, solver%body, loop%undeformed, &
       trial%placement, solver%contact, loop%near)
   end subroutine place_points
+
+  !> Whether the points were looked at where they are to be placed. Points in the middles of edges
+  !> may have got their ends since.
+  pure logical function are_looked_at(points, loop, u)
+    type(contact_points_t), intent(in) :: points
+    type(newton_raphson_t), intent(in) :: loop
+    real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) where they are to be placed [length]
+
+    are_looked_at = allocated(loop%looked_at) .and. .not. allocated(points%alpha)
+    if (are_looked_at) are_looked_at = .not. maxval(abs(u - loop%looked_at)) > 0.0_wp
+  end function are_looked_at
 
   !> Which points pressed in the iteration before, or when the increment began.
   subroutine note_pressing(scene, motions, reaction, trial, contact)
