@@ -1,0 +1,165 @@
+"""The page of public decks: what is accepted, what is not and why, and how far both are apart."""
+
+import math
+import textwrap
+from collections import Counter, defaultdict
+
+from bipot.report import table
+from studies.pages import claim
+from studies.public_deck_text import refusal_of
+
+WITHIN = 0.02  # a difference that needs no explanation
+SOURCES = ("users", "examples of tools", "tests of CalculiX")
+REASONS = {}   # what explains a deck whose variants do not: deck: (variant, words)
+
+
+def worst(row):
+    """Return the largest difference of a row, nan where nothing was compared."""
+    found = [x for x in (row.contact, row.supports, row.displacement) if not math.isnan(x)]
+    return max(found, default=math.nan)
+
+
+def shown(x):
+    """Return a difference in words."""
+    return "-" if math.isnan(x) else f"{100 * x:.2g} %" if x >= 1e-4 else f"{x:.0e}"
+
+
+def families(rows):
+    """Return the number of families of rows."""
+    return len({row.family for row in rows})
+
+
+def accepted_table(written):
+    """Return the table of decks accepted, by source."""
+    lines = []
+    for source in (*SOURCES, "all"):
+        rows = [row for row in written if source in (row.source, "all")]
+        good = [row for row in rows if row.check == "accepted"]
+        solved = [row for row in good if row.ours == "solved"]
+        lines.append([source, len(rows), len(good), len(solved), families(rows), families(good),
+                      families(solved)])
+    return table(["source", "decks", "accepted", "solved", "families", "of these accepted",
+                  "of these solved"], lines)
+
+
+def refusal_table(written):
+    """Return the table of what decks that are refused stumble over first."""
+    groups = defaultdict(Counter)
+    for row in written:
+        if row.check != "accepted":
+            groups[refusal_of(row.check)][row.source] += 1
+    ordered = sorted(groups.items(), key=lambda item: (
+        -item[1]["users"], -sum(item[1].values()), item[0]
+    ))
+    return table(["first message", *SOURCES], [
+        [words, *(counts[source] or "" for source in SOURCES)] for words, counts in ordered
+    ])
+
+
+def compared_table(rows):
+    """Return the table of the decks that both programs ran."""
+    return table(
+        ["deck", "bipot s", "CalculiX s", "steps", "contact", "supports", "displacements"],
+        [[f"`{row.deck}`", f"{row.our_seconds:.2g}", f"{row.their_seconds:.2g}",
+          f"{row.compared} of {row.steps}", shown(row.contact), shown(row.supports),
+          shown(row.displacement)] for row in rows],
+    )
+
+
+def explained(row, variants):
+    """Return the sentence that explains a difference of more than `WITHIN`."""
+    tried = [(worst(other), other.variant) for other in variants if other.compared >= row.compared]
+    tried = [pair for pair in tried if not math.isnan(pair[0])]
+    least, variant = min(tried, default=(math.nan, ""))
+    how, words = REASONS.get(row.deck, ("", ""))
+    if how:
+        least, variant = next(pair for pair in tried if pair[1] == how)
+    said = claim(least < max(WITHIN, worst(row) / 3),
+                 f"{shown(least)} with `{variant}`") if not words or how else ""
+    text = f"- `{row.deck}`: {shown(worst(row))} as written"
+    return f"{text}, {said}. {words}".strip() if said else f"{text}. {words}"
+
+
+def ended(rows, variants):
+    """Return sentences on accepted decks that were not compared over all steps."""
+    lines = []
+    for row in rows:
+        if not row.ours or (row.ours == "solved" and row.theirs == "solved"):
+            continue
+        who = [f"{name} {how}" for name, how in (("bipot", row.ours), ("CalculiX", row.theirs))
+               if how not in ("", "solved")]
+        note = f": {row.note}" if row.note else ""
+        line = f"- `{row.deck}`: {', '.join(who)}{note}".rstrip(".") + "."
+        other = [one for one in variants[row.deck] if one.compared == one.steps > 0]
+        if other:
+            least = min(other, key=worst)
+            line += f" With `{least.variant}` both are {shown(worst(least))} apart."
+        lines.append(line)
+    return lines
+
+
+def wrapped(lines):
+    """Return the lines, those of lists no longer than 100 columns."""
+    return [part for line in lines for part in (
+        textwrap.wrap(line, 100, subsequent_indent="  ", break_on_hyphens=False,
+                      break_long_words=False) if line.startswith("- ") else [line]
+    )]
+
+
+def page(rows, where):
+    """Return the page's text."""
+    written = [row for row in rows.values() if not row.variant]
+    accepted = [row for row in written if row.check == "accepted"]
+    compared = [row for row in accepted if row.compared]
+    apart = [row for row in compared if worst(row) > WITHIN]
+    variants = defaultdict(list)
+    for row in rows.values():
+        if row.variant:
+            variants[row.deck].append(row)
+    near = len(compared) - len(apart)
+    stopped = ended(accepted, variants)
+    lines = [
+        "# Public decks beside CalculiX", "",
+        f"By `studies/run public_decks FOLDER` on {where},",
+        "one thread a program; `studies/data/public_decks.csv` holds all rows. The folder is the",
+        "collection [calculix/examples](https://github.com/calculix/examples): CalculiX's own",
+        "tests, examples of tools for it, and decks that users sent to its mailing list and forum.",
+        "All its `.inp` files with a `*CONTACT PAIR` are here, under the names that they have there.",
+        "", "## What is accepted", "",
+        "Accepted: `bipot --check` has no objection. Decks are one family if they are equal but",
+        "for blanks, capitals, comments, heading, output requests, and what chooses the type of",
+        "contact: `TYPE` of `*CONTACT PAIR`, `*SURFACE BEHAVIOR`, the stick slope of `*FRICTION`.",
+        "", *accepted_table(written),
+        "", "## What the others stumble over", "",
+        "The first message of each, names and numbers left out.",
+        "", *refusal_table(written),
+        "", "## Both programs", "",
+        "CalculiX runs a copy of the deck that prints all displacements and forces at the ends of",
+        "steps; a pair without `TYPE`, which it refuses, gets `SURFACE TO SURFACE`. Both are",
+        "compared at the ends of all steps that both have. Contact: the resultants of contact on",
+        "the bodies, largest difference over the largest resultant; a body's is the opposite of",
+        "the sum of the forces that CalculiX prints at its nodes. Supports: the same of the forces",
+        "at a body's nodes that supports hold. Displacements: largest difference at a node over",
+        "the largest displacement. A dash: there are none, or they are zero by symmetry; of",
+        "elements of a plane displacements alone are compared. Times are CPU seconds.", "",
+        *compared_table(sorted(compared, key=lambda row: (SOURCES.index(row.source), row.deck))),
+        "",
+        f"- {near} of {len(compared)} differ by no more than {100 * WITHIN:g} %.",
+    ]
+    left = [f"`{row.deck}`" for row in accepted if not row.ours]
+    if left:
+        lines.append(f"- Accepted and not run yet: {', '.join(left)}.")
+    if apart:
+        lines += [
+            "", f"## Differences over {100 * WITHIN:g} %", "",
+            "Each was run again with another contact in CalculiX's deck: `stiffness=F` is its",
+            "linear stiffness times F (F times 50 E, its default for `HARD`, in place of another",
+            "law), `slope=F` its stick slope times F, `face` its contact of faces. What brings",
+            "CalculiX to bipot's result is what the difference is due to.", "",
+            *(explained(row, variants[row.deck]) for row in apart),
+        ]
+    if stopped:
+        lines += ["", "## Runs that did not end", "",
+                  "Each had so many processor seconds; what ended them is the program's message.",
+                  "", *stopped]
+    return "\n".join(wrapped(lines)) + "\n"
