@@ -12,7 +12,8 @@ from program import SOURCE, Run
 
 PAGE = (SOURCE / "docs" / "coming-from.md").read_text(encoding="utf-8")
 FENCE = re.compile(r"^```(inp|text)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-IN_STEP = ("*CHANGE FRICTION", "*MODEL CHANGE", "*CONTROLS", "*OUTPUT", "*EL FILE", "*DYNAMIC",
+IN_STEP = ("*CHANGE FRICTION", "*CHANGE SURFACE BEHAVIOR", "*MODEL CHANGE", "*CONTROLS",
+           "*OUTPUT", "*EL FILE", "*DYNAMIC",
            "*CLOAD", "*DLOAD")
 
 

@@ -106,6 +106,25 @@ class Notes(unittest.TestCase):
             "thickness of *SURFACE INTERACTION is ignored", self.plan((card, card + "1.,\n"))
         )
 
+    def test_rotations_of_nodes_of_elements(self):
+        note = "dofs 4 to 6 of *BOUNDARY are ignored on nodes of elements"
+        line = "B-ZMAX, 1, 3, 0.\n"
+        for more in ("B-ZMAX, 6, 6\n", "B-ZMAX, 4\n", "B-ZMAX, 1, 6, 0.\n"):
+            self.assertIn(note, self.plan((line, line + more)))
+        self.assertNotIn(note, self.plan())
+
+    def test_a_node_that_is_written_twice(self):
+        note = "a line of *NODE that is written twice is taken once"
+        line = "99, 1., 0., -3.\n"
+        self.assertIn(note, self.plan((line, 2 * line)))
+        self.assertNotIn(note, self.plan((line, line + "98, 1., 0., -3.\n")))
+
+    def test_another_stiffness_of_contact(self):
+        change = "*CHANGE SURFACE BEHAVIOR, INTERACTION=I\n*SURFACE BEHAVIOR"
+        linear = change + ", PRESSURE-OVERCLOSURE=LINEAR\n1e6\n"
+        self.assertIn("*SURFACE BEHAVIOR is ignored", self.with_output(linear))
+        self.assertNotIn("ignored", self.with_output(change + "\n"))
+
     def test_a_second_section(self):
         """The last one counts, as in CalculiX."""
         for first, last, noted in (("M", "N", True), ("M", "M", False)):

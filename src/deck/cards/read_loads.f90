@@ -283,8 +283,8 @@ contains
     end if
   end subroutine check_plane
 
-  !> Reference nodes may rotate. On nodes of elements rotations may be held at 0 together with
-  !> displacements, as clamped sets of other programs are; else they are a mistake.
+  !> Reference nodes may rotate. On nodes of elements rotations may be held at 0, as those of
+  !> clamped sets and symmetry planes of other programs are; else they are a mistake.
   subroutine check_rotations(reader, model, fields, nodes, with, value)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -296,13 +296,7 @@ contains
 
     if (.not. any(with(4:))) return
     of_elements = any(model%used(nodes) .and. model%rotation_node(nodes) == 0)
-    if (of_elements .and. .not. any(with(:3))) then
-      if (is_empty_field(fields, 3)) then
-        call report_rotation(reader, fields, 2, 'the dof')
-      else
-        call report_rotation(reader, fields, 3, 'the last dof')
-      end if
-    else if (of_elements .and. abs(value) > 0.0_wp) then
+    if (of_elements .and. abs(value) > 0.0_wp) then
       call report(reader, field_position(reader, fields, 4), &
         'the nodes of elements do not rotate: dofs 4 to 6 can only be held at 0')
     else if (of_elements) then

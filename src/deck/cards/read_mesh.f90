@@ -61,6 +61,10 @@ contains
         end if
       end do
       if (.not. ok(1)) cycle
+      if (repeats_last(id, x)) then
+        call note(reader, 'a line of *NODE that is written twice is taken once')
+        cycle
+      end if
       call reserve_nodes(draft, 1, room)
       if (.not. room) then
         call report(reader, fields%start, 'too many nodes (at most '//to_text(max_nodes)// &
@@ -76,6 +80,19 @@ contains
     end do
     call add_option_set(reader, card, 'NSET', [first, draft%n_nodes], &
       reader%diagnostics%n_mistakes > before, draft)
+
+  contains
+
+    !> Whether a node is the one of the line before, at the same place: no other one is meant.
+    logical function repeats_last(id, x)
+      integer, intent(in) :: id
+      real(wp), intent(in) :: x(3) !! [length]
+
+      repeats_last = .false.
+      if (draft%n_nodes < first .or. .not. all(ok)) return
+      repeats_last = draft%node_id(draft%n_nodes) == id .and. .not. any(abs(x - &
+        draft%coordinates(:, draft%n_nodes)) > 0.0_wp)
+    end function repeats_last
   end subroutine read_nodes
 
   !> *ELEMENT, TYPE=type[, ELSET=name]: id, nodes, over one line or more

@@ -3,10 +3,13 @@
 !> that it ties are ties (read_ties_mod).
 !>
 !>     *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD
+!>     *CHANGE SURFACE BEHAVIOR, INTERACTION=DRY
+!>     *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
 module read_surface_behavior_mod
   use cards_mod, only: note, reader_t, report
-  use options_mod, only: card_t, choice_option, flag_option, name_option, open_card, &
-    option_position
+  use diagnostics_mod, only: quoted
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
+    name_option, open_card, option_position
   implicit none
   private
 
@@ -36,6 +39,8 @@ contains
         call open_card(reader, k, card)
         call name_option(reader, card, 'NAME', .true., name, ok)
         is_below = ok .and. name == interaction
+      else if (reader%cards(k)%keyword == 'CHANGE SURFACE BEHAVIOR') then
+        is_below = .false.
       else if (reader%cards(k)%keyword == 'SURFACE BEHAVIOR' .and. is_below) then
         call open_card(reader, k, card)
         law = hard
@@ -50,13 +55,18 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t) :: card
     integer :: k, law
-    logical :: ok, stays_closed
+    logical :: ok, stays_closed, is_change
 
+    is_change = .false.
     do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword == 'CHANGE SURFACE BEHAVIOR') call read_change(reader, k)
       if (reader%cards(k)%keyword /= 'SURFACE BEHAVIOR') cycle
+      if (k > 1) is_change = reader%cards(k - 1)%keyword == 'CHANGE SURFACE BEHAVIOR'
       call open_card(reader, k, card)
       law = hard
       call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', laws, law, ok)
+      if (law == tied .and. is_change) call report(reader, option_position(card, &
+        'PRESSURE-OVERCLOSURE'), 'surfaces are tied from the beginning, or not at all')
       if (law == tied) cycle
       if (law > tied) then
         call report(reader, option_position(card, 'PRESSURE-OVERCLOSURE'), &
@@ -70,5 +80,38 @@ contains
         'NO SEPARATION is not available: '//only_hard)
     end do
   end subroutine read_surface_behavior
+
+  !> *CHANGE SURFACE BEHAVIOR, which is card `k`: it needs a *SURFACE BEHAVIOR below it.
+  subroutine read_change(reader, k)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: k
+    type(card_t) :: card, other
+    character(:), allocatable :: name, named
+    logical :: ok, is_there
+    integer :: i
+
+    call open_card(reader, k, card)
+    call allow_options(reader, card, ['INTERACTION'])
+    call allow_no_data(reader, card)
+    call name_option(reader, card, 'INTERACTION', .true., name, ok)
+    is_there = .false.
+    if (k < reader%n_cards) is_there = reader%cards(k + 1)%keyword == 'SURFACE BEHAVIOR'
+    if (.not. is_there) call report(reader, card%position, &
+      '*CHANGE SURFACE BEHAVIOR needs a *SURFACE BEHAVIOR below it')
+    if (.not. ok) return
+    if (is_tied(reader, name)) then
+      call report(reader, card%position, 'surface interaction '//quoted(name)//' ties its '// &
+        'surfaces: a tie does not end')
+      return
+    end if
+    do i = 1, k - 1
+      if (reader%cards(i)%keyword /= 'SURFACE INTERACTION') cycle
+      call open_card(reader, i, other)
+      call name_option(reader, other, 'NAME', .true., named, ok)
+      if (ok .and. name == named) return
+    end do
+    call report(reader, option_position(card, 'INTERACTION'), 'surface interaction '// &
+      quoted(name)//' is not defined')
+  end subroutine read_change
 
 end module read_surface_behavior_mod

@@ -89,6 +89,7 @@ module keywords_mod
     keyword_t('NODE PRINT', in_step, is_read), &
     keyword_t('EL PRINT', in_step, is_read), &
     keyword_t('SURFACE BEHAVIOR', anywhere, is_checked), &
+    keyword_t('CHANGE SURFACE BEHAVIOR', in_step, is_checked), &
     keyword_t('CONTROLS', anywhere, is_ignored), &
     keyword_t('CONTACT CONTROLS', anywhere, is_ignored), &
     keyword_t('ENERGY PRINT', anywhere, is_ignored), &
@@ -184,7 +185,6 @@ module keywords_mod
     keyword_t('NORMAL', anywhere, is_missing), &
     keyword_t('DISTRIBUTION', anywhere, is_missing), &
     keyword_t('CHANGE PLASTIC', anywhere, is_outside), &
-    keyword_t('CHANGE SURFACE BEHAVIOR', anywhere, is_missing), &
     keyword_t('CHANGE SOLID SECTION', anywhere, is_missing), &
     keyword_t('CHANGE MATERIAL', anywhere, is_missing), &
     keyword_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
