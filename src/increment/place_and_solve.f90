@@ -22,6 +22,7 @@ module place_and_solve_mod
   use neutral_motions_mod, only: led_t
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, loads_on_motions, displacement_of
+  use turning_couplings_mod, only: turned_constraints
   use solve_reactions_mod, only: solve_reactions
   implicit none
   private

@@ -26,6 +26,7 @@ module shadow_run_mod
   use stability_mod, only: stability_t, find_stability, is_hint
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from
   use turned_bodies_mod, only: condense_flat
+  use turning_couplings_mod, only: turned_constraints
   use equilibrate_mod, only: equilibrate
   implicit none
   private

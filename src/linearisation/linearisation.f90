@@ -20,7 +20,6 @@ module linearisation_mod
   use controls_mod, only: is_exact, precision_in_words, compliance_products
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
-  use grips_mod, only: carried_nodes
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_equations_of, to_nodes, unknowns_of
   use bodies_mod, only: is_linear, find_internal_force
   use turning_couplings_mod, only: has_turning, turned_constraints
@@ -37,8 +36,7 @@ module linearisation_mod
   use new_iterative_body_mod, only: new_iterative_body
   use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
   use tied_pieces_mod, only: check_pieces
-  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins, &
-    is_joined
+  use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   implicit none
   private
 
@@ -390,11 +388,9 @@ contains
     type(contact_points_t), intent(in) :: points
     type(linearisation_t), intent(inout) :: body !! gets them
     type(error_t), allocatable, intent(out) :: error
-    !! LAPACK failed; at finite strain, joined bodies are free
+    !! LAPACK failed
     real(wp) :: at(3, scene%mesh%n_nodes)
     type(free_motions_t) :: undeformed
-    logical :: carried(scene%mesh%n_nodes), is_beyond(0:scene%mesh%n_bodies)
-    integer :: j, c
 
     at = place_of_tangent(scene, body)
     allocate (undeformed%body(0))
@@ -404,24 +400,7 @@ contains
     call find_free_motions(moved_mesh(scene%mesh, at), body%prescribed, &
       ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, &
       turned_constraints(scene, body%prescribed, at), undeformed)
-    if (allocated(error) .or. is_linear(scene)) return
-    body%motions%are_finite = .true.
-    ! Nodes of rigid bodies and kinematic couplings turn with what they go with.
-    carried = carried_nodes(scene)
-    is_beyond = .false.
-    associate (all => scene%constraints)
-      do c = all%n - all%n_equations + 1, all%n
-        if (.not. carried(all%node(c))) is_beyond(scene%mesh%body(all%node(c))) = .true.
-      end do
-    end associate
-    do j = 1, body%motions%n
-      if (.not. is_joined(body%motions, body%motions%body(j))) cycle
-      if (.not. is_beyond(body%motions%body(j))) cycle
-      call raise(error, exit_not_solved, 'NLGEOM does not cover bodies that equations or '// &
-        '*DISTRIBUTING couplings join and supports do not hold; --nlgeom no runs the deck by '// &
-        'small strain')
-      return
-    end do
+    body%motions%are_finite = .not. is_linear(scene)
   end subroutine find_motions
 
   !> The displacement that a linearisation is made at [length].

@@ -235,6 +235,10 @@ contains
         call find_unseen(mesh, of_body, prescribed, pieces, z, ok, k)
         if (ok) call scale_to_pins(mesh, pieces, motions%node(of), motions%dof(of), z, ok)
         if (.not. ok) return
+        if (is_joined(motions, body)) then
+          call move_pieces(pieces, of_body, of, z, motions)
+          cycle
+        end if
         motions%centre(:, of) = spread(pieces%extents(1)%centre, 2, k)
         motions%translation(:, of) = z(:3, :)
         motions%rotation(:, of) = matmul(pieces%extents(1)%turn, z(4:, :))
@@ -291,7 +295,6 @@ contains
     type(constraints_t), intent(in) :: constraints !! of the scene
     type(free_motions_t), intent(inout) :: motions
     type(error_t), allocatable, intent(out) :: error !! too many pieces; LAPACK failed
-    real(wp), parameter :: nothing = 1.0e-13_wp ! of the largest part of a motion
     type(pieces_t) :: pieces
     real(wp), allocatable :: z(:, :)
     integer, allocatable :: pin_node(:), pin_dof(:), columns(:)
@@ -320,10 +323,6 @@ contains
           'leave free moves nothing but what depends, as far as rounding lets see')
         return
       end if
-      ! Beside what goes far, rounding would be a motion of what stays.
-      do j = 1, k
-        where (abs(z(:, j)) <= nothing*maxval(abs(z(:, j)))) z(:, j) = 0.0_wp
-      end do
     end if
     if (.not. ok) then
       call raise(error, exit_machine, 'LAPACK failed on the motions of bodies that equations join')
@@ -337,13 +336,20 @@ contains
   end subroutine find_joined_motions
 
   !> Keep what the motions of a joined body do to its pieces.
-  pure subroutine keep_joined_motions(nodes, pieces, z, of, motions)
+  pure subroutine keep_joined_motions(nodes, pieces, motion, of, motions)
     integer, intent(in) :: nodes(:)          !! of the body
     type(pieces_t), intent(in) :: pieces
-    real(wp), intent(in) :: z(:, :)          !! (columns,k)
+    real(wp), intent(in) :: motion(:, :)     !! (columns,k)
     integer, intent(in) :: of(:)             !! (k) among the motions
     type(free_motions_t), intent(inout) :: motions
+    real(wp), parameter :: nothing = 1.0e-13_wp !! of the largest part of a motion [-]
+    real(wp) :: z(size(motion, 1), size(motion, 2))
     integer :: m, p, j
+
+    ! Beside what goes far, rounding would be a motion of what stays.
+    do j = 1, size(of)
+      z(:, j) = merge(0.0_wp, motion(:, j), abs(motion(:, j)) <= nothing*maxval(abs(motion(:, j))))
+    end do
 
     do m = 1, size(nodes)
       p = pieces%of_node(nodes(m))

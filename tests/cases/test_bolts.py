@@ -215,5 +215,52 @@ class Clamped(unittest.TestCase):
                     np.testing.assert_allclose(held, bolt, atol=1e-6)
 
 
+class FreeAtFiniteStrain(unittest.TestCase):
+    """A bar that is cut, and that contact alone holds, is as one that is whole."""
+
+    def run_bar(self, name, cut, shortened, tilt):
+        """Run a bar that stands on a rough plate and is pressed on its top; the plate turns.
+
+        Return displacements of the nodes along x, y, z, points and force on the plate.
+        """
+        box = Box("B", (2, 2, 4), ["C3D8"], size=(1, 1, 2), shift=0)
+        cards = section(box, 9000, place=1.0) if cut else ""
+        held = f"9000, 1, 1, {shortened!r}\n" if cut else ""
+        run = Run(
+            box.cards() + MATERIAL + cards
+            + "*NODE\n9001, 0.5, 0.5, 0.\n*OBSTACLE, NAME=PLATE, TYPE=PLANE, REF NODE=9001\n"
+            + "0., 0., 0., 0., 0., 1.\n" + DRY + "*FRICTION\n0.9\n"
+            + "*CONTACT PAIR, INTERACTION=DRY\nB-Z0, PLATE\n"
+            + "*CONTACT SOLVER, TOLERANCE=1e-10\n*STEP, NLGEOM\n*STATIC\n0.25, 1.\n"
+            + f"*DSLOAD\nB-Z1, P, 20.\n*BOUNDARY\n9001, 1, 3\n9001, 4, 4, {tilt!r}\n{held}"
+            + "*END STEP\n", name=name,
+        )
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        with run.result() as result:
+            places = {tuple(x): u for x, u in zip(
+                result.points.round(9).tolist(), result.field("displacement"), strict=True
+            ) if x[2] != 1.0}
+            keys = sorted(places)
+            force = result.pairs[0].resultant[-1]
+            return np.array(keys), np.array([places[key] for key in keys]), np.array(force)
+
+    def test_turned_by_a_plate(self):
+        """By 0.4 rad, with both sides of the cut together."""
+        _, whole, force = self.run_bar("whole", False, 0.0, 0.4)
+        x, cut, other = self.run_bar("cut", True, 0.0, 0.4)
+        np.testing.assert_allclose(cut, whole, atol=1e-7)
+        np.testing.assert_allclose(other, force, atol=1e-6)
+        top = cut[x[:, 2] == 2.0].mean(axis=0)  # it has turned with the plate
+        np.testing.assert_allclose(top[1], -1.96 * np.sin(0.4), rtol=0.01)
+
+    def test_a_shortening_moves_the_upper_part(self):
+        """Along the normal, without another force."""
+        _, whole, force = self.run_bar("whole", False, 0.0, 0.0)
+        x, cut, other = self.run_bar("cut", True, 0.1, 0.0)
+        moved = np.where(x[:, 2:] > 1.0, [[0.0, 0.0, -0.1]], 0.0)
+        np.testing.assert_allclose(cut, whole + moved, atol=1e-7)
+        np.testing.assert_allclose(other, force, atol=1e-6)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -229,6 +229,22 @@ class Axisymmetric(Case):
                 across = u[:, 2] * x[:, 0] - u[:, 0] * x[:, 2]
                 self.assertLess(abs(across).max(), 1e-15)
 
+    def test_ring_that_contact_alone_holds_at_finite_strain(self):
+        """Pressed against the floor: E e (1 + 2 e)^(1/2) = -p (1 - 2 nu e) along the axis."""
+        pressure, e = 0.1 * YOUNG, 0.0
+        for _ in range(100):
+            e = -pressure / YOUNG * (1 - 2 * POISSON * e) / sqrt(1 + 2 * e)
+        along, radial = sqrt(1 + 2 * e) - 1, sqrt(1 - 2 * POISSON * e) - 1
+        for kind in ("CAX4", "CAX8R"):
+            mesh = Mesh(kind, (3, 2), lambda a, b: (1 + a, 1.5 * b))
+            deck = mesh.deck + section("A") + FLOOR + pair("ABOTTOM", "FLOOR") + step(
+                f"*DSLOAD\nATOP, P, {pressure}", nlgeom=True
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                x, u = result.points, result.field("displacement")
+                exact = [radial, along, radial] * x
+                np.testing.assert_allclose(u, exact, atol=1e-4 if kind == "CAX8R" else 1e-6)
+
     def test_ring_on_a_rigid_shaft(self):
         """The pressure of an interference of 0.01 is 5.2448, its force that times the bore."""
         shaft = "*OBSTACLE, NAME=SHAFT, TYPE=CYLINDER\n0., 0., 0., 0., 1., 0., 1.01\n"
