@@ -276,13 +276,22 @@ contains
 
   contains
 
-    !> Whether no support keeps it from turning over the edge.
+    !> Whether no support keeps it, or its piece where equations join it, from turning over the edge.
     pure logical function may_tip(body)
       integer, intent(in) :: body
+      integer :: piece
 
       associate (motions => solver%body%motions)
-        may_tip = any(motions%body == body .and. &
-          abs(matmul(axis, motions%rotation))*motions%extent > 1.0e-6_wp)
+        piece = 0
+        if (allocated(motions%piece)) piece = motions%piece(plan%points%node( &
+          plan%points%first(pair)))
+        if (piece > 0) then
+          may_tip = any(motions%body == body .and. abs(matmul(axis, &
+            motions%piece_rotation(:, piece, :)))*motions%piece_extent(piece) > 1.0e-6_wp)
+        else
+          may_tip = any(motions%body == body .and. &
+            abs(matmul(axis, motions%rotation))*motions%extent > 1.0e-6_wp)
+        end if
       end associate
     end function may_tip
 

@@ -613,11 +613,11 @@ class Overhanging(unittest.TestCase):
 
     SURFACES = "UP-ZMIN, LOW-ZMAX"
 
-    def run_block(self, start, elements=2, surfaces=SURFACES, held="", options=()):
+    def run_block(self, start, elements=2, surfaces=SURFACES, held="", options=(), joined=""):
         text = deck(
             block("LOW", 3, (0, 0, -1), (1, 1, 1)),
             block("UP", elements, (start, 0, 0), (1, 1, 1)),
-            pair(surfaces, 0.3),
+            pair(surfaces, 0.3), joined,
             "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 0.1\n*END STEP\n",
             held=f"LOW-ZMIN, 1, 3\n{held}",
         )
@@ -643,6 +643,14 @@ class Overhanging(unittest.TestCase):
         # A master is held by its slave no less than the other way round.
         plan = self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN", options=["--plan"])
         self.assertIn("6 of body 2 (of node 65), held by contact alone", plan.output)
+
+    def test_nor_does_an_equation(self):
+        """One that joins a node without elements to it."""
+        joined = "*NODE\n9000, 0., 0., 5.\n*EQUATION\n2\n9000, 1, 1., 65, 1, -1.\n"
+        run = self.run_block(0.7, joined=joined)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertRegex(run.errors, r"UP-ZMIN presses 0\.2\d* beyond the edge of LOW-ZMAX")
+        self.assertEqual(self.run_block(0.35, joined=joined).status, 0)
 
     def test_what_supports_keep_upright_may_lean(self):
         self.assertEqual(self.run_block(0.7, held="UP-XMAX, 1, 2").status, 0)
