@@ -242,8 +242,12 @@ class Translation(unittest.TestCase):
         pyramid = wedge.replace("C3D6", "C3D5").replace(
             "9001, 9001, 9002, 9003, 9004, 9005, 9006", "9001, 9001, 9004, 9005, 9002, 9003"
         )
+        tied = (INPUT / "stack.inp").read_text().replace(
+            "*FRICTION", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1e6\n*FRICTION", 1
+        )
         with tempfile.TemporaryDirectory() as folder:
             for text, words in (
+                (tied, "SURFACE BEHAVIOR ties"),
                 (block.replace("*STEP\n", wedge + "*STEP\n", 1), "TYPE=C3D6"),
                 (block.replace("*STEP\n", pyramid + "*STEP\n", 1), "TYPE=C3D5"),
                 (block.replace("*ELASTIC\n210000., <nu>", "*HYPERFOAM, N=1\n1., -2., 0.25"),

@@ -29,8 +29,7 @@ HELD = {
 NOTHING = {  # what asks for output or for a way of solving, and says nothing about the scene
     "HEADING", "UNITS", "CONTACT SOLVER", "PRECISION", "BODY SOLVER", "ACCURACY", "NODE FILE",
     "EL FILE", "CONTACT FILE", "NODE PRINT", "EL PRINT", "CONTACT PRINT", "OUTPUT", "NODE OUTPUT",
-    "ELEMENT OUTPUT", "CONTACT OUTPUT", "CONTROLS", "SURFACE BEHAVIOR", "PREPRINT", "RESTART",
-    "END STEP",
+    "ELEMENT OUTPUT", "CONTACT OUTPUT", "CONTROLS", "PREPRINT", "RESTART", "END STEP",
 }
 
 
@@ -449,6 +448,9 @@ def read_flat(program, path, overrides):
                 scene.ties += [tuple(row[:2]) for row in card.rows]
             case "INITIAL CONDITIONS":
                 scene.temperatures += [tuple(row[:2]) for row in card.rows]
+            case "SURFACE BEHAVIOR":
+                if card.options.get("PRESSURE-OVERCLOSURE", "").upper() == "TIED":
+                    raise DeckError("pairs that *SURFACE BEHAVIOR ties have no translation")
             case "CONTACT INTERFERENCE":
                 raise DeckError("*CONTACT INTERFERENCE has no translation")
             case "STEP":
