@@ -276,7 +276,7 @@ contains
 
   contains
 
-    !> Whether no support keeps it, or its piece where equations join it, from turning over the edge.
+    !> Whether no support keeps it, or the piece that touches, from turning over the edge.
     pure logical function may_tip(body)
       integer, intent(in) :: body
       integer :: piece
