@@ -84,7 +84,7 @@ def source_of(path, folder):
 
 
 def family_key(cards):
-    """Return a text that decks of one family share.
+    """Return a text that decks of one family share, "" of no cards.
 
     They are equal but for blanks, capitals, comments, heading, output requests, and what chooses
     the type of contact: TYPE of the pairs, how pressure grows with overclosure, the stick slope.
@@ -100,7 +100,7 @@ def family_key(cards):
         elif card.keyword == "FRICTION":
             data = [line.split(",")[0] for line in data]
         lines += [head, *data]
-    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest() if lines else ""
 
 
 def node_ids(cards):
@@ -111,7 +111,8 @@ def node_ids(cards):
 
 def bare(cards):
     """Return the lines of a deck without requests of output."""
-    return [line for card in cards if card.keyword not in OUTPUT for line in (card.head, *card.data)]
+    kept = (card for card in cards if card.keyword not in OUTPUT)
+    return [line for card in kept for line in (card.head, *card.data)]
 
 
 def for_bipot(cards, variant=""):
@@ -147,9 +148,11 @@ def changed(cards, words):
 
     `stiffness` multiplies a linear stiffness, and sets F times CalculiX's default in place of
     another law; `slope` multiplies the stick slope, and gives tied surfaces without one, which
-    CalculiX refuses, the stiffness times F; `face` and `node` choose CalculiX's contact of
-    faces or of nodes with faces; `swap` exchanges slave and master, in bipot's deck alone; `translations` leaves out supports of dofs 4 to 6
-    alone; a pair without TYPE, which CalculiX refuses, gets that of faces.
+    CalculiX refuses, the stiffness times F; `face` and `node` choose CalculiX's contact of faces or
+    of nodes with faces; `swap` exchanges slave and master, in bipot's deck alone; `translations`
+    leaves out supports of dofs 4 to 6; `full` integrates elements of first order in full, as bipot
+    does; a pair without TYPE, which CalculiX refuses, gets that
+    of faces.
     """
     factors = dict(word.split("=") for word in words if "=" in word)
     moduli = [card.numbers()[0] for card in cards if card.keyword == "ELASTIC" and card.data]
@@ -177,9 +180,15 @@ def changed(cards, words):
             data = [",".join(line.split(",")[1::-1]) if "swap" in words else line
                     for line in card.data]
             card = Card(",".join([*kept, f" TYPE={kind}"]), data)
+        elif card.keyword == "ELEMENT" and "full" in words:
+            card = Card(re.sub(r"\b(C3D8|CPE4|CAX4)R\b", r"\1", card.head, flags=re.IGNORECASE),
+                        card.data)
         elif card.keyword == "BOUNDARY" and "translations" in words:
-            card = Card(card.head, [line for line in card.data
-                                    if line.split(",")[1].strip() not in ("4", "5", "6")])
+            words_of = ([word.strip() for word in line.split(",")] for line in card.data)
+            card = Card(card.head, [
+                ", ".join([*line[:2], *(str(min(3, int(last))) for last in line[2:3]), *line[3:]])
+                for line in words_of if line[1] not in ("4", "5", "6")
+            ])
         found.append(card)
     return found
 

@@ -191,8 +191,8 @@ def compare(result, printed, row, mortar=False):
     """Put into a row how far both are apart at the ends of steps that both have.
 
     A body's contact force is the opposite of the sum of CalculiX's forces at its nodes, which are
-    those of supports and loads; with its mortar (`mortar`) they are in balance with contact, and say
-    nothing of it. Forces of supports are summed over the nodes of a body that supports hold.
+    those of supports and loads; with its mortar (`mortar`) they are in balance with contact, and
+    say nothing of it. Forces of supports are summed over the nodes of a body that supports hold.
     """
     bodies = bodies_of(result)
     ends = [(k, float(result.history("time")[k])) for k in result.step_ends]
@@ -244,19 +244,29 @@ def run_deck(program, row, cards, options):
             compare(result, printed, row, is_mortar(cards, row.variant))
 
 
+def cards_of(deck):
+    """Return the cards of a deck, none where a file that it includes is not there."""
+    try:
+        return read_cards(deck)
+    except FileNotFoundError:
+        return []
+
+
 def study(folder, program, options, rows):
     """Check all decks of a folder, run those that are accepted, keep each row as it is made."""
-    first = {}
-    for deck in decks_in(folder):
-        name = str(deck.relative_to(folder))
-        try:
-            cards = read_cards(deck)
-        except FileNotFoundError:
-            cards = []
-        family = first.setdefault(family_key(cards) if cards else name, name)
-        if options.only and not any(only in name for only in options.only.split(",")):
-            continue
-        row = Row(name, options.variant, source_of(deck, folder), family, checked(program, deck))
+    decks = {str(deck.relative_to(folder)): deck for deck in decks_in(folder)}
+    chosen = [name for name in decks
+              if not options.only or any(only in name for only in options.only.split(","))]
+    family = {row.deck: row.family for row in rows.values()}
+    if not family.keys() >= set(chosen):
+        family, first = {}, {}
+        for name, deck in decks.items():
+            family[name] = first.setdefault(family_key(cards_of(deck)) or name, name)
+    for name in chosen:
+        deck = decks[name]
+        cards = cards_of(deck)
+        row = Row(name, options.variant, source_of(deck, folder), family[name],
+                  checked(program, deck))
         if row.check == "accepted" and not options.check:
             run_deck(program, row, cards, options)
         elif options.check and row.key in rows:

@@ -13,7 +13,6 @@ need("h5py", "matplotlib")
 
 import numpy as np  # noqa: E402
 
-from bipot.result import Result  # noqa: E402
 from studies import public_deck_page as pages  # noqa: E402
 from studies import public_deck_text as text  # noqa: E402
 from studies import public_decks  # noqa: E402
@@ -133,6 +132,13 @@ class PublicDecks(unittest.TestCase):
         swapped = text.for_bipot(cards, "swap stiffness=10").splitlines()
         new = [line for line in swapped if line not in text.for_bipot(cards).splitlines()]
         self.assertEqual(new, [" LOW,HIGH"])
+        path = self.put("b.inp")
+        path.write_text(path.read_text().replace("FOOT, 1, 3", "FOOT, 1, 6\nHEAD, 6, 6").replace(
+            "OVERCLOSURE=LINEAR", "OVERCLOSURE=TIED").replace("*FRICTION\n0.2, 1e4\n", ""))
+        lines = text.for_calculix(text.read_cards(path), "slope=2 translations").splitlines()
+        self.assertIn("FOOT, 1, 3", lines)
+        self.assertNotIn("HEAD, 6, 6", lines)
+        self.assertEqual(lines[lines.index("*FRICTION") + 1], "1, 200000")
         self.assertIn("*NSET, NSET=PUBLICALL", plain)
         self.assertNotIn("*NODE PRINT, NSET=HEAD", plain)
 
