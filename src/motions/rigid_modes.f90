@@ -235,10 +235,6 @@ contains
         call find_unseen(mesh, of_body, prescribed, pieces, z, ok, k)
         if (ok) call scale_to_pins(mesh, pieces, motions%node(of), motions%dof(of), z, ok)
         if (.not. ok) return
-        if (is_joined(motions, body)) then
-          call move_pieces(pieces, of_body, of, z, motions)
-          cycle
-        end if
         motions%centre(:, of) = spread(pieces%extents(1)%centre, 2, k)
         motions%translation(:, of) = z(:3, :)
         motions%rotation(:, of) = matmul(pieces%extents(1)%turn, z(4:, :))
