@@ -9,7 +9,7 @@ module build_mesh_mod
     hexahedron_20_reduced, hexahedron_nodes, tetrahedron_4, tetrahedron_10, wedge_15
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
-  use mesh_draft_mod, only: mesh_draft_t, not_a_coordinate
+  use mesh_draft_mod, only: axisymmetric, mesh_draft_t, not_a_coordinate, solids
   use mesh_mod, only: find_bodies, kind_c3d8, mesh_t
   use scene_mod, only: material_t
   use sets_mod, only: model_t
@@ -153,11 +153,11 @@ contains
           call report(reader, draft%element_position(e), 'element '// &
             to_text(draft%element_id(e))//' is a '//trim(cells(cell)%name)// &
             ", and locks with a Poisson's ratio of "//to_text(poisson, 4)//': mesh with '// &
-            instead_of(cell))
+            instead_of(draft%plane, cell))
         else
           call note(reader, 'elements of the '//trim(cells(cell)%name)// &
             " are too stiff with a Poisson's ratio of "//to_text(poisson, 4)//'; '// &
-            instead_of(cell)//' would not be')
+            instead_of(draft%plane, cell)//' would not be')
         end if
       end associate
       return
@@ -197,10 +197,15 @@ contains
   end function noise_from
 
   !> The elements that do not lock in the place of those of a cell.
-  pure function instead_of(cell) result(types)
-    integer, intent(in) :: cell !! row of the table of cells
+  pure function instead_of(plane, cell) result(types)
+    integer, intent(in) :: plane !! solids, plane_strain or axisymmetric
+    integer, intent(in) :: cell  !! row of the table of cells
     character(:), allocatable :: types
 
+    if (plane /= solids) then
+      types = merge('CAX8R', 'CPE8R', plane == axisymmetric)
+      return
+    end if
     select case (cell)
     case (tetrahedron_4, wedge_15)
       types = 'C3D10'
