@@ -277,9 +277,14 @@ contains
     logical, dimension(size(follows)) :: across, along
     integer :: i
 
-    across = model%used .and. .not. (abs(lines%angle) > 0.0_wp .or. follows) .or. model%reference
-    along = lines%on_axis .and. .not. follows .or. (model%reference .and. &
-      model%mesh%plane == axisymmetric)
+    ! Behind the nodes of the model are those that stand in for local directions.
+    across = .false.
+    along = lines%on_axis .and. .not. follows
+    associate (n => size(model%used))
+      across(:n) = model%used .and. .not. (abs(lines%angle(:n)) > 0.0_wp .or. follows(:n)) .or. &
+        model%reference
+      if (model%mesh%plane == axisymmetric) along(:n) = along(:n) .or. model%reference
+    end associate
     if (allocated(model%rotation_of)) then
       across(model%rotation_of(1, :)) = .true.
       do i = 1, size(model%rotation_of, 2)
