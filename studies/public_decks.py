@@ -206,19 +206,26 @@ def compare(result, printed, row, mortar=False):
         at = {node: i for i, node in enumerate(numbers)}
         ours = [i for i, node in enumerate(result.node_ids) if int(node) in at]
         rows = [at[int(result.node_ids[i])] for i in ours]
-        theirs = {name: lines[rows, 1:4] for name, lines in printed[near[0]].items()}
+        theirs = {name: np.zeros((len(bodies), 3)) for name in printed[near[0]]}
+        for name, lines in printed[near[0]].items():
+            theirs[name][ours] = lines[rows, 1:4]
         row.compared += 1
-        moved.append((result.field("displacement", fields_at[k])[ours], theirs["displacements"]))
-        if len(ours) < len(result.node_ids):
-            continue  # elements of a plane are a slice here, whose other side has other nodes
+        moved.append((result.field("displacement", fields_at[k])[ours],
+                      theirs["displacements"][ours]))
+        # A slice that elements of a plane stand for, and a bolt that is cut, have other nodes.
+        whole = np.bincount(bodies[ours], minlength=bodies.max() + 1) == np.bincount(bodies)
+        if not whole.any():
+            continue
         reaction = result.field("reaction_force", fields_at[k])
         held = (abs(reaction).max(axis=1) > 0)[:, None]
         outer = (reaction + result.field("applied_force", fields_at[k])) * held
-        supports.append((sums(outer, bodies), sums(theirs["forces"] * held, bodies)))
+        supports.append((sums(outer, bodies)[whole],
+                         sums(theirs["forces"] * held, bodies)[whole]))
         floor = max(floor, SMALL * abs(reaction).sum())
         if "contact_force" in result.field_names[0] and not mortar:
             force = result.field("contact_force", fields_at[k])
-            contact.append((sums(force, bodies), -sums(theirs["forces"], bodies)))
+            contact.append((sums(force, bodies)[whole],
+                            -sums(theirs["forces"], bodies)[whole]))
             floor = max(floor, SMALL * abs(force).sum())
     row.contact = relative(contact, floor)
     row.supports = relative(supports, floor)

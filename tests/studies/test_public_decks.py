@@ -164,9 +164,9 @@ class PublicDecks(unittest.TestCase):
         rows = np.zeros((2, 16, 4))
         rows[:, :, 0] = np.arange(1, 17)
         rows[0, :, 3], rows[1, :, 3] = down, force
-        def differences(factor_of_forces=1.0, further=0.0):
-            printed = {1.0: {"displacements": rows[0] + [0, 0, 0, further],
-                             "forces": rows[1] * [1, 1, 1, factor_of_forces]}}
+        def differences(factor_of_forces=1.0, further=0.0, n=16):
+            printed = {1.0: {"displacements": rows[0, :n] + [0, 0, 0, further],
+                             "forces": rows[1, :n] * [1, 1, 1, factor_of_forces]}}
             row = public_decks.Row("a.inp")
             public_decks.compare(result, printed, row)
             self.assertEqual(row.compared, 1)
@@ -175,6 +175,9 @@ class PublicDecks(unittest.TestCase):
             np.testing.assert_allclose(differences(), 0, atol=1e-9)
             np.testing.assert_allclose(differences(1.1), [0.1, 0.1, 0], atol=1e-9)
             np.testing.assert_allclose(differences(1, 0.01), [0, 0, 0.1], atol=1e-9)
+            # A node of the upper cube is not printed: the forces of the lower one are compared.
+            np.testing.assert_allclose(differences(1.1, 0, 15), [0.1, 0.1, 0], atol=1e-9)
+            np.testing.assert_array_equal(np.isnan(differences(1, 0, 7)), [True, True, False])
 
     def test_what_calculix_prints_is_read(self):
         path = self.folder / "a.dat"
