@@ -174,6 +174,7 @@ class AsText(WithFolder):
                 return super().__getattribute__(name)
 
         deck = Watched("All methods", name="all")
+        deck.units("N", "mm")
         deck.parameter(n=1, word="C3D8I")
         deck.comment("two blocks, one on the other")
         deck.block("LOW", (2, "<n>", 1), (2, 1, 1), type="<word>", grow={"X": (2, "MIDDLE")})
