@@ -8,7 +8,7 @@ module grips_mod
   implicit none
   private
 
-  public :: is_grip, nodes_of_grip, gripped_nodes, is_turning, is_held_at_0, carried_nodes
+  public :: is_grip, nodes_of_grip, gripped_nodes, is_turning, is_held_at_0
 
   real(wp), parameter :: nothing = 1.0e-10_wp !! of the largest in an equation: rounding [-]
 
@@ -182,18 +182,5 @@ contains
       if (is_grip(scene, i)) gripped(nodes_of_grip(scene, i)) = .true.
     end do
   end function gripped_nodes
-
-  !> Which nodes go with a reference node and its rotation along all three axes.
-  pure function carried_nodes(scene) result(carried)
-    type(scene_t), intent(in) :: scene
-    logical :: carried(scene%mesh%n_nodes)
-    integer :: i
-
-    carried = .false.
-    if (.not. allocated(scene%rotations)) return
-    do i = 1, size(scene%rotations)
-      carried(nodes_of_grip(scene, i)) = .true.
-    end do
-  end function carried_nodes
 
 end module grips_mod

@@ -228,8 +228,8 @@ contains
     call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'SOLID SECTION', &
       .true., dim=1), card)
     call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)// &
-      ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one within 1e4 times '// &
-      'the edges (forces are in proportion to it)')
+      ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one '// &
+      'within 1e4 times the edges (forces are in proportion to it)')
   end subroutine check_thickness
 
   !> The data line of a section: a thickness, 1 where there is none.
