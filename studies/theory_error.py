@@ -381,8 +381,9 @@ estimate it look at the stability at the ends of steps, too; where a bound is en
 
 Of {len(rows)} accuracies that scenes were asked for {len(reached)} are reached,
 {claim(not wrong, "and none of these is farther off than was asked")}. Where the law that the deck
-leaves open decides more than is asked, or the equilibrium is unstable, the accuracy is not reached;
-the run says so, and its result is the small-strain solution.
+leaves open decides more than is asked, or finite strain is not solved, the accuracy is not reached;
+the run says so, and its result is the small-strain solution. Beyond Euler's load the column's run
+at finite strain notes that the equilibrium may be unstable, as points of its foot slide.
 
 {table(("scene", "law", "asked", "reached by", "theory", "told", "true", "elements", "CPU time [s]",
         "over `--nlgeom no`"), lines)}
