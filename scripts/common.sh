@@ -15,7 +15,7 @@ system_python=/usr/bin/python3
   packages_mpi=(libmumps-dev openmpi-bin)
   packages_iterative=(libpetsc-real-dev)
   packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
-  packages_tests=(python3-venv)
+  packages_tests=(python3-venv libegl1 libgl1-mesa-dri) # the last two: PyVista without a display
   packages_memcheck=(valgrind)
 }
 

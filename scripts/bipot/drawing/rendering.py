@@ -78,8 +78,12 @@ def screen_axes(eye):
 
 def render_scene(scene, eye, norm, colours, size):
     """Return an Image of so many columns and rows."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    # Without a display VTK warns before it goes on to another way.
+    said = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     import pyvista
-    from vtkmodules.vtkCommonCore import vtkObject
 
     columns, rows = (FINE * int(one) for one in size)
     right, up = screen_axes(eye)
@@ -92,9 +96,6 @@ def render_scene(scene, eye, norm, colours, size):
     deep = max(float(np.ptp(points, axis=0).max()), 1e-300)
     lift = LIFT * deep * eye
 
-    # Without a display VTK warns before it goes on to another way.
-    warns = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.SetGlobalWarningDisplay(0)
     plotter = pyvista.Plotter(off_screen=True, window_size=(columns, rows), lighting="none")
     plotter.set_background("white")
     # A lamp over the spectator's shoulder; shades are light, so that the colours are those of the
@@ -130,7 +131,7 @@ def render_scene(scene, eye, norm, colours, size):
     camera.clipping_range = (0.1 * deep, 10 * deep)
     pixels = plotter.screenshot(None, return_img=True)
     plotter.close()
-    vtkObject.SetGlobalWarningDisplay(warns)
+    vtkLogger.SetStderrVerbosity(said)
     shape = (rows // FINE, FINE, columns // FINE, FINE, 3)
     means = pixels[:, :, :3].reshape(shape).mean(axis=(1, 3)).round().astype("uint8")
     return Image(means, right, up, FINE * length)
