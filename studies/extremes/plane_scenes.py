@@ -127,7 +127,8 @@ def sheets():
     for kind in ("CPE8R", "CAX8R"):
         yield pressed("nu", f"nu-0.4999-{kind}", f"{kind}, nu = 0.4999", kind, nu=0.4999,
                       allowed=1e-3)  # fmt: skip
-    yield pressed("nu", "nu-0.49-CPE3", "CPE3, nu = 0.491", "CPE3", nu=0.491, refusal="mesh with CPE8R",
+    yield pressed("nu", "nu-0.49-CPE3", "CPE3, nu = 0.491", "CPE3", nu=0.491,
+                  refusal="mesh with CPE8R",
                   reason="Elements of three nodes lock.")  # fmt: skip
     for kind in ("CPE4", "CAX6"):
         yield pressed("refined", f"cut-{kind}", f"{kind}, cut seven times at a corner of the top",
