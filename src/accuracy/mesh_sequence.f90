@@ -17,7 +17,7 @@ module mesh_sequence_mod
   private
 
   public :: mesh_sequence_t, mesh_run_t, planned_t, family_t, start_sequence, add_run, has_bound, &
-    is_own_mesh, carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
+    carry_sequence, mesh_runs, change, distance, family_of, step_runs, runs_on_mesh, &
     runs_up_to, fewest_divisions, sizes_of, values_in
   public :: theory_beside, theory_counts, theory_tried, theory_spoils
   public :: is_counted, theory_of_last, is_spoiled_by_theory, set_theory_aside
@@ -49,8 +49,6 @@ module mesh_sequence_mod
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
     real(wp) :: on_edges = 0.0_wp
     !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
-    real(wp) :: unseen = -1.0_wp
-    !! error by the mesh that recovery does not see, the worst; negative: not known [-]
   end type mesh_run_t
 
   !> Runs that differ in the size of all elements alone.
@@ -136,13 +134,6 @@ contains
 
     has_bound = sequence%time > 0.0_wp .or. sequence%memory > 0.0_wp
   end function has_bound
-
-  !> Whether the first mesh is that of the deck, which cannot be made coarser.
-  pure logical function is_own_mesh(sequence)
-    type(mesh_sequence_t), intent(in) :: sequence
-
-    is_own_mesh = sequence%blocks%common == 0
-  end function is_own_mesh
 
   subroutine add_run(sequence, run)
     type(mesh_sequence_t), intent(inout) :: sequence
@@ -397,7 +388,6 @@ contains
       call archive(list, run%theory%law)
       call archive(list, run%in_double)
       call archive(list, run%on_edges)
-      call archive(list, run%unseen)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 

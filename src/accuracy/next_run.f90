@@ -6,8 +6,8 @@ module next_run_mod
   use mesh_size_mod, only: mesh_size_t, zone_t, relative_size
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error, least_order, about_twice
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, is_own_mesh, mesh_runs, &
-    step_runs, runs_up_to, sizes_of
+  use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs, &
+    runs_up_to, sizes_of
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: runs_for_steps, later_step_runs, change_by_divisions
@@ -82,8 +82,6 @@ contains
     type(choice_t), intent(out) :: choice
 
     choice%mesh_size = sequence%first
-    choice%may_be_last = size(sequence%runs) == 0 .and. is_own_mesh(sequence) .and. &
-      sequence%recovers
     if (size(sequence%runs) == 0) return
     call follow_runs(sequence, memory_left, errors, choice)
     if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
@@ -100,11 +98,6 @@ contains
     logical :: found
 
     call estimate_sequence(sequence, errors)
-    if (size(sequence%runs) == 1 .and. is_enough(sequence, errors)) then
-      choice%outcome = is_reached
-      choice%of_run = 1
-      return
-    end if
     if (sequence%divides) then
       if (.not. is_trial_mesh_there()) then
         choice%mesh_size = mesh_before(sequence)

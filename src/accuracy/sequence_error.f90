@@ -6,7 +6,7 @@ module sequence_error_mod
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
-    fewest_divisions, sizes_of, values_in, is_own_mesh
+    fewest_divisions, sizes_of, values_in
   use cut_runs_mod, only: find_base, runs_on_base
   use convergence_mod, only: convergence_t, assume_first_order, safety, safety_of_two, &
     about_twice, order_of_elements
@@ -83,7 +83,6 @@ contains
       errors%scales = scales
     end associate
     if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
-      if (n == 1) call take_own(sequence, runs(1), errors)
       call take_cuts(sequence, runs(n), scales, errors)
       call take_steps_of(sequence, mine, runs(n), errors)
       return
@@ -185,40 +184,6 @@ contains
 
   end subroutine estimate_sequence
 
-  !> Take what the deck's own mesh, which cannot be made coarser, says of itself, with the factor of
-  !> two meshes: where that is enough, finer meshes need not say it. docs/theory.md (10.29).
-  subroutine take_own(sequence, run, errors)
-    type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: run !! the only one of its family
-    type(sequence_error_t), intent(inout) :: errors
-    integer :: k, n
-
-    associate (only => sequence%runs(run))
-      if (.not. (is_own_mesh(sequence) .and. sequence%recovers)) return
-      if (only%unseen < 0.0_wp .or. only%mesh_size%parts > 1) return
-      n = size(sequence%list)
-      ! It says it as a part of the largest resultant.
-      errors%of_mesh = [(convergence_t(order=1.0_wp, error=safety_of_two*(only%recovery + &
-        only%unseen)*over_largest(k)), k=1, n)]
-    end associate
-    errors%of_limit = spread(-1.0_wp, 1, n)
-    errors%n_rising = spread(0, 1, n)
-    errors%turns = spread(.false., 1, n)
-    call add_up(sequence, errors)
-
-  contains
-
-    !> The largest resultant over a quantity's scale; 1 of a share.
-    pure real(wp) function over_largest(k) result(times)
-      integer, intent(in) :: k
-
-      times = 1.0_wp
-      if (.not. sequence%list(k)%is_share) times = maxval(errors%scales, &
-        mask=.not. sequence%list%is_share)/unit(errors%scales(k))
-    end function over_largest
-
-  end subroutine take_own
-
   !> All that is known of a run's error; negative where that by the mesh is not known.
   pure real(wp) function total_error(errors) result(error)
     type(sequence_error_t), intent(in) :: errors
@@ -238,15 +203,8 @@ contains
       if (sequence%divides) then
         call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
         ! Too little time to divide increments leaves what the run itself says of them.
-        if (maxval([errors%of_steps, -1.0_wp]) >= 0.0_wp) return
-        if (sequence%wanted > 0.0_wp) then
-          ! The only run may say enough by itself.
-          if (size(sequence%runs) > 1 .or. .not. allocated(errors%of_mesh)) return
-          errors%of_steps = spread(safety_of_two*last%load_steps/minval([1.0_wp, &
-            sequence%list%factor]), 1, size(sequence%list))
-        else
-          errors%of_steps = last%load_steps
-        end if
+        if (sequence%wanted > 0.0_wp .or. maxval([errors%of_steps, -1.0_wp]) >= 0.0_wp) return
+        errors%of_steps = last%load_steps
       else
         ! A run says it as a part of the largest resultant, and it may be in the friction alone.
         errors%of_steps = spread(last%load_steps/minval([1.0_wp, sequence%list%factor]), 1, &

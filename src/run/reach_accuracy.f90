@@ -15,7 +15,7 @@ module reach_accuracy_mod
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use slice_axis_mod, only: axis_across
-  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound, is_own_mesh, &
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound, &
     theory_beside, theory_tried, theory_spoils, is_counted, theory_of_last
   use theory_of_runs_mod, only: run_theory_t
   use shadow_run_mod, only: has_no_shadow
@@ -104,11 +104,10 @@ contains
           end if
         end if
       end if
-      ! What load steps make is found by runs of several sizes of them, but for a first run that may
-      ! say enough by itself.
+      ! What load steps make is found by runs of several sizes of them.
       choices = choices_t(mesh_size=choice%mesh_size, divisions=choice%divisions, &
-        follows_steps=.not. (sequence%divides .and. sequence%asked > 0.0_wp) .or. &
-        (size(sequence%runs) == 0 .and. is_own_mesh(sequence)), runs_before=size(sequence%runs))
+        follows_steps=.not. (sequence%divides .and. sequence%asked > 0.0_wp), &
+        runs_before=size(sequence%runs))
       call prepare_scene(of_run, scene, choices, error, sequence%follows_theory)
       if (allocated(error)) then
         if (sequence%blocks%common == 0) return

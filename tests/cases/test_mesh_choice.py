@@ -177,22 +177,6 @@ class Reached(unittest.TestCase):
                                        8.0, rtol=1e-12)  # fmt: skip
             self.assertEqual(group["element_size"][0], 1)
 
-    def test_a_mesh_that_is_fine_enough(self):
-        """A mesh of the deck's own is the answer where its run says that it is; what is told there
-        is no less than what it is off by, of normal force and friction."""
-        text = with_card(deck("block"), "*NSET, NSET=ONE\n1")
-        run = Run(text, "--accuracy", "0.1", "--nlgeom", "no", name="own", n=8, **AUTO)
-        self.assertEqual(run.status, 0, run.errors)
-        fine_friction, fine_normal = fine_block()
-        with run.result() as result:
-            self.assertEqual(len(result.accuracy.elements), 1)
-            friction, normal = (force[9::10] for force in friction_and_normal(result))
-            told = result.accuracy.error.max()
-        self.assertLess(abs(normal - fine_normal).max() / fine_normal.max(), told)
-        error = np.linalg.norm(friction - fine_friction, axis=1).max() / (0.3 * fine_normal.max())
-        self.assertLess(error, told)
-        self.assertGreater(told, 0.05)
-
     def test_a_slice_stays_one_element_thick(self):
         """Plane strain: whether blocks have others or elements are cut, evenly or at contact,
         there are nodes on both sides alone, and the run is that of a deck with such elements."""
