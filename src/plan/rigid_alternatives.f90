@@ -27,6 +27,8 @@ module rigid_alternatives_mod
 
   real(wp), parameter :: longest = 10.0_wp
   !! a plan takes no longer for this than it is to tell: one factorisation [s]
+  real(wp), parameter :: usual = 0.01_wp
+  !! what a body may change of contact forces to be named, where no accuracy is asked for [-]
 
 contains
 
@@ -228,7 +230,7 @@ contains
   end subroutine nodes_opposite
 
   !> How much stiffer a body is than what it touches, and what that makes of forces: of the pair
-  !> where it makes the most. '' where that is not known, or the body is the softer one.
+  !> where it makes the most. '' where that is not known, or too much.
   subroutine describe_share(scene, plan, body, set, words, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -236,7 +238,7 @@ contains
     integer, intent(in) :: set
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: share, largest
+    real(wp) :: share, largest, allowed
     integer :: k, side, of_set, at
 
     words = ''
@@ -257,7 +259,9 @@ contains
       largest = share
       at = k
     end do
-    if (at == 0 .or. largest > 0.5_wp) return
+    allowed = usual
+    if (scene%accuracy%wanted > 0.0_wp) allowed = scene%accuracy%wanted
+    if (at == 0 .or. largest > allowed) return
     words = scene%element_sets(set)%name//' is '//to_text((1.0_wp - largest)/largest, 2)// &
       ' times as stiff as what it touches in '//scene%pairs(at)%name//': as an obstacle it '// &
       'would change contact forces by about '//percent(largest)

@@ -411,7 +411,11 @@ class CheckLayers(unittest.TestCase):
             "deck%mesh%body(i) => body",
         ]:
             with self.subTest(line):
-                message = "only deck/named_sets.f90, deck/read_deck.f90, run/prepare_scene.f90 may"
+                message = (
+                    "only contact/mirror_scene.f90, contact/take_as_rigid.f90, "
+                    "deck/named_sets.f90, deck/read_deck.f90, model/part_of_scene.f90, "
+                    "run/prepare_scene.f90 may"
+                )
                 self.plant("run/run", "", message, procedures=f"  {line}")
         for line in [
             "type(scene_t), intent(in), target :: scene",
