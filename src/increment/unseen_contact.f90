@@ -42,8 +42,38 @@ contains
       end associate
     end do
     if (strain > 0.0_wp) error = error/(2.0_wp*strain)
-    error = error + share_on_little_covered(scene, points, contact, u)
+    error = error + share_on_little_covered(scene, points, contact, u) + share_of_supports(points, &
+      contact, u)
   end function unseen_error
+
+  !> The part of the normal forces that supports may carry where they hold the normals of points
+  !> which would press: the area of points that touch and carry nothing, beside others that press,
+  !> under the largest pressure of the pair. Of the pair with the largest such force, over the largest
+  !> force of a pair. docs/theory.md (10.29).
+  pure real(wp) function share_of_supports(points, contact, u) result(share)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) displacement [length]
+    real(wp), parameter :: rounding = 1.0e-9_wp !! of the largest displacement: a gap of nothing [-]
+    real(wp) :: touches, largest
+    integer :: p
+
+    share = 0.0_wp
+    largest = 0.0_wp
+    touches = rounding*maxval(abs(u))
+    do p = 1, size(points%first) - 1
+      associate (a => points%first(p), b => points%first(p + 1) - 1)
+        if (a > b) cycle
+        associate (force => contact%reaction(1, a:b), area => points%area(a:b))
+          largest = max(largest, sum(force))
+          if (.not. any(force > 0.0_wp .and. area > 0.0_wp)) cycle
+          share = max(share, maxval(force/max(area, tiny(1.0_wp)), mask=area > 0.0_wp)*sum(area, &
+            mask=.not. force > 0.0_wp .and. abs(contact%gap(a:b)) <= touches))
+        end associate
+      end associate
+    end do
+    if (largest > 0.0_wp) share = share/largest
+  end function share_of_supports
 
   !> The part of the normal forces that is on nodes of which less than half is covered, of either
   !> side: of the pair with the largest such force, over the largest force of a pair.

@@ -172,6 +172,23 @@ class Asked(unittest.TestCase):
             self.assertEqual(result.history("time")[-1], 2.0)
             self.assertTrue(np.all(result.history("certified") == 1))
 
+    def test_supports_that_carry_what_contact_would(self):
+        """Where they hold the normals of points at the plate's end: 9 % of the force on 8 elements."""
+        forces = []
+        for n, status in ((8, 2), (64, 0)):
+            run = Run(
+                deck("ssnv128"), "--accuracy", "0.03", "--refine", "0", "--nlgeom", "no", name="plate",
+                n=n, thickness=0.04 / 8, solver="AUTO", local="AUTO",
+            )  # fmt: skip
+            self.assertEqual(run.status, status, run.errors)
+            with run.result() as result:
+                forces.append((at_ends(result, "error/mesh")[-1], resultants(result)[-1]))
+        (told, coarse), (_, fine) = forces
+        missing = np.abs(coarse - fine).max() / np.abs(fine).max()
+        self.assertGreater(missing, 0.08)
+        self.assertGreater(told, missing)
+        self.assertLess(told, 2 * missing)
+
     def test_direct_keeps_increments(self):
         """With DIRECT the program only tells."""
         run = Run(
