@@ -48,8 +48,8 @@ contains
 
   !> The part of the normal forces that supports may carry where they hold the normals of points
   !> which would press: the area of points that touch and carry nothing, beside others that press,
-  !> under the largest pressure of the pair. Of the pair with the largest such force, over the largest
-  !> force of a pair. docs/theory.md (10.29).
+  !> under the largest pressure of the pair. Of the pair with the largest such force, over the
+  !> largest force of a pair. docs/theory.md (10.29).
   pure real(wp) function share_of_supports(points, contact, u) result(share)
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact

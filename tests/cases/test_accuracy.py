@@ -173,12 +173,12 @@ class Asked(unittest.TestCase):
             self.assertTrue(np.all(result.history("certified") == 1))
 
     def test_supports_that_carry_what_contact_would(self):
-        """Where they hold the normals of points at the plate's end: 9 % of the force on 8 elements."""
+        """Where they hold the normals of points at the plate's end: 9 % of the force."""
         forces = []
         for n, status in ((8, 2), (64, 0)):
             run = Run(
-                deck("ssnv128"), "--accuracy", "0.03", "--refine", "0", "--nlgeom", "no", name="plate",
-                n=n, thickness=0.04 / 8, solver="AUTO", local="AUTO",
+                deck("ssnv128"), "--accuracy", "0.03", "--refine", "0", "--nlgeom", "no",
+                name="plate", n=n, thickness=0.04 / 8, solver="AUTO", local="AUTO",
             )  # fmt: skip
             self.assertEqual(run.status, status, run.errors)
             with run.result() as result:
