@@ -150,7 +150,7 @@ class AsRigid(unittest.TestCase):
 
     def line(self, text):
         """Return stiffness ratio and change of forces as the plan says of the tool."""
-        run = self.run_deck(text, "--plan")
+        run = self.run_deck(text, "--plan", "--refine", "0", "--accuracy", "0.5")
         found = re.findall(r"rigid body +about +TOOL is (\S+) times as stiff.*by about (\S+) %.*"
                            r"--as-rigid TOOL", run.output)
         self.assertEqual(len(found), 1, run.output)
