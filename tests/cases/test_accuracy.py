@@ -224,7 +224,7 @@ class Asked(unittest.TestCase):
         run = Run(
             with_card(deck("ssnv128"), "*ACCURACY\n0.5"),
             *ASKED,
-            "0.01",
+            "0.2",
             "--refine",
             "0",
             name="ssnv128",
@@ -232,9 +232,9 @@ class Asked(unittest.TestCase):
             steps=1,
         )
         self.assertEqual(run.status, 0, run.errors)
-        self.assertIn("1 % of the contact forces", run.output)
+        self.assertIn("20 % of the contact forces", run.output)
         with run.result() as result:
-            self.assertIn("--accuracy 0.01", result.file["run/overrides"].asstr()[()])
+            self.assertIn("--accuracy 0.2", result.file["run/overrides"].asstr()[()])
 
 
 class Cut(unittest.TestCase):
