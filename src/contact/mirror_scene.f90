@@ -281,14 +281,15 @@ contains
     real(wp), intent(in) :: place
     real(wp), parameter :: beside(3, 4) = reshape([0.0_wp, 0.0_wp, 0.0_wp, 0.37_wp, 0.11_wp, &
       0.23_wp, -0.19_wp, 0.41_wp, -0.13_wp, 0.07_wp, -0.29_wp, 0.31_wp], [3, 4])
-    real(wp) :: x(3), gap(2), normal(3, 2), size_of_mesh, at_rest(3)
+    real(wp) :: x(3), gap(2), normal(3, 2), size_of_mesh, at_rest(3), near
     integer :: i, k
 
     if (allocated(obstacle%facet)) then
       ok = has_mirrored_facets(scene, obstacle, axis, place)
       return
     end if
-    size_of_mesh = close_by(scene)/rounding
+    near = close_by(scene)
+    size_of_mesh = near/rounding
     at_rest = 0.0_wp
     ok = .true.
     do i = 1, size(nodes)
@@ -297,7 +298,7 @@ contains
         call locate_point(obstacle, at_rest, x, gap(1), normal(:, 1))
         x(axis) = 2.0_wp*place - x(axis)
         call locate_point(obstacle, at_rest, x, gap(2), normal(:, 2))
-        ok = ok .and. abs(gap(1) - gap(2)) <= close_by(scene)
+        ok = ok .and. abs(gap(1) - gap(2)) <= near
         if (.not. ok) return
       end do
     end do
