@@ -5,6 +5,7 @@ module choose_divisions_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
+  use convergence_mod, only: growth_of_cost
   use cut_runs_mod, only: cuts_for_trials
   use step_errors_mod, only: error_on_mesh, later_step_runs, part_for_steps
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough
@@ -13,8 +14,6 @@ module choose_divisions_mod
 
   public :: choose_divisions, waits_with_steps, waits_for_mesh, mesh_for_steps, most_divisions
 
-  real(wp), parameter :: growth = 4.0_wp
-  !! a mesh whose error is to be so many times smaller takes that to this power of the time
   integer, parameter :: always_tried = 64 !! divisions, however many increments the deck has
   integer, parameter :: most_increments = 1024 !! of a run with more divisions than these
   integer, parameter :: few = 2 !! divisions, that are taken as the first mesh wants them
@@ -121,8 +120,8 @@ contains
     do while (tried <= most)
       left = 1.0_wp - error_on_mesh(sequence, runs, tried)/sequence%wanted
       if (left >= 1.0_wp - part_for_steps) then
-        if (tried*left**(-growth) < cheapest) then
-          cheapest = tried*left**(-growth)
+        if (tried*left**(-growth_of_cost) < cheapest) then
+          cheapest = tried*left**(-growth_of_cost)
           divisions = tried
         end if
       end if

@@ -4,19 +4,19 @@
 !> docs/theory-error.md
 module theory_of_runs_mod
   use kinds_mod, only: wp
+  use convergence_mod, only: growth_of_cost
   implicit none
   private
 
   public :: run_theory_t, may_spoil, leaves_too_little, is_more_than_its_part, &
     is_known_at_finite_strain
 
-  real(wp), parameter :: part_that_spoils = 0.1_wp
-  !! of the accuracy: a bound below it needs no estimate [-]
-  real(wp), parameter :: part_for_theory = 1.0_wp/3.0_wp
-  !! of the accuracy, from which on finite strain takes less time than a mesh for the rest: elements
-  !! 1.5 times smaller take 7 times as long, and finite strain 3 to 5 (docs/theory-error.md) [-]
-  real(wp), parameter :: most_for_theory = 0.9_wp
-  !! of the accuracy: mesh and load steps do not get below a tenth of it [-]
+  real(wp), parameter :: small = 0.1_wp
+  !! part of an accuracy: a bound below it needs no estimate; mesh and load steps get no less [-]
+  real(wp), parameter :: cost_of_finite_strain = 5.0_wp
+  !! over that of small strain: 3.3 to 5.3 on the blocks of docs/theory-error.md [-]
+  real(wp), parameter :: part_for_theory = 1.0_wp - cost_of_finite_strain**(-1.0_wp/growth_of_cost)
+  !! of an accuracy, from which on a mesh for the rest takes longer than finite strain [-]
 
   !> What finite strain would change of a run, at the ends of its steps the largest.
   type :: run_theory_t
@@ -35,7 +35,7 @@ contains
     type(run_theory_t), intent(in) :: theory
     real(wp), intent(in) :: wanted !! accuracy, > 0 [-]
 
-    may_spoil = theory%error > part_that_spoils*wanted
+    may_spoil = theory%error > small*wanted
   end function may_spoil
 
   !> Whether small strain leaves next to nothing of the accuracy for mesh and load steps.
@@ -43,7 +43,7 @@ contains
     type(run_theory_t), intent(in) :: theory
     real(wp), intent(in) :: wanted !! > 0 [-]
 
-    leaves_too_little = theory%error > most_for_theory*wanted
+    leaves_too_little = theory%error > (1.0_wp - small)*wanted
   end function leaves_too_little
 
   !> Whether small strain takes so much of the accuracy that finite strain takes less time.

@@ -11,7 +11,7 @@ module certificate_mod
   use increment_report_mod, only: certificate_t, energy_t, contact_fields_t, worst_entry
   use body_balance_mod, only: acting_t, worst_balance
   use increment_forces_mod, only: increment_forces_t
-  use bodies_at_rest_mod, only: are_at_rest, are_carried, spread_of_row
+  use bodies_at_rest_mod, only: are_at_rest, spread_of_row
   use edge_middles_mod, only: edge_middles_t, spread_reaction
   use constrained_forces_mod, only: hand_over, torn
   use rigid_patterns_mod, only: broken, along_free_turns
@@ -119,7 +119,7 @@ contains
         acting_t(forces%external, pressed(:, :, 2) + joining, support), rounding, scales%of_body)
     end if
     certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest .or. &
-      are_carried(mesh, forces, pressed(:, :, 2)), scales%of_body, 10.0_wp*tolerance)
+      scales%is_carried, scales%of_body, 10.0_wp*tolerance)
     call find_energy_errors(mesh, scales%strained, forces, acting_t(forces%external, &
       pressed(:, :, 2) + joining, support), residual, at_rest, certificate%energy, unexplained)
     if (forces%is_finite) then

@@ -29,6 +29,7 @@ module certificate_scales_mod
     real(wp), allocatable :: force(:)    !! (n_points) of the bodies in contact there [force]
     real(wp), allocatable :: length(:)   !! (n_points) likewise [length]
     real(wp), allocatable :: strained(:, :) !! (3,n_nodes) deformation [length]
+    logical, allocatable :: is_carried(:) !! (0:n_bodies) as of are_carried
   end type scales_t
 
 contains
@@ -51,7 +52,6 @@ contains
     real(wp), dimension(0:mesh%n_bodies) :: force, length
     real(wp) :: floor_of_forces, of_obstacles, u(3, mesh%n_nodes), motion(3)
     integer :: group(0:mesh%n_bodies), node, i, k, body
-    logical :: is_carried(0:mesh%n_bodies)
 
     ! What is smaller than its square can be said has no size that another is measured by.
     floor_of_forces = max(nothing*maxval(forces%rounding), sqrt(tiny(1.0_wp)))
@@ -72,9 +72,11 @@ contains
     do body = 1, mesh%n_bodies
       force(group(body)) = max(force(group(body)), force(body))
     end do
-    is_carried = are_carried(mesh, forces, pressed(:, :, 2))
+    allocate (scales%is_carried(0:mesh%n_bodies), source=are_carried(mesh, forces, &
+      pressed(:, :, 2)))
     do body = 1, mesh%n_bodies
-      if (is_carried(body)) scales%of_body(body) = max(scales%of_body(body), force(group(body)))
+      if (scales%is_carried(body)) scales%of_body(body) = max(scales%of_body(body), &
+        force(group(body)))
     end do
     where (force <= 0.0_wp) force = of_obstacles
     length = 0.0_wp

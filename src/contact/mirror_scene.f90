@@ -23,6 +23,8 @@ module mirror_scene_mod
   public :: planes_in_words, part_in_words, take_half
 
   real(wp), parameter :: rounding = 1.0e-9_wp !! of the size of the mesh, or of the largest load [-]
+  real(wp), parameter :: off = 0.3137_wp
+  !! of a cell of places that count as one: off round numbers, where rounding would part images [-]
   character, parameter :: axis_names(3) = ['x', 'y', 'z']
 
   !> A plane of symmetry.
@@ -127,8 +129,6 @@ contains
     real(wp), intent(in) :: place
     integer, allocatable, intent(out) :: image(:) !! (n_nodes)
     logical, intent(out) :: ok                    !! each has one, and no other
-    ! Off the places of round numbers, where rounding would part images.
-    real(wp), parameter :: off = 0.3137_wp
     integer, allocatable :: key(:, :), first(:)
     real(wp) :: apart(size(scene%mesh%element_nodes)), low(3), cell
     integer :: i, k, n
@@ -169,28 +169,48 @@ contains
   logical function has_mirrored_elements(scene, image) result(ok)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: image(:)
-    integer, allocatable :: key(:, :), first(:)
-    integer :: e, n
+    integer, allocatable :: nodes(:, :), images(:, :)
+    integer :: e
 
-    associate (mesh => scene%mesh)
-      n = mesh%n_elements
-      allocate (key(maxval(mesh%connectivity%first(2:n + 1) - mesh%connectivity%first(:n)) + 3, &
-        2*n), source=0)
-      do e = 1, n
-        associate (nodes => nodes_of_element(mesh%connectivity, e))
-          key(:size(nodes), e) = nodes
-          key(:size(nodes), n + e) = image(nodes)
-          call sort_ascending(key(:size(nodes), e))
-          call sort_ascending(key(:size(nodes), n + e))
+    associate (mesh => scene%mesh, first => scene%mesh%connectivity%first)
+      allocate (nodes(maxval(first(2:mesh%n_elements + 1) - first(:mesh%n_elements)), &
+        mesh%n_elements), source=0)
+      images = nodes
+      do e = 1, mesh%n_elements
+        associate (of_element => nodes_of_element(mesh%connectivity, e))
+          nodes(:size(of_element), e) = of_element
+          images(:size(of_element), e) = image(of_element)
         end associate
-        key(size(key, 1) - 2, [e, n + e]) = mesh%element_kind(e)
-        key(size(key, 1) - 1, [e, n + e]) = mesh%material(e)
-        key(size(key, 1), [e, n + e]) = mesh%connectivity%cell(e)
       end do
+      ok = are_same_lists(nodes, images, reshape([mesh%element_kind, mesh%material, &
+        mesh%connectivity%cell], [mesh%n_elements, 3]))
     end associate
+  end function has_mirrored_elements
+
+  !> Whether each of some lists of numbers, in any order, is among others, with the same marks.
+  logical function are_same_lists(others, lists, marks) result(ok)
+    integer, intent(in) :: others(:, :), lists(:, :) !! (m,n)
+    integer, intent(in), optional :: marks(:, :)     !! (n,k) of both; left out: none
+    integer, allocatable :: key(:, :), first(:)
+    integer :: i, m, n, k
+
+    m = size(lists, 1)
+    n = size(lists, 2)
+    k = 0
+    if (present(marks)) k = size(marks, 2)
+    allocate (key(m + k, 2*n))
+    key(:m, :n) = others
+    key(:m, n + 1:) = lists
+    do i = 1, 2*n
+      call sort_ascending(key(:m, i))
+    end do
+    if (present(marks)) then
+      key(m + 1:, :n) = transpose(marks)
+      key(m + 1:, n + 1:) = key(m + 1:, :n)
+    end if
     call number_columns(key, first)
     ok = all(first(n + 1:) <= n)
-  end function has_mirrored_elements
+  end function are_same_lists
 
   !> Elements on both sides of a plane.
   function cut_by(scene, axis, place) result(is_cut)
@@ -249,26 +269,16 @@ contains
     type(surface_t), intent(in) :: surface
     integer, intent(in) :: image(:)
     logical :: has(scene%mesh%n_nodes)
-    integer, allocatable :: key(:, :), first(:)
-    integer :: nodes(face_nodes, size(surface%faces, 2)), images(0:scene%mesh%n_nodes), f, n
+    integer :: nodes(face_nodes, size(surface%faces, 2)), images(0:scene%mesh%n_nodes)
 
     has = .false.
     has(surface%nodes) = .true.
     ok = all(image(surface%nodes) > 0)
     if (ok) ok = all(has(image(surface%nodes)))
-    n = size(surface%faces, 2)
-    if (.not. ok .or. n == 0) return
+    if (.not. ok .or. size(surface%faces, 2) == 0) return
     nodes = all_nodes_of(surface%faces, scene%mesh%connectivity)
     images = [0, image]
-    allocate (key(size(nodes, 1), 2*n))
-    do f = 1, n
-      key(:, f) = nodes(:, f)
-      key(:, n + f) = images(nodes(:, f))
-      call sort_ascending(key(:, f))
-      call sort_ascending(key(:, n + f))
-    end do
-    call number_columns(key, first)
-    ok = all(first(n + 1:) <= n)
+    ok = are_same_lists(nodes, reshape(images(reshape(nodes, [size(nodes)])), shape(nodes)))
   end function is_mirrored
 
   !> Whether an obstacle is its own image: facets by their corners, what has a distance by that of
@@ -311,7 +321,7 @@ contains
     integer, intent(in) :: axis
     real(wp), intent(in) :: place
     integer, allocatable :: key(:, :), first(:)
-    integer :: images(0:size(obstacle%corner, 2)), n, k, f
+    integer :: images(0:size(obstacle%corner, 2)), n, k
     real(wp) :: x(3, size(obstacle%corner, 2)), low(3), cell
 
     n = size(obstacle%corner, 2)
@@ -322,25 +332,17 @@ contains
     low(axis) = place - maxval(abs(x(axis, :) - place))
     allocate (key(3, 2*n))
     do k = 1, 3
-      key(k, :n) = floor((x(k, :) - low(k))/cell + 0.3137_wp)
+      key(k, :n) = floor((x(k, :) - low(k))/cell + off)
       if (k == axis) x(k, :) = 2.0_wp*place - x(k, :)
-      key(k, n + 1:) = floor((x(k, :) - low(k))/cell + 0.3137_wp)
+      key(k, n + 1:) = floor((x(k, :) - low(k))/cell + off)
     end do
     call number_columns(key, first)
     ok = all(first(n + 1:) <= n)
     if (.not. ok) return
     images = [0, first(n + 1:)]
-    n = size(obstacle%facet, 2)
-    deallocate (key)
-    allocate (key(4, 2*n))
-    do f = 1, n
-      key(:, f) = obstacle%facet(:, f)
-      key(:, n + f) = images(obstacle%facet(:, f))
-      call sort_ascending(key(:, f))
-      call sort_ascending(key(:, n + f))
-    end do
-    call number_columns(key, first)
-    ok = all(first(n + 1:) <= n)
+    associate (facet => obstacle%facet)
+      ok = are_same_lists(facet, reshape(images(reshape(facet, [size(facet)])), shape(facet)))
+    end associate
   end function has_mirrored_facets
 
   !> Whether supports, prescribed displacements, forces and turns of all *STEPs are mirrored.
