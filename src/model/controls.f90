@@ -7,7 +7,7 @@ module controls_mod
 
   public :: contact_controls_t, output_controls_t, print_t, precision_controls_t, &
     accuracy_controls_t, is_exact, take_double, precision_in_words, accuracy_names, &
-    subject_in_words, is_bounded, chooses_mesh
+    subject_in_words, is_bounded, chooses_mesh, allowed_error
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
   public :: local_uzawa, local_newton, local_newton6, local_exact
@@ -179,6 +179,14 @@ contains
 
     is_bounded = accuracy%time > 0.0_wp .or. accuracy%memory > 0.0_wp
   end function is_bounded
+
+  !> The error that is allowed: the accuracy, or 1 % where none is asked for.
+  pure real(wp) function allowed_error(wanted)
+    real(wp), intent(in) :: wanted !! accuracy; 0: none [-]
+    real(wp), parameter :: usual = 0.01_wp
+
+    allowed_error = merge(wanted, usual, wanted > 0.0_wp)
+  end function allowed_error
 
   !> Whether the program is to find a mesh: one that an accuracy takes, or that time and memory
   !> allow.

@@ -6,7 +6,7 @@ module rigid_alternatives_mod
   use text_mod, only: to_text, percent
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
-  use controls_mod, only: compliance_dense
+  use controls_mod, only: compliance_dense, allowed_error
   use surfaces_mod, only: surface_t
   use mesh_forces_mod, only: pressure_force, internal_force
   use step_loads_mod, only: prescribed_dofs
@@ -27,8 +27,6 @@ module rigid_alternatives_mod
 
   real(wp), parameter :: longest = 10.0_wp
   !! a plan takes no longer for this than it is to tell: one factorisation [s]
-  real(wp), parameter :: usual = 0.01_wp
-  !! what a body may change of contact forces to be named, where no accuracy is asked for [-]
 
 contains
 
@@ -238,7 +236,7 @@ contains
     integer, intent(in) :: set
     character(:), allocatable, intent(out) :: words
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: share, largest, allowed
+    real(wp) :: share, largest
     integer :: k, side, of_set, at
 
     words = ''
@@ -259,9 +257,7 @@ contains
       largest = share
       at = k
     end do
-    allowed = usual
-    if (scene%accuracy%wanted > 0.0_wp) allowed = scene%accuracy%wanted
-    if (at == 0 .or. largest > allowed) return
+    if (at == 0 .or. largest > allowed_error(scene%accuracy%wanted)) return
     words = scene%element_sets(set)%name//' is '//to_text((1.0_wp - largest)/largest, 2)// &
       ' times as stiff as what it touches in '//scene%pairs(at)%name//': as an obstacle it '// &
       'would change contact forces by about '//percent(largest)

@@ -9,6 +9,7 @@ module choose_theory_mod
   use errors_mod, only: error_t, raise, exit_not_solved, exit_wrong_input, exit_machine
   use text_mod, only: string_t, percent
   use fresh_file_mod, only: delete_file, move_file
+  use controls_mod, only: allowed_error
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use command_line_mod, only: options_t
@@ -20,7 +21,7 @@ module choose_theory_mod
   use output_names_mod, only: keep_inputs
   use prepare_scene_mod, only: prepare_scene, result_path
   use run_mesh_mod, only: run_mesh
-  use judge_theory_mod, only: theory_allowed, why_kept, off_in_words
+  use judge_theory_mod, only: why_kept, off_in_words
   use reach_accuracy_mod, only: reach_accuracy, search_t
   implicit none
   private
@@ -45,7 +46,7 @@ contains
     logical :: goes_on, is_lost
 
     path = result_path(options, scene)
-    allowed = theory_allowed(scene%accuracy%wanted)
+    allowed = allowed_error(scene%accuracy%wanted)
     goes_on = .false.
     if (options%continues) then
       if (is_there(path)) goes_on = theory_in_file(path) == 'finite strain'
@@ -130,7 +131,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(run_theory_t), intent(in) :: theory
 
-    call say('small strain '//off_in_words(theory)//', and '//percent(theory_allowed( &
+    call say('small strain '//off_in_words(theory)//', and '//percent(allowed_error( &
       scene%accuracy%wanted))//' is allowed'//trim(merge(' for all errors', repeat(' ', 15), &
       scene%accuracy%wanted > 0.0_wp))//': the run begins again at finite strain')
   end subroutine say_change

@@ -4,6 +4,7 @@
 module judge_theory_mod
   use kinds_mod, only: wp
   use text_mod, only: percent
+  use controls_mod, only: allowed_error
   use mesh_sequence_mod, only: mesh_sequence_t, theory_counts, theory_tried, theory_of_last, &
     is_spoiled_by_theory, set_theory_aside
   use theory_of_runs_mod, only: run_theory_t, may_spoil, is_more_than_its_part, &
@@ -12,7 +13,7 @@ module judge_theory_mod
   implicit none
   private
 
-  public :: judge_theory, theory_allowed, why_kept, off_in_words
+  public :: judge_theory, why_kept, off_in_words
   public :: theory_stands, theory_is_followed, finite_strain_follows, theory_is_set_aside
 
   ! What comes of it.
@@ -22,17 +23,7 @@ module judge_theory_mod
   integer, parameter :: theory_is_set_aside = 4
   !! the accuracy cannot be reached: runs go on for the small-strain solution
 
-  real(wp), parameter :: usual = 0.01_wp
-  !! what the theory may change where no accuracy is asked for [-]
-
 contains
-
-  !> What the theory may change, where a run by itself decides.
-  pure real(wp) function theory_allowed(wanted)
-    real(wp), intent(in) :: wanted !! accuracy, 0: none [-]
-
-    theory_allowed = merge(wanted, usual, wanted > 0.0_wp)
-  end function theory_allowed
 
   !> What the runs on several meshes say of the theory.
   !>
@@ -50,7 +41,7 @@ contains
     if (choice%outcome == is_reached .and. .not. is_spoiled_by_theory(sequence)) return
     associate (theory => theory_of_last(sequence), wanted => sequence%asked)
       if (can_follow .and. .not. sequence%follows_theory) then
-        if (.not. may_spoil(theory, theory_allowed(wanted))) return
+        if (.not. may_spoil(theory, allowed_error(wanted))) return
         sequence%follows_theory = .true.
         ! What the estimate will leave is not known.
         sequence%wanted = wanted
@@ -58,13 +49,13 @@ contains
         return
       end if
       if (is_beginning(sequence)) return
-      is_too_large = theory%error > theory_allowed(wanted)
+      is_too_large = theory%error > allowed_error(wanted)
       if (wanted > 0.0_wp) is_too_large = is_more_than_its_part(theory, wanted)
       if (.not. is_too_large) return
       if (sequence%theory == theory_counts .and. is_known_at_finite_strain(theory, &
-        theory_allowed(wanted))) then
+        allowed_error(wanted))) then
         verdict = finite_strain_follows
-      else if (leaves_too_little(theory, theory_allowed(wanted))) then
+      else if (leaves_too_little(theory, allowed_error(wanted))) then
         call set_theory_aside(sequence)
         verdict = theory_is_set_aside
       end if

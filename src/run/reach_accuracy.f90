@@ -11,7 +11,7 @@ module reach_accuracy_mod
   use system_mod, only: cpu_seconds
   use mesh_size_mod, only: blocks_t, relative_size, is_same_size
   use controls_mod, only: accuracy_controls_t, accuracy_of_resultants, &
-    subject_in_words
+    subject_in_words, allowed_error
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use slice_axis_mod, only: axis_across
@@ -19,7 +19,7 @@ module reach_accuracy_mod
     theory_beside, theory_tried, theory_spoils, is_counted, theory_of_last
   use theory_of_runs_mod, only: run_theory_t
   use shadow_run_mod, only: has_no_shadow
-  use judge_theory_mod, only: judge_theory, theory_allowed, why_kept, theory_is_followed, &
+  use judge_theory_mod, only: judge_theory, why_kept, theory_is_followed, &
     finite_strain_follows, theory_is_set_aside
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
@@ -180,7 +180,7 @@ contains
       search%theory = theory
       if (verdict == theory_is_set_aside) then
         spoiling = theory
-        if (.not. console%quiet) call say('note: '//why_kept(theory, theory_allowed( &
+        if (.not. console%quiet) call say('note: '//why_kept(theory, allowed_error( &
           sequence%asked), tried)//'. The runs go on for the small-strain solution')
       end if
       if (any(verdict == [theory_is_followed, theory_is_set_aside])) call choose_next(sequence, &
