@@ -42,7 +42,7 @@ BLOCK = "block.inp n=4 steps=20"
 BODIES = "foundation.inp, stack.inp"
 MISTAKES = [
     Mistake(
-        "no mistake",
+        "no error",
         "geometry/mortar.f90",
         "!> Weights of a",
         "!> Weights of  a",
@@ -343,7 +343,7 @@ def main() -> int:
     parser.add_argument("--build", type=Path, default=ROOT / "build", help="a tree built by Ninja")
     parser.add_argument("--only", default="", help="only mistakes whose name has this text")
     options = parser.parse_args()
-    print("| mistake | deck: exit status, worst error |\n|---|---|")
+    print("| error | deck: exit status, worst error |\n|---|---|")
     true = options.build.resolve() / "bipot"
     for mistake in MISTAKES:
         if options.only not in mistake.name:
