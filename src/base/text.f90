@@ -4,8 +4,8 @@ module text_mod
   implicit none
   private
 
-  public :: printable, upper, to_text, in_known_digits, percent, nearest_word, string_t, as_list, &
-    one_of, digits_where_unknown
+  public :: printable, upper, to_text, counted, in_known_digits, percent, nearest_word, string_t, &
+    as_list, one_of, digits_where_unknown
 
   !> A text of its own length, for lists of texts.
   type :: string_t
@@ -75,6 +75,16 @@ contains
       converted(i:i) = achar(code)
     end do
   end function upper
+
+  !> "1 point", "3 points".
+  pure function counted(n, noun) result(text)
+    integer, intent(in) :: n
+    character(*), intent(in) :: noun
+    character(:), allocatable :: text
+
+    text = to_text(n)//' '//noun
+    if (n /= 1) text = text//'s'
+  end function counted
 
   pure function integer_to_text(number) result(text)
     integer, intent(in) :: number

@@ -7,11 +7,12 @@ module increments_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: load_step_t
   use state_mod, only: state_t
+  use text_mod, only: to_text
   implicit none
   private
 
   public :: increment_t, next_increment, count_increments, done_of_deck, ends_step, mark_end, &
-    is_extra, asked_number
+    is_extra, asked_number, increment_name
   public :: whole_increment, smallest_increment
 
   integer(i8), parameter :: whole_increment = 2_i8**32 !! parts in an increment of the deck
@@ -99,6 +100,14 @@ contains
     asked_number = int(position/whole_increment)
     if (is_extra(position)) asked_number = -1
   end function asked_number
+
+  !> "step 2, increment 17".
+  pure function increment_name(increment) result(name)
+    type(increment_t), intent(in) :: increment
+    character(:), allocatable :: name
+
+    name = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
+  end function increment_name
 
   !> Mark a state as the end of an increment.
   pure subroutine mark_end(increment, state)

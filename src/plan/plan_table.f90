@@ -3,7 +3,7 @@
 !> A line is its name, how it is meant (fixed, at most, about), and the rest in words.
 module plan_table_mod
   use kinds_mod, only: wp
-  use text_mod, only: string_t, to_text, percent
+  use text_mod, only: string_t, to_text, counted, percent
   use scene_mod, only: scene_t
   use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
                           solver_global_newton, &
@@ -67,7 +67,7 @@ contains
     call add_line(plan, factorisations, merge(bound_about, bound_at_most, scene%finite_strain), &
       factorisations_in_words(plan, scene%finite_strain))
     call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
-      plan), to_text(plan%n_increments)//' in '//steps_in_words(scene))
+      plan), to_text(plan%n_increments)//' in '//counted(size(scene%steps), 'step'))
     accuracy = accuracy_in_words(scene%accuracy)
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
       'accuracy', 0, accuracy, accuracy)
@@ -105,7 +105,7 @@ contains
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: words
 
-    words = to_text(plan%n_increments)//' in '//steps_in_words(scene)
+    words = to_text(plan%n_increments)//' in '//counted(size(scene%steps), 'step')
     if (all(scene%steps%direct)) return
     if (plan%n_cuts > 0) words = words//'; '//to_text(plan%n_cuts)// &
       ' more for the accuracy or for obstacles that turn'
@@ -114,14 +114,6 @@ contains
     words = words//'; halved if not converged'
     if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
   end function increments_in_words
-
-  !> 2 steps.
-  pure function steps_in_words(scene) result(words)
-    type(scene_t), intent(in) :: scene
-    character(:), allocatable :: words
-
-    words = to_text(size(scene%steps))//plural(' step', ' steps', size(scene%steps))
-  end function steps_in_words
 
   !> 1 % of the contact forces; the mesh is chosen for it, within 60 s of CPU time.
   function accuracy_in_words(accuracy) result(words)
@@ -244,7 +236,7 @@ contains
     held(motions%body) = .false.
     n = count(held(1:))
     if (n > 0) call add_line(plan, 'bodies', bound_fixed, to_text(n)//', held by '// &
-      trim(plural('its ', 'their', n))//' supports')
+      trim(merge('its  ', 'their', n == 1))//' supports')
     j = 1
     listed = 0
     do while (j <= motions%n)
@@ -299,8 +291,7 @@ contains
     associate (a => plan%points%first(i), b => plan%points%first(i + 1) - 1, &
                sides => n_sides(plan%points, i), mu => scene%pairs(i)%mu)
       kept = pack(plan%rows(a:b), plan%points%in_reach(a:b))
-      words = scene%pairs(i)%name//': '//to_text(size(kept))//plural(' point', ' points', &
-        size(kept))
+      words = scene%pairs(i)%name//': '//counted(size(kept), 'point')
       if (size(kept) < b - a + 1) words = words//' of '//to_text(b - a + 1)// &
         ' (the others cannot reach it)'
       if (sides > 1) words = words//' before '//to_text(sides)// &
@@ -310,14 +301,14 @@ contains
       if (mu <= 0.0_wp) words = words//', frictionless'
       if (.not. with_rows) return
       if (all(kept == kept(1)) .and. kept(1) > 0) then
-        words = words//', '//to_text(kept(1))//plural(' row', ' rows', kept(1))//' each'
+        words = words//', '//counted(kept(1), 'row')//' each'
         return
       end if
       words = words//':'
       do n = 3, 0, -1
         of_kind = count(kept == n)
         if (of_kind == 0) cycle
-        words = words//' '//to_text(of_kind)//' of '//to_text(n)//plural(' row', ' rows', n)
+        words = words//' '//to_text(of_kind)//' of '//counted(n, 'row')
         if (n == 0) words = words//' (normal prescribed)'
         if (n == 2) words = words//' (one tangent prescribed)'
         if (n == 1 .and. mu > 0.0_wp) words = words//' (both prescribed)'
@@ -334,8 +325,7 @@ contains
 
     if (plan%choices%precision%iterative) then
       words = 'none: solutions '//precision_in_words(plan%choices%precision)//', coarsened for '// &
-        to_text(plan%n_factorisations)//plural(' set', ' sets', plan%n_factorisations)// &
-        ' of supports'
+        counted(plan%n_factorisations, 'set')//' of supports'
       return
     end if
     words = '1 for the whole run (small strain, same supports throughout)'
@@ -364,8 +354,7 @@ contains
     if (words == '' .or. plan%n_outputs == 0) then
       words = 'none'
     else
-      words = words(3:)//', at '//to_text(plan%n_outputs)//plural(' increment', ' increments', &
-        plan%n_outputs)
+      words = words(3:)//', at '//counted(plan%n_outputs, 'increment')
     end if
 
   contains
@@ -388,15 +377,6 @@ contains
     end subroutine add_names
 
   end function fields_in_words
-
-  pure function plural(one, many, n) result(word)
-    character(*), intent(in) :: one, many
-    integer, intent(in) :: n
-    character(:), allocatable :: word
-
-    word = many
-    if (n == 1) word = one
-  end function plural
 
   pure function solver_in_words(controls, tolerance) result(words)
     type(contact_controls_t), intent(in) :: controls

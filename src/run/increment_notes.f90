@@ -1,11 +1,11 @@
 !> What a run has to say of an increment beside its line: notes, made here and printed elsewhere.
 module increment_notes_mod
   use kinds_mod, only: wp, i8
-  use text_mod, only: to_text, percent
+  use text_mod, only: to_text, percent, counted
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increments_mod, only: increment_t, count_increments
+  use increments_mod, only: increment_t, increment_name, count_increments
   use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
@@ -47,7 +47,7 @@ contains
     type(note_t) :: note
 
     note%text = 'note: step '//to_text(increment%step)
-    if (of_increment) note%text = note%text//', increment '//to_text(increment%number)
+    if (of_increment) note%text = 'note: '//increment_name(increment)
     note%text = note%text//text
     if (present(even_if_quiet)) note%even_if_quiet = even_if_quiet
     notes = [notes, note]
@@ -189,9 +189,8 @@ contains
     end associate
     if (n > most) words = words//', ...'
     call add_note(notes, increment, .false., ': contact reactions are not determined at '// &
-      to_text(n)//trim(merge(' point ', ' points', n == 1))//' ('//words// &
-      '), for constraints can carry the same forces: the least reactions are given, and left '// &
-      'out of pressures')
+      counted(n, 'point')//' ('//words//'), for constraints can carry the same forces: the '// &
+      'least reactions are given, and left out of pressures')
   end subroutine note_redundant
 
   !> An equilibrium that may be unstable: where points slide, friction may hold it, and so may

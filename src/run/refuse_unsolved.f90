@@ -3,7 +3,7 @@ module refuse_unsolved_mod
   use kinds_mod, only: wp, i8
   use resource_limits_mod, only: has_memory
   use errors_mod, only: error_t, raise, exit_not_solved
-  use text_mod, only: to_text
+  use text_mod, only: to_text, counted
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
   use bodies_mod, only: is_linear
@@ -11,9 +11,9 @@ module refuse_unsolved_mod
     precision_in_words, is_exact, compliance_products
   use contact_points_mod, only: contact_points_t
   use plan_mod, only: plan_t
-  use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
-    ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed, &
+  use increments_mod, only: increment_t, increment_name
+  use increment_report_mod, only: increment_report_t, contact_fields_t, certificate_t, &
+    worst_entry, ended_at_limit, ended_stalled, ended_unbalanced, ended_moving, ended_passed, &
     ended_inverted, ended_out_of_balance, ended_indefinite
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
@@ -98,159 +98,179 @@ contains
     real(wp), intent(in) :: condition !! of the stiffness, at least [-]
     real(wp), intent(in) :: met       !! tolerance with which it was solved, 0: with none [-]
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: where_and_what
+    character(:), allocatable :: words
+    integer(i8) :: bytes
 
     if (is_solved(scene, report)) return
-    where_and_what = 'step '//to_text(increment%step)//', increment '//to_text(increment%number)
-    if (report%ending == ended_unbalanced .and. report%solved_in_parts > 0) then
-      where_and_what = where_and_what//': no balance of the loads along '//report%unbalanced// &
-        ' was found in one increment, but in '//to_text(report%solved_in_parts)// &
-        ' parts of it: use smaller increments, or leave out DIRECT'
-    else if (report%ending == ended_unbalanced) then
-      where_and_what = where_and_what//': nothing balances the loads along '// &
-        report%unbalanced//new_line('a')//'  '//what_would_balance(scene, report%pulls_off)
-    else if (report%ending == ended_passed) then
-      where_and_what = where_and_what//passed_in_words(scene, plan%points, increment, report)
-    else if (report%ending == ended_inverted) then
-      where_and_what = where_and_what//': element '// &
-        to_text(scene%mesh%element_id(report%worst_element))//' turns inside out; smaller '// &
-        'increments or a finer mesh may help'
-    else if (report%ending == ended_out_of_balance) then
-      where_and_what = where_and_what//': the forces of finite strain do not come to balance '// &
-        '(what is left is '//to_text(report%residual, 3)// &
-        ' of the largest); smaller increments '// &
-        'may help'
-    else if (report%ending == ended_indefinite) then
-      where_and_what = where_and_what//': the tangent stiffness of iteration '// &
+    select case (report%ending)
+    case (ended_unbalanced)
+      words = 'nothing balances the loads along '//report%unbalanced//new_line('a')//'  '// &
+        what_would_balance()
+      if (report%solved_in_parts > 0) words = 'no balance of the loads along '// &
+        report%unbalanced//' was found in one increment, but in '// &
+        to_text(report%solved_in_parts)//' parts of it: use smaller increments, or leave out DIRECT'
+    case (ended_passed)
+      words = passed()
+    case (ended_inverted)
+      words = 'element '//to_text(scene%mesh%element_id(report%worst_element))//' turns inside '// &
+        'out; smaller increments or a finer mesh may help'
+    case (ended_out_of_balance)
+      words = 'the forces of finite strain do not come to balance (what is left is '// &
+        to_text(report%residual, 3)//' of the largest); smaller increments may help'
+    case (ended_indefinite)
+      words = 'the tangent stiffness of iteration '// &
         to_text(report%newton_raphson_iterations + 1)//' is not positive definite, and contact '// &
         'is not determined with it; TANGENT=KEPT of *BODY SOLVER leaves out what is negative in it'
-    else if (report%ending == ended_moving) then
-      where_and_what = where_and_what//': the contact points on '//moving_in_words(scene, &
-        plan%points, report%moved_point)//' do not settle ('
-      if (report%residual < epsilon(1.0_wp)*no_gap) then
-        where_and_what = where_and_what//'they still move by '//to_text(report%residual, 3)
+    case (ended_moving)
+      words = moving()
+    case default
+      if (report%converged) then
+        words = 'not certified, '//certificate_in_words(report%certificate)//', allowed '// &
+          to_text(10.0_wp*choices%tolerance)//' (condition of the stiffness at least '// &
+          to_text(condition, 2)//')'//inaccurate()
       else
-        where_and_what = where_and_what//'their master covers one of them at times'
+        words = unreached()
       end if
-      where_and_what = where_and_what//'); smaller increments '
-      if (scene%contact%solver /= solver_auto) where_and_what = where_and_what//'or SOLVER=AUTO '
-      where_and_what = where_and_what//'may help'
-    else if (.not. report%converged) then
-      where_and_what = where_and_what//': '//solver_name(report%solver)// &
-        ' did not reach the tolerance '//to_text(choices%tolerance)//' in '// &
-        to_text(report%contact_iterations)//' iterations, '//ending_in_words(report%ending)// &
-        ' (best residual '//to_text(report%residual, 3)
-      if (report%worst_point > 0) where_and_what = where_and_what//', largest at node '// &
-        to_text(scene%mesh%node_id(plan%points%node(report%worst_point)))
-      where_and_what = where_and_what//'; condition of the stiffness at least '// &
-        to_text(condition, 2)//')'//met_in_words(met)
-      if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) then
-        where_and_what = where_and_what//'; rho = '//to_text(scene%contact%rho)//' times its '// &
-        'natural scale is outside the range in which Uzawa converges here: below 2, often less'
+      if (met > 0.0_wp) words = words//'; with a tolerance of '//to_text(met, 2)// &
+        ' this increment is solved, and those after it were not tried'
+    end select
+    if (report%ending /= ended_unbalanced) then
+      if (choices%precision%iterative) then
+        words = words//'; bodies were solved for by iteration: TYPE=FACTOR of *BODY SOLVER has '// &
+          'other solvers of contact to fall back on'
+      else if (choices%compliance == compliance_products .and. .not. report%converged .and. &
+        report%ending /= ended_moving) then
+        bytes = dense_bytes(sum(plan%rows))
+        if (.not. has_memory(bytes)) words = words//'; other solvers need the dense '// &
+          'compliance, '//bytes_in_words(real(bytes, wp))//' of memory'
       end if
-    else
-      where_and_what = where_and_what//': not certified, '//certificate_in_words(report)// &
-        ', allowed '// &
-        to_text(10.0_wp*choices%tolerance)//' (condition of the stiffness at least '// &
-        to_text(condition, 2)//')'
+      words = words//wedge_in_words(scene, plan%points, report%contact)
+    end if
+    call raise_at(increment, error, words)
+
+  contains
+
+    !> A contact solver that stopped above its tolerance.
+    function unreached() result(words)
+      character(:), allocatable :: words
+
+      words = solver_name(report%solver)//' did not reach the tolerance '// &
+        to_text(choices%tolerance)//' in '//to_text(report%contact_iterations)//' iterations, '// &
+        ending()//' (best residual '//to_text(report%residual, 3)
+      if (report%worst_point > 0) words = words//', largest at '// &
+        node_name(scene, plan%points, report%worst_point)
+      words = words//'; condition of the stiffness at least '//to_text(condition, 2)//')'
+      if (scene%contact%local == local_uzawa .and. report%solver == solver_sweeps) words = words// &
+        '; rho = '//to_text(scene%contact%rho)//' times its natural scale is outside the range '// &
+        'in which Uzawa converges here: below 2, often less'
+    end function unreached
+
+    !> What arithmetic leaves of the certificate.
+    function inaccurate() result(words)
+      character(:), allocatable :: words
+
+      words = ''
       if (.not. (is_exact(choices%precision) .or. choices%precision%iterative)) then
-        where_and_what = where_and_what//'; the factor ('// &
-          precision_in_words(choices%precision)//') left '//to_text(report%unrefined, 2)// &
-          ' of the forces out of balance, Newton-Raphson '//to_text(report%imbalance, 2)// &
-          '; full rank and FACTOR=DOUBLE of *PRECISION are more accurate'
+        words = '; the factor ('//precision_in_words(choices%precision)//') left '// &
+          to_text(report%unrefined, 2)//' of the forces out of balance, Newton-Raphson '// &
+          to_text(report%imbalance, 2)//'; full rank and FACTOR=DOUBLE of *PRECISION are more '// &
+          'accurate'
       else if (report%certificate%equilibrium >= worst_entry(report%certificate)) then
-        if (report%without_contact > far_off .and. is_linear(scene)) then
-          where_and_what = where_and_what//': without contact the loads would move the bodies '// &
-            to_text(report%without_contact, 1)//' times as far, and double precision loses as '// &
-            'many digits of their forces; prescribe displacements instead of loads, or use '// &
-            'thicker elements'
-        else
-          where_and_what = where_and_what// &
-            ': displacements in double precision cannot balance these forces any closer'
-        end if
+        words = ': displacements in double precision cannot balance these forces any closer'
+        if (report%without_contact > far_off .and. is_linear(scene)) words = ': without '// &
+          'contact the loads would move the bodies '//to_text(report%without_contact, 1)// &
+          ' times as far, and double precision loses as many digits of their forces; prescribe '// &
+          'displacements instead of loads, or use thicker elements'
       end if
-      where_and_what = where_and_what//met_in_words(met)
-    end if
-    if (choices%precision%iterative .and. report%ending /= ended_unbalanced) then
-      where_and_what = where_and_what//'; bodies were solved for by iteration: TYPE=FACTOR of '// &
-        '*BODY SOLVER has other solvers of contact to fall back on'
-    else if (choices%compliance == compliance_products .and. .not. report%converged .and. &
-      report%ending /= ended_moving) then
-      where_and_what = where_and_what// &
-        missing_in_words(dense_bytes(sum(plan%rows)))
-    end if
-    if (report%ending /= ended_unbalanced) where_and_what = where_and_what// &
-      wedge_in_words(scene, plan%points, report%contact)
-    call raise(error, exit_not_solved, where_and_what)
+    end function inaccurate
+
+    !> What an obstacle does that passes a point, and the increment in which it does not.
+    function passed() result(words)
+      character(:), allocatable :: words
+      real(wp) :: length, power
+
+      associate (point => report%passed_point, step => scene%steps(increment%step))
+        ! Rounded down to one digit.
+        length = report%part_to_try*(increment%fraction - increment%begin)*step%period
+        power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
+        words = node_name(scene, plan%points, point)//' of '// &
+          scene%surfaces(scene%pairs(plan%points%pair(point))%surface)%name
+        if (report%part_to_try >= 1.0_wp) then
+          words = master_name(scene, plan%points%pair(point))//' presses '//words// &
+            ' from inside its body; is the body on the right side of it, and are all faces '// &
+            'that it may touch in the surface?'
+          return
+        end if
+        words = master_name(scene, plan%points%pair(point))//' passes '//words// &
+          ' within the increment and would press it from behind; use '
+        if (report%part_to_try < 0.5_wp) then
+          words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
+          if (step%direct) words = words//', or leave out DIRECT'
+        else
+          words = words//'smaller elements, or a slave surface with all faces that may touch'
+        end if
+      end associate
+    end function passed
+
+    !> What to look at where loads are not balanced.
+    function what_would_balance() result(words)
+      character(:), allocatable :: words
+
+      if (report%pulls_off) then
+        words = 'they pull the body off what it touches: a pressure is positive into the body, '// &
+          'and forces point along the axes; is a sign wrong?'
+      else if (size(scene%pairs) > 0) then
+        words = 'supports (*BOUNDARY), contact or friction must hold this motion'
+      else
+        words = 'supports (*BOUNDARY) or a *CONTACT PAIR must hold this motion'
+      end if
+    end function what_would_balance
+
+    !> Contact points that have not settled.
+    function moving() result(words)
+      character(:), allocatable :: words
+
+      words = 'the contact points on curved obstacles'
+      associate (point => report%moved_point)
+        if (point > 0) words = 'the contact points on the master of '// &
+          scene%pairs(plan%points%pair(point))%name//', most of all '// &
+          node_name(scene, plan%points, point)//','
+      end associate
+      words = words//' do not settle ('
+      if (report%residual < epsilon(1.0_wp)*no_gap) then
+        words = words//'they still move by '//to_text(report%residual, 3)
+      else
+        words = words//'their master covers one of them at times'
+      end if
+      words = words//'); smaller increments '
+      if (scene%contact%solver /= solver_auto) words = words//'or SOLVER=AUTO '
+      words = words//'may help'
+    end function moving
+
+    !> Why a contact solver gave up.
+    function ending() result(words)
+      character(:), allocatable :: words
+
+      select case (report%ending)
+      case (ended_at_limit)
+        words = 'their limit'
+      case (ended_stalled)
+        words = 'no longer making progress'
+      case default
+        words = 'with reactions growing without bound'
+      end select
+    end function ending
+
   end subroutine refuse_unsolved
 
-  !> What an obstacle does that passes a point, and the increment in which it does not.
-  pure function passed_in_words(scene, points, increment, report) result(words)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
+  !> An error that says in which increment it is.
+  pure subroutine raise_at(increment, error, words)
     type(increment_t), intent(in) :: increment
-    type(increment_report_t), intent(in) :: report
-    character(:), allocatable :: words
-    real(wp) :: length, power
+    type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in) :: words
 
-    associate (point => report%passed_point, step => scene%steps(increment%step))
-      ! Rounded down to one digit.
-      length = report%part_to_try*(increment%fraction - increment%begin)*step%period
-      power = 10.0_wp**floor(log10(max(length, tiny(1.0_wp))))
-      words = 'node '//to_text(scene%mesh%node_id(points%node(point)))//' of '// &
-        scene%surfaces(scene%pairs(points%pair(point))%surface)%name
-      if (report%part_to_try >= 1.0_wp) then
-        words = ': '//master_name(scene, points%pair(point))//' presses '//words// &
-          ' from inside its body; is the body on the right side of it, and are all faces that '// &
-          'it may touch in the surface?'
-        return
-      end if
-      words = ': '//master_name(scene, points%pair(point))//' passes '//words// &
-        ' within the increment and would press it from behind; use '
-      if (report%part_to_try < 0.5_wp) then
-        words = words//'increments of '//to_text(floor(length/power)*power, 1)//' or less'
-        if (step%direct) words = words//', or leave out DIRECT'
-      else
-        words = words//'smaller elements, or a slave surface with all faces that may touch'
-      end if
-    end associate
-  end function passed_in_words
-
-  !> The tolerance with which an increment was solved, where it was not with its own.
-  pure function met_in_words(met) result(words)
-    real(wp), intent(in) :: met !! 0: with none [-]
-    character(:), allocatable :: words
-
-    words = ''
-    if (met > 0.0_wp) words = '; with a tolerance of '//to_text(met, 2)//' this increment is '// &
-      'solved, and those after it were not tried'
-  end function met_in_words
-
-  !> What to look at where loads are not balanced.
-  pure function what_would_balance(scene, pulls_off) result(words)
-    type(scene_t), intent(in) :: scene
-    logical, intent(in) :: pulls_off
-    character(:), allocatable :: words
-
-    if (pulls_off) then
-      words = 'they pull the body off what it touches: a pressure is positive into the body, '// &
-        'and forces point along the axes; is a sign wrong?'
-    else if (size(scene%pairs) > 0) then
-      words = 'supports (*BOUNDARY), contact or friction must hold this motion'
-    else
-      words = 'supports (*BOUNDARY) or a *CONTACT PAIR must hold this motion'
-    end if
-  end function what_would_balance
-
-  !> What the dense compliance would take, which other solvers need, where that is not there.
-  function missing_in_words(bytes) result(words)
-    integer(i8), intent(in) :: bytes
-    character(:), allocatable :: words
-
-    words = ''
-    if (.not. has_memory(bytes)) words = '; other solvers need the dense compliance, '// &
-      bytes_in_words(real(bytes, wp))//' of memory'
-  end function missing_in_words
+    call raise(error, exit_not_solved, increment_name(increment)//': '//words)
+  end subroutine raise_at
 
   !> Where the largest reactions belong to one node and balance one another, in words; else ''.
   !>
@@ -281,17 +301,15 @@ contains
     end associate
   end function wedge_in_words
 
-  !> On what contact points have not settled.
-  pure function moving_in_words(scene, points, point) result(words)
+  !> "node 17", of a contact point.
+  pure function node_name(scene, points, point) result(name)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    integer, intent(in) :: point !! that moves the most before a surface; 0: none
-    character(:), allocatable :: words
+    integer, intent(in) :: point
+    character(:), allocatable :: name
 
-    words = 'curved obstacles'
-    if (point > 0) words = 'the master of '//scene%pairs(points%pair(point))%name// &
-      ', most of all node '//to_text(scene%mesh%node_id(points%node(point)))//','
-  end function moving_in_words
+    name = 'node '//to_text(scene%mesh%node_id(points%node(point)))
+  end function node_name
 
   !> A contact that lies between the nodes ends the run: no force would answer it.
   subroutine refuse_missed_contact(scene, increment, entries, error)
@@ -325,8 +343,7 @@ contains
         'it: contact is missed; use smaller elements, with edges below about '// &
         to_text(needed, 2)//', or smaller increments'
     end select
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': '//face)
+    call raise_at(increment, error, face)
   end subroutine refuse_missed_contact
 
   !> So does one that the means over faces do not feel.
@@ -340,8 +357,7 @@ contains
     advice = 'smaller elements'
     associate (pair => scene%pairs(unfelt%pair))
       if (pair%master == 0) advice = master_name(scene, unfelt%pair)//' as the slave, or '//advice
-      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-        to_text(increment%number)//': '//master_name(scene, unfelt%pair)//' is '// &
+      call raise_at(increment, error, master_name(scene, unfelt%pair)//' is '// &
         to_text(unfelt%depth, 3)//' deep into the face of '//nodes_in_words(scene, unfelt%nodes)// &
         ' of '//scene%surfaces(pair%surface)%name//', but no node of that face or of its '// &
         'neighbours touches it: contact is missed; use '//advice)
@@ -360,8 +376,7 @@ contains
 
     slave = scene%surfaces(scene%pairs(pair)%surface)%name
     master = master_name(scene, pair)
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': '//slave//' presses '//to_text(beyond, 3)// &
+    call raise_at(increment, error, slave//' presses '//to_text(beyond, 3)// &
       ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
       'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
       ' as the slave, or smaller elements, to see whether it does')
@@ -375,8 +390,7 @@ contains
     real(wp), intent(in) :: least !! det(I + grad u) [-]
     type(error_t), allocatable, intent(out) :: error
 
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': element '//to_text(scene%mesh%element_id(element))// &
+    call raise_at(increment, error, 'element '//to_text(scene%mesh%element_id(element))// &
       ' is turned inside out, det(I + grad u) = '//to_text(least, 2)//': the body would go '// &
       'through itself, far beyond small-strain theory; check loads, prescribed displacements '// &
       'and units')
@@ -390,9 +404,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     associate (material => scene%materials(scene%mesh%material(lost%element)))
-      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-        to_text(increment%number)//': the law of material '//material%name//' does not hold in '// &
-        'element '//to_text(scene%mesh%element_id(lost%element))//', stretched by '// &
+      call raise_at(increment, error, 'the law of material '//material%name//' does not hold '// &
+        'in element '//to_text(scene%mesh%element_id(lost%element))//', stretched by '// &
         stretches_in_words(lost%stretch)//': it has lost its ellipticity (its acoustic tensor '// &
         'is not positive), and a layer of elements collapses or tears; smaller increments do '// &
         'not help; '//neo_hooke_in_words(material%law%elastic)//' holds at all stretches')
@@ -426,8 +439,7 @@ contains
     integer, intent(in) :: element !! behind the face
     type(error_t), allocatable, intent(out) :: error
 
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': node '//to_text(scene%mesh%node_id(points%node(point)))// &
+    call raise_at(increment, error, node_name(scene, points, point)// &
       ' of '//scene%pairs(points%pair(point))%name//' begins '//to_text(depth, 3)// &
       ' inside its master, which is more than element '// &
       to_text(scene%mesh%element_id(element))//' behind it is thick; move the bodies apart, '// &
@@ -442,8 +454,7 @@ contains
     integer, intent(in) :: surface, nodes(:) !! of the face
     type(error_t), allocatable, intent(out) :: error
 
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': the face of '//nodes_in_words(scene, nodes)//' of '// &
+    call raise_at(increment, error, 'the face of '//nodes_in_words(scene, nodes)//' of '// &
       scene%surfaces(surface)%name//' is folded: a corner points inwards, and contact '// &
       'cannot be computed there; the body is deformed beyond what linear theory covers: less '// &
       'motion, or less load')
@@ -458,8 +469,7 @@ contains
 
     associate (left => report%left_over, strain => report%energy%strain)
       if (.not. left(1) > 0.0_wp) return
-      call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-        to_text(increment%number)//': contact gains or loses '//to_text(left(1), 2)// &
+      call raise_at(increment, error, 'contact gains or loses '//to_text(left(1), 2)// &
         ' of energy that is neither work nor friction, beside a strain energy of '// &
         to_text(strain, 2)//', and '//to_text(left(2), 2)//' in increments of a quarter of the '// &
         'size: points pass edges or their master turns too far; use much smaller increments, '// &
@@ -473,8 +483,7 @@ contains
     type(stability_t), intent(in) :: stability !! with unstable motions
     type(error_t), allocatable, intent(out) :: error
 
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': the equilibrium is unstable'//unstable_in_words(stability))
+    call raise_at(increment, error, 'the equilibrium is unstable'//unstable_in_words(stability))
   end subroutine refuse_unstable
 
   !> A solution beyond which the one before does not go on.
@@ -483,8 +492,7 @@ contains
     real(wp), intent(in) :: lost, strain !! energy that is lost, and of the strains [energy]
     type(error_t), allocatable, intent(out) :: error
 
-    call raise(error, exit_not_solved, 'step '//to_text(increment%step)//', increment '// &
-      to_text(increment%number)//': the solution jumps: '//to_text(lost, 2)//' of energy is '// &
+    call raise_at(increment, error, 'the solution jumps: '//to_text(lost, 2)//' of energy is '// &
       'neither work nor friction, beside a strain energy of '//to_text(strain, 2)// &
       ', however small the increment. The body snaps over to another shape, or a surface slips '// &
       'off its master at once; what it does then is a matter of its inertia'//new_line('a')// &
@@ -497,8 +505,8 @@ contains
     type(stability_t), intent(in) :: stability
     character(:), allocatable :: words
 
-    words = ' ('//to_text(stability%n_unstable)//trim(merge(' motion ', ' motions', &
-      stability%n_unstable == 1))//' of the body would release energy): it buckles'
+    words = ' ('//counted(stability%n_unstable, 'motion')//' of the body would release '// &
+      'energy): it buckles'
     if (stability%by_element) then
       words = words//', or the elements do: C3D8I instead of C3D8B, or smaller strains, tell'
     else
@@ -535,38 +543,19 @@ contains
     end associate
   end function nodes_in_words
 
-  !> Why a contact solver gave up.
-  pure function ending_in_words(ending) result(words)
-    integer, intent(in) :: ending
+  pure function certificate_in_words(c) result(words)
+    type(certificate_t), intent(in) :: c
     character(:), allocatable :: words
 
-    select case (ending)
-    case (ended_at_limit)
-      words = 'their limit'
-    case (ended_stalled)
-      words = 'no longer making progress'
-    case default
-      words = 'with reactions growing without bound'
-    end select
-  end function ending_in_words
-
-  pure function certificate_in_words(report) result(words)
-    type(increment_report_t), intent(in) :: report
-    character(:), allocatable :: words
-
-    associate (c => report%certificate)
-      words = 'penetration '//to_text(c%penetration, 2)//', adhesion '//to_text(c%adhesion, 2)// &
-        ', complementarity '//to_text(c%complementarity, 2)//', cone '//to_text(c%cone, 2)// &
-        ', law '// &
-        to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)//', balance '// &
-        to_text(c%balance, 2)
-      if (c%energy > 0.0_wp) words = words//', energy '//to_text(c%energy, 2)
-      if (c%undetermined > 0.0_wp) words = words//', reactions that nothing determines '// &
-        to_text(c%undetermined, 2)
-      if (c%dissipation > 0.0_wp) words = words//', work done by friction '// &
-        to_text(c%dissipation, 2)
-      if (c%support > 0.0_wp) words = words//', supports kept to '//to_text(c%support, 2)
-    end associate
+    words = 'penetration '//to_text(c%penetration, 2)//', adhesion '//to_text(c%adhesion, 2)// &
+      ', complementarity '//to_text(c%complementarity, 2)//', cone '//to_text(c%cone, 2)// &
+      ', law '//to_text(c%law, 2)//', equilibrium '//to_text(c%equilibrium, 2)//', balance '// &
+      to_text(c%balance, 2)
+    if (c%energy > 0.0_wp) words = words//', energy '//to_text(c%energy, 2)
+    if (c%undetermined > 0.0_wp) words = words//', reactions that nothing determines '// &
+      to_text(c%undetermined, 2)
+    if (c%dissipation > 0.0_wp) words = words//', work done by friction '//to_text(c%dissipation, 2)
+    if (c%support > 0.0_wp) words = words//', supports kept to '//to_text(c%support, 2)
   end function certificate_in_words
 
 end module refuse_unsolved_mod
