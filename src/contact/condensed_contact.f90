@@ -17,7 +17,8 @@ module condensed_contact_mod
   use rigid_modes_mod, only: free_motions_t
   use placement_mod, only: placement_t
   use dependent_rows_mod, only: find_dependent_rows
-  use transfer_mod, only: transfer_t, make_transfer, compliance_of_rows, movable, rows_of_points, &
+  use sparse_rows_mod, only: rows_t
+  use transfer_mod, only: make_transfer, compliance_of_rows, movable, rows_of_points, &
     motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
   use solutions_map_mod, only: map_of_rows
   use compliance_map_mod, only: compliance_map_t
@@ -73,7 +74,7 @@ module condensed_contact_mod
     integer, allocatable :: row(:, :)   !! (3,n_points) over all groups, 0 where there is none
     logical, allocatable :: can_move(:, :) !! (3,n_nodes) of `movable`
     logical, allocatable :: near(:)     !! (n_points) those that have rows
-    type(transfer_t) :: transfer
+    type(rows_t) :: transfer
     real(wp) :: softness = 0.0_wp       !! of reactions that no body feels [-]
     logical :: is_copied = .false.      !! W, in single precision
     real(wp), allocatable :: left(:)    !! (n_pairs) of the stiffness of slave nodes [-]
@@ -372,7 +373,7 @@ contains
   !> formed. Of a few rows out of many it is an array in any case.
   subroutine take_compliance(body, transfer, placement, row, are_part, compliance)
     type(linearisation_t), intent(in) :: body
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     type(placement_t), intent(in) :: placement
     integer, intent(in) :: row(:, :)    !! (3,n_points) 0 where there is none
     logical, intent(in) :: are_part     !! there might be more rows

@@ -16,7 +16,7 @@ module held_body_mod
   use stiffness_inverse_mod, only: stiffness_inverse_t
   use linearisation_mod, only: linearisation_t
   use body_map_mod, only: body_map_t
-  use transfer_mod, only: transfer_t
+  use sparse_rows_mod, only: rows_t
   use placement_mod, only: placement_t
   use relative_unknowns_mod, only: add_line, add_masters, give_diagonal, give_to_masters, &
     order_lines, relative_unknowns_t, take_from_masters, take_off_masters
@@ -68,7 +68,7 @@ contains
   subroutine hold_body(body, points, transfer, placement, row, active, map)
     type(linearisation_t), intent(in) :: body !! by iteration
     type(contact_points_t), intent(in) :: points
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     type(placement_t), intent(in) :: placement
     integer, intent(in) :: row(:, :)        !! (3,n_points of the run)
     integer, intent(in) :: active(:)        !! (n_points) those that have rows, ascending
@@ -142,7 +142,7 @@ contains
   !> is among it.
   pure function line_of(body, transfer, weights, point, a, own) result(line)
     type(linearisation_t), intent(in) :: body
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     type(weights_t), intent(in) :: weights
     integer, intent(in) :: point, a, own
     type(line_t) :: line
@@ -153,12 +153,12 @@ contains
                last => transfer%first(3*(point - 1) + a + 1) - 1)
       allocate (line%unknown(0), line%node(0), line%dof(0), line%weight(0))
       do k = first, last
-        unknown = map%n_free - map%n_interface + transfer%equation(k)
+        unknown = map%n_free - map%n_interface + transfer%column(k)
         ! The first entry of a node that has an unknown there is its own.
         if (k == first .and. unknown == own) cycle
         equations = equations_of(map, map%node(unknown))
         call add(unknown, map%node(unknown), findloc(equations, unknown, dim=1), &
-          -transfer%coefficient(k))
+          -transfer%value(k))
       end do
       do k = weights%first(point), weights%first(point + 1) - 1
         do l = 1, motions%n

@@ -8,7 +8,7 @@ module solutions_map_mod
   use errors_mod, only: error_t
   use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations
   use compliance_map_mod, only: compliance_map_t
-  use transfer_mod, only: transfer_t
+  use sparse_rows_mod, only: rows_t
   implicit none
   private
 
@@ -16,7 +16,7 @@ module solutions_map_mod
 
   type, extends(compliance_map_t) :: solutions_map_t
     type(stiffness_inverse_t), pointer, private :: inverse => null() !! of the linearisation
-    type(transfer_t), private :: transfer
+    type(rows_t), private :: transfer
     integer,  allocatable, private :: row(:, :)      !! (3,n_points) 0 where there is none
     real(wp), allocatable, private :: frame(:, :, :) !! (3,3,n_points) columns n, t1, t2
   contains
@@ -28,7 +28,7 @@ contains
   !> The map of a placement's rows. It holds as long as the inverse does.
   subroutine map_of_rows(inverse, transfer, frame, row, map)
     type(stiffness_inverse_t), pointer, intent(in) :: inverse !! nothing condensed
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points)
     integer, intent(in) :: row(:, :)        !! (3,n_points)
     class(compliance_map_t), allocatable, intent(out) :: map
@@ -67,8 +67,8 @@ contains
           end do
           do a = 1, 3
             do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-              associate (b_k => b(n_interior + transfer%equation(k), j))
-                b_k = b_k + transfer%coefficient(k)*along(a)
+              associate (b_k => b(n_interior + transfer%column(k), j))
+                b_k = b_k + transfer%value(k)*along(a)
               end associate
             end do
           end do
@@ -85,7 +85,7 @@ contains
           along = 0.0_wp
           do a = 1, 3
             do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-              along(a) = along(a) + transfer%coefficient(k)*b(n_interior + transfer%equation(k), j)
+              along(a) = along(a) + transfer%value(k)*b(n_interior + transfer%column(k), j)
             end do
           end do
           do a = 1, 3

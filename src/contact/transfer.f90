@@ -22,23 +22,17 @@ module transfer_mod
     is_in_middle, is_before_faces, list_slave, of_slave, add_to_slave
   use dof_map_mod, only: dof_map_t, interface_equations_of, interface_terms_of, is_turned
   use rigid_modes_mod, only: free_motions_t, motion_at
+  use sparse_rows_mod, only: rows_t
   use local_frame_mod, only: straight
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
   public :: relative_motion, nodal_forces, gap_at, movable, note_freedom, rows_of_points, &
-    motion_of_point, motions_at_rows, transfer_t, make_transfer, compliance_of_rows, &
+    motion_of_point, motions_at_rows, make_transfer, compliance_of_rows, &
     stiffness_left, give_way, stiffness_left_nearby
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
-
-  !> B over the equations of the interface, in x, y, z: a sparse line for each direction of a point.
-  type :: transfer_t
-    integer,  allocatable :: first(:)       !! (3 n_points+1) where each line begins
-    integer,  allocatable :: equation(:)    !! (n_entries) counted from the first of the interface
-    real(wp), allocatable :: coefficient(:) !! (n_entries) [-]
-  end type transfer_t
 
 contains
 
@@ -268,12 +262,12 @@ contains
     end do
   end subroutine move_point
 
-  !> B over the equations of the interface.
+  !> B over the equations of the interface, in x, y, z: a sparse line for each direction of a point.
   subroutine make_transfer(map, points, weights, transfer)
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
     type(weights_t), intent(in) :: weights
-    type(transfer_t), intent(out) :: transfer
+    type(rows_t), intent(out) :: transfer
     integer :: slave(3, 3), master(3, size(weights%node)), i, a, k, n, pass
     integer :: n_slaves, node(3)
     real(wp) :: factor(3)
@@ -308,7 +302,7 @@ contains
         end do
       end do
       transfer%first(3*points%n + 1) = n + 1
-      if (pass == 1) allocate (transfer%equation(n), transfer%coefficient(n))
+      if (pass == 1) allocate (transfer%column(n), transfer%value(n))
     end do
 
   contains
@@ -328,8 +322,8 @@ contains
 
       n = n + 1
       if (pass == 1) return
-      transfer%equation(n) = equation
-      transfer%coefficient(n) = coefficient
+      transfer%column(n) = equation
+      transfer%value(n) = coefficient
     end subroutine add
 
     !> What a degree of freedom depends on, or has turned to; nothing where it does not.
@@ -350,7 +344,7 @@ contains
 
   !> W = R^T B C B^T R over the rows of the points.
   subroutine compliance_of_rows(transfer, frame, row, c, w)
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
     integer, intent(in)  :: row(:, :)       !! (3,n_points)
     type(block_diagonal_t), intent(in) :: c !! compliance of the interface [length/force]
@@ -383,7 +377,7 @@ contains
 
   !> C B^T of one point: what unit reactions along x, y, z do to the interface.
   subroutine press_point(transfer, c, j, moved)
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     type(block_diagonal_t), intent(in) :: c          !! of the interface [length/force]
     integer, intent(in) :: j
     real(wp), intent(out), contiguous :: moved(:, :) !! (n_interface,3) [length/force]
@@ -392,14 +386,14 @@ contains
     moved = 0.0_wp
     do b = 1, 3
       do k = transfer%first(3*(j - 1) + b), transfer%first(3*(j - 1) + b + 1) - 1
-        call add_column(c, transfer%equation(k), transfer%coefficient(k), moved(:, b))
+        call add_column(c, transfer%column(k), transfer%value(k), moved(:, b))
       end do
     end do
   end subroutine press_point
 
   !> B of one point, applied to three displacements of the interface.
   pure function at_point(transfer, moved, i) result(block)
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     real(wp), intent(in), contiguous :: moved(:, :) !! (3,n_interface)
     integer, intent(in) :: i
     real(wp) :: block(3, 3)                 !! rows along x, y, z, a column each
@@ -409,7 +403,7 @@ contains
     do a = 1, 3
       line = 0.0_wp
       do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-        line = line + transfer%coefficient(k)*moved(:, transfer%equation(k))
+        line = line + transfer%value(k)*moved(:, transfer%column(k))
       end do
       block(a, :) = line
     end do
@@ -421,7 +415,7 @@ contains
   pure function stiffness_left(map, points, transfer, c) result(left)
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     type(block_diagonal_t), intent(in) :: c    !! compliance of the interface [length/force]
     real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
     real(wp) :: of_slave, of_both
@@ -442,8 +436,8 @@ contains
           of_slave = of_slave + entry_of(c, equation(a), equation(a))
           do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
             do l = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-              of_both = of_both + transfer%coefficient(k)*transfer%coefficient(l)* &
-                entry_of(c, transfer%equation(k), transfer%equation(l))
+              of_both = of_both + transfer%value(k)*transfer%value(l)* &
+                entry_of(c, transfer%column(k), transfer%column(l))
             end do
           end do
         end do
@@ -459,7 +453,7 @@ contains
   !> How far the rows of the points give way to their own unknowns alone, those of the master among
   !> them: a bound of W_ii from what stands near, in the frames.
   pure function give_way(transfer, frame, flexibility) result(block)
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     real(wp), intent(in) :: frame(:, :, :)     !! (3,3,n_points)
     real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
     real(wp) :: block(3, 3, size(frame, 3))    !! [length/force]
@@ -476,7 +470,7 @@ contains
 
   !> Along x, y, z. The unknowns that a point hangs on move together, as neighbours do.
   pure function flexibility_of_point(transfer, flexibility, i) result(along)
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
     integer, intent(in) :: i
     real(wp) :: along(3)                       !! [length/force]
@@ -485,8 +479,8 @@ contains
     do a = 1, 3
       associate (first => transfer%first(3*(i - 1) + a), &
                  last => transfer%first(3*(i - 1) + a + 1) - 1)
-        along(a) = sum(abs(transfer%coefficient(first:last))* &
-          flexibility(transfer%equation(first:last)))
+        along(a) = sum(abs(transfer%value(first:last))* &
+          flexibility(transfer%column(first:last)))
       end associate
     end do
   end function flexibility_of_point
@@ -495,7 +489,7 @@ contains
   pure function stiffness_left_nearby(map, points, transfer, flexibility) result(left)
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
-    type(transfer_t), intent(in) :: transfer
+    type(rows_t), intent(in) :: transfer
     real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
     real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
     real(wp) :: of_slave, of_both
