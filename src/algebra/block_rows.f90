@@ -5,7 +5,7 @@
 !> row of its column.
 module block_rows_mod
   use kinds_mod, only: wp
-  use sorting_mod, only: order_of_columns
+  use sorting_mod, only: order_of_columns, count_below
   use small_matrix_mod, only: inverse
   implicit none
   private
@@ -27,21 +27,13 @@ module block_rows_mod
 contains
 
   !> Where a block below the diagonal stands that is in the pattern.
-  pure integer function find_block(rows, row, column) result(low)
+  pure integer function find_block(rows, row, column) result(place)
     type(block_rows_t), intent(in) :: rows
     integer, intent(in) :: row, column !! column < row
-    integer :: high, middle
 
-    low = rows%first(row)
-    high = rows%first(row + 1) - 1
-    do while (low < high)
-      middle = low + (high - low)/2
-      if (rows%column(middle) < column) then
-        low = middle + 1
-      else
-        high = middle
-      end if
-    end do
+    associate (first => rows%first(row), last => rows%first(row + 1) - 1)
+      place = first + count_below(column, rows%column(first:last))
+    end associate
   end function find_block
 
   !> Change a block that is in the pattern; one on the diagonal is symmetric and regular.
@@ -138,9 +130,11 @@ contains
   pure logical function is_there(rows, row, column)
     type(block_rows_t), intent(in) :: rows
     integer, intent(in) :: row, column !! column < row
+    integer :: place
 
-    is_there = rows%first(row + 1) > rows%first(row)
-    if (is_there) is_there = rows%column(find_block(rows, row, column)) == column
+    place = find_block(rows, row, column)
+    is_there = place < rows%first(row + 1)
+    if (is_there) is_there = rows%column(place) == column
   end function is_there
 
   !> y = A x.

@@ -1,6 +1,7 @@
 !> A sparse matrix by its rows.
 module sparse_rows_mod
   use kinds_mod, only: wp
+  use sorting_mod, only: count_below
   implicit none
   private
 
@@ -19,18 +20,10 @@ contains
   pure integer function find_entry(rows, row, column) result(entry)
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: row, column
-    integer :: last, middle
 
-    entry = rows%first(row)
-    last = rows%first(row + 1) - 1
-    do while (entry < last)
-      middle = (entry + last)/2
-      if (rows%column(middle) < column) then
-        entry = middle + 1
-      else
-        last = middle
-      end if
-    end do
+    associate (first => rows%first(row), last => rows%first(row + 1) - 1)
+      entry = first + count_below(column, rows%column(first:last))
+    end associate
   end function find_entry
 
   !> The product with a vector.

@@ -1,9 +1,9 @@
-!> Sorting whole numbers.
+!> Sorting whole numbers, and finding them.
 module sorting_mod
   implicit none
   private
 
-  public :: order_of, order_of_columns, sort_ascending, sort_unique
+  public :: order_of, order_of_columns, sort_ascending, sort_unique, count_below
 
 contains
 
@@ -123,5 +123,22 @@ contains
     end do
     list = sorted(:n)
   end subroutine sort_unique
+
+  !> How many numbers of an ascending list are below a value.
+  pure integer function count_below(value, list) result(n)
+    integer, intent(in) :: value, list(:)
+    integer :: high, middle
+
+    n = 0
+    high = size(list)
+    do while (n < high)
+      middle = n + (high - n)/2
+      if (list(middle + 1) < value) then
+        n = middle + 1
+      else
+        high = middle
+      end if
+    end do
+  end function count_below
 
 end module sorting_mod

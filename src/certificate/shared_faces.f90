@@ -4,7 +4,7 @@ module shared_faces_mod
   use kinds_mod, only: wp
   use lists_mod, only: lists_t, lists_by_key
   use small_matrix_mod, only: cross, solve_small
-  use sorting_mod, only: order_of
+  use sorting_mod, only: order_of, count_below
   use surfaces_mod, only: all_nodes_of
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, faces_of_side, find_side_points
@@ -480,19 +480,8 @@ contains
   pure integer function first_from(sides, value) result(first)
     type(two_sides_t), intent(in) :: sides
     real(wp), intent(in) :: value !! [length]
-    integer :: high, middle, key
 
-    key = key_of(sides, value)
-    first = 1
-    high = size(sides%key) + 1
-    do while (first < high)
-      middle = (first + high)/2
-      if (sides%key(middle) < key) then
-        first = middle + 1
-      else
-        high = middle
-      end if
-    end do
+    first = 1 + count_below(key_of(sides, value), sides%key)
   end function first_from
 
   pure subroutine append(entry, rows)

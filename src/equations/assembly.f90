@@ -10,6 +10,7 @@ module assembly_mod
   use elements_mod, only: stiffness
   use second_order_mod, only: stiffness_of_second_order => stiffness
   use finite_forces_mod, only: tangent_t, element_tangent
+  use sorting_mod, only: count_below
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
@@ -120,7 +121,8 @@ contains
       do a = 1, size(nodes)
         do b = 1, size(nodes)
           if (nodes(b) > nodes(a)) cycle
-          entry = position_of(nodes(b), neighbours(start(nodes(a)):start(nodes(a) + 1) - 1))
+          entry = 1 + count_below(nodes(b), neighbours(start(nodes(a)): &
+            start(nodes(a) + 1) - 1))
           entry = lower_start(nodes(a)) + entry - 1
           blocks(:, :, entry) = blocks(:, :, entry) + ke(3*a - 2:3*a, 3*b - 2:3*b)
         end do
@@ -161,7 +163,8 @@ contains
     do a = 1, size(linked)
       do b = 1, size(linked)
         if (linked(b) > linked(a)) cycle
-        entry = position_of(linked(b), neighbours(start(linked(a)):start(linked(a) + 1) - 1))
+        entry = 1 + count_below(linked(b), neighbours(start(linked(a)): &
+          start(linked(a) + 1) - 1))
         entry = lower_start(linked(a)) + entry - 1
         blocks(:, :, entry) = blocks(:, :, entry) + k(3*a - 2:3*a, 3*b - 2:3*b)
       end do
@@ -302,23 +305,5 @@ contains
     d = 1.0_wp
     where (diagonal > 0.0_wp) d = scale(1.0_wp, -exponent(diagonal)/2)
   end function scales_of
-
-  !> Index of `value` in an ascending list that holds it.
-  pure function position_of(value, list) result(middle)
-    integer, intent(in) :: value, list(:)
-    integer :: middle, first, last
-
-    first = 1
-    last = size(list)
-    do
-      middle = (first + last)/2
-      if (list(middle) == value) return
-      if (list(middle) < value) then
-        first = middle + 1
-      else
-        last = middle - 1
-      end if
-    end do
-  end function position_of
 
 end module assembly_mod

@@ -8,6 +8,7 @@
 !> along axes that have turned with the body, nodal values along x, y, z. docs/theory.md (8.36).
 module dof_map_mod
   use kinds_mod, only: wp
+  use lists_mod, only: lists_t, lists_by_key
   use constraints_mod, only: constraints_t, constraint_of, follow_masters, give_to_masters, &
     some_constraints
   implicit none
@@ -97,15 +98,17 @@ contains
     logical, intent(in), dimension(:, :) :: prescribed, on_interface, depends !! (3,n_nodes)
     type(dof_map_t), intent(out) :: map
     logical :: wanted
-    integer :: by_body(size(body)), pass, node, i, k
+    type(lists_t) :: bodies
+    integer :: pass, node, i, k
 
     allocate (map%equation(3, size(body)), source=0)
-    by_body = sorted_by(body)
+    ! The nodes of body 0, then of body 1, and so on, each in their order.
+    bodies = lists_by_key(body + 1, maxval(body) + 1)
     do pass = 1, 2
       wanted = pass == 2
       do k = 1, size(body)
         node = k
-        if (wanted) node = by_body(k)
+        if (wanted) node = bodies%item(k)
         if (body(node) == 0) cycle
         do i = 1, 3
           if (prescribed(i, node) .or. (on_interface(i, node) .neqv. wanted)) cycle
@@ -128,26 +131,6 @@ contains
         i=1, size(of))]), size(of) + 1]
     end associate
   end subroutine number_unknowns
-
-  !> The nodes of body 0, then of body 1, and so on, each in their order.
-  pure function sorted_by(body) result(nodes)
-    integer, intent(in) :: body(:)       !! (n_nodes) from 0
-    integer :: nodes(size(body))
-    integer :: next(0:maxval([body, 0]) + 1), k
-
-    next = 0
-    do k = 1, size(body)
-      next(body(k) + 1) = next(body(k) + 1) + 1
-    end do
-    next(0) = 1
-    do k = 1, ubound(next, 1)
-      next(k) = next(k) + next(k - 1)
-    end do
-    do k = 1, size(body)
-      nodes(next(body(k))) = k
-      next(body(k)) = next(body(k)) + 1
-    end do
-  end function sorted_by
 
   !> A map of `numbers_of` another, as it is sent to other ranks: equations without nodes.
   pure function map_of_numbers(numbers, n_free, n_interface, active) result(map)

@@ -4,7 +4,7 @@ module petsc_hierarchy_mod
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
-  use sorting_mod, only: sort_ascending
+  use sorting_mod, only: count_below, sort_ascending
   use parallel_mod, only: sum_over_ranks
   use block_rows_mod, only: block_rows_t
   use petsc_calls_mod, only: mat_create, mat_create_distributed, mat_destroy, mat_set_block_size, &
@@ -183,22 +183,12 @@ contains
     subroutine put(i, j, block)
       integer, intent(in) :: i, j
       real(wp), intent(in) :: block(3, 3)
-      integer :: a, wanted
-      integer(i8) :: low, high, middle, in_row
+      integer :: a, in_row
 
-      ! The first column of the block, from 0, in the node's first row.
-      wanted = 3*(row_of(layout, j) - 1)
-      low = hierarchy%first(3*i - 2)/3
-      high = hierarchy%first(3*i - 1)/3 - 1
-      do while (low < high)
-        middle = (low + high)/2
-        if (hierarchy%column(3*middle + 1) < wanted) then
-          low = middle + 1
-        else
-          high = middle
-        end if
-      end do
-      in_row = 3*low - hierarchy%first(3*i - 2)
+      ! Before the first column of the block, from 0, in the node's first row.
+      associate (columns => hierarchy%column(hierarchy%first(3*i - 2) + 1:hierarchy%first(3*i - 1)))
+        in_row = count_below(3*(row_of(layout, j) - 1), columns)
+      end associate
       do a = 1, 3
         associate (at => hierarchy%first(3*(i - 1) + a) + in_row)
           hierarchy%value(at + 1:at + 3) = block(a, :)

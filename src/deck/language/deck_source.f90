@@ -3,6 +3,7 @@
 !> A place in the deck is one integer, the position of a character in that text (0: no place);
 !> file, line and column are found from it when a mistake is printed.
 module deck_source_mod
+  use sorting_mod, only: count_below
   use text_mod, only: string_t
   implicit none
   private
@@ -96,22 +97,12 @@ contains
     source%n_files = source%n_files + 1
   end subroutine add_file_name
 
-  !> The line (index into the source's lines) that holds `position`, by bisection.
-  pure function line_at(source, position) result(line)
+  !> The line (index into the source's lines) that holds `position`.
+  pure integer function line_at(source, position) result(line)
     type(source_t), intent(in) :: source
     integer, intent(in) :: position !! 1 .. source%length
-    integer :: line, below, middle
 
-    line = 1
-    below = source%n_lines + 1
-    do while (below - line > 1)
-      middle = line + (below - line)/2
-      if (source%first(middle) <= position) then
-        line = middle
-      else
-        below = middle
-      end if
-    end do
+    line = count_below(position + 1, source%first(:source%n_lines))
   end function line_at
 
   !> File, line and column of `position`.
