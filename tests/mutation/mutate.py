@@ -231,7 +231,7 @@ class Bench:
         shutil.rmtree(folder, ignore_errors=True)
         (folder / "modules").mkdir(parents=True)
         (folder / "run").mkdir()
-        self.objects: list[str] = []
+        self.objects: list[tuple[str, str]] = []  # the library of each one's room, and it
 
     def compile(self, file: str, text: str, mutated: bool = True) -> str:
         """Compile one source file; return the compiler's complaint, empty if there is none."""
@@ -264,7 +264,8 @@ class Bench:
         status, output = run(command, self.folder, 600.0)
         if status != 0:
             return output.strip() or "the compiler did not end"
-        self.objects.append(str(target))
+        room = Path(file).parent.as_posix().replace("/", "_")
+        self.objects.append((f"lib{room}_room.a", str(target)))
         return ""
 
     def build(self, file: str, text: str) -> str:
@@ -310,7 +311,9 @@ class Bench:
         """Link a test with the objects and run it; return whether it passes, else what it says."""
         program = self.folder / Path(test.output).name
         at = test.link.index("-o")
-        command = [*test.link[:at], *self.objects, "-o", str(program), *test.link[at + 2 :]]
+        rooms = {Path(word).name for word in test.link}
+        objects = [made for library, made in self.objects if library in rooms]
+        command = [*test.link[:at], *objects, "-o", str(program), *test.link[at + 2 :]]
         status, output = run(command, test.folder, 600.0)
         if status != 0:
             raise RuntimeError(f"{test.name} does not link: {output}")
