@@ -8,6 +8,7 @@ module judge_increment_mod
   use step_contact_mod, only: added_in
   use placement_mod, only: placement_t, place_all
   use plan_mod, only: plan_t
+  use mesh_size_mod, only: relative_size
   use increments_mod, only: increment_t, is_extra
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_balance
@@ -195,7 +196,8 @@ contains
     else
       return
     end if
-    call find_deep_overlap(scene, plan%points, solved%report%contact, gap, point, element)
+    call find_deep_overlap(scene, plan%points, solved%report%contact, gap, &
+      relative_size(plan%choices%mesh_size), point, element)
     if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
       -gap(point), element, error)
   end subroutine judge_shape

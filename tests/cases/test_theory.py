@@ -186,6 +186,9 @@ class InsideOut(unittest.TestCase):
         for depth, status in ((0.3, 0), (0.34, 2)):
             run = Run(text, "--quiet", name="deep", down=0, depth=depth)
             self.assertEqual(run.status, status, run.errors)
+            # Elements of half the size change nothing.
+            finer = Run(text, "--quiet", "--refine", "1", name="deep", down=0, depth=depth)
+            self.assertEqual(finer.status, status, finer.errors)
         self.assertRegex(run.errors, r"step 1, increment 1: node \d+ of B-ZMIN:FLOOR begins 0.34 "
                                      r"inside its master, .* element \d+ .*; move the bodies apart")
         # Of two bodies the thicker elements count, whichever is the slave; small sliding too.

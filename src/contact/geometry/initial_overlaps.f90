@@ -87,12 +87,14 @@ contains
   end subroutine begin_interference
 
   !> The closed point that began deepest in its master for the thickness of the elements there, if
-  !> it was deeper than the thickest element behind its own faces and those of the master's nodes.
-  pure subroutine find_deep_overlap(scene, points, contact, gap, point, element)
+  !> it was deeper than the thickest element behind its own faces and those of the master's nodes,
+  !> as the deck has them: finer meshes change nothing.
+  pure subroutine find_deep_overlap(scene, points, contact, gap, relative_size, point, element)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! of the first increment
     real(wp), intent(in) :: gap(:)                !! (n_points) of the undeformed mesh [length]
+    real(wp), intent(in) :: relative_size         !! of the elements over the deck's [-]
     integer, intent(out) :: point                 !! 0: there is none
     integer, intent(out) :: element               !! behind its face
     real(wp) :: thickness(scene%mesh%n_nodes)     !! of elements behind faces, 0 elsewhere [length]
@@ -122,6 +124,7 @@ contains
               weights%first(i + 1) - 1))))
           end associate
         end if
+        allowed = allowed/relative_size
         if (-gap(i) <= deepest*allowed) cycle
         deepest = -gap(i)/allowed
         point = i
