@@ -5,7 +5,7 @@ module choose_divisions_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: mesh_size_t
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, step_runs
-  use convergence_mod, only: growth_of_cost
+  use convergence_mod, only: growth_of_cost, growth_with_parts
   use cut_runs_mod, only: cuts_for_trials
   use step_errors_mod, only: error_on_mesh, later_step_runs, part_for_steps
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough
@@ -89,7 +89,8 @@ contains
       if (found) return
       divisions = 2*divisions
     end do
-    call cheapest_divisions(sequence, runs, divisions, found)
+    call estimate_sequence(sequence, errors, family_t(cuts, fewest))
+    call cheapest_divisions(sequence, runs, errors, divisions, found)
 
   contains
 
@@ -105,29 +106,32 @@ contains
 
   !> The divisions by which an accuracy is foreseen to be reached in the least time, if any leave
   !> enough for the mesh; else the next to be tried.
-  subroutine cheapest_divisions(sequence, runs, divisions, found)
+  subroutine cheapest_divisions(sequence, runs, errors, divisions, found)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:) !! on one mesh, the fewest divisions first
+    type(sequence_error_t), intent(in) :: errors !! by the mesh that is there, if known
     integer, intent(out) :: divisions
     logical, intent(out) :: found
-    real(wp) :: cheapest, left
+    real(wp) :: least, cost, left, mesh
     integer :: tried, most
 
     most = maxval(sequence%runs(runs)%divisions)
     divisions = 2*most
-    cheapest = huge(1.0_wp)
+    least = huge(1.0_wp)
+    mesh = merge(errors%mesh, sequence%wanted, errors%mesh >= 0.0_wp)
     tried = minval(sequence%runs(runs)%divisions)
     do while (tried <= most)
-      left = 1.0_wp - error_on_mesh(sequence, runs, tried)/sequence%wanted
-      if (left >= 1.0_wp - part_for_steps) then
-        if (tried*left**(-growth_of_cost) < cheapest) then
-          cheapest = tried*left**(-growth_of_cost)
+      left = sequence%wanted - error_on_mesh(sequence, runs, tried)
+      if (left >= min(mesh, (1.0_wp - part_for_steps)*sequence%wanted)) then
+        cost = real(tried, wp)**growth_with_parts*max(1.0_wp, mesh/left)**growth_of_cost
+        if (cost < least) then
+          least = cost
           divisions = tried
         end if
       end if
       tried = 2*tried
     end do
-    found = cheapest < huge(1.0_wp)
+    found = least < huge(1.0_wp)
   end subroutine cheapest_divisions
 
   !> The most divisions that are tried.
@@ -141,6 +145,7 @@ contains
   !> wants them divided, and each division takes as many times the time.
   logical function waits_with_steps(sequence)
     type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t) :: errors
     type(family_t) :: family
     logical :: found
 
@@ -149,7 +154,8 @@ contains
     associate (first => step_runs(sequence, 0))
       if (maxval(sequence%runs(first)%divisions) < 4) return
     end associate
-    call cheapest_divisions(sequence, step_runs(sequence, 0), family%divisions, found)
+    call estimate_sequence(sequence, errors, family)
+    call cheapest_divisions(sequence, step_runs(sequence, 0), errors, family%divisions, found)
     waits_with_steps = .not. found .or. family%divisions > merge(1, few, sequence%keeps_steps)
   end function waits_with_steps
 

@@ -7,12 +7,15 @@ module convergence_mod
   implicit none
   private
 
-  public :: growth_of_cost, least_order, most_order, order_of_elements, order_of_increments, &
-    safety, safety_of_two, about_twice, convergence_t, observe_convergence, assume_first_order, &
+  public :: growth_of_cost, growth_with_parts, least_order, most_order, order_of_elements, &
+    order_of_increments, safety, safety_of_two, about_twice, convergence_t, observe_convergence, assume_first_order, &
     fitted_order, error_at_least, error_by_differences, size_for_error
 
   real(wp), parameter :: growth_of_cost = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time
+  real(wp), parameter :: growth_with_parts = 0.6_wp
+  !! increments in so many parts take that to this power of the time: two 1.2 to 1.8 times, four 1.5
+  !! to 3.3 times on the scenes of docs/studies/asked-accuracy.md [-]
   real(wp), parameter :: least_order = 0.5_wp, most_order = 1.5_wp !! that are believed
   real(wp), parameter :: order_of_elements = 2.0_wp, order_of_increments = 1.0_wp
   !! the highest that any part of an error has in the size of elements, and of increments

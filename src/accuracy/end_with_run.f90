@@ -25,6 +25,9 @@ contains
     real(wp), intent(in) :: seconds      !! that its plan says [s]
 
     is_so = choice%may_be_last .or. seconds > brief
+    ! A plan may say too little: one that took longer is not often followed by a shorter one.
+    if (size(sequence%runs) > 0) is_so = is_so .or. sequence%runs(size( &
+      sequence%runs))%seconds > brief
     if (sequence%time > 0.0_wp) is_so = is_so .or. seconds > part_to_repeat*(sequence%time - &
       sequence%spent)
   end function is_to_be_written

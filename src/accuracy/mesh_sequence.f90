@@ -49,6 +49,11 @@ module mesh_sequence_mod
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
     real(wp) :: on_edges = 0.0_wp
     !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
+    real(wp) :: alone = -1.0_wp
+    !! error of the mesh as the run says by itself, with what recovery does not see of contact;
+    !! negative: not known [-]
+    integer  :: inferred_from = 0
+    !! divisions of the run on its mesh from which it is inferred; 0: it was made
   end type mesh_run_t
 
   !> Runs that differ in the size of all elements alone.
@@ -388,6 +393,7 @@ contains
       call archive(list, run%theory%law)
       call archive(list, run%in_double)
       call archive(list, run%on_edges)
+      call archive(list, run%alone)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do
 

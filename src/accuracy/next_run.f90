@@ -3,16 +3,16 @@
 !> docs/theory.md section 10.
 module next_run_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: mesh_size_t, zone_t, relative_size
+  use mesh_size_mod, only: mesh_size_t, zone_t, relative_size, is_same_size
   use choose_cuts_mod, only: choose_cuts
-  use convergence_mod, only: size_for_error, least_order, about_twice
+  use convergence_mod, only: size_for_error, least_order
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs, &
-    runs_up_to, sizes_of
+    runs_up_to
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
-  use step_errors_mod, only: runs_for_steps, later_step_runs, change_by_divisions
+  use step_errors_mod, only: runs_for_steps, later_step_runs, change_is_known, with_inferred
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough, &
-    is_enough_but_steps, total_error
+    is_enough_but_steps, speaks_alone, total_error
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, waits_for_mesh, &
     mesh_for_steps, most_divisions
   implicit none
@@ -39,9 +39,6 @@ module next_run_mod
   !! times smaller that all elements must get, from which on cuts at contact are tried
   real(wp), parameter :: far_off = 4.0_wp
   !! times smaller that elements must get, from which on it is looked whether that helps
-  real(wp), parameter :: differs_by = 0.25_wp
-  !! of what divisions of increments change on a mesh: how much of it may count as an error of the
-  !! last one, for it is not the same there [-]
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
   real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
@@ -56,7 +53,7 @@ module next_run_mod
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
     integer :: of_run = 0            !! the run that reaches it; 0: none does
     real(wp) :: finer = 1.0_wp
-    !! beyond the machine: how many times smaller the elements of the last run would have to be [-]
+    !! how many times smaller the elements of the last run would have to be; 1: not known [-]
     real(wp) :: memory = 0.0_wp      !! and what that would take [bytes]
     real(wp) :: seconds = 0.0_wp     !! foreseen up to its end, all runs; 0: not known [s]
     real(wp) :: error = -1.0_wp      !! foreseen; negative: not known [-]
@@ -81,9 +78,16 @@ contains
     type(sequence_error_t), intent(out) :: errors !! of the run that the next one follows
     type(choice_t), intent(out) :: choice
 
+    type(mesh_sequence_t) :: with
+
     choice%mesh_size = sequence%first
+    choice%may_be_last = speaks_alone(sequence, 0)
     if (size(sequence%runs) == 0) return
-    call follow_runs(sequence, memory_left, errors, choice)
+    choice%may_be_last = .false.
+    with = with_inferred(sequence)
+    call follow_runs(with, memory_left, errors, choice)
+    ! What is inferred from a run stands before it.
+    choice%of_run = choice%of_run - count(with%runs(:choice%of_run - 1)%inferred_from > 0)
     if (choice%mesh_size%parts > most_parts) choice%outcome = beyond_machine
   end subroutine choose_run
 
@@ -98,6 +102,11 @@ contains
     logical :: found
 
     call estimate_sequence(sequence, errors)
+    if (speaks_alone(sequence, 1) .and. is_enough(sequence, errors)) then
+      choice%outcome = is_reached
+      choice%of_run = 1
+      return
+    end if
     if (sequence%divides) then
       if (.not. is_trial_mesh_there()) then
         choice%mesh_size = mesh_before(sequence)
@@ -116,9 +125,10 @@ contains
       return
     end if
     if (choice%outcome == is_reached .or. choice%outcome == steps_too_coarse) return
-    if (choice%finer < worth_a_try .and. choice%outcome == to_run) return
     ! What cuts take is not foreseen.
     if (has_bound(sequence) .or. size(mesh_runs(sequence, family_t())) < 3) return
+    if (choice%outcome == to_run .and. (.not. is_finer_than_all() .or. (choice%finer > 1.0_wp &
+      .and. choice%finer < worth_a_try))) return
     fewest = minval(sequence%runs%divisions)
     base = waits_for_half(sequence, fewest)
     ! Contact on few elements says little of how it converges.
@@ -135,6 +145,14 @@ contains
     call follow_cuts(sequence, family, memory_left, errors, choice)
 
   contains
+
+    !> Whether the mesh that is chosen is finer than all without cuts that there are.
+    pure logical function is_finer_than_all()
+      associate (runs => mesh_runs(sequence, family_t()))
+        is_finer_than_all = relative_size(choice%mesh_size) < relative_size(sequence%runs(runs( &
+          size(runs)))%mesh_size)
+      end associate
+    end function is_finer_than_all
 
     !> Whether there is a run on the mesh where increments are tried next.
     logical function is_trial_mesh_there() result(is_there)
@@ -186,74 +204,51 @@ contains
     choice%mesh_size%zone = zone_t(family%cuts, sequence%runs(size(sequence%runs))%balls)
   end subroutine cut_again
 
-  !> What follows without cuts at contact: meshes with undivided increments, until they are fine
-  !> enough; then the last of them with its increments divided. Within bounds all meshes have those.
+  !> What follows without cuts at contact: finer meshes with the increments that are chosen, as far
+  !> as it is known what these change; else with undivided ones, until a mesh is enough, and then
+  !> that one with those that are chosen. Within bounds all have these.
   subroutine follow_meshes(sequence, family, memory_left, errors, choice)
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(in) :: family !! with the divisions that are chosen
     real(wp), intent(in) :: memory_left
     type(sequence_error_t), intent(inout) :: errors
     type(choice_t), intent(inout) :: choice
-    type(mesh_size_t) :: enough
-    integer :: between
+    integer, allocatable :: undivided(:), divided(:)
 
     call estimate_sequence(sequence, errors, family)
     if (family%divisions == 1 .or. has_bound(sequence)) then
       call refine_all(sequence, family, memory_left, errors, choice)
       return
     end if
-    ! These may be enough by themselves, where undivided ones with what divisions change are not.
-    associate (runs => mesh_runs(sequence, family))
-      if (size(runs) > 2 .and. is_enough(sequence, errors)) then
-        choice%outcome = is_reached
-        choice%of_run = runs(size(runs))
-        return
-      end if
-    end associate
-    call estimate_sequence(sequence, errors, family_t())
-    call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
-    choice%divisions = 1
-    call refine_all(sequence, family_t(), memory_left, errors, choice)
-    choice%may_be_last = .false.
-    if (choice%outcome /= is_reached) return
-    enough = sequence%runs(choice%of_run)%mesh_size
-    associate (runs => mesh_runs(sequence, family))
-      if (size(runs) > 0) then
-        choice%of_run = runs(size(runs))
-        if (relative_size(sequence%runs(choice%of_run)%mesh_size) <= relative_size(enough)) return
-      end if
-    end associate
-    between = mesh_between(sequence, family, enough, sequence%wanted - total_error(errors))
-    choice = choice_t(mesh_size=enough, divisions=family%divisions, may_be_last=.true.)
-    if (between > 0) choice = choice_t(mesh_size=sequence%runs(between)%mesh_size, &
-      divisions=family%divisions)
-  end subroutine follow_meshes
-
-  !> Before increments are divided on the last mesh, an undivided run on a mesh between it and that
-  !> where they were tried, if what the divisions change there may differ too much on the last one:
-  !> divided as well, these are three meshes that speak for themselves, and take less than a finer
-  !> one. 0: there is none, or no need.
-  pure integer function mesh_between(sequence, family, enough, left) result(between)
-    type(mesh_sequence_t), intent(in) :: sequence
-    type(family_t), intent(in) :: family    !! with the divisions
-    type(mesh_size_t), intent(in) :: enough !! the last mesh
-    real(wp), intent(in) :: left            !! of the accuracy, for what differs [-]
-    integer, allocatable :: divided(:), undivided(:)
-
-    between = 0
-    divided = mesh_runs(sequence, family)
     undivided = mesh_runs(sequence, family_t())
-    if (size(divided) /= 1) return
-    if (differs_by*change_by_divisions(sequence, divided(1)) <= left) return
-    associate (first => relative_size(sequence%runs(divided(1))%mesh_size), &
-      h => sizes_of(sequence, undivided), h_n => relative_size(enough))
-      if (first < about_twice*h_n) return
-      associate (is_between => h < (1.0_wp - rounding)*first .and. h > (1.0_wp + rounding)*h_n)
-        if (any(is_between)) between = undivided(minloc(abs(log(h**2/(first*h_n))), dim=1, &
-          mask=is_between))
-      end associate
+    divided = mesh_runs(sequence, family)
+    associate (finest => sequence%runs(undivided(size(undivided))))
+      if (size(divided) > 0) then
+        if (is_same_size(sequence%runs(divided(size(divided)))%mesh_size, finest%mesh_size)) then
+          call refine_all(sequence, family_t(), memory_left, errors, choice)
+          if (choice%outcome == is_reached) choice%of_run = divided(size(divided))
+          if (choice%outcome == to_run) call divide()
+          return
+        end if
+      end if
+      call estimate_sequence(sequence, errors, family_t())
+      call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
+      call refine_all(sequence, family_t(), memory_left, errors, choice)
+      if (choice%outcome == to_run) call divide()
+      if (choice%outcome == is_reached) choice = choice_t(mesh_size=finest%mesh_size, &
+        divisions=family%divisions, may_be_last=.true.)
     end associate
-  end function mesh_between
+
+  contains
+
+    !> Give the next mesh the divisions that are chosen, where it is known what they change: it
+    !> takes several times what all before it took, and an undivided run beside it as much again.
+    subroutine divide()
+      choice%divisions = merge(family%divisions, 1, change_is_known(sequence, family%divisions, &
+        (1.0_wp - aimed_at)*(sequence%wanted - max(0.0_wp, errors%load_steps))))
+    end subroutine divide
+
+  end subroutine follow_meshes
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
   pure subroutine go_no_further(enough, choice)

@@ -3,7 +3,7 @@
 !> docs/theory.md section 10.
 module sequence_error_mod
   use kinds_mod, only: wp
-  use mesh_size_mod, only: relative_size
+  use mesh_size_mod, only: relative_size, is_of_deck
   use measured_quantities_mod, only: error_scales
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, family_of, &
     fewest_divisions, sizes_of, values_in
@@ -12,13 +12,13 @@ module sequence_error_mod
     about_twice, order_of_elements
   use sequence_limits_mod, only: has_limit, error_of_turn, find_limit
   use follow_sizes_mod, only: follow_sizes
-  use step_errors_mod, only: errors_on_mesh, runs_for_steps, error_by_transfer
+  use step_errors_mod, only: errors_on_mesh, runs_for_steps, error_by_transfer, with_inferred
   use step_limits_mod, only: corrects_steps, is_coarse, step_correction, error_of_corrected, &
     size_of
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, take_steps, total_error, is_enough, &
+  public :: sequence_error_t, estimate_sequence, speaks_alone, take_steps, total_error, is_enough, &
     is_enough_but_steps, extrapolated, extrapolated_error, estimate_cuts
 
   !> Where finer meshes lead.
@@ -56,16 +56,18 @@ module sequence_error_mod
 contains
 
   !> What the runs say of the error of one of them.
-  subroutine estimate_sequence(sequence, errors, family)
-    type(mesh_sequence_t), intent(in) :: sequence !! with a run at least
+  subroutine estimate_sequence(made, errors, family)
+    type(mesh_sequence_t), intent(in) :: made !! a run at least
     type(sequence_error_t), intent(out) :: errors
     type(family_t), intent(in), optional :: family
     !! of the last run of it; left out: of the last run
+    type(mesh_sequence_t) :: sequence
     type(family_t) :: mine
-    real(wp) :: scales(size(sequence%list))
+    real(wp) :: scales(size(made%list))
     integer, allocatable :: runs(:), divided(:)
     integer :: k, n
 
+    sequence = with_inferred(made)
     if (present(family)) then
       runs = mesh_runs(sequence, family)
     else
@@ -84,6 +86,7 @@ contains
     end associate
     if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
       call take_cuts(sequence, runs(n), scales, errors)
+      if (speaks_alone(sequence, 1)) call take_alone(sequence, errors)
       call take_steps_of(sequence, mine, runs(n), errors)
       return
     end if
@@ -192,6 +195,29 @@ contains
     if (errors%mesh >= 0.0_wp) error = errors%together + errors%others
   end function total_error
 
+  !> Whether there are no more than so many runs, on the mesh that the deck writes down: it is no
+  !> coarse one that leads to others, and its first run says by itself how wrong it is.
+  pure logical function speaks_alone(sequence, n_runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: n_runs
+
+    speaks_alone = size(sequence%runs) == n_runs .and. sequence%recovers .and. sequence%wanted > &
+      0.0_wp .and. is_of_deck(sequence%first) .and. all(sequence%runs%alone >= 0.0_wp)
+  end function speaks_alone
+
+  !> Take what the only run says of its mesh.
+  pure subroutine take_alone(sequence, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    type(sequence_error_t), intent(inout) :: errors
+
+    associate (n => size(sequence%list))
+      errors%of_mesh = spread(convergence_t(error=safety_of_two*sequence%runs(1)%alone), 1, n)
+      errors%of_limit = spread(-1.0_wp, 1, n)
+      errors%n_rising = spread(0, 1, n)
+      errors%turns = spread(.false., 1, n)
+    end associate
+  end subroutine take_alone
+
   !> Take what load steps make in a family.
   subroutine take_steps_of(sequence, family, run, errors)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -200,7 +226,7 @@ contains
     type(sequence_error_t), intent(inout) :: errors
 
     associate (last => sequence%runs(run))
-      if (sequence%divides) then
+      if (sequence%divides .and. .not. speaks_alone(sequence, 1)) then
         call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
         ! Too little time to divide increments leaves what the run itself says of them.
         if (sequence%wanted > 0.0_wp .or. maxval([errors%of_steps, -1.0_wp]) >= 0.0_wp) return
@@ -443,15 +469,17 @@ contains
 
   !> The values of a quantity's components, extrapolated to elements without size; those of the last
   !> mesh where an accuracy of extrapolated values knows these better.
-  pure function extrapolated(sequence, errors, k) result(values)
-    type(mesh_sequence_t), intent(in) :: sequence
+  pure function extrapolated(made, errors, k) result(values)
+    type(mesh_sequence_t), intent(in) :: made
     type(sequence_error_t), intent(in) :: errors
     integer, intent(in) :: k !! the quantity
     real(wp), allocatable :: values(:, :) !! (n,n_increments)
     integer, allocatable :: runs(:), of_steps(:)
     real(wp), allocatable :: limit(:, :)
-    real(wp) :: scales(size(sequence%list)), error
+    real(wp) :: scales(size(made%list)), error
+    type(mesh_sequence_t) :: sequence
 
+    sequence = with_inferred(made)
     associate (a => sequence%list(k)%first, b => sequence%list(k)%first + sequence%list(k)%n - 1, &
       last => sequence%runs(size(sequence%runs)))
       values = last%values(a:b, :)

@@ -6,8 +6,8 @@ module step_errors_mod
   use kinds_mod, only: wp
   use mesh_size_mod, only: relative_size
   use measured_quantities_mod, only: error_scales
-  use mesh_sequence_mod, only: mesh_sequence_t, family_t, mesh_runs, change, step_runs, &
-    runs_on_mesh, runs_up_to, sizes_of, values_in
+  use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, family_t, has_bound, mesh_runs, &
+    change, step_runs, runs_on_mesh, runs_up_to, sizes_of, values_in
   use cut_runs_mod, only: cuts_for_trials
   use convergence_mod, only: convergence_t, observe_convergence, about_twice, &
     order_of_elements, order_of_increments
@@ -18,7 +18,7 @@ module step_errors_mod
   private
 
   public :: error_by_steps, error_on_mesh, errors_on_mesh, later_step_runs, runs_for_steps, &
-    error_by_transfer, change_by_divisions, part_for_steps
+    error_by_transfer, with_inferred, change_is_known, part_for_steps
 
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: later_size = 0.5_wp
@@ -64,8 +64,7 @@ contains
 
     finer = runs_up_to(sequence, [(i, i=1, size(sequence%runs))], less*relative_size( &
       sequence%trial))
-    runs = pack(finer, sequence%runs(finer)%divisions > 1 .and. &
-      sequence%runs(finer)%mesh_size%zone%times == 0)
+    runs = pack(finer, [(is_tried_on(finer(i)), i=1, size(finer))])
     if (size(runs) == 0) runs = runs_up_to(sequence, mesh_runs(sequence, family_t()), later_size* &
       relative_size(sequence%trial))
     if (size(runs) == 0 .and. size(finer) > 0) then
@@ -74,6 +73,19 @@ contains
     if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
 
   contains
+
+    !> Whether a run has divided increments, and one on the same mesh has them undivided.
+    pure logical function is_tried_on(run)
+      integer, intent(in) :: run
+
+      is_tried_on = sequence%runs(run)%divisions > 1 .and. sequence%runs( &
+        run)%mesh_size%zone%times == 0
+      if (.not. is_tried_on) return
+      associate (here => runs_on_mesh(sequence, run))
+        is_tried_on = sequence%runs(here(1))%divisions == 1 .and. sequence%runs( &
+          here(1))%inferred_from == 0
+      end associate
+    end function is_tried_on
 
     !> Whether undivided runs say that their last mesh leaves as much for load steps as they may
     !> make.
@@ -158,6 +170,10 @@ contains
       if (size(tried) == 0) return
       if (.not. is_larger(tried(1))) return
     end associate
+    if (sequence%runs(run)%inferred_from > 0) then
+      error = error_of_inferred(sequence, k, scale, sequence%runs(run)%inferred_from)
+      return
+    end if
     alike = divided_alike()
     n = size(alike)
     if (n < 2) return
@@ -224,7 +240,8 @@ contains
       associate (there => runs_on_mesh(sequence, i))
         beside = there(1)
       end associate
-      if (sequence%runs(beside)%divisions > 1) beside = 0
+      if (sequence%runs(beside)%divisions > 1 .or. sequence%runs(beside)%inferred_from > 0) &
+        beside = 0
     end function undivided_beside
 
     pure logical function is_larger(i)
@@ -242,23 +259,104 @@ contains
 
   end function error_by_transfer
 
-  !> The most that the divisions of a run change of any quantity, beside the undivided run on its
-  !> mesh, as a part of its scale; 0 where there is none.
-  pure real(wp) function change_by_divisions(sequence, run) result(most)
+  !> The runs and, on meshes where increments are divided alone, what undivided ones would give:
+  !> what the divisions change is taken from the finest mesh that has both. docs/theory.md (10.30).
+  pure type(mesh_sequence_t) function with_inferred(sequence) result(with)
     type(mesh_sequence_t), intent(in) :: sequence
-    integer, intent(in) :: run
+    type(mesh_run_t) :: undivided
+    integer, allocatable :: pairs(:, :)
+    integer :: i, n
+
+    with = sequence
+    if (.not. sequence%divides .or. has_bound(sequence)) return
+    n = 0
+    do i = 1, size(sequence%runs)
+      n = n + 1
+      associate (here => runs_on_mesh(sequence, i))
+        if (here(1) /= i .or. sequence%runs(i)%mesh_size%zone%times > 0) cycle
+      end associate
+      pairs = tried_pairs(sequence, sequence%runs(i)%divisions)
+      if (size(pairs) == 0) cycle
+      undivided = sequence%runs(i)
+      undivided%inferred_from = undivided%divisions
+      undivided%divisions = 1
+      undivided%values = undivided%values - (sequence%runs(pairs(2, 1))%values - sequence%runs( &
+        pairs(1, 1))%values)
+      with%runs = [with%runs(:n - 1), undivided, with%runs(n:)]
+      n = n + 1
+    end do
+  end function with_inferred
+
+  !> Whether what so many divisions change on a finer mesh is known to within a part of the scales.
+  pure logical function change_is_known(sequence, divisions, allowed) result(is_known)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: divisions
+    real(wp), intent(in) :: allowed !! [-]
     real(wp) :: scales(size(sequence%list))
     integer :: k
 
-    most = 0.0_wp
-    scales = error_scales(sequence%list, sequence%runs(run)%values)
-    associate (here => runs_on_mesh(sequence, run))
-      if (sequence%runs(here(1))%divisions > 1) return
-      do k = 1, size(scales)
-        if (sequence%list(k)%is_compared) most = max(most, change(sequence, k, scales(k), &
-          here(1), run))
-      end do
+    scales = error_scales(sequence%list, sequence%runs(size(sequence%runs))%values)
+    is_known = all([(error_of_inferred(sequence, k, scales(k), divisions) <= allowed, k=1, &
+      size(scales))])
+  end function change_is_known
+
+  !> An undivided run and one with so many divisions, on each mesh where increments were tried, the
+  !> finest first.
+  pure function tried_pairs(sequence, divisions) result(pairs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: divisions
+    integer, allocatable :: pairs(:, :) !! (2,n)
+
+    pairs = reshape([pair_of(later_step_runs(sequence)), pair_of(step_runs(sequence, 0))], [2, &
+      count([size(pair_of(later_step_runs(sequence))), size(pair_of(step_runs(sequence, 0)))] > &
+      0)])
+
+  contains
+
+    pure function pair_of(tried) result(pair)
+      integer, intent(in) :: tried(:) !! on one mesh, the fewest divisions first
+      integer, allocatable :: pair(:)
+      integer :: i
+
+      i = findloc(sequence%runs(tried)%divisions, divisions, dim=1)
+      pair = [integer ::]
+      if (i < 2) return
+      if (sequence%runs(tried(1))%divisions == 1) pair = [tried(1), tried(i)]
+    end function pair_of
+
+  end function tried_pairs
+
+  !> The error of a quantity that is inferred: what the divisions change may differ on a finer mesh
+  !> by as much as what load steps make may, or as it differs from what they change on a coarser
+  !> mesh, if that is less.
+  pure real(wp) function error_of_inferred(sequence, k, scale, divisions) result(error)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: k         !! the quantity
+    real(wp), intent(in) :: scale
+    integer, intent(in) :: divisions !! of the run that it is inferred from
+    integer, allocatable :: pairs(:, :)
+
+    error = 0.0_wp
+    if (.not. sequence%list(k)%is_compared) return
+    pairs = tried_pairs(sequence, divisions)
+    error = huge(1.0_wp)
+    if (size(pairs) == 0) return
+    associate (here => size_of(changed(1), scale))
+      error = (growth_of_error(sequence, pairs(:, 1)) - 1.0_wp)*here
+      if (size(pairs, 2) == 2) error = min(error, max(least_part*here, error_of_difference( &
+        sizes_of(sequence, pairs(1, [2, 1])), size_of(changed(1) - changed(2), scale))))
     end associate
-  end function change_by_divisions
+
+  contains
+
+    !> What the divisions change on one of the meshes.
+    pure function changed(i) result(values)
+      integer, intent(in) :: i
+      real(wp) :: values(sequence%list(k)%n, sequence%n_increments)
+
+      values = values_in(sequence, pairs(2, i), k) - values_in(sequence, pairs(1, i), k)
+    end function changed
+
+  end function error_of_inferred
 
 end module step_errors_mod

@@ -4,7 +4,7 @@ module mesh_size_mod
   implicit none
   private
 
-  public :: mesh_size_t, relative_size, is_same_size, blocks_t, common_divisor, zone_t, is_near
+  public :: mesh_size_t, relative_size, is_same_size, is_of_deck, blocks_t, common_divisor, zone_t, is_near
 
   real(wp), parameter :: ring = 1.5_wp !! of an element's diagonal: between two edges and three [-]
 
@@ -41,6 +41,13 @@ contains
     relative_size = real(mesh_size%blocks(2), wp)/(real(mesh_size%blocks(1), wp)* &
       real(mesh_size%parts, wp))
   end function relative_size
+
+  !> Whether it is the mesh that the deck writes down.
+  pure logical function is_of_deck(mesh_size)
+    type(mesh_size_t), intent(in) :: mesh_size
+
+    is_of_deck = is_same_size(mesh_size, mesh_size_t()) .and. mesh_size%zone%times == 0
+  end function is_of_deck
 
   !> Whether two meshes have equally large elements where these are not cut again.
   pure logical function is_same_size(one, other)

@@ -57,6 +57,9 @@ module checkpoint_mod
     !! 1: a single factor, chosen to save time, did not hold the scene
     real(wp) :: on_edges = 0.0_wp
     !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
+    real(wp) :: alone = -1.0_wp
+    !! error of the mesh as it says by itself, with what recovery does not see of contact;
+    !! negative: not known [-]
     integer :: touched_in = 0
     !! the last *STEP of which it was told that contact begins inside an increment; 0: none
     type(mesh_sequence_t), allocatable :: sequence
@@ -171,6 +174,7 @@ contains
     call archive(list, progress%in_double)
     call archive(list, progress%touched_in)
     call archive(list, progress%on_edges)
+    call archive(list, progress%alone)
     call archive(list, progress%begun)
     call archive(list, progress%seen)
     call carry_tally(list, progress%tally)

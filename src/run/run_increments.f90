@@ -17,7 +17,7 @@ module run_increments_mod
   use quantity_values_mod, only: measure_quantities
   use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use result_file_mod, only: result_file_t, append_increment
-  use unseen_contact_mod, only: share_on_little_covered
+  use unseen_contact_mod, only: share_on_little_covered, unseen_error
   use tally_mod, only: add_increment
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, count_from, say, print_increment, print_warning, clear_bar
@@ -143,9 +143,12 @@ contains
         errors%arithmetic, errors%mesh])
       if (increment%last_of_step .and. errors%load_steps < 0.0_wp) progress%worst_errors(1) = &
         not_known
-      if (increment%last_of_step) progress%on_edges = max(progress%on_edges, &
-        share_on_little_covered(scene, plan%points, solved%report%contact, &
-        solved%state%displacement))
+      if (increment%last_of_step) then
+        progress%on_edges = max(progress%on_edges, share_on_little_covered(scene, plan%points, &
+          solved%report%contact, solved%state%displacement))
+        progress%alone = max(progress%alone, errors%mesh + unseen_error(scene, plan%points, &
+          solved%report%contact, solved%report%energy%strain, solved%state%displacement))
+      end if
       call mark_touched(plan%points, solved%report%contact, progress%touched)
       asked = asked_number(increment%position)
       if (asked < 0) return

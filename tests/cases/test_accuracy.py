@@ -1,5 +1,6 @@
 """What is told of errors is about true, and an accuracy that is asked for is reached or refused."""
 
+import re
 import unittest
 
 import numpy as np
@@ -18,6 +19,29 @@ def deck(name, direct=False):
 def with_card(text, card):
     """The deck with a card before its first step."""
     return text.replace("*STEP\n", f"{card}\n*STEP, NLGEOM=NO\n", 1)
+
+
+def written_down(text, n):
+    """The deck with the nodes and elements of its unit cube in place of its *BLOCK."""
+    ids = 1 + np.arange((n + 1) ** 3).reshape((n + 1,) * 3)  # x, y, z
+    low, high = slice(0, n), slice(1, n + 1)
+    corners = [(low, low), (high, low), (high, high), (low, high)]
+    of_elements = np.stack([ids[x, y, z] for z in (low, high) for x, y in corners], axis=-1)
+    lines = ["*NODE"]
+    lines += [f"{ids[at]}, " + ", ".join(str(k / n) for k in at) for at in np.ndindex(ids.shape)]
+    lines.append("*ELEMENT, TYPE=C3D8, ELSET=BODY")
+    lines += [", ".join(map(str, [1 + i, *nodes]))
+              for i, nodes in enumerate(of_elements.reshape(-1, 8))]
+    elements = 1 + np.arange(n**3).reshape((n,) * 3)
+    sides = {"XMIN": 6, "XMAX": 4, "YMIN": 3, "YMAX": 5, "ZMIN": 1, "ZMAX": 2}
+    for name, side in sides.items():
+        axis, end = "XYZ".index(name[0]), -1 if name.endswith("MAX") else 0
+        lines.append(f"*SURFACE, NAME=BODY-{name}")
+        lines += [f"{element}, S{side}" for element in np.take(elements, end, axis).ravel()]
+        lines.append(f"*NSET, NSET=BODY-{name}")
+        lines += map(str, np.take(ids, end, axis).ravel())
+    block = re.search(r"\*BLOCK,.*\n.*\n", text)
+    return text[: block.start()] + "\n".join(lines) + "\n" + text[block.end() :]
 
 
 def at_ends(run, name):
@@ -235,6 +259,23 @@ class Asked(unittest.TestCase):
         self.assertIn("20 % of the contact forces", run.output)
         with run.result() as result:
             self.assertIn("--accuracy 0.2", result.file["run/overrides"].asstr()[()])
+
+    def test_the_mesh_of_a_deck_may_be_enough(self):
+        """A mesh that is written down is the result where its own estimate, three times, is small.
+
+        Elements of a third of the size say what is true.
+        """
+        text = written_down(deck("block"), 4)
+        chosen = {**AUTO, "steps": 5}
+        fine = Run(text, "--refine", "2", "--nlgeom", "no", name="own", **chosen)
+        for asked, is_alone in ((0.1, True), (0.03, False)):
+            run = Run(text, *ASKED, str(asked), name="own", **chosen)
+            self.assertEqual(run.status, 0, run.errors)
+            with fine.result() as true, run.result() as result:
+                self.assertEqual(len(result.accuracy) == 1, is_alone)
+                true, found = true.pairs[0], result.pairs[0]
+                off = np.linalg.norm(found.friction_force[-1] - true.friction_force[-1])
+                self.assertLess(off, asked * 0.3 * true.normal_force[:, 2].max())
 
 
 class Cut(unittest.TestCase):
