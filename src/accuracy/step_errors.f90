@@ -9,8 +9,7 @@ module step_errors_mod
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, family_t, has_bound, mesh_runs, &
     change, step_runs, runs_on_mesh, runs_up_to, sizes_of, values_in
   use cut_runs_mod, only: cuts_for_trials
-  use convergence_mod, only: convergence_t, observe_convergence, about_twice, &
-    order_of_elements, order_of_increments
+  use convergence_mod, only: convergence_t, about_twice, order_of_elements, order_of_increments
   use follow_sizes_mod, only: follow_sizes
   use step_limits_mod, only: corrects_steps, error_of_corrected, growth_of_error, &
     error_of_difference, least_part, size_of
@@ -180,33 +179,10 @@ contains
     h = sizes_of(sequence, alike)
     i = minloc(h(:n - 1), dim=1, mask=h(:n - 1) >= about_twice*h(n), back=.true.)
     if (i == 0) i = maxloc(h(:n - 1), dim=1, back=.true.)
-    error = max(error_of_difference(h([i, n]), differ(i, n)), min(least_part*size_of( &
-      changed(alike(n)), scale), by_three(i)))
+    error = max(error_of_difference(h([i, n]), size_of(changed(alike(i)) - changed(alike(n)), &
+      scale)), least_part*size_of(changed(alike(n)), scale))
 
   contains
-
-    !> What three of these meshes make of the error, the finest ones that span twice its size: how
-    !> what the divisions change on them converges. A huge one where there are not so many.
-    pure real(wp) function by_three(i) result(error)
-      integer, intent(in) :: i !! the finest one of about twice the size
-      type(convergence_t) :: observed
-      integer :: first
-
-      error = huge(1.0_wp)
-      first = min(i, n - 2)
-      if (first < 1) return
-      if (h(first) < about_twice*h(n)) return
-      observed = observe_convergence(h([first, n - 1, n]), [differ(first, n - 1), differ(n - 1, &
-        n)], order_of_elements)
-      if (observed%converges) error = observed%error
-    end function by_three
-
-    !> How what the divisions change differs between two of these meshes, as a part of the scale.
-    pure real(wp) function differ(i, j)
-      integer, intent(in) :: i, j
-
-      differ = size_of(changed(alike(i)) - changed(alike(j)), scale)
-    end function differ
 
     !> What the divisions of a run change on its mesh.
     pure function changed(i) result(values)
