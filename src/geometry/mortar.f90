@@ -242,10 +242,10 @@ contains
   end subroutine make_mortar
 
   !> Weights that give the places of the slave nodes exactly as far as they lie along their master,
-  !> for what is tied must turn with it: the least change of the weights that takes up the shift
-  !> along the master's faces. What is left of `apart` is across them. Of a flat master nothing
-  !> changes but rounding, which grows where little of a node is covered: what is tied goes where
-  !> its master goes, however far. docs/theory.md (11.12).
+  !> for what is tied must turn with it: the least change relative to the weights that takes up the
+  !> shift along the master's faces. What is left of `apart` is across them. Of a flat master
+  !> nothing changes but rounding, which grows where little of a node is covered: what is tied goes
+  !> where its master goes, however far. docs/theory.md (11.12).
   pure subroutine take_up_shifts(slave_nodes, x, mortar)
     integer, intent(in) :: slave_nodes(:) !! (n) as of `make_mortar`
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
@@ -264,12 +264,13 @@ contains
         if (last == first) cycle
         passes: do pass = 1, 3
           if (norm2(apart - dot_product(apart, normal)*normal) <= rounding) exit passes
-          middle = sum(x(:, node(first:last)), dim=2)/real(last - first + 1, wp)
+          middle = matmul(x(:, node(first:last)), abs(weight(first:last)))/ &
+            sum(abs(weight(first:last)))
           s = 0.0_wp
           do k = first, last
             arm = x(:, node(k)) - middle
             do l = 1, 3
-              s(:, l) = s(:, l) + arm*arm(l)
+              s(:, l) = s(:, l) + abs(weight(k))*arm*arm(l)
             end do
           end do
           ! Nodes of flat faces say nothing across them.
@@ -281,7 +282,7 @@ contains
           call solve_small(s, shift, slope, regular)
           if (.not. regular) exit passes
           do k = first, last
-            weight(k) = weight(k) + dot_product(slope, x(:, node(k)) - middle)
+            weight(k) = weight(k) + abs(weight(k))*dot_product(slope, x(:, node(k)) - middle)
           end do
           weight(first:last) = weight(first:last)/sum(weight(first:last))
           apart = x(:, slave_nodes(i)) - matmul(x(:, node(first:last)), weight(first:last))

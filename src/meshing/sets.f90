@@ -21,7 +21,7 @@ module sets_mod
     integer :: position = 0             !! of the card
     integer, allocatable :: skipped(:)  !! elements of types that are not computed
     integer :: n_skipped = 0
-    integer :: gone = 0                 !! id of the first element that was taken out of the deck
+    integer :: gone = 0                 !! id of the first member that is not in the deck, if any
     logical :: flawed = .false.         !! members are missing because of mistakes
   end type set_t
 

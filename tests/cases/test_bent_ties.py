@@ -56,6 +56,51 @@ def deck(slave_is_lower):
     )  # fmt: skip
 
 
+def ring(first, radii, turn):
+    """Places and elements of a ring about z, 48 x 1 x 2 elements; ids from `first`.
+
+    It is turned by a part of an element, and its places have the digits of a file.
+    """
+    places, elements = {}, ""
+    for k in range(3):
+        for r, radius in enumerate(radii):
+            for a in range(48):
+                angle = 2 * np.pi * (a + turn) / 48
+                place = (radius * np.cos(angle), radius * np.sin(angle), 0.3 * k)
+                places[first + a + 48 * (r + 2 * k)] = np.round(place, 7)
+    for k in range(2):
+        for a in range(48):
+            low = [first + b % 48 + 48 * (r + 2 * k)
+                   for b, r in ((a, 0), (a, 1), (a + 1, 1), (a + 1, 0))]
+            ids = [first + a + 48 * k, *low, *(i + 96 for i in low)]
+            elements += ", ".join(map(str, ids)) + "\n"
+    return places, elements
+
+
+def rings(turn):
+    """The deck: the outer faces of two tied rings are turned about x as one body."""
+    inner, some = ring(1, (2.0, 3.0), 0.0)
+    outer, more = ring(1001, (3.0, 4.0), turn)
+    nodes = "".join(
+        f"{i}, " + ", ".join(map(repr, map(float, p))) + "\n"
+        for i, p in {**inner, **outer}.items()
+    )
+    ends = [(i, p) for i, p in inner.items() if np.hypot(*p[:2]) < 2.5]
+    ends += [(i, p) for i, p in outer.items() if np.hypot(*p[:2]) > 3.5]
+    held = "".join(
+        f"{i}, 1\n{i}, 2, 2, {float(-TURN * p[2])!r}\n{i}, 3, 3, {float(TURN * p[1])!r}\n"
+        for i, p in ends
+    )
+    return (
+        "*HEADING\nrings\n*NODE\n" + nodes + "*ELEMENT, TYPE=C3D8, ELSET=BOLT\n" + some
+        + "*ELEMENT, TYPE=C3D8, ELSET=NUT\n" + more
+        + "*SURFACE, NAME=BOLT\nBOLT, S4\n*SURFACE, NAME=NUT\nNUT, S6\n"
+        "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=BOLT, MATERIAL=M\n"
+        "*SOLID SECTION, ELSET=NUT, MATERIAL=M\n*TIE, POSITION TOLERANCE=0.1\nBOLT, NUT\n"
+        "*STEP\n*STATIC, DIRECT\n1., 1.\n*BOUNDARY\n" + held + "*NODE FILE\nRF\n*END STEP\n"
+    )  # fmt: skip
+
+
 class BentTies(unittest.TestCase):
     """A refined element on either side."""
 
@@ -71,6 +116,19 @@ class BentTies(unittest.TestCase):
             turned = np.column_stack([0 * x[:, 0], -TURN * x[:, 2], TURN * x[:, 1]])
             np.testing.assert_allclose(u, turned, rtol=0, atol=1e-12)
             # Without the tie's shifts taken up strains would be of the order of the turn.
+            self.assertLess(abs(force).max(), 1e-9 * 1000 * TURN)
+
+    def test_rings_whose_nodes_do_not_match(self):
+        """A bolt in a nut: facets of one cylinder, a part of a facet apart.
+
+        Slivers of facets then face nodes or do not, as these move onto their master. The tie must
+        be taken, and the turn of both rings as one body must leave no force.
+        """
+        for turn in (0.05, 0.3, 0.7):
+            run = Run(rings(turn), name="rings")
+            self.assertEqual(run.status, 0, run.errors)
+            with h5py.File(run.file) as file:
+                force = file["VTKHDF/PointData/reaction_force"][()]
             self.assertLess(abs(force).max(), 1e-9 * 1000 * TURN)
 
 

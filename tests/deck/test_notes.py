@@ -56,6 +56,11 @@ class Notes(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
+    def test_numbers_that_friction_would_depend_on(self):
+        card = "NAME=I\n*FRICTION\n0.1, 1000., 0., 0.\n"
+        self.assertIn("the stick slope of *FRICTION is ignored",
+                      self.plan(("NAME=I\n", card)))
+
     def with_output(self, cards):
         """Plan the deck with output cards in its step."""
         return self.plan(("*END STEP\n", cards + "*END STEP\n"))
@@ -159,6 +164,13 @@ class Notes(unittest.TestCase):
         printed = self.plan(("*MATERIAL", tables))
         self.assertIn("set 'GMSH:BOUNDING_ENTITIES' is skipped", printed)
         self.assertIn("set 'GMSH:X' is skipped", printed)
+
+    def test_missing_members_of_a_set_that_nothing_uses(self):
+        sets = "*NSET, NSET=IDLE, GENERATE\n500, 700\n*ELSET, ELSET=REST\n1, 77\n*MATERIAL"
+        printed = self.plan(("*MATERIAL", sets))
+        self.assertIn("set 'IDLE' names nodes that are not in the deck (the first: node 500)",
+                      printed)
+        self.assertIn("set 'REST' names elements that are not in the deck", printed)
 
     def test_what_is_held_at_0_on_a_node_of_nothing(self):
         note = "values prescribed on nodes that belong to no element are ignored"

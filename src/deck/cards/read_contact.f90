@@ -110,13 +110,14 @@ contains
     type(card_t), intent(in) :: card
     real(wp), intent(inout) :: mu
     type(fields_t) :: fields
-    real(wp) :: slope, temperature
+    real(wp) :: other
+    integer :: i
     logical :: found, ok
 
     call allow_options(reader, card, [character(1) ::], &
       ['SLIP TOLERANCE', 'ELASTIC SLIP  ', 'LAGRANGE      '])
-    call next_data_line(reader, card, fields, found, 3, 'mu (and a stick slope and a '// &
-      'temperature, which are ignored)')
+    call next_data_line(reader, card, fields, found, 4, 'mu (and a stick slope, a pressure '// &
+      'and a temperature, which are ignored)')
     if (.not. found) then
       call report(reader, card%position, '*FRICTION needs a data line: mu')
       return
@@ -128,11 +129,13 @@ contains
       if (ok .and. abs(mu) <= 0.0_wp) call report(reader, field_position(reader, fields, 2), &
         'a stick slope without friction: '//quoted(field_text(reader, fields, 2)), &
         'use a decimal point, not a comma: 0.3')
-      call real_field(reader, fields, 2, 'the stick slope', slope, ok)
+      call real_field(reader, fields, 2, 'the stick slope', other, ok)
       call note(reader, 'the stick slope of *FRICTION is ignored: sticking is exact')
     end if
-    if (.not. is_empty_field(fields, 3)) call real_field(reader, fields, 3, &
-      'a temperature, which is ignored', temperature, ok)
+    do i = 3, fields%n
+      if (.not. is_empty_field(fields, i)) call real_field(reader, fields, i, &
+        'a pressure or a temperature, which is ignored', other, ok)
+    end do
     call end_data(reader, card, fields, '*FRICTION takes one data line')
   end subroutine read_friction
 

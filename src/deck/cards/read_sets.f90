@@ -26,7 +26,7 @@ module read_sets_mod
     name_option, open_card, option_position
   use sets_mod, only: find_set, finish, model_t, &
     report_unknown, set_list_t, set_t
-  use text_mod, only: to_text
+  use text_mod, only: to_text, upper
   implicit none
   private
 
@@ -160,8 +160,8 @@ contains
     do entry = 1, sets%n
       call finish(sets%list(entry))
       if (sets%list(entry)%gone > 0) call note(reader, 'set '// &
-        quoted(sets%names(entry)%text)//' names elements that are not in the deck (the first: '// &
-        'element '//to_text(sets%list(entry)%gone)//')')
+        quoted(sets%names(entry)%text)//' names '//of_kind(sets%kind)//'s that are not in the '// &
+        'deck (the first: '//of_kind(sets%kind)//' '//to_text(sets%list(entry)%gone)//')')
     end do
   end subroutine fill_sets
 
@@ -223,7 +223,7 @@ contains
       call next_data_line(reader, card, fields, found, any_number, 'ids and names of sets')
       if (.not. found) exit lines
       if (generated) then
-        call generate(reader, draft, fields, sets, sets%list(home), work)
+        call generate(reader, draft, fields, sets, home, work)
         cycle lines
       end if
       do i = 1, fields%n
@@ -231,8 +231,7 @@ contains
         if (.not. ok) then
           if (.not. keep_reading(reader)) return
         else if (reference%id > 0) then
-          call add_id(reader, draft, sets%kind, reference%id, reference%position, &
-            sets%list(home), ok)
+          call add_id(reader, draft, sets, home, reference%id, reference%position, work, ok)
           if (.not. ok) n_wrong = n_wrong + 1
           if (n_wrong == max_wrong) return ! the same mistake over and over, most likely
         else
@@ -244,42 +243,81 @@ contains
   end subroutine fill_from_card
 
   !> Add the node or element `id`.
-  subroutine add_id(reader, draft, kind, id, position, set, ok)
+  subroutine add_id(reader, draft, sets, home, id, position, work, ok)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: kind, id, position
-    type(set_t), intent(inout) :: set
-    logical, intent(out) :: ok  !! false: there is no such id
+    type(set_list_t), intent(inout) :: sets
+    integer, intent(in) :: home        !! of the set
+    integer, intent(in) :: id, position
+    integer(i8), intent(inout) :: work
+    logical, intent(out) :: ok         !! false: there is no such id
     integer :: number
 
-    if (kind == set_of_nodes) then
-      number = find_id(draft%nodes, draft%node_id, id)
-    else
-      number = find_id(draft%elements, draft%element_id, id)
-      if (number == 0) then
-        ok = .true.
-        number = find_id(draft%skipped, draft%skipped_id, id)
-        if (number > 0) then
-          call append(set%skipped, set%n_skipped, number)
-          return
-        else if (draft%taken_out) then
-          call mark_gone(set, id)
-          return
+    associate (set => sets%list(home))
+      if (sets%kind == set_of_nodes) then
+        number = find_id(draft%nodes, draft%node_id, id)
+      else
+        number = find_id(draft%elements, draft%element_id, id)
+        if (number == 0) then
+          ok = .true.
+          number = find_id(draft%skipped, draft%skipped_id, id)
+          if (number > 0) then
+            call append(set%skipped, set%n_skipped, number)
+            return
+          else if (draft%taken_out) then
+            call mark_gone(set, id)
+            return
+          end if
         end if
       end if
-    end if
-    ok = number > 0
-    if (ok) then
-      call append(set%members, set%n, number)
-      if (kind == set_of_elements .or. is_of_block(draft, number)) reader%numbers_block = .true.
-    else if (kind == set_of_nodes) then
-      call report(reader, position, 'node '//to_text(id)//' is not defined')
-    else
-      call report(reader, position, 'element '//to_text(id)//' is not defined')
-    end if
+      ok = number > 0
+      if (ok) then
+        call append(set%members, set%n, number)
+        if (sets%kind == set_of_elements .or. is_of_block(draft, number)) reader%numbers_block = &
+          .true.
+        return
+      end if
+      work = work + reader%source%length
+      if (is_idle(reader, sets, home)) then
+        call mark_gone(set, id)
+      else
+        call report(reader, position, of_kind(sets%kind)//' '//to_text(id)//' is not defined')
+      end if
+    end associate
   end subroutine add_id
 
-  !> Remember that a set names an element that was taken out.
+  !> Whether the deck has the name of a set nowhere but where cards define it, not even as a part of
+  !> another name or in a comment: what is missing in it changes nothing.
+  pure logical function is_idle(reader, sets, home)
+    type(reader_t), intent(in) :: reader
+    type(set_list_t), intent(in) :: sets
+    integer, intent(in) :: home
+    character(:), allocatable :: text
+    integer :: i, next, left
+
+    associate (name => sets%names(home)%text)
+      left = count([(sets%names(i)%text == name, i=1, sets%n)])
+      text = upper(reader%source%text(:reader%source%length))
+      i = 1
+      do
+        next = index(text(i:), name)
+        is_idle = left >= 0 .and. next == 0
+        if (left < 0 .or. next == 0) return
+        left = left - 1
+        i = i + next - 1 + len(name)
+      end do
+    end associate
+  end function is_idle
+
+  !> What sets of a kind hold, in words.
+  pure function of_kind(kind) result(word)
+    integer, intent(in) :: kind
+    character(:), allocatable :: word
+
+    word = trim(merge('node   ', 'element', kind == set_of_nodes))
+  end function of_kind
+
+  !> Remember that a set names what is not in the deck.
   subroutine mark_gone(set, id)
     type(set_t), intent(inout) :: set
     integer, intent(in) :: id
@@ -320,12 +358,12 @@ contains
   end subroutine add_set
 
   !> Add first, first + step, ... last.
-  subroutine generate(reader, draft, fields, sets, set, work)
+  subroutine generate(reader, draft, fields, sets, home, work)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
     type(fields_t), intent(in) :: fields
-    type(set_list_t), intent(in) :: sets
-    type(set_t), intent(inout) :: set
+    type(set_list_t), intent(inout) :: sets
+    integer, intent(in) :: home        !! of the set
     integer(i8), intent(inout) :: work
     integer :: first, last, step
     integer(i8) :: id
@@ -348,14 +386,14 @@ contains
     end if
     if (sets%kind == set_of_elements .and. draft%taken_out .and. &
         (last - first)/step > draft%n_elements) then
-      call pick_elements(draft, first, last, step, set)
+      call pick_elements(draft, first, last, step, sets%list(home))
       work = work + draft%n_elements
       return
     end if
     ! Ends at the first id that does not exist, so it takes no longer than there are ids.
     do id = first, last, step
       work = work + 1
-      call add_id(reader, draft, sets%kind, int(id), fields%start, set, ok(1))
+      call add_id(reader, draft, sets, home, int(id), fields%start, work, ok(1))
       if (.not. ok(1) .or. work > max_work) return
     end do
   end subroutine generate
