@@ -15,6 +15,17 @@ MORTAR = ("face", "Displacements as written agree: what differs are the forces t
 REASONS = {    # what a variant does not say by itself: deck: (variant, words)
     "ccx/test/hueeber1_mortar.inp": MORTAR, "ccx/test/hueeber2_mortar.inp": MORTAR,
 }
+# Static decks of solids that users sent and that are refused, and why.
+LEFT = {
+    "other/CubeTie/CubeTie.inp": "files that it includes are not in the collection",
+    "yahoo/L-Shape_contact.inp": "its master surface is of elements that the deck does not have; "
+                                 "CalculiX stops there, too",
+    "yahoo/d-01-21Dec16-rev02.inp": "32000 of its 35395 elements are clockwise; CalculiX stops "
+                                    "there, too",
+    "yahoo/inp_combined_change-contact.inp": "its material changes in the second step, and a tie "
+                                             "that was weak becomes stiff",
+    "yahoo/switch_2DV2_calcu_q.inp": "plane stress",
+}
 
 
 def worst(row):
@@ -139,6 +150,10 @@ def page(rows, where):
         "", "## What the others stumble over", "",
         "The first message of each, names and numbers left out.",
         "", *refusal_table(written),
+        "",
+        "Static decks of solids that users sent, among these:", "",
+        *(f"- `{row.deck}`: {LEFT[row.deck]}." for row in written
+          if row.deck in LEFT and row.check != "accepted"),
         "", "## Both programs", "",
         "CalculiX runs a copy of the deck that prints all displacements and forces at the ends of",
         "steps; a pair without `TYPE`, which it refuses, gets `SURFACE TO SURFACE`. Both are",

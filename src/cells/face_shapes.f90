@@ -112,7 +112,7 @@ contains
     integer,  intent(in)  :: n_nodes     !! 3, 4, 6 or 8
     real(wp), intent(in)  :: place(2)    !! natural coordinates [-]
     real(wp), intent(out) :: n(face_nodes), gradient(2, face_nodes) !! (a), (i,a) [-]
-    real(wp) :: l(3), slope(2, 3), a(4), b(4)
+    real(wp) :: l(3), slope(2, 3), a(4), b(4), arch(2)
     integer :: corners, k, next
 
     n = 0.0_wp
@@ -131,23 +131,29 @@ contains
       gradient(2, :4) = 0.25_wp*a*corner(2, :)
     end if
     if (n_nodes == corners) return
+    if (corners == 3) then
+      do k = 1, 3
+        next = merge(1, k + 1, k == 3)
+        n(3 + k) = 4.0_wp*l(k)*l(next)
+        gradient(:, 3 + k) = 4.0_wp*(slope(:, k)*l(next) + l(k)*slope(:, next))
+      end do
+    else
+      arch = 0.5_wp*(1.0_wp - place**2)
+      do k = 1, 3, 2 ! edges along the first coordinate, and along the second
+        n(4 + k) = arch(1)*b(k)
+        gradient(1, 4 + k) = -place(1)*b(k)
+        gradient(2, 4 + k) = arch(1)*corner(2, k)
+        n(5 + k) = arch(2)*a(k + 1)
+        gradient(1, 5 + k) = arch(2)*corner(1, k + 1)
+        gradient(2, 5 + k) = -place(2)*a(k + 1)
+      end do
+    end if
     do k = 1, corners
-      next = 1 + modulo(k, corners)
-      associate (middle => corners + k)
-        if (corners == 3) then
-          n(middle) = 4.0_wp*l(k)*l(next)
-          gradient(:, middle) = 4.0_wp*(slope(:, k)*l(next) + l(k)*slope(:, next))
-        else if (modulo(k, 2) == 1) then ! along the first coordinate
-          n(middle) = 0.5_wp*(1.0_wp - place(1)**2)*b(k)
-          gradient(:, middle) = [-place(1)*b(k), 0.5_wp*(1.0_wp - place(1)**2)*corner(2, k)]
-        else
-          n(middle) = 0.5_wp*(1.0_wp - place(2)**2)*a(k)
-          gradient(:, middle) = [0.5_wp*(1.0_wp - place(2)**2)*corner(1, k), -place(2)*a(k)]
-        end if
-        n([k, next]) = n([k, next]) - 0.5_wp*n(middle)
-        gradient(:, k) = gradient(:, k) - 0.5_wp*gradient(:, middle)
-        gradient(:, next) = gradient(:, next) - 0.5_wp*gradient(:, middle)
-      end associate
+      next = merge(1, k + 1, k == corners)
+      n(k) = n(k) - 0.5_wp*n(corners + k)
+      n(next) = n(next) - 0.5_wp*n(corners + k)
+      gradient(:, k) = gradient(:, k) - 0.5_wp*gradient(:, corners + k)
+      gradient(:, next) = gradient(:, next) - 0.5_wp*gradient(:, corners + k)
     end do
   end subroutine evaluate_face
 

@@ -9,7 +9,7 @@ module curved_overlap_mod
   use face_shapes_mod, only: evaluate_face, places_of_nodes, is_triangle
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
-    few_points, few_weights, many_points, many_weights
+    few_points, few_weights, some_points, some_weights, many_points, many_weights
   implicit none
   private
 
@@ -21,7 +21,8 @@ module curved_overlap_mod
     real(wp) :: x(3, face_nodes) = 0.0_wp       !! where they are [length]
     real(wp) :: flat(2, face_nodes) = 0.0_wp    !! the same in a plane [length]
     logical :: is_affine = .false.
-    !! shape functions are nearly polynomials in the plane: of triangles with edges nearly straight
+    !! shape functions are nearly polynomials in the plane: edges are nearly straight, and opposite
+    !! ones of four nearly parallel
   end type whole_face_t
 
   !> What is covered of a face, in coordinates of its own: with its middle at 0, about as long as
@@ -36,13 +37,15 @@ contains
   !> A face from its nodes.
   pure type(whole_face_t) function whole_face(x) result(face)
     real(wp), intent(in) :: x(:, :) !! (3,n) corners, then the middles of edges [length]
-    ! Of an edge. The rule of few points then gives weights to 1e-6 [-]
+    ! Of an edge. Rules for polynomials then give weights to 1e-6 [-]
     real(wp), parameter :: straight = 1.0e-2_wp
     integer :: k, next, corners
 
     face%n = size(x, 2)
     face%x(:, :face%n) = x
     face%is_affine = is_triangle(face%n)
+    if (.not. face%is_affine) face%is_affine = norm2(x(:, 1) - x(:, 2) + x(:, 3) - x(:, 4)) <= &
+      straight*min(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)))
     if (face%n <= 4) return
     corners = face%n/2
     do k = 1, corners
@@ -121,11 +124,12 @@ contains
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
-      if (slave%is_affine .and. master%is_affine) then
+      if (.not. (slave%is_affine .and. master%is_affine)) then
+        call add_points(plane, slave, master, corner, many_points, many_weights, patch, overlap)
+      else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
         call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
       else
-        call add_points(plane, slave, master, corner, many_points, many_weights, patch, &
-          overlap)
+        call add_points(plane, slave, master, corner, some_points, some_weights, patch, overlap)
       end if
     end do
   end function find_curved_overlap
@@ -140,20 +144,29 @@ contains
     type(patch_t), intent(in), optional :: patch
     type(overlap_t), intent(inout) :: overlap
     real(wp), dimension(slave%n) :: n, part, f
-    real(wp) :: x(2), m(master%n), normal(3), gap, area, here, xi(2), unused(2)
+    real(wp) :: x(2), m(master%n), normal(3), gap, area, here, xi(2), eta(2)
+    real(wp), dimension(2) :: middle, xi_there, eta_there
+    real(wp), dimension(2, 2) :: slope, master_slope, unused
     integer :: i, b
 
     area = area_of(corner)
+    middle = sum(corner, 2)/3.0_wp
+    xi_there = middle_of(slave)
+    eta_there = middle_of(master)
+    call locate(slave, middle, xi_there, n, normal, slope)
+    call locate(master, middle, eta_there, m, normal, master_slope)
     do i = 1, size(weight)
       x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
         point(2, i)*(corner(:, 3) - corner(:, 1))
-      call locate(slave, x, n, normal, xi)
+      xi = xi_there + matmul(slope, x - middle)
+      eta = eta_there + matmul(master_slope, x - middle)
+      call locate(slave, x, xi, n, normal, unused)
       here = area*weight(i)*norm2(normal)/abs(dot_product(normal, plane%axis(:, 3)))
       part = here*n
       f = n
       if (present(patch)) f = polynomials(slave%n, patch, xi)
       overlap%moments = overlap%moments + here*[1.0_wp, xi, xi(1)*xi, xi(2)**2]
-      call locate(master, x, m, normal, unused)
+      call locate(master, x, eta, m, normal, unused)
       normal = normal/norm2(normal)
       gap = dot_product(normal, matmul(slave%x(:, :slave%n), n) - matmul(master%x(:, :master%n), &
         m))
@@ -172,22 +185,32 @@ contains
     end do
   end subroutine add_points
 
+  !> Natural coordinates of the middle of a face.
+  pure function middle_of(face) result(xi)
+    type(whole_face_t), intent(in) :: face
+    real(wp) :: xi(2) !! [-]
+
+    xi = merge(1.0_wp/3.0_wp, 0.0_wp, is_triangle(face%n))
+  end function middle_of
+
   !> The place of a face that is seen at a point of the plane, by Newton's method: its shape
   !> functions and the normal there.
-  pure subroutine locate(face, x, n, normal, xi)
+  pure subroutine locate(face, x, xi, n, normal, slope)
     type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
     real(wp), intent(in) :: x(2)            !! [length]
+    real(wp), intent(inout) :: xi(2)        !! natural coordinates, first where to begin [-]
     real(wp), intent(out) :: n(:)           !! [-]
     real(wp), intent(out) :: normal(3)      !! not of unit length
-    real(wp), intent(out) :: xi(2)          !! natural coordinates [-]
-    ! Newton's method squares what is left: behind a step of this nothing is but rounding.
-    real(wp), parameter :: settled = 1.0e-8_wp
+    real(wp), intent(out) :: slope(2, 2)    !! of xi along x, close to there [1/length]
+    ! Newton's method squares what is left: behind a step of this nothing is but rounding, and a
+    ! step below that is none.
+    real(wp), parameter :: settled = 1.0e-8_wp, rounding = 4.0_wp*epsilon(1.0_wp)
     integer,  parameter :: max_newton = 30
     real(wp), dimension(face_nodes) :: functions
     real(wp) :: step(2), left(2), a(2), b(2), gradient(2, face_nodes), tangent(3, 2), det
     integer :: i, k
 
-    xi = merge(1.0_wp/3.0_wp, 0.0_wp, is_triangle(face%n))
+    slope = 0.0_wp
     step = 1.0_wp
     do i = 1, max_newton
       call evaluate_face(face%n, xi, functions, gradient)
@@ -202,7 +225,10 @@ contains
       end do
       det = a(1)*b(2) - a(2)*b(1)
       if (.not. abs(det) > 0.0_wp) exit
-      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      slope(:, 1) = [b(2), -a(2)]/det
+      slope(:, 2) = [-b(1), a(1)]/det
+      step = matmul(slope, left)
+      if (maxval(abs(step)) < rounding) exit
       xi = xi + step
     end do
     n = functions(:face%n)

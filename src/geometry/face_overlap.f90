@@ -10,8 +10,8 @@ module face_overlap_mod
 
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
-  public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, many_points, &
-    many_weights
+  public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, some_points, &
+    some_weights, many_points, many_weights
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -68,6 +68,17 @@ module face_overlap_mod
     far, far, 1.0_wp - 2.0_wp*far, far, far, 1.0_wp - 2.0_wp*far], [2, n_few])
   real(wp), parameter :: few_weights(n_few) = [9.0_wp/40.0_wp, of_near, of_near, of_near, &
     of_far, of_far, of_far]
+
+  ! Twelve points, exact to degree 6 (Strang and Fix): what products of shape functions of second
+  ! order on parallelograms need.
+  integer,  parameter :: n_some = 12
+  real(wp), parameter :: p = 0.24928674517091041_wp, q = 0.06308901449150223_wp, &
+    s = 0.05314504984481694_wp, t = 0.31035245103378441_wp, u = 1.0_wp - s - t
+  real(wp), parameter :: some_points(2, n_some) = reshape([ &
+    p, p, p, 1.0_wp - 2.0_wp*p, 1.0_wp - 2.0_wp*p, p, q, q, q, 1.0_wp - 2.0_wp*q, &
+    1.0_wp - 2.0_wp*q, q, s, t, t, s, s, u, u, s, t, u, u, t], [2, n_some])
+  real(wp), parameter :: some_weights(n_some) = [spread(0.11678627572637938_wp, 1, 3), &
+    spread(0.05084490637020682_wp, 1, 3), spread(0.08285107561837357_wp, 1, 6)]
 
   ! Gauss and Jacobi, five points each, on the unit interval: their product on a triangle is exact
   ! to degree 9.
