@@ -47,18 +47,20 @@ contains
   end subroutine find_internal_force
 
   !> The tangent at a displacement, as of tangent_t, with the heat of a place in a *STEP.
-  pure function tangent_at(scene, u, step, position, projection) result(tangent)
+  pure function tangent_at(scene, u, step, position, projection, modes) result(tangent)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
     integer, intent(in) :: step             !! 0: before the first
     integer(i8), intent(in) :: position     !! in parts of the deck's increments
     real(wp), intent(in) :: projection      !! as of tangent_t [-]
+    type(modes_t), intent(in), optional :: modes !! at `u`, or none
     type(tangent_t) :: tangent
 
     tangent%at = u
     allocate (tangent%free(scene%mesh%n_elements))
     call find_free_strain(scene, max(1, step), position, tangent%free)
     tangent%projection = projection
+    if (present(modes)) tangent%modes = modes
   end function tangent_at
 
   !> What displacements change internal forces by: of small strain where there is no tangent.

@@ -22,7 +22,7 @@ module finite_forces_mod
   implicit none
   private
 
-  public :: tangent_t, element_tangent, tangent_force, negative_modes
+  public :: tangent_t, element_tangent, tangent_force
   public :: finite_internal_force, finite_strain_energy, elastic_gradients, finite_tensors, &
     undeformed_tensors, logarithmic_stresses, work_of_heat
 
@@ -31,6 +31,7 @@ module finite_forces_mod
     real(wp), allocatable :: at(:, :) !! (3,n_nodes) displacement, det F > 0 [length]
     real(wp), allocatable :: free(:)  !! (n_elements) strain by free expansion there [-]
     real(wp) :: projection = 1.0_wp   !! part of what is negative in each element's, left out [-]
+    type(modes_t) :: modes            !! at `at`, where they are known
   end type tangent_t
 
   real(wp), parameter :: no_modes(3, 3) = 0.0_wp
@@ -107,7 +108,7 @@ contains
   end subroutine finite_internal_force
 
   !> An element from where it has expanded freely, and the amplitudes of its modes.
-  pure subroutine find_element(mesh, materials, free, u, e, element, modes)
+  pure subroutine find_element(mesh, materials, free, u, e, element, modes, known)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: free             !! its strain by free expansion [-]
@@ -115,6 +116,7 @@ contains
     integer, intent(in) :: e                 !! element
     type(finite_element_t), intent(out) :: element
     real(wp), intent(out) :: modes(3, 3)     !! as of finite_force, 0 of other kinds [length]
+    type(modes_t), intent(in), optional :: known !! of the mesh at `u`, or none
     real(wp) :: x(3, 8), moved(3, 8), inverse_stiffness(9, 9)
     logical :: is_found
     integer :: nodes(8)
@@ -126,6 +128,12 @@ contains
     call finite_element(mesh%element_kind(e), x, moved, element)
     modes = 0.0_wp
     if (mesh%element_kind(e) /= kind_c3d8i) return
+    if (present(known)) then
+      if (allocated(known%amplitude)) then
+        modes = known%amplitude(:, :, e)
+        return
+      end if
+    end if
     call find_modes(x, moved, materials(mesh%material(e))%law, modes, inverse_stiffness, is_found)
     if (.not. is_found) modes = 0.0_wp
   end subroutine find_element
@@ -220,7 +228,7 @@ contains
   !> Projected: without what is negative in it, the next positive semi-definite matrix. A soft body
   !> that is pressed has a tangent that is not positive, and a compliance of which contact problems
   !> have several solutions.
-  subroutine element_tangent(mesh, materials, tangent, e, k)
+  subroutine element_tangent(mesh, materials, tangent, e, k, n_negative)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(tangent_t), intent(in) :: tangent
@@ -228,48 +236,25 @@ contains
     real(wp), intent(out) :: k(:, :)
     !! node by node, x y z; without mid-side nodes (24,24), by the nodes of a hexahedron
     !! [force/length]
+    integer, intent(out), optional :: n_negative !! pivots that the modes of C3D8I have
     type(second_order_t) :: of_second_order
+    type(finite_element_t) :: element
     real(wp), allocatable :: h(:, :, :)
+    real(wp) :: modes(3, 3)
     integer :: negative
 
+    negative = 0
     if (has_middles(mesh%connectivity%cell(e))) then
       call find_second_order(mesh, tangent%free(e), tangent%at, e, of_second_order, h)
       k = tangent_of_second_order(of_second_order, h, materials(mesh%material(e))%law)
     else
-      call find_tangent(mesh, materials, tangent, e, k, negative)
+      call find_element(mesh, materials, tangent%free(e), tangent%at, e, element, modes, &
+        tangent%modes)
+      call tangent_of(element, modes, materials(mesh%material(e))%law, k, negative)
     end if
+    if (present(n_negative)) n_negative = negative
     if (tangent%projection > 0.0_wp) call project(tangent%projection, k)
   end subroutine element_tangent
-
-  !> Negative pivots that the modes of C3D8I have, summed over the elements.
-  pure integer function negative_modes(mesh, materials, tangent) result(negative)
-    type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
-    type(tangent_t), intent(in) :: tangent
-    real(wp) :: k(24, 24)
-    integer :: e, of_element
-
-    negative = 0
-    do e = 1, mesh%n_elements
-      if (mesh%element_kind(e) /= kind_c3d8i) cycle
-      call find_tangent(mesh, materials, tangent, e, k, of_element)
-      negative = negative + of_element
-    end do
-  end function negative_modes
-
-  pure subroutine find_tangent(mesh, materials, tangent, e, k, negative)
-    type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
-    type(tangent_t), intent(in) :: tangent
-    integer, intent(in) :: e           !! element
-    real(wp), intent(out) :: k(24, 24) !! as it is [force/length]
-    integer, intent(out) :: negative   !! pivots of its modes
-    type(finite_element_t) :: element
-    real(wp) :: modes(3, 3)
-
-    call find_element(mesh, materials, tangent%free(e), tangent%at, e, element, modes)
-    call tangent_of(element, modes, materials(mesh%material(e))%law, k, negative)
-  end subroutine find_tangent
 
   !> What displacements change forces by, by the tangents of another displacement.
   subroutine tangent_force(mesh, materials, tangent, u, f)

@@ -52,7 +52,8 @@ contains
   !> elements with nodes that depend on others it is T^T K T that is summed.
   !>
   !> At finite strain the tangents at a displacement take their place.
-  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent)
+  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent, &
+      n_negative)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
@@ -61,13 +62,15 @@ contains
     type(triplets_t), intent(out) :: k
     integer, intent(out), optional :: n_computed !! element stiffnesses that were computed
     type(tangent_t), intent(in), optional :: tangent
+    integer, intent(out), optional :: n_negative !! pivots that the modes of C3D8I have in tangents
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
     type(known_elements_t) :: known
     real(wp) :: ke(n_freedoms, n_freedoms)
     integer, allocatable :: constraint(:, :)
-    integer :: e, nodes(hexahedron_nodes)
+    integer :: e, nodes(hexahedron_nodes), negative, of_element
 
+    negative = 0
     allocate (constraint(3, mesh%n_nodes), source=constraint_of(map%constraints, mesh%n_nodes))
     lower_start = lower_lists(start, neighbours)
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
@@ -83,7 +86,8 @@ contains
       end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       if (present(tangent)) then
-        call element_tangent(mesh, materials, tangent, e, ke)
+        call element_tangent(mesh, materials, tangent, e, ke, of_element)
+        negative = negative + of_element
         known%n_computed = known%n_computed + 1
       else
         call find_stiffness(mesh, materials, e, known, ke)
@@ -92,6 +96,7 @@ contains
     end do
     call list_free_entries(map, start, neighbours, lower_start, k, blocks)
     if (present(n_computed)) n_computed = known%n_computed
+    if (present(n_negative)) n_negative = negative
 
   contains
 

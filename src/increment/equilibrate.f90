@@ -67,13 +67,14 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
     type(newton_raphson_t) :: loop
-    logical :: is_missed, is_first, is_followed, has_joined
+    logical :: is_missed, is_first, is_followed, has_joined, was_foreseen
 
     new%rotation = trial%rotation
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     is_missed = .false.
     is_first = .true.
     loop = begin_newton_raphson(scene, points, solver, trial)
+    loop%modes = old%modes
     newton_raphson: do while (loop%i < trial%most_iterations)
       loop%i = loop%i + 1
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
@@ -89,6 +90,7 @@ contains
       if (allocated(error)) return
       if (.not. trial%is_foreseen) call find_reactions(scene, points, solver, old, trial, new, &
         report, loop)
+      was_foreseen = trial%is_foreseen
       trial%is_foreseen = .false.
       trial%has_begun = .true.
       call take_failure(solver, error)
@@ -116,6 +118,7 @@ contains
       call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
         loop, report)
       if (report%worst_element > 0) exit newton_raphson
+      if (was_foreseen) loop%modes = new%modes
       if (allocated(trial%support_force)) trial%support_force = merge(trial%forces%internal - &
         trial%forces%external - pressed, 0.0_wp, trial%forces%prescribed)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
@@ -209,8 +212,8 @@ contains
 
     if (.not. loop%is_linear) then
       call extrapolate(scene, map, motions, old, trial, new, loop)
-      ! From where the increment began: iterations far away may find modes of no use to the next.
-      if (.not. loop%apart < nearby) new%modes = old%modes
+      ! Iterations far away may find modes of no use to the next.
+      if (.not. loop%apart < nearby) new%modes = loop%modes
       report%force_evaluations = report%force_evaluations + 1
     end if
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &

@@ -5,7 +5,7 @@ module place_and_solve_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use state_mod, only: state_t
+  use state_mod, only: state_t, modes_t
   use increment_report_mod, only: increment_report_t, ended_well, ended_unbalanced
   use bodies_mod, only: is_linear
   use follow_points_mod, only: rounding_of_places
@@ -58,6 +58,8 @@ module place_and_solve_mod
     !! (n_free+n_motions) where forces were asked for, there [length]
     real(wp) :: apart = 0.0_wp, last_apart = huge(1.0_wp)
     !! how far the displacement is from there, of its way, now and before [-]
+    type(modes_t) :: modes
+    !! where the increment began or was foreseen: far from the last iteration others lead there
     real(wp) :: mixed = 0.0_wp
     !! how far acceleration took the displacement from what contact was solved for, likewise [-]
     real(wp), allocatable :: led(:)       !! (n_motions) by steps along neutral motions [length]

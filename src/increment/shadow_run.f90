@@ -1,9 +1,11 @@
 !> What finite strain changes of a small-strain solution, by a run beside it: the shadow run.
 !>
-!> Beside the linear run a second state goes through the same increments at finite strain, with the
-!> factor and the compliance of the linear run, which it gives back as they were. Each of its
-!> increments begins with the change that the linear run's has made. Where it does not settle, or
-!> where what it finds is unstable, linear theory cannot say how far it is off.
+!> Beside the linear run a second state goes along the same path at finite strain, in longer
+!> increments, with the factor and the compliance of the linear run, which it gives back as they
+!> were. A third one does so at small strain: the difference of the two is the theory's, whatever
+!> the increments' size makes of friction. Each of its increments begins with the change that small
+!> strain has made. Where it does not settle, or where what it finds is unstable, linear theory
+!> cannot say how far it is off.
 !> docs/theory.md (8.39).
 module shadow_run_mod
   use kinds_mod, only: wp, i8
@@ -38,6 +40,7 @@ module shadow_run_mod
   !! what iterations may leave out of balance, of the largest force of a body: that, or that part of
   !! what the theory changes. Resultants are a hundredth of the change off at most then [-]
   integer, parameter :: most_iterations = 12 !! of an increment
+  real(wp), parameter :: sharp_enough = 1.0e-6_wp !! residual of small strain beside them [-]
   real(wp), parameter :: tenth = 0.1_wp
   !! of what the theory changes: what may be left out of balance when these are spent [-]
 
@@ -111,42 +114,46 @@ contains
     finite%finite_strain = .true.
   end function at_finite_strain
 
-  !> Whether shadow runs are to catch up with the linear run: in increments that are a tenth of a
-  !> *STEP or more, each with several of the linear run; but where a load's amplitude bends or an
-  !> obstacle turns in all of them.
-  pure logical function is_due(scene, solver, followed, new)
+  !> Whether shadow runs are to catch up with the linear run: in the middle and at the end of a
+  !> *STEP, and where amplitudes bend or obstacles turn.
+  pure logical function is_due(scene, solver, old, new)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
-    type(state_t), intent(in) :: followed, new !! of the linear run: where they are, and where it is
-    integer(i8), parameter :: most = 10        !! increments of a *STEP
+    type(state_t), intent(in) :: old, new !! of the linear run: its last increment
+    integer(i8) :: start
 
-    is_due = ends_step(scene%steps, new) .or. any(scene%obstacles%turns) .or. &
-      size(solver%response%loads%kinks) > 0
-    if (is_due) return
-    is_due = most*(new%position - merge(followed%position, 0_i8, followed%step == new%step)) >= &
-      scene%steps(new%step)%n_increments*whole_increment
+    start = merge(old%position, 0_i8, old%step == new%step)
+    associate (kinks => solver%response%loads%kinks, middle => whole_increment* &
+      scene%steps(new%step)%n_increments/2)
+      is_due = ends_step(scene%steps, new) .or. any(scene%obstacles%turns) .or. &
+        any(start < [middle, kinks] .and. [middle, kinks] <= new%position)
+    end associate
   end function is_due
 
   !> Let the shadow runs follow the linear run to where it is, and look at the end of a *STEP
   !> whether the first is stable: that of the deck's law. The solver is given back as it came.
-  subroutine follow_shadows(scene, points, begun, old, new, solver, shadow, runs)
+  subroutine follow_shadows(scene, points, begun, before, new, followed, solver, shadow, runs)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: begun(:, :)
     !! (3,n_nodes) prescribed displacements as the *STEP begins [length]
-    type(state_t), intent(in) :: old, new
-    !! of the linear run: where they are, and where it is
+    type(state_t), intent(in) :: before, new !! of the linear run: its last increment
+    type(state_t), intent(inout) :: followed
+    !! of small strain in the increments of the shadow runs
     type(step_solver_t), intent(inout) :: solver
     type(shadow_solver_t), intent(inout) :: shadow
     type(shadow_run_t), intent(inout) :: runs(:)
     type(free_motions_t) :: motions
     type(increment_t) :: increment
     type(stability_t) :: stability
+    type(state_t) :: old
     integer :: k
-    logical :: ok
+    logical :: ok, is_settled
 
     if (all(runs%lost_in > 0)) return
+    old = followed
     increment = increment_between(scene, old, new)
+    call follow_linearly(scene, points, before, new, increment, solver, followed)
     motions = solver%body%motions
     solver%body%motions%are_finite = .true.
     call exchange_responses(solver, shadow)
@@ -155,9 +162,10 @@ contains
     do k = 1, size(runs)
       if (runs(k)%lost_in > 0) cycle
       call take_laws(shadow%law(:, k), shadow%finite%materials)
-      if (ok) call follow(shadow%finite, points, old, new, increment, solver, runs(k)%state, ok)
-      if (.not. ok) runs(k)%lost_in = new%increments_done
-      ok = .true.
+      is_settled = .false.
+      if (ok) call follow(shadow%finite, points, old, followed, increment, solver, &
+        runs(k)%state, is_settled)
+      if (.not. is_settled) runs(k)%lost_in = new%increments_done
       if (k > 1 .or. .not. increment%last_of_step .or. runs(k)%lost_in > 0) cycle
       call find_stability(shadow%finite, points, solver, runs(k)%state, increment%fraction, &
         increment%step_time, stability)
@@ -188,6 +196,34 @@ contains
     end subroutine enter_step
 
   end subroutine follow_shadows
+
+  !> Small strain in an increment of the shadow runs, which several of the linear run's may make:
+  !> what their size makes of friction is in both then, and not of the theory.
+  subroutine follow_linearly(scene, points, before, new, increment, solver, state)
+    type(scene_t), intent(in) :: scene       !! at small strain
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: before, new !! of the linear run: its last increment
+    type(increment_t), intent(in) :: increment
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(inout) :: state    !! that of the linear run, where it is not solved
+    type(contact_points_t) :: now
+    type(trial_t) :: trial
+    type(state_t) :: old
+    type(increment_report_t) :: report
+    type(error_t), allocatable :: error
+    logical :: is_same
+
+    is_same = state%increments_done == before%increments_done .and. .not. any(abs( &
+      state%reaction - before%reaction) > 0.0_wp)
+    old = state
+    state = new
+    if (is_same) return
+    call set_gaps(scene, points, increment, now, solver)
+    call begin_trial(scene, now, solver, old, increment, trial)
+    trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
+    call equilibrate(scene, now, solver, old, trial, state, report, error)
+    if (allocated(error) .or. .not. report%converged) state = new
+  end subroutine follow_linearly
 
   !> The increment from one state of the linear run to the next.
   pure function increment_between(scene, old, new) result(increment)

@@ -31,7 +31,7 @@ module stability_mod
   use stiffen_couplings_mod, only: stiffen_couplings
   use constraints_mod, only: constraints_t, active_constraints
   use transfer_mod, only: nodal_forces
-  use finite_forces_mod, only: tangent_t, negative_modes
+  use finite_forces_mod, only: tangent_t
   use bodies_mod, only: is_linear, tangent_at, find_internal_force
   use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
   use ordering_mod, only: order_equations
@@ -112,7 +112,7 @@ contains
     contact = pressed_points(scene, points, solver, state)
     pressure = pressures_at(scene, solver%response%loads, fraction, step_time)
     tangent = tangent_at(scene, state%displacement, state%step, state%position, &
-      projection=0.0_wp)
+      projection=0.0_wp, modes=state%modes)
     active = solver%body%constraints
     if (has_turning(scene)) active = active_constraints(turned_constraints(scene, &
       solver%body%prescribed, state%displacement), solver%body%prescribed)
@@ -123,8 +123,7 @@ contains
       call order_equations(map, start, neighbours, position, error, 0)
       if (allocated(error)) return
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
-        tangent=tangent)
-      of_modes = negative_modes(scene%mesh, scene%materials, tangent)
+        tangent=tangent, n_negative=of_modes)
       call find_rows(scene, points, map, motions, contact, rows)
       d = scales_of(k)
       k%n = map%n_free + motions%n

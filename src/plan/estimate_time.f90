@@ -57,8 +57,8 @@ module estimate_time_mod
   real(wp), parameter :: place_of_point = 25.0_wp !! in internal forces of an element
   real(wp), parameter :: entry_of_rows = 0.02_wp  !! of W, the same
 
-  ! Of an increment of a shadow run (docs/theory-error.md).
-  real(wp), parameter :: iterations_of_shadow = 2.0_wp
+  ! Increments of a shadow run in a *STEP, and iterations of one (docs/theory-error.md).
+  real(wp), parameter :: shadows_of_step = 2.0_wp, iterations_of_shadow = 3.0_wp
   real(wp), parameter :: force_of_finite = 2.0_wp !! in internal forces of an element
 
   !> Seconds of the phases of a run.
@@ -125,8 +125,8 @@ contains
     if (.not. sizes%shadows > 0.0_wp) return
     iteration = sizes%elements*force_of_finite*force_time + passes_to_solve*sizes%word* &
       sizes%factor/speed%bytes + products_of_increment(sizes)*sizes%rows**2/speed%entries
-    seconds = sizes%shadows*sizes%increments*iterations_of_shadow*iteration + sizes%steps* &
-      (sizes%flops/speed%flops + sizes%elements*stiffness_time)
+    seconds = sizes%steps*(sizes%shadows*shadows_of_step*iterations_of_shadow*iteration + &
+      sizes%flops/speed%flops + sizes%elements*stiffness_time)
   end function seconds_of_shadows
 
   !> Seconds of an increment to place points before faces that move, and to bring W there.

@@ -49,7 +49,7 @@ module checkpoint_mod
     !! runs at finite strain beside this one, for the error of the theory
     type(load_cycles_t) :: cycles       !! of loads that the *STEP `entered` is part of, or has
     type(followed_cycle_t) :: cycle     !! the last of them
-    type(state_t) :: followed           !! where this one was when they followed it last
+    type(state_t) :: followed           !! small strain in their increments
     integer :: entered = 0              !! *STEP that the solver is made for; 0: none yet
     integer :: widened_in = 0
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not

@@ -460,11 +460,9 @@ contains
     clock = wall_seconds()
     associate (report => solved%report, is_last => solved%increment%last_of_step)
       if (size(progress%shadows) > 0) then
-        if (is_due(scene, solver, progress%followed, solved%state)) then
-          call follow_shadows(scene, plan%points, progress%begun, progress%followed, &
-            solved%state, solver, shadow, progress%shadows)
-          progress%followed = solved%state
-        end if
+        if (is_due(scene, solver, progress%state, solved%state)) call follow_shadows(scene, &
+          plan%points, progress%begun, progress%state, solved%state, progress%followed, solver, &
+          shadow, progress%shadows)
         do k = 1, size(progress%shadows)
           associate (run => progress%shadows(k))
             if (run%lost_in /= solved%increment%index) cycle
@@ -472,7 +470,7 @@ contains
             if (run%is_unstable > 0) exit ! all are
           end associate
         end do
-        if (is_last) call compare_shadows(plan%points, solved%state, report%energy%strain, &
+        if (is_last) call compare_shadows(plan%points, progress%followed, report%energy%strain, &
           progress%shadows, report%errors)
         if (is_last) call measure_stress(scene, solved%state, report)
       else if (is_linear(scene)) then

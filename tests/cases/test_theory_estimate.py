@@ -190,6 +190,20 @@ class Estimate(unittest.TestCase):
             with self.subTest(element=element):
                 self.holds(lambda nlgeom, e=element: block(NEO, nlgeom, element=e), mu=0)
 
+    def test_sizes_of_increments_are_no_theory(self):
+        # One increment and 40 are apart by 0.2 % of the forces, as much as the theories are.
+        for law in (SVK, NEO):
+            self.holds(lambda nlgeom, law=law: block(law, nlgeom), down=0.001, steps=40)
+
+    def test_loads_that_turn_within_a_step(self):
+        back = "*AMPLITUDE, NAME=BACK\n0., 0., 0.3, 1., 0.7, -1., 1., 1.\n*STEP"
+
+        def make(nlgeom):
+            first, second = block(NEO, nlgeom).split("*END STEP\n*STEP")
+            return (first.replace("*STEP", back, 1) + "*END STEP\n*STEP"
+                    + second.replace("*BOUNDARY", "*BOUNDARY, AMPLITUDE=BACK"))
+        self.holds(make, steps=20)
+
     def test_two_bodies(self):
         self.holds(lambda nlgeom: PAIR.format(nlgeom=nlgeom))
 
@@ -225,9 +239,10 @@ class Estimate(unittest.TestCase):
     def test_continued_runs_say_the_same(self):
         deck = block(OPEN, accuracy=ESTIMATE)
         whole = Run(deck, name="deck")
-        continued = Run(deck, "--continue", name="deck", ended_at=("1", "3"))
-        self.assertEqual(continued.status, 0, continued.errors)
-        self.assertEqual(unlike(whole.file, continued.file, but=()), [])
+        for place in (("1", "3"), ("2", "4")):
+            continued = Run(deck, "--continue", name="deck", ended_at=place)
+            self.assertEqual(continued.status, 0, continued.errors)
+            self.assertEqual(unlike(whole.file, continued.file, but=()), [])
 
     def test_finite_strain_has_none(self):
         run = Run(block(nlgeom=", NLGEOM"), name="deck")
