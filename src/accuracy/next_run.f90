@@ -213,41 +213,38 @@ contains
     real(wp), intent(in) :: memory_left
     type(sequence_error_t), intent(inout) :: errors
     type(choice_t), intent(inout) :: choice
-    integer, allocatable :: undivided(:), divided(:)
+    integer, allocatable :: divided(:)
+    type(mesh_size_t) :: finest
+    logical :: is_divided
 
     call estimate_sequence(sequence, errors, family)
     if (family%divisions == 1 .or. has_bound(sequence)) then
       call refine_all(sequence, family, memory_left, errors, choice)
       return
     end if
-    undivided = mesh_runs(sequence, family_t())
+    associate (undivided => mesh_runs(sequence, family_t()))
+      finest = sequence%runs(undivided(size(undivided)))%mesh_size
+    end associate
     divided = mesh_runs(sequence, family)
-    associate (finest => sequence%runs(undivided(size(undivided))))
-      if (size(divided) > 0) then
-        if (is_same_size(sequence%runs(divided(size(divided)))%mesh_size, finest%mesh_size)) then
-          call refine_all(sequence, family_t(), memory_left, errors, choice)
-          if (choice%outcome == is_reached) choice%of_run = divided(size(divided))
-          if (choice%outcome == to_run) call divide()
-          return
-        end if
-      end if
+    is_divided = size(divided) > 0
+    if (is_divided) is_divided = is_same_size(sequence%runs(divided(size(divided)))%mesh_size, &
+      finest)
+    if (.not. is_divided) then
       call estimate_sequence(sequence, errors, family_t())
       call take_steps(sequence, runs_for_steps(sequence, family), family%divisions, errors)
-      call refine_all(sequence, family_t(), memory_left, errors, choice)
-      if (choice%outcome == to_run) call divide()
-      if (choice%outcome == is_reached) choice = choice_t(mesh_size=finest%mesh_size, &
-        divisions=family%divisions, may_be_last=.true.)
-    end associate
-
-  contains
-
-    !> Give the next mesh the divisions that are chosen, where it is known what they change: it
-    !> takes several times what all before it took, and an undivided run beside it as much again.
-    subroutine divide()
+    end if
+    call refine_all(sequence, family_t(), memory_left, errors, choice)
+    if (choice%outcome == is_reached .and. is_divided) then
+      choice%of_run = divided(size(divided))
+    else if (choice%outcome == is_reached) then
+      choice = choice_t(mesh_size=finest, divisions=family%divisions, may_be_last=.true.)
+    else if (choice%outcome == to_run) then
+      ! A mesh takes several times what all before it took, and an undivided run beside a divided
+      ! one as much again.
       choice%divisions = merge(family%divisions, 1, change_is_known(sequence, family%divisions, &
         (1.0_wp - aimed_at)*(sequence%wanted - max(0.0_wp, errors%load_steps))))
-    end subroutine divide
-
+      choice%may_be_last = choice%may_be_last .and. choice%divisions > 1
+    end if
   end subroutine follow_meshes
 
   !> A mesh by which cuts at contact can be judged comes before a finer one.
