@@ -9,7 +9,8 @@ module convergence_mod
 
   public :: growth_of_cost, growth_with_parts, least_order, most_order, order_of_elements, &
     order_of_increments, safety, safety_of_two, about_twice, convergence_t, &
-    observe_convergence, assume_first_order, fitted_order, error_at_least, error_by_differences, size_for_error
+    observe_convergence, assume_first_order, fitted_order, error_at_least, &
+    error_by_differences, size_for_error
 
   real(wp), parameter :: growth_of_cost = 4.0_wp
   !! a mesh whose error is to be so many times smaller takes that to this power of the time

@@ -13,7 +13,7 @@ module step_limits_mod
   private
 
   public :: corrects_steps, is_coarse, step_correction, error_of_corrected, growth_of_error, &
-    on_coarse_mesh, error_of_difference, least_part, size_of
+    on_coarse_mesh, error_of_difference, size_of
 
   real(wp), parameter :: on_coarse_mesh = 2.0_wp
   !! times what load steps make there, where few points slide, they make on finer ones at most
