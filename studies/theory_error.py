@@ -382,8 +382,8 @@ estimate it look at the stability at the ends of steps, too; where a bound is en
 Of {len(rows)} accuracies that scenes were asked for {len(reached)} are reached,
 {claim(not wrong, "and none of these is farther off than was asked")}. Where the law that the deck
 leaves open decides more than is asked, or finite strain is not solved, the accuracy is not reached;
-the run says so, and its result is the small-strain solution. Beyond Euler's load the column's run
-at finite strain notes that the equilibrium may be unstable, as points of its foot slide.
+the run says so, and its result is the small-strain solution. Beyond Euler's load the column is
+unstable at finite strain.
 
 {table(("scene", "law", "asked", "reached by", "theory", "told", "true", "elements", "CPU time [s]",
         "over `--nlgeom no`"), lines)}
@@ -446,8 +446,8 @@ No limit on strains says the same:
 In {len(scenes)} scenes with {len(found)} values that are more than {per_cent(RESOLVED)} of the
 forces the estimate is
 {claim(near >= 0.95 * len(found), f"within 20 % of the true error in {near}, and {off} off")}.
-It is least good where a run has many increments in which points slide: shadow runs go in at most
-ten a `*STEP`. {claim(not below, "The bound is never below the true error")}, and {min(over):.1f}
+Shadow runs go in halves of a `*STEP`, and beside them the linear one does: what the size of
+increments makes of friction is not taken for the theory. {claim(not below, "The bound is never below the true error")}, and {min(over):.1f}
 to {max(over):.0f} times as large: least where bodies are stocky, most where they are slender and
 turn, or where a light pair stands beside a heavy one. `NLGEOM=AUTO`, which allows 1 %,
 {claim(right == of, f"decides as the true error would in all {of} cases")} whose true error is not

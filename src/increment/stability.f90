@@ -9,15 +9,21 @@
 !> Bodies and obstacles that supports do not hold are free in K: what the solver pins is not. Free
 !> obstacles have unknowns of their own behind those of the mesh, without stiffness.
 !>
+!> A rigid motion that contact does not see at all releases no energy where no force turns with it:
+!> it has a row of its own, for what iterations leave out of balance would count as its stiffness.
+!>
 !> The gap of a point in the middle of an edge is made of those of three nodes, (9.11): its row and
 !> its curvature are.
 !>
-!> Where points slide with friction K is not symmetric, and this is a hint; so it is where the work
-!> of pressures depends on the way. The curvature of masters that are surfaces is not in K.
+!> Where points slide with friction K is not symmetric. Motions that do not move these along their
+!> obstacles do no work of friction: where one of them lowers the energy no friction holds it. What
+!> only other motions do is a hint; so it is where the work of pressures depends on the way. The
+!> curvature of masters that are surfaces is not in K.
 module stability_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use growing_lists_mod, only: enlarge
+  use small_matrix_mod, only: cross
   use linked_nodes_mod, only: coupled_nodes
   use scene_mod, only: scene_t
   use obstacles_mod, only: obstacle_t
@@ -38,6 +44,7 @@ module stability_mod
   use sparse_factor_mod, only: count_negative
   use obstacle_shapes_mod, only: bend_of_gap, shift_of, has_fixed_normals
   use placement_mod, only: placement_t, place_state, as_turned
+  use condensed_contact_mod, only: neutral_motions
   use step_solver_mod, only: step_solver_t
   use load_stiffness_mod, only: pressures_at, pressed_nodes, add_load_stiffness
   implicit none
@@ -53,7 +60,7 @@ module stability_mod
     logical :: is_known = .false.  !! the matrix could be factorised
     integer :: n_unstable = 0      !! independent motions that lower the energy
     ! No more than a hint:
-    logical :: slides = .false.    !! points do, with friction
+    logical :: slides = .false.    !! all these move points that slide with friction
     logical :: follows = .false.   !! pressures do, and have no energy; nor have moments
     logical :: bends = .false.     !! surfaces of bodies touch: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
@@ -98,13 +105,12 @@ contains
     type(triplets_t) :: k
     type(dof_map_t) :: map
     type(constraints_t) :: active
-    type(rows_t) :: rows
     type(pressed_t) :: contact
     type(error_t), allocatable :: error
     integer, allocatable :: start(:), neighbours(:), position(:)
-    real(wp), allocatable :: d(:)
+    real(wp), allocatable :: d(:), unturned(:, :)
     real(wp) :: pressure(size(scene%surfaces))
-    integer :: n_negative, of_modes, i
+    integer :: of_modes, held, i
     logical :: has_energy, is_dead
 
     stability%is_known = is_linear(scene)
@@ -124,7 +130,6 @@ contains
       if (allocated(error)) return
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
         tangent=tangent, n_negative=of_modes)
-      call find_rows(scene, points, map, motions, contact, rows)
       d = scales_of(k)
       k%n = map%n_free + motions%n
       d = [d, spread(minval(d), 1, motions%n)]
@@ -138,16 +143,39 @@ contains
       k%row = [k%row, (i, i=1, k%n)]
       k%column = [k%column, (i, i=1, k%n)]
       k%value = [k%value, (neutral, i=1, k%n)]
-      call border(rows, d, k, position)
     end associate
-    call count_negative(k, position, n_negative, error)
+    unturned = unturned_motions(scene, points, solver, state, contact%placement)
+    stability%n_unstable = count_unstable()
     if (allocated(error)) return
+    stability%slides = stability%n_unstable > 0 .and. any(contact%presses .and. .not. &
+      contact%sticks .and. points%mu > 0.0_wp)
+    if (stability%slides) then
+      contact%sticks = contact%presses .and. points%mu > 0.0_wp
+      held = count_unstable()
+      stability%slides = held == 0
+      if (held > 0) stability%n_unstable = held
+    end if
     stability%is_known = .true.
-    stability%n_unstable = n_negative - rows%n + of_modes
-    stability%slides = any(contact%presses .and. .not. contact%sticks .and. points%mu > 0.0_wp)
     stability%follows = .not. has_energy
     stability%bends = any(contact%presses .and. points%on_surface)
     stability%by_element = of_modes > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
+
+  contains
+
+    !> With the rows of the points as they stick; 0 where there is an error.
+    integer function count_unstable() result(n)
+      type(rows_t) :: rows
+      type(triplets_t) :: bordered
+      integer, allocatable :: at(:)
+
+      call find_rows(scene, points, map, solver%body%motions, contact, unturned, rows)
+      bordered = k
+      at = position
+      call border(rows, d, bordered, at)
+      call count_negative(bordered, at, n, error)
+      n = merge(0, n - rows%n + of_modes, allocated(error))
+    end function count_unstable
+
   end subroutine find_stability
 
   !> The points that press, by their reactions.
@@ -170,17 +198,19 @@ contains
     end do
   end function pressed_points
 
-  !> The rows of the points that press, those of a node made independent of each other.
-  pure subroutine find_rows(scene, points, map, motions, contact, rows)
+  !> The rows of the points that press, those of a node made independent of each other, and those
+  !> of neutral motions, at their pins.
+  pure subroutine find_rows(scene, points, map, motions, contact, unturned, rows)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(dof_map_t), intent(in) :: map
     type(free_motions_t), intent(in) :: motions
     type(pressed_t), intent(in) :: contact
+    real(wp), intent(in) :: unturned(:, :) !! as of unturned_motions
     type(rows_t), intent(out) :: rows
     integer, allocatable :: free(:)
     real(wp) :: direction(3), factor(3)
-    integer :: i, j, k, axis, n_axes, first, n_slave, slave(3)
+    integer :: i, j, k, axis, n_axes, first, n_slave, slave(3), equations(3), pin
     logical :: is_alone
 
     allocate (free(0), rows%direction(3, 3*points%n))
@@ -225,8 +255,67 @@ contains
         end if
       end do
     end do
+    do k = 1, size(unturned, 2)
+      rows%n = rows%n + 1
+      do j = 1, motions%n
+        pin = map%n_free + j
+        if (motions%body(j) > 0) then
+          equations = equations_of(map, motions%node(j))
+          pin = equations(motions%dof(j))
+        end if
+        call put(rows%entries, rows%n_entries, [rows%n], [pin], unturned(j:j, k))
+      end do
+    end do
     call trim_to(rows%entries, rows%n_entries)
   end subroutine find_rows
+
+  !> The neutral motions with whose turns no force on their bodies would turn.
+  function unturned_motions(scene, points, solver, state, placement) result(unturned)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state
+    type(placement_t), intent(in) :: placement
+    real(wp), allocatable :: unturned(:, :)    !! (n_motions,k) [-]
+    real(wp), parameter :: along = 1.0e-9_wp   !! part of a force across the axis that is none [-]
+    real(wp), allocatable :: force(:, :)
+    logical, allocatable :: is_turned(:)
+    real(wp) :: turn(3)
+    integer :: i, k
+
+    unturned = neutral_motions(solver%contact, solver%body%motions%n)
+    if (size(unturned, 2) == 0) return
+    allocate (is_turned(size(unturned, 2)), source=.false.)
+    force = state%external_force + nodal_forces(points, placement%weights, state%reaction, &
+      scene%mesh%n_nodes)
+    associate (motions => solver%body%motions)
+      do i = 1, scene%mesh%n_nodes
+        if (.not. any(abs(force(:, i)) > 0.0_wp)) cycle
+        do k = 1, size(unturned, 2)
+          turn = turn_of(motions, unturned(:, k), i, scene%mesh%body(i))
+          is_turned(k) = is_turned(k) .or. norm2(cross(turn, force(:, i))) > &
+            along*norm2(turn)*norm2(force(:, i))
+        end do
+      end do
+    end associate
+    unturned = unturned(:, pack([(k, k=1, size(is_turned))], .not. is_turned))
+  end function unturned_motions
+
+  !> How a combination of free motions turns a node.
+  pure function turn_of(motions, way, node, body) result(turn)
+    type(free_motions_t), intent(in) :: motions
+    real(wp), intent(in) :: way(:)      !! (n_motions) [-]
+    integer, intent(in) :: node, body
+    real(wp) :: turn(3)                 !! [1/length]
+
+    if (allocated(motions%piece)) then
+      if (motions%piece(node) > 0) then
+        turn = matmul(motions%piece_rotation(:, motions%piece(node), :), way)
+        return
+      end if
+    end if
+    turn = matmul(motions%rotation, merge(way, 0.0_wp, motions%body == body))
+  end function turn_of
 
   !> Put entries behind the first `n` of a list, which has room for more.
   pure subroutine put(list, n, row, column, value)

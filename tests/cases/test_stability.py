@@ -353,6 +353,40 @@ class Posts(unittest.TestCase):
                         if part > 1:
                             self.assertIn("unstable (2 motions", run.errors)
 
+    def test_dead_loads_turn_a_free_body(self):
+        """Between smooth plates it may turn: pushed from both sides it does, pulled it stays."""
+        for pull in (-1.0, 1.0):
+            run = Run(f"""\
+*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*NODE, NSET=R
+9999, 0.5, 0.5, 3.
+*MATERIAL, NAME=M
+*HYPERELASTIC, NEO HOOKE
+192., 0.0024
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*OBSTACLE, NAME=TOOL, TYPE=PLANE, REF NODE=9999
+0., 0., 1., 0., 0., -1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+B-ZMAX, TOOL
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+9999, 1, 2
+9999, 3, 3, -0.02
+*CLOAD
+B-XMIN, 1, {-pull}
+B-XMAX, 1, {pull}
+*END STEP
+""", name="deck")
+            self.assertEqual(run.status, 0 if pull > 0 else 2, run.errors)
+            self.assertEqual("the equilibrium is unstable (1 motion" in run.errors, pull < 0)
+
     def test_friction_holds(self):
         """What sticks does not slip away; where points slide it is a note."""
         run = Run(post("flat", 0.08, friction=0.3), name="post")

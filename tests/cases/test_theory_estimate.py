@@ -268,13 +268,13 @@ class Buckling(unittest.TestCase):
     """Beyond Euler's load linear theory says nothing; below it says how far it is off."""
 
     def test_column_whose_edge_slides(self):
-        # Lateral expansion makes points of the foot slide, and what friction holds is not known.
+        # Lateral expansion makes points of the foot slide. None of them has to as it buckles.
         deck = COLUMN.replace("1000., 0.\n", "1000., 0.3\n")
         stable, unstable = (Run(deck, "--theory", name="column", load=load)
                             for load in (0.8, 2.4))
         self.assertTrue(0.003 < errors(stable)[0] < 0.02)
         self.assertGreater(errors(unstable)[0], HUGE)
-        self.assertIn("may be unstable (it buckles)", unstable.output)
+        self.assertIn("is unstable (it buckles)", unstable.output)
 
     def test_column(self):
         stable, unstable = (Run(COLUMN, "--theory", name="column", load=load)
@@ -438,6 +438,27 @@ class Accuracy(unittest.TestCase):
         with run.result() as result:
             self.assertEqual(result.theory_is, "bound")
             self.assertTrue(result.history("certified").all())
+
+    def test_an_unstable_equilibrium_is_no_accuracy(self):
+        # Points of the foot slide: no friction holds what buckles with the foot at rest.
+        deck = free(COLUMN).replace("1000., 0.\n", "1000., 0.3\n")
+        run = Run(deck.replace("*ELASTIC", "*ELASTIC, LAW=SVK"), "--accuracy", "0.1",
+                  name="column", load=1.2)
+        self.assertEqual(run.status, 2)
+        self.assertRegex(run.errors, r"at finite strain .*the equilibrium is unstable")
+
+    def test_bodies_that_contact_alone_holds(self):
+        # Between smooth plates a body is free to slide and to turn about their normal.
+        deck = block(SVK).replace("B-ZMAX, 1, 2\nB-ZMAX, 3", "9999, 1, 2\n9999, 3").replace(
+            "*OBSTACLE", "*NODE, NSET=R\n9999, 0.5, 0.5, 3.\n*OBSTACLE, NAME=TOOL, TYPE=PLANE, "
+            "REF NODE=9999\n0., 0., 1., 0., 0., -1.\n*OBSTACLE", 1).replace(
+            "B-ZMIN, FLOOR\n", "B-ZMIN, FLOOR\nB-ZMAX, TOOL\n").replace(
+            "B-ZMAX, 1, 1, <2*down>", "9999, 3, 3, <-2*down>")
+        run = asked(deck, 0.1, mu=0, down=0.03)
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("begins again at finite strain", run.output)
+        self.assertNotIn("unstable", run.output)
+        self.assertLess(len(sequence_of(run)), 5)
 
     def test_on_a_mesh_that_is_kept_the_sum_decides(self):
         options = ("--refine", "0")

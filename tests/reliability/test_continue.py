@@ -97,6 +97,30 @@ B-ZMAX, 1, 1, 0.02
 """
 
 
+# Small strain is off by more than a tenth.
+PRESSED = """*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC, LAW=SVK
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=O, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, O
+*STEP
+*STATIC
+0.2, 1.
+*BOUNDARY
+B-ZMAX, 1, 2
+B-ZMAX, 3, 3, -0.07
+*END STEP
+"""
+
+
 # A tool that turns, a grip that is turned and loaded, and a node that says how far sides part.
 REFERENCES = """*NODE
 1, 0.5, 0.5, 8.
@@ -304,6 +328,17 @@ class EveryDeck(Folder):
         deck = self.folder / "events.inp"
         deck.write_text(EVENTS)
         self.check(Case(deck), kills=(0.15, 0.2, 0.25, 0.35, 0.4, 0.45, 0.5, 0.55, 0.65, 0.9))
+
+    def test_runs_that_change_to_finite_strain(self):
+        """The runs at small strain, their shadow runs, and those that take their place."""
+        deck = self.folder / "pressed.inp"
+        deck.write_text(PRESSED)
+        for options in (("--accuracy", "0.1"), ("--nlgeom", "auto")):
+            case = Case(deck, *options)
+            self.check(case, kills=(0.15, 0.3, 0.45, 0.6, 0.75, 0.9))
+            with h5py.File(self.folder / "killed" / NAME) as file:
+                told = file["history/error/theory"].attrs["theory_is"]
+                self.assertEqual(told, b"finite strain")
 
     def test_local_directions_and_tables_of_sets(self):
         deck = self.folder / "printed.inp"
