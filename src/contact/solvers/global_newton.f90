@@ -36,13 +36,15 @@ contains
   !> Iterate from the warm start until the scaled natural map is at the tolerance.
   !>
   !> Not converging is no error: the report says so and r is the best iterate.
-  subroutine solve_by_global_newton(problem, x_free, controls, r, report, is_trial)
+  subroutine solve_by_global_newton(problem, x_free, controls, r, report, is_trial, &
+    is_patient)
     type(contact_problem_t), target, intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
     type(contact_report_t), intent(out) :: report
-    logical, intent(in), optional :: is_trial !! may fail, and is given up earlier
+    logical, intent(in), optional :: is_trial   !! may fail, and is given up earlier
+    logical, intent(in), optional :: is_patient !! is not given up before the last iteration
     type(iterate_t), target :: now, trial
     type(contact_report_t) :: here
     real(wp) :: r_start(3, problem%n_points), projected(problem%n_rows)
@@ -62,6 +64,7 @@ contains
     wasted = 0
     most_stalled = max_stalled
     if (present(is_trial)) most_stalled = merge(trial_stalled, max_stalled, is_trial)
+    if (present(is_patient)) most_stalled = merge(max_iterations, most_stalled, is_patient)
     newton: do
       ! Judged is what is returned: the projections, on the cone to rounding, 0 where open.
       projected = now%r - now%z

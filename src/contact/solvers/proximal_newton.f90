@@ -32,7 +32,9 @@ module proximal_newton_mod
   real(wp), parameter :: first_floor = 1.0e-6_wp !! of alpha, lowered where steps gain slowly
   real(wp), parameter :: floor_of_twins = 1.0e-2_wp !! the same, of twins
   real(wp), parameter :: smallest_alpha = 1.0e-8_wp
+  real(wp), parameter :: least_alpha = 1.0e-9_wp !! of the step after one that changed nothing
   real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
+  real(wp), parameter :: unchanged = 1.0e-2_wp   !! the same, by one that changed nothing
   real(wp), parameter :: alpha_of_residual = 0.3_wp
   real(wp), parameter :: far = 1000.0_wp         !! of alpha from where the inverse was taken [-]
   integer,  parameter :: widths_worth_it = 3  !! rows beside the width of a band that is worth it
@@ -59,6 +61,7 @@ contains
     real(wp) :: of_point(problem%n_points) !! D there [length/force]
     real(wp) :: alpha, last, inverted_at, floor_of_alpha, caution, lowest
     integer :: step, idle, most_idle
+    logical :: is_solved, is_last !! the step
 
     newton = controls
     if (newton%linear == linear_auto .and. .not. allocated(problem%twin)) then
@@ -80,9 +83,11 @@ contains
     floor_of_alpha = merge(floor_of_twins, first_floor, allocated(problem%twin))
     caution = 1.0_wp
     idle = 0
+    is_last = .false.
     steps: do step = 1, max_steps
       if (report%converged .or. idle > most_idle) exit steps
       alpha = caution*min(largest_alpha, max(floor_of_alpha, alpha_of_residual*report%residual))
+      if (is_last) alpha = least_alpha
       if (alpha > 1.0_wp) exit steps
       call soften(problem, d, alpha, last, inverted_at, softer)
       ! The step has to be solved no better than what it leaves of the problem itself.
@@ -90,10 +95,13 @@ contains
         0.1_wp*report%residual*min(1.0_wp, 10.0_wp*alpha))
       trial = r
       call solve_by_global_newton(softer, x_free - alpha*d*pack_rows(problem, r), newton, trial, &
-        here)
+        here, is_patient=is_last)
       report%iterations = report%iterations + here%iterations
       report%products = report%products + here%products + 1
+      is_solved = here%converged
       call judge(problem, x_free, trial, r_start, controls, here)
+      if (is_last) idle = most_idle
+      is_last = is_solved .and. abs(here%residual - report%residual) <= unchanged*report%residual
       idle = idle + 1
       if (here%residual < 0.5_wp*lowest) then
         lowest = here%residual
