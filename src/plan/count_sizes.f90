@@ -20,8 +20,9 @@ module count_sizes_mod
   real(wp), parameter :: products_with_friction = 30.0_wp !! of W with a vector, by global Newton
   real(wp), parameter :: products_without = 10.0_wp
   real(wp), parameter :: solves_for_motions = 3.0_wp      !! contact problems where bodies are free
-  real(wp), parameter :: answers_of_motions = 2.0_wp
-  !! times as many where W is not formed: how reactions answer the motions is not factorised then
+  real(wp), parameter :: motions_of_problem = 6.0_wp
+  !! whose answers, how reactions follow them, take as many products as a contact problem: where W
+  !! is not formed they are not factorised
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
   real(wp), parameter :: equilibria_curved = 1.6_wp
   !! of them, in which forces are to balance too where W is formed: points settle before that
@@ -153,7 +154,7 @@ contains
     if (sizes%by_sweeps) n = -sweeps_a_digit*sqrt(sizes%points)* &
       log10(sizes%tolerance)
     if (sizes%motions > 0.0_wp) n = n*solves_for_motions
-    if (sizes%motions > 0.0_wp .and. .not. sizes%is_dense) n = n*answers_of_motions
+    if (.not. sizes%is_dense) n = n*(1.0_wp + sizes%motions/motions_of_problem)
     n = n*iterations_of_increment(sizes)
     if (sizes%rows <= 0.0_wp) n = 0.0_wp
   end function products_of_increment
