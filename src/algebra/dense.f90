@@ -96,15 +96,15 @@ module dense_mod
     end subroutine dsyev
 
     !> LAPACK: singular value decomposition.
-    subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)
+    subroutine dgesdd(jobz, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, iwork, info)
       import :: wp
       implicit none
-      character, intent(in) :: jobu, jobvt
+      character, intent(in) :: jobz
       integer, intent(in) :: m, n, lda, ldu, ldvt, lwork
       real(wp), intent(inout) :: a(lda, *)
       real(wp), intent(out) :: s(*), u(ldu, *), vt(ldvt, *), work(*)
-      integer, intent(out) :: info
-    end subroutine dgesvd
+      integer, intent(out) :: iwork(*), info
+    end subroutine dgesdd
   end interface
 
   interface solve_dense
@@ -255,19 +255,21 @@ contains
     real(wp), intent(out) :: s(:)     !! (n) those beyond m are 0
     real(wp), intent(out) :: v(:, :)  !! (n,n) columns, a basis of the whole space
     logical, intent(out) :: ok        !! false: LAPACK did not converge
-    real(wp) :: copy(max(1, size(a, 1)), size(a, 2)), u(1, 1), vt(size(a, 2), size(a, 2))
-    real(wp) :: work(10*(size(a, 1) + size(a, 2)) + 64)
-    integer :: m, n, info
+    real(wp) :: copy(max(size(a, 1), size(a, 2)), size(a, 2)), u(1, 1), vt(size(a, 2), size(a, 2))
+    real(wp), allocatable :: work(:)
+    integer :: iwork(8*size(a, 2)), m, n, info
 
     m = size(a, 1)
     n = size(a, 2)
     s = 0.0_wp
     ok = .true.
     if (n == 0) return
+    ! Rows of zeros stand for those that are missing.
     copy = 0.0_wp
     copy(:m, :) = a
-    ! One row of zeros stands for none.
-    call dgesvd('N', 'A', max(1, m), n, copy, max(1, m), s, u, 1, vt, n, work, size(work), info)
+    m = size(copy, 1)
+    allocate (work(3*n + max(m, 5*n*n + 4*n)))
+    call dgesdd('O', m, n, copy, m, s, u, 1, vt, n, work, size(work), iwork, info)
     ok = info == 0
     v = transpose(vt)
   end subroutine singular_values

@@ -114,10 +114,16 @@ contains
     real(wp), intent(in) :: v(:, :)          !! (n,m) [force]
     logical, intent(in) :: roughly
     real(wp), intent(out) :: w_v(:, :)       !! (n,m) [length]
+    real(wp) :: added(size(v, 1), size(v, 2)), along(size(compliance%left, 2), size(v, 2))
 
     call compliance%map%press(v, roughly, w_v)
-    if (size(compliance%left, 2) > 0) w_v = w_v + matmul(compliance%left, &
-      matmul(transpose(compliance%right), v))
+    associate (n => size(v, 1), m => size(v, 2), k => size(along, 1))
+      if (k == 0) return
+      added = v
+      call dgemm('T', 'N', k, m, n, 1.0_wp, compliance%right, n, added, n, 0.0_wp, along, k)
+      call dgemm('N', 'N', n, m, k, 1.0_wp, compliance%left, n, along, k, 0.0_wp, added, n)
+    end associate
+    w_v = w_v + added
   end subroutine mapped_columns
 
   !> W V, several columns at once.

@@ -6,6 +6,7 @@
 !> docs/theory.md section 9.
 module floating_centre_mod
   use kinds_mod, only: wp
+  use blas_mod, only: dgemm
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton
   use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
@@ -126,11 +127,14 @@ contains
     real(wp), intent(in) :: x_free(:)          !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: r(:, :)            !! (3,n_points) solution at the centre [force]
-    real(wp), intent(out) :: resistance(:, :)  !! (n_seen,n_seen) [force/length]
+    real(wp), contiguous, intent(inout) :: resistance(:, :) !! (n_seen,n_seen) out [force/length]
     real(wp) :: response(problem%n_rows, floating%n_seen)
 
     call response_to_shifts(problem, x_free, controls, r, floating%q, response)
-    resistance = -matmul(transpose(floating%q), response)
+    associate (q => floating%q, n => problem%n_rows, m => floating%n_seen)
+      if (m > 0) call dgemm('T', 'N', m, m, n, -1.0_wp, q, max(1, n), response, max(1, n), &
+        0.0_wp, resistance, m)
+    end associate
   end subroutine find_resistance
 
   !> The counts of one proximal problem, added to those before; its state in their place.
