@@ -86,7 +86,7 @@ contains
     end associate
     if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
       call take_cuts(sequence, runs(n), scales, errors)
-      if (speaks_alone(sequence, 1)) call take_alone(sequence, errors)
+      if (speaks_alone(sequence, 1)) call take_alone(sequence, scales, errors)
       call take_steps_of(sequence, mine, runs(n), errors)
       return
     end if
@@ -205,17 +205,23 @@ contains
       0.0_wp .and. is_of_deck(sequence%first) .and. all(sequence%runs%alone >= 0.0_wp)
   end function speaks_alone
 
-  !> Take what the only run says of its mesh.
-  pure subroutine take_alone(sequence, errors)
+  !> Take what the only run says of its mesh: a part of the largest force, and as much more of what
+  !> presses less.
+  pure subroutine take_alone(sequence, scales, errors)
     type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: scales(:) !! of the quantities
     type(sequence_error_t), intent(inout) :: errors
+    real(wp) :: force(size(scales)), error(size(scales))
+    integer :: k
 
-    associate (n => size(sequence%list))
-      errors%of_mesh = spread(convergence_t(error=safety_of_two*sequence%runs(1)%alone), 1, n)
-      errors%of_limit = spread(-1.0_wp, 1, n)
-      errors%n_rising = spread(0, 1, n)
-      errors%turns = spread(.false., 1, n)
-    end associate
+    force = scales/sequence%list%factor
+    error = safety_of_two*sequence%runs(1)%alone
+    where (force > 0.0_wp .and. .not. sequence%list%is_share) error = error*maxval(force, &
+      mask=.not. sequence%list%is_share)/force
+    errors%of_mesh = [(convergence_t(error=error(k)), k=1, size(scales))]
+    errors%of_limit = spread(-1.0_wp, 1, size(scales))
+    errors%n_rising = spread(0, 1, size(scales))
+    errors%turns = spread(.false., 1, size(scales))
   end subroutine take_alone
 
   !> Take what load steps make in a family.
