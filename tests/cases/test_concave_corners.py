@@ -14,6 +14,7 @@ from program import Run
 from two_bodies import solved
 
 from studies.deck_cards import block, deck, pair, step
+from studies.requires import corner
 
 SLAVE = [(2, -1), (0, -1), (0, 1), (1, -1), (1, 1)]
 
@@ -217,6 +218,14 @@ class Little(unittest.TestCase):
         """At an edge that is flush with nodes half of these is covered: that is enough."""
         result = self.press(*plate((-0.5, -0.5), (2 / 3, 1.5), split=True))
         self.assertFalse(result.pairs[0].partly_covered.any())
+
+    def test_rows_that_contradict_each_other_take_few_steps(self):
+        """Before a stiff body the rows of an edge node agree but for more than the tolerance."""
+        result = solved(self, corner())
+        iterations = result.history("contact_iterations")
+        self.assertEqual(len(iterations), 2)
+        self.assertLess(iterations.max(), 300)
+        self.assertLess(result.history("residual").max(), 1e-8)
 
 
 if __name__ == "__main__":
