@@ -447,7 +447,8 @@ In {len(scenes)} scenes with {len(found)} values that are more than {per_cent(RE
 forces the estimate is
 {claim(near >= 0.95 * len(found), f"within 20 % of the true error in {near}, and {off} off")}.
 Shadow runs go in halves of a `*STEP`, and beside them the linear one does: what the size of
-increments makes of friction is not taken for the theory. {claim(not below, "The bound is never below the true error")}, and {min(over):.1f}
+increments makes of friction is not taken for the theory.
+{claim(not below, "The bound is never below the true error")}, and {min(over):.1f}
 to {max(over):.0f} times as large: least where bodies are stocky, most where they are slender and
 turn, or where a light pair stands beside a heavy one. `NLGEOM=AUTO`, which allows 1 %,
 {claim(right == of, f"decides as the true error would in all {of} cases")} whose true error is not

@@ -219,8 +219,9 @@ contains
       associate (there => runs_on_mesh(sequence, i))
         beside = there(1)
       end associate
-      if (sequence%runs(beside)%divisions > 1 .or. sequence%runs(beside)%inferred_from > 0) &
-        beside = 0
+      associate (run => sequence%runs(beside))
+        if (run%divisions > 1 .or. run%inferred_from > 0) beside = 0
+      end associate
     end function undivided_beside
 
     pure logical function is_larger(i)

@@ -39,6 +39,7 @@ module assembly_mod
   type :: triplets_t
     integer :: n = 0
     logical :: is_distributed = .false.    !! other ranks hold the rest
+    integer :: n_negative = 0              !! pivots that the modes of C3D8I have in tangents
     integer,  allocatable :: row(:)   !! row >= column
     integer,  allocatable :: column(:)
     real(wp), allocatable :: value(:) !! [force/length]; not allocated in a pattern
@@ -52,8 +53,7 @@ contains
   !> elements with nodes that depend on others it is T^T K T that is summed.
   !>
   !> At finite strain the tangents at a displacement take their place.
-  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent, &
-      n_negative)
+  subroutine assemble_stiffness(mesh, materials, map, start, neighbours, k, n_computed, tangent)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: map
@@ -62,7 +62,6 @@ contains
     type(triplets_t), intent(out) :: k
     integer, intent(out), optional :: n_computed !! element stiffnesses that were computed
     type(tangent_t), intent(in), optional :: tangent
-    integer, intent(out), optional :: n_negative !! pivots that the modes of C3D8I have in tangents
     integer,  allocatable :: lower_start(:)
     real(wp), allocatable :: blocks(:, :, :)
     type(known_elements_t) :: known
@@ -96,7 +95,7 @@ contains
     end do
     call list_free_entries(map, start, neighbours, lower_start, k, blocks)
     if (present(n_computed)) n_computed = known%n_computed
-    if (present(n_negative)) n_negative = negative
+    k%n_negative = negative
 
   contains
 

@@ -57,6 +57,8 @@ module shadow_run_mod
     type(law_t), allocatable :: law(:, :) !! (n_materials,n_runs) of each run
     type(load_response_t) :: response !! of the *STEP
     integer :: step = 0               !! that the response is of; 0: none yet
+    real(wp), allocatable :: begun(:, :)
+    !! (3,n_nodes) prescribed displacements as the *STEP of the linear run begins [length]
   end type shadow_solver_t
 
 contains
@@ -132,11 +134,9 @@ contains
 
   !> Let the shadow runs follow the linear run to where it is, and look at the end of a *STEP
   !> whether the first is stable: that of the deck's law. The solver is given back as it came.
-  subroutine follow_shadows(scene, points, begun, before, new, followed, solver, shadow, runs)
+  subroutine follow_shadows(scene, points, before, new, followed, solver, shadow, runs)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: begun(:, :)
-    !! (3,n_nodes) prescribed displacements as the *STEP begins [length]
     type(state_t), intent(in) :: before, new !! of the linear run: its last increment
     type(state_t), intent(inout) :: followed
     !! of small strain in the increments of the shadow runs
@@ -188,7 +188,7 @@ contains
       type(solver_work_t) :: work
       type(error_t), allocatable :: error
 
-      call resolve_loads(shadow%finite, new%step, begun, solver%response%loads)
+      call resolve_loads(shadow%finite, new%step, shadow%begun, solver%response%loads)
       call respond_to_loads(shadow%finite, solver%choices%tolerance, solver%body, solver%response, &
         work, error)
       ok = .not. allocated(error)

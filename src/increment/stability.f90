@@ -110,7 +110,7 @@ contains
     integer, allocatable :: start(:), neighbours(:), position(:)
     real(wp), allocatable :: d(:), unturned(:, :)
     real(wp) :: pressure(size(scene%surfaces))
-    integer :: of_modes, held, i
+    integer :: held, i
     logical :: has_energy, is_dead
 
     stability%is_known = is_linear(scene)
@@ -129,7 +129,7 @@ contains
       call order_equations(map, start, neighbours, position, error, 0)
       if (allocated(error)) return
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
-        tangent=tangent, n_negative=of_modes)
+        tangent=tangent)
       d = scales_of(k)
       k%n = map%n_free + motions%n
       d = [d, spread(minval(d), 1, motions%n)]
@@ -158,7 +158,7 @@ contains
     stability%is_known = .true.
     stability%follows = .not. has_energy
     stability%bends = any(contact%presses .and. points%on_surface)
-    stability%by_element = of_modes > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
+    stability%by_element = k%n_negative > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
 
   contains
 
@@ -173,7 +173,7 @@ contains
       at = position
       call border(rows, d, bordered, at)
       call count_negative(bordered, at, n, error)
-      n = merge(0, n - rows%n + of_modes, allocated(error))
+      n = merge(0, n - rows%n + k%n_negative, allocated(error))
     end function count_unstable
 
   end subroutine find_stability

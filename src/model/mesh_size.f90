@@ -4,7 +4,8 @@ module mesh_size_mod
   implicit none
   private
 
-  public :: mesh_size_t, relative_size, is_same_size, is_of_deck, blocks_t, common_divisor, zone_t, is_near
+  public :: mesh_size_t, relative_size, is_same_size, is_of_deck, blocks_t, common_divisor, &
+    zone_t, is_near
 
   real(wp), parameter :: ring = 1.5_wp !! of an element's diagonal: between two edges and three [-]
 

@@ -460,9 +460,11 @@ contains
     clock = wall_seconds()
     associate (report => solved%report, is_last => solved%increment%last_of_step)
       if (size(progress%shadows) > 0) then
-        if (is_due(scene, solver, progress%state, solved%state)) call follow_shadows(scene, &
-          plan%points, progress%begun, progress%state, solved%state, progress%followed, solver, &
-          shadow, progress%shadows)
+        if (is_due(scene, solver, progress%state, solved%state)) then
+          shadow%begun = progress%begun
+          call follow_shadows(scene, plan%points, progress%state, solved%state, &
+            progress%followed, solver, shadow, progress%shadows)
+        end if
         do k = 1, size(progress%shadows)
           associate (run => progress%shadows(k))
             if (run%lost_in /= solved%increment%index) cycle
