@@ -77,13 +77,13 @@ contains
     real(wp), intent(in) :: memory_left !! on this machine, before a run [bytes]
     type(sequence_error_t), intent(out) :: errors !! of the run that the next one follows
     type(choice_t), intent(out) :: choice
-
     type(mesh_sequence_t) :: with
 
     choice%mesh_size = sequence%first
-    choice%may_be_last = speaks_alone(sequence, 0)
-    if (size(sequence%runs) == 0) return
-    choice%may_be_last = .false.
+    if (size(sequence%runs) == 0) then
+      choice%may_be_last = speaks_alone(sequence, 0)
+      return
+    end if
     with = with_inferred(sequence)
     call follow_runs(with, memory_left, errors, choice)
     ! What is inferred from a run stands before it.

@@ -20,7 +20,7 @@ module step_errors_mod
     error_by_transfer, with_inferred, change_is_known, part_for_steps
 
   real(wp), parameter :: part_for_steps = 0.5_wp !! of the accuracy, that load steps may use up
-  real(wp), parameter :: least_part = 0.2_wp
+  real(wp), parameter :: least_change = 0.2_wp
   !! of what divisions change, however alike on two meshes: 0.24 are missed on the finer one where
   !! the block of studies/data/scenes/again.inp is pressed again (n = 14, 32 parts) [-]
   real(wp), parameter :: later_size = 0.5_wp
@@ -183,7 +183,7 @@ contains
     i = minloc(h(:n - 1), dim=1, mask=h(:n - 1) >= about_twice*h(n), back=.true.)
     if (i == 0) i = maxloc(h(:n - 1), dim=1, back=.true.)
     error = max(error_of_difference(h([i, n]), size_of(changed(alike(i)) - changed(alike(n)), &
-      scale)), least_part*size_of(changed(alike(n)), scale))
+      scale)), least_change*size_of(changed(alike(n)), scale))
 
   contains
 
@@ -323,7 +323,7 @@ contains
     if (size(pairs) == 0) return
     associate (here => size_of(changed(1), scale))
       error = (growth_of_error(sequence, pairs(:, 1)) - 1.0_wp)*here
-      if (size(pairs, 2) == 2) error = min(error, max(least_part*here, error_of_difference( &
+      if (size(pairs, 2) == 2) error = min(error, max(least_change*here, error_of_difference( &
         sizes_of(sequence, pairs(1, [2, 1])), size_of(changed(1) - changed(2), scale))))
     end associate
 

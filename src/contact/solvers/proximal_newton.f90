@@ -32,7 +32,9 @@ module proximal_newton_mod
   real(wp), parameter :: first_floor = 1.0e-6_wp !! of alpha, lowered where steps gain slowly
   real(wp), parameter :: floor_of_twins = 1.0e-2_wp !! the same, of twins
   real(wp), parameter :: smallest_alpha = 1.0e-8_wp
-  real(wp), parameter :: least_alpha = 1.0e-9_wp !! of the step after one that changed nothing
+  real(wp), parameter :: least_alpha = 1.0e-9_wp
+  !! of the step after one that changed nothing: below what rows of a node contradict each other by
+  !! in a stiff corner, 1e-8 to 5e-8
   real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
   real(wp), parameter :: unchanged = 1.0e-2_wp   !! the same, by one that changed nothing
   real(wp), parameter :: alpha_of_residual = 0.3_wp
