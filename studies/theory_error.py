@@ -376,8 +376,11 @@ def asked_section(rows):
 is one of their errors. Coarse runs bound it; where the bound is more than a tenth of what is asked,
 runs from there on estimate it. What it takes is not there for mesh and load steps. Where that is
 more than a third, and the law is known, the runs begin again at finite strain. `NLGEOM=NO` on a
-`*STEP`, or `--nlgeom no`, asks for the accuracy of the small-strain solution alone. Runs that
-estimate it look at the stability at the ends of steps, too; where a bound is enough, none does.
+`*STEP`, or `--nlgeom no`, asks for the accuracy of the small-strain solution alone. All of these
+runs look at the stability at the ends of steps, too, where a bound is enough at the displacement of
+the linear run: what is unstable is more than linear theory can say. At finite strain what buckles
+is refused on the first mesh, for finer ones are softer; elements that may be too soft on a coarse
+mesh (C3D8I, C3D8B, C3D20R) have to say so on two.
 
 Of {len(rows)} accuracies that scenes were asked for {len(reached)} are reached,
 {claim(not wrong, "and none of these is farther off than was asked")}. Where the law that the deck
@@ -485,15 +488,17 @@ Processor time, with both laws, and beside it one run at finite strain:
        [[row["scene"], f"{row['cpu']:.2f}", f"{row['cpu_theory'] / row['cpu']:.1f} times",
          f"{row['cpu_svk'] / row['cpu']:.1f} times"] for row in costs])}
 
-Up to half of what it adds is for the stability at the ends of steps, which takes a factor of its
-own and as much memory as the first one. With a law that the deck names there is one shadow run
+The stability at the ends of steps takes some solutions with the linear run's factor where the
+bodies are supported and far from buckling, else a factor of its own and as much memory as the first
+one. With a law that the deck names there is one shadow run
 instead of two. `NLGEOM=AUTO` pays where small strain is enough, which is most scenes: then it
 costs what `--theory` does; where it is not, that and the finite run.
 
 ## What it does not see
 
 - Other equilibria: a shadow run stays near the linear one. What buckles only at a larger load
-  than the last is not seen.
+  than the last is not seen. A plain run, of which nothing is asked, looks at no stability.
+- Stability is that of the mesh: one that is too stiff buckles later.
 - Stability is looked at at the ends of steps alone, with the deck's law.
 - Couplings whose reference node turns and surfaces with SMALL SLIDING have no shadow run, nor have
   bodies that are solved for by iteration: the bound stays. Of the first two a note says so.

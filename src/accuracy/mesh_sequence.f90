@@ -177,7 +177,7 @@ contains
     integer :: i, n
 
     theory = sequence%runs(size(sequence%runs))%theory
-    if (theory%is_estimate) return
+    if (theory%is_estimate .or. theory%error >= huge(1.0_wp)) return
     followed = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%theory%is_estimate, i=1, &
       size(sequence%runs))])
     n = size(followed)

@@ -18,6 +18,7 @@ module errors_mod
   type :: error_t
     character(:), allocatable :: message !! one or more lines, no trailing newline
     integer :: exit_status = exit_wrong_input
+    logical :: is_instability = .false. !! the equilibrium is there, and unstable
   end type error_t
 
 contains

@@ -214,19 +214,17 @@ contains
   pure function theory_in_words(error, is_followed) result(words)
     real(wp), intent(in) :: error !! by the theory, 0: not worth naming [-]
     logical, intent(in), optional :: is_followed !! it is an estimate, not a bound
-    character(:), allocatable :: words, verb
+    character(:), allocatable :: words, verb, amount
 
     words = ''
     if (.not. error > 0.0_wp) return
     verb = 'may be'
+    amount = 'more than it can say'
+    if (error < huge(1.0_wp)) amount = percent(error)
     if (present(is_followed)) then
       if (is_followed) verb = 'is'
     end if
-    if (verb == 'is' .and. .not. error < huge(1.0_wp)) then
-      words = ' within small-strain theory, which is off by more than it can say here'
-    else
-      words = ' within small-strain theory, which '//verb//' off by '//percent(error)//' here'
-    end if
+    words = ' within small-strain theory, which '//verb//' off by '//amount//' here'
   end function theory_in_words
 
   !> A contact solver as the console calls it.

@@ -19,7 +19,8 @@ module load_stiffness_mod
 
 contains
 
-  !> The pressures on surfaces at a fraction of the *STEP.
+  !> The pressures on surfaces at a fraction of the *STEP, as far as they follow these: at small
+  !> strain none does.
   pure function pressures_at(scene, loads, fraction, step_time) result(pressure)
     type(scene_t), intent(in) :: scene
     type(step_loads_t), intent(in) :: loads
@@ -28,8 +29,9 @@ contains
     real(wp) :: factor(loads%n_patterns)
     integer :: g
 
-    factor = pattern_factors(scene, loads, fraction, step_time)
     pressure = 0.0_wp
+    if (.not. allocated(loads%pressure)) return
+    factor = pattern_factors(scene, loads, fraction, step_time)
     do g = 1, loads%n_patterns
       pressure = pressure + factor(g)*loads%pressure(:, g)
     end do

@@ -21,20 +21,27 @@ module shadow_run_mod
   use bodies_mod, only: strain_energy
   use rigid_modes_mod, only: free_motions_t, follow_turns
   use turning_couplings_mod, only: turned_constraints
-  use step_loads_mod, only: resolve_loads
+  use step_loads_mod, only: step_loads_t, resolve_loads
   use load_response_mod, only: load_response_t, respond_to_loads
   use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t
+  use load_stiffness_mod, only: pressures_at
   use stability_mod, only: stability_t, find_stability, is_hint
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from
   use turned_bodies_mod, only: condense_flat
-  use turning_couplings_mod, only: turned_constraints
   use equilibrate_mod, only: equilibrate
   implicit none
   private
 
   public :: shadow_run_t, shadow_solver_t, has_no_shadow, count_shadows, begin_shadows, &
-    is_due, follow_shadows, compare_shadows
+    is_due, follow_shadows, compare_shadows, look_at_stability
+  public :: not_unstable, is_unstable, may_be_unstable, unknown_stability
+
+  ! At the end of a *STEP, at finite strain.
+  integer, parameter :: not_unstable = 0
+  integer, parameter :: is_unstable = 1
+  integer, parameter :: may_be_unstable = 2 !! friction or curved surfaces may yet hold it
+  integer, parameter :: unknown_stability = 3
 
   real(wp), parameter :: least = 1.0e-5_wp, part = 0.01_wp
   !! what iterations may leave out of balance, of the largest force of a body: that, or that part of
@@ -47,8 +54,7 @@ module shadow_run_mod
   !> Where a shadow run is.
   type :: shadow_run_t
     type(state_t) :: state
-    integer :: lost_in = 0     !! increment of the run that it did not follow; 0: none
-    integer :: is_unstable = 0 !! 1: it was unstable there, 2: it may have been
+    integer :: lost_in = 0 !! increment of the run that it did not follow; 0: none
   end type shadow_run_t
 
   !> What shadow runs are solved with, beside the solver of the linear run.
@@ -59,6 +65,7 @@ module shadow_run_mod
     integer :: step = 0               !! that the response is of; 0: none yet
     real(wp), allocatable :: begun(:, :)
     !! (3,n_nodes) prescribed displacements as the *STEP of the linear run begins [length]
+    integer :: stability = not_unstable !! what was found in the last increment, if anything
   end type shadow_solver_t
 
 contains
@@ -89,20 +96,20 @@ contains
     end do
   end function count_shadows
 
-  !> Begin what shadow runs are solved with. The first one has the deck's laws, the second one the
+  !> Begin what shadow runs are solved with, and what stability is looked at with where a bound is
+  !> to do. The first one has the deck's laws, the second one the
   !> other law of the same constants where a card leaves the law open.
   subroutine begin_shadows(scene, shadow)
     type(scene_t), intent(in) :: scene
     type(shadow_solver_t), intent(out) :: shadow
     integer :: i
 
-    if (count_shadows(scene) == 0) return
     shadow%finite = at_finite_strain(scene)
     allocate (shadow%law(size(scene%materials), count_shadows(scene)))
     do i = 1, size(scene%materials)
       associate (law => scene%materials(i)%law)
         shadow%law(i, :) = law
-        if (law%is_open) shadow%law(i, 2) = other_law(law)
+        if (size(shadow%law, 2) > 1 .and. law%is_open) shadow%law(i, 2) = other_law(law)
       end associate
     end do
   end subroutine begin_shadows
@@ -145,7 +152,6 @@ contains
     type(shadow_run_t), intent(inout) :: runs(:)
     type(free_motions_t) :: motions
     type(increment_t) :: increment
-    type(stability_t) :: stability
     type(state_t) :: old
     integer :: k
     logical :: ok, is_settled
@@ -167,15 +173,10 @@ contains
         runs(k)%state, is_settled)
       if (.not. is_settled) runs(k)%lost_in = new%increments_done
       if (k > 1 .or. .not. increment%last_of_step .or. runs(k)%lost_in > 0) cycle
-      call find_stability(shadow%finite, points, solver, runs(k)%state, increment%fraction, &
-        increment%step_time, stability)
-      if (stability%n_unstable == 0) cycle
-      ! Friction alone holds a body that is free.
-      if (is_hint(stability) .and. any(motions%body > 0)) cycle
-      ! So it is with any law of the same constants. Where friction or curved surfaces may yet hold
-      ! it, linear theory does not see that either.
-      runs%lost_in = new%increments_done
-      runs%is_unstable = merge(2, 1, is_hint(stability))
+      call look_at_stability(points, solver, runs(k)%state, increment, shadow)
+      ! So it is with any law of the same constants.
+      if (any(shadow%stability == [is_unstable, may_be_unstable])) runs%lost_in = &
+        new%increments_done
     end do
     call exchange_responses(solver, shadow)
     solver%body%motions = motions
@@ -196,6 +197,27 @@ contains
     end subroutine enter_step
 
   end subroutine follow_shadows
+
+  !> Look whether the equilibrium at the end of an increment is unstable at finite strain: that of a
+  !> shadow run, or that of the linear run in its place.
+  subroutine look_at_stability(points, solver, state, increment, shadow)
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state
+    type(increment_t), intent(in) :: increment
+    type(shadow_solver_t), intent(inout) :: shadow !! gets what is found
+    type(step_loads_t) :: loads
+    type(stability_t) :: found
+
+    call resolve_loads(shadow%finite, increment%step, shadow%begun, loads)
+    call find_stability(shadow%finite, points, solver, state, pressures_at(shadow%finite, loads, &
+      increment%fraction, increment%step_time), found)
+    shadow%stability = not_unstable
+    if (.not. found%is_known) shadow%stability = unknown_stability
+    ! Friction alone holds a body that is free.
+    if (found%n_unstable == 0 .or. (is_hint(found) .and. any(solver%body%motions%body > 0))) return
+    shadow%stability = merge(may_be_unstable, is_unstable, is_hint(found))
+  end subroutine look_at_stability
 
   !> Small strain in an increment of the shadow runs, which several of the linear run's may make:
   !> what their size makes of friction is in both then, and not of the theory.

@@ -42,11 +42,12 @@ module stability_mod
   use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: count_negative
+  use definiteness_mod, only: is_surely_positive
   use obstacle_shapes_mod, only: bend_of_gap, shift_of, has_fixed_normals
   use placement_mod, only: placement_t, place_state, as_turned
   use condensed_contact_mod, only: neutral_motions
   use step_solver_mod, only: step_solver_t
-  use load_stiffness_mod, only: pressures_at, pressed_nodes, add_load_stiffness
+  use load_stiffness_mod, only: pressed_nodes, add_load_stiffness
   implicit none
   private
 
@@ -94,12 +95,12 @@ contains
 
   !> Stability at the end of an increment, or where the next one begins. At small strain bodies are
   !> stable.
-  subroutine find_stability(scene, points, solver, state, fraction, step_time, stability)
+  subroutine find_stability(scene, points, solver, state, pressure, stability)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver      !! its unknowns and constraints
     type(state_t), intent(in) :: state
-    real(wp), intent(in) :: fraction, step_time    !! there, of the solver's *STEP [-], [time]
+    real(wp), intent(in) :: pressure(:)            !! (n_surfaces) there [force/length^2]
     type(stability_t), intent(out) :: stability
     type(tangent_t) :: tangent
     type(triplets_t) :: k
@@ -109,14 +110,12 @@ contains
     type(error_t), allocatable :: error
     integer, allocatable :: start(:), neighbours(:), position(:)
     real(wp), allocatable :: d(:), unturned(:, :)
-    real(wp) :: pressure(size(scene%surfaces))
     integer :: held, i
     logical :: has_energy, is_dead
 
     stability%is_known = is_linear(scene)
     if (stability%is_known) return
     contact = pressed_points(scene, points, solver, state)
-    pressure = pressures_at(scene, solver%response%loads, fraction, step_time)
     tangent = tangent_at(scene, state%displacement, state%step, state%position, &
       projection=0.0_wp, modes=state%modes)
     active = solver%body%constraints
@@ -126,18 +125,21 @@ contains
       map = make_dof_map(scene%mesh%body, solver%body%prescribed, [contact_nodes(points), &
         pressed_nodes(scene, pressure)], active)
       call coupled_nodes(scene%mesh, active, start, neighbours)
-      call order_equations(map, start, neighbours, position, error, 0)
-      if (allocated(error)) return
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
         tangent=tangent)
       d = scales_of(k)
-      k%n = map%n_free + motions%n
       d = [d, spread(minval(d), 1, motions%n)]
-      position = [position, (i, i=map%n_free + 1, k%n)]
+      k%n = map%n_free + motions%n
       call add_curvature(scene, points, map, motions, state, contact, k)
       call add_load_stiffness(scene, map, pressure, state%displacement, k, has_energy)
       call add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
-      has_energy = has_energy .and. .not. is_dead
+      ! Without the rows there are more motions: where none of them lowers the energy no other does.
+      if (motions%n == 0 .and. k%n_negative == 0) stability%is_known = is_surely_positive(k, map, &
+        scene%mesh%n_nodes, solver%body%inverse)
+      if (stability%is_known .or. solver%choices%precision%iterative) return
+      call order_equations(map, start, neighbours, position, error, 0)
+      if (allocated(error)) return
+      position = [position, (i, i=map%n_free + 1, k%n)]
       k%value = d(k%row)*k%value*d(k%column)
       ! What is negative by less is rounding.
       k%row = [k%row, (i, i=1, k%n)]
@@ -156,7 +158,7 @@ contains
       if (held > 0) stability%n_unstable = held
     end if
     stability%is_known = .true.
-    stability%follows = .not. has_energy
+    stability%follows = is_dead .or. .not. has_energy
     stability%bends = any(contact%presses .and. points%on_surface)
     stability%by_element = k%n_negative > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
 

@@ -164,7 +164,6 @@ contains
     do i = 1, size(progress%shadows)
       call archive_state(list, progress%shadows(i)%state)
       call archive(list, progress%shadows(i)%lost_in)
-      call archive(list, progress%shadows(i)%is_unstable)
     end do
     call carry_size(list, progress%size)
     call carry_ahead(list, progress%ahead)

@@ -79,16 +79,14 @@ contains
     logical, intent(in) :: is_followed !! it is an estimate
     type(tally_t), intent(in) :: tally
     type(string_t) :: line(1)
-    character(:), allocatable :: change
+    character(:), allocatable :: amount
 
     if (.not. error > 0.0_wp) return
-    if (is_followed .and. .not. error < huge(1.0_wp)) then
-      change = 'changes forces by more than linear theory can say: --nlgeom yes'
-    else
-      change = trim(merge('changes   ', 'may change', is_followed))//' forces by '//percent(error)
-    end if
+    amount = 'more than linear theory can say: --nlgeom yes'
+    if (error < huge(1.0_wp)) amount = percent(error)
     line(1)%text = 'note: strains up to '//percent(tally%largest_strain)//', rotations up to '// &
-      to_text(tally%largest_rotation, 2)//' rad: finite strain '//change
+      to_text(tally%largest_rotation, 2)//' rad: finite strain '// &
+      trim(merge('changes   ', 'may change', is_followed))//' forces by '//amount
     call print_lines(console, line)
   end subroutine tell_theory
 

@@ -16,6 +16,7 @@ module increment_notes_mod
   use follow_points_mod, only: rounding_of_places
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
   use stability_mod, only: stability_t
+  use shadow_run_mod, only: is_unstable, may_be_unstable
   use load_cycles_mod, only: load_cycles_t
   use settled_cycles_mod, only: followed_cycle_t
   use law_limits_mod, only: stretched_t
@@ -218,9 +219,9 @@ contains
   end subroutine note_unknown_stability
 
   !> From here on linear theory does not say how far it is off, by a law.
-  pure subroutine note_lost_shadow(increment, instability, is_other_law, notes)
+  pure subroutine note_lost_shadow(increment, stability, is_other_law, notes)
     type(increment_t), intent(in) :: increment
-    integer, intent(in) :: instability !! as of shadow_run_t
+    integer, intent(in) :: stability !! as of shadow_solver_t
     logical, intent(in) :: is_other_law
     type(note_t), allocatable, intent(inout) :: notes(:)
     character(:), allocatable :: why, law
@@ -228,8 +229,8 @@ contains
     law = ''
     if (is_other_law) law = ' and neo-Hooke''s law'
     why = ' there is no equilibrium near that of small strain'
-    if (instability > 0) why = ' the equilibrium '//trim(merge('may be', 'is    ', &
-      instability > 1))//' unstable (it buckles)'
+    if (stability == is_unstable) why = ' the equilibrium is unstable (it buckles)'
+    if (stability == may_be_unstable) why = ' the equilibrium may be unstable (it buckles)'
     call add_note(notes, increment, .true., ': at finite strain'//law//why//': how far small '// &
       'strain is off is more than linear theory can say')
   end subroutine note_lost_shadow

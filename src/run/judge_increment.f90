@@ -4,6 +4,7 @@ module judge_increment_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
+  use controls_mod, only: allowed_error
   use scene_mod, only: scene_t
   use step_contact_mod, only: added_in
   use placement_mod, only: placement_t, place_all
@@ -14,6 +15,7 @@ module judge_increment_mod
   use increment_report_mod, only: increment_report_t, ended_out_of_balance
   use step_solver_mod, only: step_solver_t
   use jumps_mod, only: find_jump
+  use load_stiffness_mod, only: pressures_at
   use stability_mod, only: stability_t, find_stability, is_hint
   use kinks_mod, only: count_between
   use contact_points_mod, only: master_nodes
@@ -21,7 +23,8 @@ module judge_increment_mod
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
   use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
-    compare_shadows
+    compare_shadows, look_at_stability, not_unstable, is_unstable, may_be_unstable, &
+    unknown_stability
   use smooth_faces_mod, only: smooth_faces_t
   use cells_mod, only: face_corners
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
@@ -325,8 +328,8 @@ contains
     character(:), allocatable :: is, what
 
     associate (begin => solved%increment%begin)
-      call find_stability(scene, plan%points, solver, progress%state, begin, &
-        begin*scene%steps(solved%increment%step)%period, stability)
+      call find_stability(scene, plan%points, solver, progress%state, pressures_at(scene, &
+        solver%response%loads, begin, begin*scene%steps(solved%increment%step)%period), stability)
     end associate
     is = 'is'
     if (is_hint(stability)) is = 'may be'
@@ -377,8 +380,8 @@ contains
 
     if (.not. solved%increment%last_of_step) return
     clock = wall_seconds()
-    call find_stability(scene, plan%points, solver, solved%state, solved%increment%fraction, &
-      solved%increment%step_time, stability)
+    call find_stability(scene, plan%points, solver, solved%state, pressures_at(scene, &
+      solver%response%loads, solved%increment%fraction, solved%increment%step_time), stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     if (.not. stability%is_known) call note_unknown_stability(solved%increment, notes)
     if (stability%n_unstable == 0) return
@@ -458,29 +461,38 @@ contains
     integer :: k
 
     clock = wall_seconds()
-    associate (report => solved%report, is_last => solved%increment%last_of_step)
+    shadow%stability = not_unstable
+    shadow%begun = progress%begun
+    associate (report => solved%report, is_last => solved%increment%last_of_step, &
+        wanted => scene%accuracy%wanted)
       if (size(progress%shadows) > 0) then
-        if (is_due(scene, solver, progress%state, solved%state)) then
-          shadow%begun = progress%begun
-          call follow_shadows(scene, plan%points, progress%state, solved%state, &
-            progress%followed, solver, shadow, progress%shadows)
-        end if
+        if (is_due(scene, solver, progress%state, solved%state)) call follow_shadows(scene, &
+          plan%points, progress%state, solved%state, progress%followed, solver, shadow, &
+          progress%shadows)
         do k = 1, size(progress%shadows)
-          associate (run => progress%shadows(k))
-            if (run%lost_in /= solved%increment%index) cycle
-            call note_lost_shadow(solved%increment, run%is_unstable, k > 1, notes)
-            if (run%is_unstable > 0) exit ! all are
-          end associate
+          if (progress%shadows(k)%lost_in /= solved%increment%index) cycle
+          call note_lost_shadow(solved%increment, shadow%stability, k > 1, notes)
+          if (any(shadow%stability == [is_unstable, may_be_unstable])) exit ! all are
         end do
         if (is_last) call compare_shadows(plan%points, progress%followed, report%energy%strain, &
           progress%shadows, report%errors)
         if (is_last) call measure_stress(scene, solved%state, report)
       else if (is_linear(scene)) then
         call estimate_theory(scene, plan%points, solver%contact, solved%state, report)
+        ! A bound that an accuracy is to count is one of a stable equilibrium.
+        if (is_last .and. scene%accuracy%chooses_theory .and. report%errors%theory <= &
+          allowed_error(wanted)) then
+          call look_at_stability(plan%points, solver, solved%state, solved%increment, shadow)
+          if (any(shadow%stability == [is_unstable, may_be_unstable])) then
+            report%errors%theory = huge(1.0_wp)
+            call note_lost_shadow(solved%increment, shadow%stability, .false., notes)
+          end if
+        end if
       else if (is_last) then
         report%errors%theory = 0.0_wp
       end if
     end associate
+    if (shadow%stability == unknown_stability) call note_unknown_stability(solved%increment, notes)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine measure_theory
 

@@ -484,6 +484,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call raise_at(increment, error, 'the equilibrium is unstable'//unstable_in_words(stability))
+    error%is_instability = .true.
   end subroutine refuse_unstable
 
   !> A solution beyond which the one before does not go on.

@@ -394,6 +394,27 @@ class Accuracy(unittest.TestCase):
             self.assertEqual(result.theory_is, "bound")
         self.assertRegex(run.output, r"theory at most \S+ %; 20 % is reached")
 
+    def test_a_bound_is_one_of_a_stable_equilibrium(self):
+        # 30 % allow a bound of 3 %, which the column has on both sides of Euler's load.
+        for named in (COLUMN, COLUMN.replace("*ELASTIC", "*ELASTIC, LAW=SVK")):
+            stable, unstable = (Run(free(named), "--accuracy", "0.3", name="column", load=load)
+                                for load in (0.8, 1.2))
+            self.assertEqual((stable.status, unstable.status), (0, 2), stable.errors)
+            with stable.result() as result:
+                self.assertEqual(result.theory_is, "bound")
+            self.assertRegex(unstable.errors, "not reached: small strain is off by more than it ")
+            alone = Run(free(named), "--accuracy", "0.3", "--nlgeom", "no", name="column", load=1.2)
+            self.assertEqual(alone.status, 0, alone.errors)
+
+    def test_buckling_is_refused_on_the_first_mesh(self):
+        # Displacement elements are softer on finer meshes; incompatible modes ask twice.
+        for element, load, meshes in (("C3D8I", 2, 2), ("C3D8", 8, 1)):
+            deck = free(COLUMN).replace("C3D8I", element).replace("0.5, 1.", "0.25, 1.")
+            run = Run(deck, "--accuracy", "0.3", "--nlgeom", "yes", name="column", load=load)
+            self.assertEqual(run.status, 2)
+            self.assertIn("the equilibrium is unstable", run.errors)
+            self.assertEqual(run.output.count("elements are too few"), meshes - 1)
+
     def test_a_law_that_is_named_goes_to_finite_strain(self):
         run = asked(block(SVK), 0.1, down=0.05)
         self.assertEqual(run.status, 0, run.errors)
