@@ -88,8 +88,7 @@ contains
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
     type(mesh_size_t), intent(in), optional :: mesh_size !! left out: as written
-    character(4), intent(inout), optional :: nlgeom
-    !! NO, YES or AUTO in place of the deck's; where it is blank and the deck says NO it gets that
+    character(4), intent(in), optional :: nlgeom !! NO, YES or AUTO in place of the deck's, or blank
     type(reader_t) :: reader
 
     if (present(nlgeom)) reader%nlgeom = nlgeom
@@ -99,27 +98,7 @@ contains
       if (in_lines) call mistakes_in_lines(reader%diagnostics, path, error)
     end if
     scene%name = name_of(path)
-    if (.not. present(nlgeom) .or. allocated(error)) return
-    if (nlgeom /= '') return
-    if (says_small_strain(reader)) nlgeom = 'NO'
   end subroutine read_deck
-
-  !> Whether a *STEP says NLGEOM=NO, of a deck without mistakes.
-  logical function says_small_strain(reader) result(says)
-    type(reader_t), intent(inout) :: reader
-    type(card_t) :: card
-    logical :: is_nonlinear, is_auto
-    integer :: k
-
-    says = .false.
-    do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'STEP') cycle
-      call open_card(reader, k, card)
-      is_nonlinear = .true.
-      call flag_option(reader, card, 'NLGEOM', is_nonlinear, 'AUTO', is_auto)
-      says = says .or. .not. is_nonlinear
-    end do
-  end function says_small_strain
 
   !> Read a deck that is given as text; `path` is what mistakes call it.
   subroutine read_deck_text(text, path, overrides, scene, error)
@@ -290,6 +269,7 @@ contains
     call read_steps(reader, model, amplitudes, scene%pairs, surfaces, scene%steps, &
       scene%regions, scene%finite_strain)
     scene%accuracy%chooses_theory = reader%chooses_theory
+    scene%accuracy%keeps_small_strain = reader%keeps_small_strain
     if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
       scene%steps, scene%constraints)
     if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &

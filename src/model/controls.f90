@@ -106,6 +106,7 @@ module controls_mod
     logical  :: follows_theory = .false.
     !! that of the theory is estimated, by a shadow run; else it is bounded
     logical  :: chooses_theory = .false. !! NLGEOM=AUTO: small strain where that is enough
+    logical  :: keeps_small_strain = .false. !! NLGEOM=NO: it is that of the small-strain solution
     real(wp) :: time = 0.0_wp        !! of the processor that a run may take; 0: any [s]
     real(wp) :: memory = 0.0_wp      !! at the peak, that it may take; 0: what there is [bytes]
     character(:), allocatable :: set !! of nodes that it is of; not allocated: of all there is

@@ -24,16 +24,14 @@ contains
     type(string_t), allocatable :: files(:)
     type(scene_t) :: scene
     type(error_t), allocatable :: refused
-    character(4) :: nlgeom
     integer :: i, n_accepted, n_refused
 
     call list_files(without_slash(options%deck), '.inp', files)
     n_accepted = 0
     n_refused = 0
     do i = 1, size(files)
-      nlgeom = options%nlgeom
       call read_deck(files(i)%text, options%overrides, scene, refused, in_lines=.true., &
-        nlgeom=nlgeom)
+        nlgeom=options%nlgeom)
       if (.not. allocated(refused)) then
         n_accepted = n_accepted + 1
         call say('accepted  '//files(i)%text)

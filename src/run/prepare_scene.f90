@@ -37,11 +37,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! mistakes of the deck; options that do not fit it; the result would replace the deck
     logical, intent(in), optional :: follows_theory !! the run estimates the error of its theory
-    character(4) :: nlgeom
 
-    nlgeom = merge(options%chosen, options%nlgeom, options%chosen /= '')
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=choices%mesh_size, nlgeom=nlgeom)
+      mesh_size=choices%mesh_size, nlgeom=merge(options%chosen, options%nlgeom, &
+      options%chosen /= ''))
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
@@ -50,7 +49,7 @@ contains
     if (allocated(error)) return
     if (present(follows_theory)) scene%accuracy%follows_theory = &
       scene%accuracy%follows_theory .or. follows_theory
-    call take_options(options, nlgeom == 'NO', scene, error)
+    call take_options(options, scene, error)
     choices%tolerance = scene%contact%tolerance
     choices%compliance = scene%contact%compliance
     choices%precision = scene%precision
@@ -60,9 +59,8 @@ contains
 
   !> The accuracy of the command line wins over the deck's; what changes the result is kept with
   !> the deck's parameters.
-  subroutine take_options(options, keeps_small_strain, scene, error)
+  subroutine take_options(options, scene, error)
     type(options_t), intent(in) :: options
-    logical, intent(in) :: keeps_small_strain !! NLGEOM=NO: an accuracy is that of its solution
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
     !! an accuracy is wanted or to be as good as time and memory allow, and the deck leaves out the
@@ -128,13 +126,12 @@ contains
       if (allocated(error)) return
     end if
     if (options%theory) call keep('--theory')
-    if (scene%accuracy%wanted > 0.0_wp .and. .not. (scene%finite_strain .or. &
-      keeps_small_strain)) scene%accuracy%chooses_theory = .true.
-    if (options%theory) scene%accuracy%follows_theory = .true.
-    ! Coarse meshes say whether it takes an estimate where there are several.
     associate (accuracy => scene%accuracy)
-      accuracy%follows_theory = accuracy%follows_theory .or. (accuracy%chooses_theory .and. &
-        .not. chooses_mesh(accuracy))
+      accuracy%chooses_theory = accuracy%chooses_theory .or. (accuracy%wanted > 0.0_wp .and. &
+        .not. (scene%finite_strain .or. accuracy%keeps_small_strain))
+      ! Coarse meshes say whether it takes an estimate where there are several.
+      accuracy%follows_theory = accuracy%follows_theory .or. options%theory .or. &
+        (accuracy%chooses_theory .and. .not. chooses_mesh(accuracy))
     end associate
     call check_shadow()
     if (options%nlgeom == 'NO') call keep('--nlgeom no')

@@ -71,12 +71,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(scene_t) :: scene
     type(string_t) :: flat
-    character(4) :: nlgeom
     integer :: written
 
-    nlgeom = options%nlgeom
     call read_deck(options%deck, options%overrides, scene, error, flat=flat, &
-      nlgeom=nlgeom)
+      nlgeom=options%nlgeom)
     if (allocated(error)) return
     call write_most(standard_output, flat%text, written)
     if (written < len(flat%text)) call raise(error, exit_machine, &

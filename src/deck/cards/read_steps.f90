@@ -17,7 +17,7 @@ module read_steps_mod
   use kinks_mod, only: used_amplitudes
   use loads_mod, only: load_step_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    open_card, option_position
+    has_option, open_card, option_position
   use read_amplitudes_mod, only: amplitude_list_t
   use read_element_loads_mod, only: close_element_loads, element_load_draft_t, read_dload, &
     start_element_loads
@@ -247,8 +247,11 @@ contains
 
     call allow_options(reader, card, ['NLGEOM      ', 'PERTURBATION', 'AMPLITUDE   '], &
       ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
-    nonlinear = finite_strain
+    nonlinear = .true.
     call flag_option(reader, card, 'NLGEOM', nonlinear, 'AUTO', is_auto)
+    reader%keeps_small_strain = reader%nlgeom == 'NO' .or. (reader%nlgeom == '' .and. &
+      (reader%keeps_small_strain .or. .not. nonlinear))
+    if (is_auto .or. .not. has_option(card, 'NLGEOM')) nonlinear = finite_strain
     if (is_auto .and. .not. (is_first .or. reader%chooses_theory .or. reader%nlgeom /= '')) call &
       report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=AUTO begins with the first '// &
       '*STEP, or not at all')

@@ -50,6 +50,7 @@ module cards_mod
     logical :: other_field = .false.    !! a keyword or an element of another field was refused
     character(4) :: nlgeom = ''         !! NO, YES or AUTO in place of the deck's (--nlgeom)
     logical :: chooses_theory = .false. !! AUTO, of the deck or of the option
+    logical :: keeps_small_strain = .false. !! NO likewise
     logical :: numbers_block = .false. !! a node or element of a *BLOCK is meant by its number
   end type reader_t
 
