@@ -18,7 +18,8 @@
 !> Where points slide with friction K is not symmetric. Motions that do not move these along their
 !> obstacles do no work of friction: where one of them lowers the energy no friction holds it. What
 !> only other motions do is a hint; so it is where the work of pressures depends on the way. The
-!> curvature of masters that are surfaces is not in K.
+!> curvature of masters that are surfaces is not in K. It does nothing either where no point moves
+!> along its master: then the gap changes by nothing of second order.
 module stability_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -63,7 +64,7 @@ module stability_mod
     ! No more than a hint:
     logical :: slides = .false.    !! all these move points that slide with friction
     logical :: follows = .false.   !! pressures do, and have no energy; nor have moments
-    logical :: bends = .false.     !! surfaces of bodies touch: their curvature is left out
+    logical :: bends = .false.     !! likewise on surfaces of bodies: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
   end type stability_t
 
@@ -149,17 +150,19 @@ contains
     unturned = unturned_motions(scene, points, solver, state, contact%placement)
     stability%n_unstable = count_unstable()
     if (allocated(error)) return
-    stability%slides = stability%n_unstable > 0 .and. any(contact%presses .and. .not. &
-      contact%sticks .and. points%mu > 0.0_wp)
-    if (stability%slides) then
-      contact%sticks = contact%presses .and. points%mu > 0.0_wp
+    if (stability%n_unstable > 0) then
+      stability%slides = any(contact%presses .and. .not. contact%sticks .and. points%mu > 0.0_wp)
+      stability%bends = any(contact%presses .and. points%on_surface)
+    end if
+    if (stability%slides .or. stability%bends) then
+      contact%sticks = contact%presses .and. (points%mu > 0.0_wp .or. points%on_surface)
       held = count_unstable()
-      stability%slides = held == 0
       if (held > 0) stability%n_unstable = held
+      stability%slides = stability%slides .and. held == 0
+      stability%bends = stability%bends .and. held == 0
     end if
     stability%is_known = .true.
     stability%follows = is_dead .or. .not. has_energy
-    stability%bends = any(contact%presses .and. points%on_surface)
     stability%by_element = k%n_negative > 0 .or. any(scene%mesh%element_kind == kind_c3d8b)
 
   contains

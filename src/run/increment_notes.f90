@@ -202,7 +202,7 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     character(:), allocatable :: what
 
-    what = 'Surfaces of bodies that touch'
+    what = 'Points that slide on surfaces of bodies'
     if (stability%follows) what = 'Pressures whose work depends on the way'
     if (stability%slides) what = 'Points that slide with friction'
     call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
