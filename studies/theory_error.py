@@ -142,6 +142,17 @@ def from_input(name):
     return text.replace("INPUT=meshes/", f"INPUT={ROOT / 'input' / 'meshes'}/")
 
 
+def stretched(down):
+    """Return a strip that is stretched by 0.3 % while a cylinder bends it."""
+    return (bodies(("B", (0, 0, 0), (16.0, 1.0, 0.4), (20, 1, 1), "C3D8I"))
+            + "*NODE, NSET=R\n9999999, 8., 0.5, 2.4\n"
+            + "*OBSTACLE, NAME=ROLL, TYPE=CYLINDER, REF NODE=9999999\n"
+            + "8., 0.5, 2.4, 0., 1., 0., 2.\n"
+            + pairs(0.2, ("B-ZMAX", "ROLL"))
+            + steps((8, "*BOUNDARY\nB-XMIN, 1, 3\nB-XMAX, 2, 3\nB-XMAX, 1, 1, 0.05\n"
+                        f"9999999, 1, 2\n9999999, 3, 3, {-down!r}\n")))
+
+
 SCENES = {
     **{f"block, {100 * d:g} %": pressed(d, side=2 * d)
        for d in (0.001, 0.003, 0.01, 0.03, 0.06, 0.1)},
@@ -162,6 +173,7 @@ SCENES = {
     **{f"two blocks, {d:g}": stacked(d) for d in (0.01, 0.05)},
     "soft on stiff, 0.05": stacked(0.05, 0.1),
     "stiff on soft, 0.05": stacked(0.05, 10.0),
+    **{f"stretched strip, {d:g}": stretched(d) for d in (0.05, 0.4)},
     "light beside heavy": beside(0.04, 0.001),
     "pulled beside pressed": beside(0.04, 0.03, True),
     "warmed by 1 %": warmed(100.0),

@@ -22,14 +22,14 @@ contains
 
   !> The error of the forces by the theory, as a part of them: twice the sum over the elements of
   !>
-  !>     |u . (f_finite - f_linear)|
+  !>     |v . (f_finite(u) - f_linear(u))|,    v = u - u_free
   !>
-  !> over the work that u . f_linear is: of the body with the least, of those that a pair acts on
+  !> over the work that v . f_linear(v) is: of the body with the least, of those that a pair acts on
   !> (of all where none does), or W, what reactions do on what they move, where that is more; at
   !> most that of these bodies together. Bodies without strain energy are left out; 0 where none has
   !> any. docs/theory.md (8.32).
   pure subroutine estimate_theory_error(mesh, materials, u, free, is_pressed, contact_work, &
-      error)
+      error, u_free)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) displacement [length]
@@ -37,12 +37,23 @@ contains
     logical, intent(in) :: is_pressed(:)   !! (n_bodies) whether a pair acts on the body
     real(wp), intent(in) :: contact_work   !! W, as of least_contact_work [energy]
     real(wp), intent(out) :: error         !! [-]
+    real(wp), intent(in), optional :: u_free(:, :)
+    !! (3,n_nodes) displacement without reactions; 0 in all of a body: v is u there [length]
     real(wp), parameter :: operations = 64.0_wp ! rounded ones in a displacement's difference
     real(wp) :: change(mesh%n_bodies), work(mesh%n_bodies), rounding(mesh%n_bodies)
     real(wp) :: of_change, of_work
-    logical :: is_strained(mesh%n_bodies), counts(mesh%n_bodies)
-    integer :: e, body, nodes(8)
+    real(wp) :: v(3, mesh%n_nodes)
+    logical :: is_strained(mesh%n_bodies), counts(mesh%n_bodies), is_moved(0:mesh%n_bodies)
+    integer :: e, i, body, nodes(8)
 
+    v = u
+    is_moved = .false.
+    if (present(u_free)) then
+      v = u - u_free
+      do i = 1, mesh%n_nodes
+        is_moved(mesh%body(i)) = is_moved(mesh%body(i)) .or. any(abs(u_free(:, i)) > 0.0_wp)
+      end do
+    end if
     change = 0.0_wp
     work = 0.0_wp
     rounding = 0.0_wp
@@ -53,11 +64,13 @@ contains
         if (has_middles(mesh%connectivity%cell(e))) then
           associate (all_nodes => nodes_of_element(mesh%connectivity, e))
             call find_works_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, &
-              all_nodes), u(:, all_nodes), free(e), law, of_change, of_work)
+              all_nodes), elastic(u, all_nodes, free(e)), elastic(v, all_nodes, &
+              merge(0.0_wp, free(e), is_moved(body))), free(e), law, of_change, of_work)
           end associate
         else
-          call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), u(:, nodes), free(e), &
-            law, of_change, of_work)
+          call find_works(mesh%element_kind(e), mesh%coordinates(:, nodes), elastic(u, nodes, &
+            free(e)), elastic(v, nodes, merge(0.0_wp, free(e), is_moved(body))), free(e), law, &
+            of_change, of_work)
         end if
         rounding(body) = rounding(body) + constrained_modulus(law%elastic)* &
           stiffness_length(mesh%coordinates(:, nodes))* &
@@ -74,76 +87,107 @@ contains
     error = 2.0_wp*sum(change, is_strained)/min(sum(work, counts), max(minval(work, counts), &
       contact_work))
     if (.not. error <= huge(error)) error = huge(error)
+
+  contains
+
+    !> Displacements of an element's nodes beside its first one, counted from its free expansion.
+    pure function elastic(u, nodes, growth)
+      real(wp), intent(in) :: u(:, :)
+      integer, intent(in) :: nodes(:)
+      real(wp), intent(in) :: growth
+      real(wp) :: elastic(3, size(nodes))
+
+      elastic = u(:, nodes) - growth*mesh%coordinates(:, nodes)
+      elastic = elastic - spread(elastic(:, 1), 2, size(nodes))
+    end function elastic
+
   end subroutine estimate_theory_error
 
-  !> Work of an element's forces on its displacements: by how much that of finite strain differs
-  !> from the linear one, and the linear one.
+  !> Work of an element's forces on displacements v: by how much that of finite strain differs from
+  !> the linear one, and the linear one of v's own forces.
   !>
   !> An element that expands freely is the reference of its strains, F/(1 + growth), and
   !> displacements are counted from there. With incompatible modes, whose amplitudes are those of
   !> the linear solution, their forces do work on these: to first order that is what the forces of
   !> the nodes would be once the amplitudes had followed.
-  pure subroutine find_works(kind, x, u, growth, law, change, work)
-    integer,  intent(in) :: kind             !! kind_c3d8 or its kin
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp), intent(in) :: growth           !! free expansion [-]
+  pure subroutine find_works(kind, x, u, v, growth, law, change, work)
+    integer,  intent(in) :: kind                      !! kind_c3d8 or its kin
+    real(wp), intent(in) :: x(3, 8), u(3, 8), v(3, 8) !! nodes and their displacements [length]
+    real(wp), intent(in) :: growth                    !! free expansion [-]
     type(law_t), intent(in) :: law
-    real(wp), intent(out) :: change, work    !! [energy]
-    real(wp) :: from(3, 8), strained(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3)
+    real(wp), intent(out) :: change, work             !! [energy]
+    real(wp) :: from(3, 8), finite(3, 8), modes(3, 3), of_modes(3, 3), by_modes(3, 3)
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), mode(3, 3, 8)
-    real(wp) :: strain(6, 8), stress(6, 8)
-    integer :: g
+    real(wp), dimension(6, 8) :: strain, by_strain
 
     from = x - spread(x(:, 1), 2, 8)
-    strained = u - spread(u(:, 1), 2, 8) - growth*from
     modes = 0.0_wp
+    by_modes = 0.0_wp
     call shape_gradients(from, gradient, weight, inverse_jacobian)
-    strain = strain_of(inverse_jacobian, strained)
-    if (kind == kind_c3d8i) then
-      call mode_gradients(from, weight, mode)
-      modes = mode_amplitudes(mode, weight, strain, law%elastic)
-      strain = strain + mode_strain_of(3, mode, modes)
-    else if (kind == kind_c3d8b) then
-      strain = mean_dilatation_strain(inverse_jacobian, weight, strained)
-    end if
-    stress = stress_of(strain, law%elastic)
-    work = 0.0_wp
-    do g = 1, 8
-      work = work + weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
-        2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
-    end do
-    call finite_force(kind, (1.0_wp + growth)*from, strained, modes, law, finite, of_modes)
-    change = sum(strained*finite) + sum(modes*of_modes) - work
+    if (kind == kind_c3d8i) call mode_gradients(from, weight, mode)
+    call find_strain(u, strain, modes)
+    call find_strain(v, by_strain, by_modes)
+    work = work_of(weight, stress_of(by_strain, law%elastic), by_strain)
+    call finite_force(kind, (1.0_wp + growth)*from, u, modes, law, finite, of_modes)
+    change = sum(v*finite) + sum(by_modes*of_modes) - work_of(weight, stress_of(strain, &
+      law%elastic), by_strain)
+
+  contains
+
+    pure subroutine find_strain(u, strain, modes)
+      real(wp), intent(in) :: u(3, 8)
+      real(wp), intent(out) :: strain(6, 8)
+      real(wp), intent(inout) :: modes(3, 3)
+
+      strain = strain_of(inverse_jacobian, u)
+      if (kind == kind_c3d8i) then
+        modes = mode_amplitudes(mode, weight, strain, law%elastic)
+        strain = strain + mode_strain_of(3, mode, modes)
+      else if (kind == kind_c3d8b) then
+        strain = mean_dilatation_strain(inverse_jacobian, weight, u)
+      end if
+    end subroutine find_strain
+
   end subroutine find_works
 
   !> The same of an element of second order.
-  pure subroutine find_works_of_second_order(cell, x, u, growth, law, change, work)
-    integer,  intent(in) :: cell             !! row of the table of cells
-    real(wp), intent(in) :: x(:, :), u(:, :) !! (3,n) nodes and their displacements [length]
-    real(wp), intent(in) :: growth           !! free expansion [-]
+  pure subroutine find_works_of_second_order(cell, x, u, v, growth, law, change, work)
+    integer,  intent(in) :: cell                      !! row of the table of cells
+    real(wp), intent(in) :: x(:, :), u(:, :), v(:, :) !! (3,n) as of find_works [length]
+    real(wp), intent(in) :: growth                    !! free expansion [-]
     type(law_t), intent(in) :: law
-    real(wp), intent(out) :: change, work    !! [energy]
+    real(wp), intent(out) :: change, work             !! [energy]
     type(second_order_t) :: element
-    real(wp) :: from(3, size(x, 2)), strained(3, size(x, 2))
-    real(wp), allocatable :: h(:, :, :), strain(:, :), stress(:, :)
+    real(wp) :: from(3, size(x, 2))
+    real(wp), allocatable, dimension(:, :, :) :: h, by
+    real(wp), allocatable :: by_strain(:, :)
     integer :: g
 
     from = x - spread(x(:, 1), 2, size(x, 2))
-    strained = u - spread(u(:, 1), 2, size(u, 2)) - growth*from
     call second_order(cell, from, element)
-    allocate (strain, source=strain_of_second_order(element, strained))
-    allocate (stress, source=stress_of(strain, law%elastic))
-    work = 0.0_wp
-    do g = 1, element%n_points
-      work = work + element%weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
-        2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
-    end do
+    allocate (by_strain, source=strain_of_second_order(element, v))
+    work = work_of(element%weight(:element%n_points), stress_of(by_strain, law%elastic), by_strain)
+    change = -work_of(element%weight(:element%n_points), stress_of(strain_of_second_order(element, &
+      u), law%elastic), by_strain)
     call second_order(cell, (1.0_wp + growth)*from, element)
-    allocate (h, source=displacement_gradients(element, strained))
-    change = -work
+    allocate (h, source=displacement_gradients(element, u))
+    allocate (by, source=displacement_gradients(element, v))
     do g = 1, element%n_points
-      change = change + element%weight(g)*sum(finite_stress(law, h(:, :, g))*h(:, :, g))
+      change = change + element%weight(g)*sum(finite_stress(law, h(:, :, g))*by(:, :, g))
     end do
   end subroutine find_works_of_second_order
+
+  !> The work of stresses on strains, of which shear counts twice.
+  pure real(wp) function work_of(weight, stress, strain) result(work)
+    real(wp), intent(in) :: weight(:)               !! (n_points) [volume]
+    real(wp), intent(in) :: stress(:, :), strain(:, :) !! (6,n_points)
+    integer :: g
+
+    work = 0.0_wp
+    do g = 1, size(weight)
+      work = work + weight(g)*(dot_product(stress(:3, g), strain(:3, g)) + &
+        2.0_wp*dot_product(stress(4:, g), strain(4:, g)))
+    end do
+  end function work_of
 
 end module theory_error_mod

@@ -478,7 +478,7 @@ contains
           progress%shadows, report%errors)
         if (is_last) call measure_stress(scene, solved%state, report)
       else if (is_linear(scene)) then
-        call estimate_theory(scene, plan%points, solver%contact, solved%state, report)
+        call estimate_theory(scene, plan%points, solver, solved%increment, solved%state, report)
         ! A bound that an accuracy is to count is one of a stable equilibrium.
         if (is_last .and. scene%accuracy%chooses_theory .and. report%errors%theory <= &
           allowed_error(wanted)) then

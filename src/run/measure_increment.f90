@@ -6,7 +6,7 @@ module measure_increment_mod
   use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t, is_covered, is_in_middle
   use state_mod, only: state_t
-  use increments_mod, only: ends_step, asked_number
+  use increments_mod, only: increment_t, ends_step, asked_number
   use increment_report_mod, only: contact_fields_t, increment_report_t, status_open
   use step_fields_mod, only: fields_due, tensor_field_t
   use elasticity_mod, only: young_modulus
@@ -14,7 +14,8 @@ module measure_increment_mod
   use expansion_mod, only: find_free_strain
   use mesh_fields_mod, only: find_largest_deformation, fill_tensors_of
   use recovered_error_mod, only: estimate_mesh_error
-  use condensed_contact_mod, only: condensed_contact_t
+  use step_solver_mod, only: step_solver_t
+  use load_response_mod, only: sum_patterns
   use contact_work_mod, only: least_contact_work
   use theory_error_mod, only: estimate_theory_error
   use unseen_contact_mod, only: unseen_error
@@ -103,14 +104,16 @@ contains
   end subroutine measure_stress
 
   !> The error of small strain, at the end of a step.
-  subroutine estimate_theory(scene, points, condensed, state, report)
+  subroutine estimate_theory(scene, points, solver, increment, state, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(condensed_contact_t), intent(in) :: condensed !! the contact problem of the increment
+    type(step_solver_t), intent(in) :: solver !! with the contact problem of the increment
+    type(increment_t), intent(in) :: increment
     type(state_t), intent(in) :: state
     type(increment_report_t), intent(inout) :: report !! gets the error
-    logical :: is_pressed(0:scene%mesh%n_bodies)
+    logical, dimension(0:scene%mesh%n_bodies) :: is_pressed, is_held
     real(wp) :: free(scene%mesh%n_elements)
+    real(wp), allocatable :: u_free(:, :), external(:, :)
     integer :: i
 
     if (.not. ends_step(scene%steps, state)) return
@@ -123,10 +126,19 @@ contains
           .true.
       end associate
     end do
+    call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, u_free, &
+      external)
+    ! Pins take the loads of bodies that supports do not hold; without contact there are but loads.
+    is_held = any(is_pressed(1:))
+    associate (body => scene%mesh%body, motions => solver%body%motions)
+      is_held(pack(motions%body, motions%body > 0)) = .false.
+      if (allocated(motions%piece)) is_held(pack(body, motions%piece > 0)) = .false.
+      u_free = merge(u_free, 0.0_wp, spread(is_held(body), 1, 3))
+    end associate
     call find_free_strain(scene, state%step, state%position, free)
     call estimate_theory_error(scene%mesh, scene%materials, state%displacement, free, &
-      is_pressed(1:), least_contact_work(condensed, report%x_free, report%contact), &
-      report%errors%theory)
+      is_pressed(1:), least_contact_work(solver%contact, report%x_free, report%contact), &
+      report%errors%theory, u_free)
   end subroutine estimate_theory
 
 end module measure_increment_mod

@@ -118,6 +118,36 @@ HIGH-ZMAX, 2, 2
 HIGH-ZMAX, 3, 3, <-down>
 *END STEP
 """
+# A strip that is stretched, then bent by a cylinder: the stretch makes it many times as stiff.
+STRIP = """*BLOCK, NAME=B, TYPE=C3D8I, NX=20, NY=1, NZ=1
+0., 0., 0., 16., 1., 0.4
+*MATERIAL, NAME=M
+*ELASTIC, LAW=SVK
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*NODE
+9999999, 8., 0.5, 2.4
+*OBSTACLE, NAME=C, TYPE=CYLINDER, REF NODE=9999999
+8., 0.5, 2.4, 0., 1., 0., 2.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, C
+*STEP{nlgeom}
+*STATIC
+0.25, 1.
+*BOUNDARY
+B-XMIN, 1, 3
+B-XMAX, 2, 3
+B-XMAX, 1, 1, 0.05
+*END STEP
+*STEP
+*STATIC
+0.25, 1.
+*BOUNDARY
+9999999, 1, 2
+9999999, 3, 3, -0.05
+*END STEP
+"""
 HUGE = 1e300
 TIMES = re.compile(r"time|checksum")
 OF_THEORY = tuple(f"history/error/{name}" for name in
@@ -189,6 +219,15 @@ class Estimate(unittest.TestCase):
         for element in ("C3D8I", "C3D8B"):
             with self.subTest(element=element):
                 self.holds(lambda nlgeom, e=element: block(NEO, nlgeom, element=e), mu=0)
+
+    def test_a_stretch_that_stiffens(self):
+        plain, followed, finite = (Run(STRIP.format(nlgeom=nlgeom), *more, name="strip")
+                                   for nlgeom, *more in (("",), ("", "--theory"), (", NLGEOM",)))
+        one, other = (np.linalg.norm(resultants(run)[-1]) for run in (plain, finite))
+        true = abs(one - other) / other
+        self.assertGreater(true, 0.5)
+        np.testing.assert_allclose(errors(followed)[-1], true, rtol=0.05)
+        self.assertGreater(errors(plain)[-1], true)
 
     def test_sizes_of_increments_are_no_theory(self):
         # One increment and 40 are apart by 0.2 % of the forces, as much as the theories are.
