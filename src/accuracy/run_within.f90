@@ -29,6 +29,8 @@ module run_within_mod
   !! from size to size: the mesh before the last then takes a few parts in a hundred of its time
   real(wp), parameter :: nearly_last = 1.5_wp !! finer than the only one by no more: at once
   real(wp), parameter :: worth_another_plan = 1.08_wp !! elements so many times smaller
+  real(wp), parameter :: worth_the_rest = 0.5_wp
+  !! of the time, that is to be used: up to it another mesh need be finer by no more than that
   real(wp), parameter :: worth_dividing = 0.8_wp !! error left, of that without
   integer, parameter :: most_plans = 3 !! of one run, before it is begun
   integer, parameter :: first_trials = 4 !! divisions that are tried on the first mesh
@@ -297,14 +299,16 @@ contains
     real(wp), intent(in) :: room
     type(choice_t), intent(inout) :: choice
     type(mesh_size_t) :: from, finest
-    real(wp) :: ratio
+    real(wp) :: ratio, least
     integer :: n
     logical :: found, few
 
     call find_run(sequence, choice%divisions, from, n)
     call find_finest(sequence, from, choice%divisions, room, part_for_run, finest, found)
     ratio = relative_size(from)/relative_size(finest)
-    if (.not. found .or. (n > 1 .and. ratio < least_step)) then
+    least = least_step
+    if (sequence%spent < worth_the_rest*sequence%time) least = worth_another_plan
+    if (.not. found .or. (n > 1 .and. ratio < least)) then
       choice%outcome = is_finest
       finest = odd_finer(sequence, from)
       if (relative_size(from) < least_step*relative_size(finest)) finest = finer(sequence, from, &

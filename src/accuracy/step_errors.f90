@@ -56,38 +56,27 @@ contains
   end function runs_for_steps
 
   !> The runs on the mesh on which increments are tried again, the fewest divisions first: the one
-  !> where they were; else the first that is fine enough for it, or for the accuracy.
+  !> where they were; else the first that is fine enough for it, or for the accuracy. Its undivided
+  !> run was made: what is inferred tells nothing new of increments.
   pure function later_step_runs(sequence) result(runs)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, allocatable :: runs(:)
-    integer, allocatable :: finer(:)
+    integer, allocatable :: undivided(:), finer(:)
     real(wp), parameter :: less = 1.0_wp - 1.0e-6_wp
     integer :: i
 
-    finer = runs_up_to(sequence, [(i, i=1, size(sequence%runs))], less*relative_size( &
+    undivided = mesh_runs(sequence, family_t())
+    undivided = pack(undivided, sequence%runs(undivided)%inferred_from == 0)
+    finer = runs_up_to(sequence, undivided, less*relative_size(sequence%trial))
+    runs = pack(finer, [(size(runs_on_mesh(sequence, finer(i))) > 1, i=1, size(finer))])
+    if (size(runs) == 0) runs = runs_up_to(sequence, finer, later_size*relative_size( &
       sequence%trial))
-    runs = pack(finer, [(is_tried_on(finer(i)), i=1, size(finer))])
-    if (size(runs) == 0) runs = runs_up_to(sequence, mesh_runs(sequence, family_t()), later_size* &
-      relative_size(sequence%trial))
     if (size(runs) == 0 .and. size(finer) > 0) then
-      if (is_mesh_enough()) runs = pack(finer, finer == maxval(mesh_runs(sequence, family_t())))
+      if (is_mesh_enough()) runs = finer(size(finer):)
     end if
     if (size(runs) > 0) runs = runs_on_mesh(sequence, runs(1))
 
   contains
-
-    !> Whether a run has divided increments, and one on the same mesh has them undivided.
-    pure logical function is_tried_on(run)
-      integer, intent(in) :: run
-
-      is_tried_on = sequence%runs(run)%divisions > 1 .and. sequence%runs( &
-        run)%mesh_size%zone%times == 0
-      if (.not. is_tried_on) return
-      associate (here => runs_on_mesh(sequence, run))
-        is_tried_on = sequence%runs(here(1))%divisions == 1 .and. sequence%runs( &
-          here(1))%inferred_from == 0
-      end associate
-    end function is_tried_on
 
     !> Whether undivided runs say that their last mesh leaves as much for load steps as they may
     !> make.
