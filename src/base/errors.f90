@@ -19,6 +19,7 @@ module errors_mod
     character(:), allocatable :: message !! one or more lines, no trailing newline
     integer :: exit_status = exit_wrong_input
     logical :: is_instability = .false. !! the equilibrium is there, and unstable
+    logical :: holds_on_all_meshes = .false. !! finer elements change nothing
   end type error_t
 
 contains

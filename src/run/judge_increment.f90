@@ -199,8 +199,10 @@ contains
     else
       return
     end if
-    call find_deep_overlap(scene, plan%points, solved%report%contact, gap, &
-      relative_size(plan%choices%mesh_size), point, element)
+    associate (mesh_size => plan%choices%mesh_size)
+      call find_deep_overlap(scene, plan%points, solved%report%contact, gap, &
+        relative_size(mesh_size)*0.5_wp**mesh_size%zone%times, point, element)
+    end associate
     if (point > 0) call refuse_deep_overlap(scene, plan%points, solved%increment, point, &
       -gap(point), element, error)
   end subroutine judge_shape

@@ -210,7 +210,8 @@ contains
     !> Finer meshes are softer: what buckles on one buckles on all that follow. Of elements that may
     !> be too soft on a coarse mesh the next one says so, too.
     logical function may_skip()
-      may_skip = n_skipped < most_skipped .and. is_beginning(sequence)
+      may_skip = n_skipped < most_skipped .and. is_beginning(sequence) .and. .not. &
+        error%holds_on_all_meshes
       if (error%is_instability) may_skip = may_skip .and. .not. was_unstable .and. &
         any(scene%mesh%element_kind /= kind_c3d8 .or. scene%mesh%connectivity%cell == &
         hexahedron_20_reduced)

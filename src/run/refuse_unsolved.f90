@@ -444,6 +444,7 @@ contains
       ' inside its master, which is more than element '// &
       to_text(scene%mesh%element_id(element))//' behind it is thick; move the bodies apart, '// &
       'or close the overlap with ADJUST= of *CONTACT PAIR')
+    error%holds_on_all_meshes = .true.
   end subroutine refuse_deep_overlap
 
   !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or

@@ -38,6 +38,45 @@ B-{axis}MAX, {dof}, {dof}, <-down*size>
 """
 AXES = {"X": "1., 0., 0.", "Z": "0., 0., 1."}
 # Two blocks, of which the upper one begins inside the lower one.
+CUBE_OF_FIVE = """*PARAMETER
+depth = 0.5
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D4, ELSET=BODY
+1, 1, 2, 3, 6
+2, 1, 3, 4, 8
+3, 1, 6, 8, 5
+4, 3, 8, 6, 7
+5, 1, 3, 8, 6
+*NSET, NSET=TOP
+5, 6, 7, 8
+*SURFACE, NAME=SOLE
+1, S1
+2, S1
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., <depth>,  0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+*CONTACT PAIR, INTERACTION=DRY
+SOLE, FLOOR
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+TOP, 1, 2, 0.
+TOP, 3, 3, <depth-0.01>
+*END STEP
+"""
 OVERLAPPING = """*PARAMETER
 overlap = 0.
 n = 2
@@ -199,6 +238,16 @@ class InsideOut(unittest.TestCase):
                 self.assertEqual(run.status, status, run.errors)
                 if status:
                     self.assertIn("HIGH-ZMIN:LOW-ZMAX begins 0.55 inside its master", run.errors)
+
+    def test_overlaps_of_tetrahedra(self):
+        # Those on the floor are as high as the cube that they make up.
+        for depth, status in ((0.9, 0), (1.1, 2)):
+            run = Run(CUBE_OF_FIVE, "--quiet", name="five", depth=depth)
+            self.assertEqual(run.status, status, run.errors)
+            finer = Run(CUBE_OF_FIVE, "--accuracy", "0.3", "--nlgeom", "no", name="five",
+                        depth=depth)
+            self.assertEqual(finer.status, status, finer.errors)
+            self.assertNotIn("too few", finer.output)  # no other elements are tried in vain
 
 
 class Theory(unittest.TestCase):

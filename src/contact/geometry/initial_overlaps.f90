@@ -10,8 +10,7 @@ module initial_overlaps_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed
   use increment_report_mod, only: contact_fields_t, status_open
   use surfaces_mod, only: surface_t
-  use hexahedron8_mod, only: volume
-  use faces_mod, only: face_node_areas
+  use faces_mod, only: face_area_vectors
   use interference_mod, only: has_interference, set_extra_gap
   use placement_mod, only: placement_t, place_undeformed
   implicit none
@@ -94,7 +93,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! of the first increment
     real(wp), intent(in) :: gap(:)                !! (n_points) of the undeformed mesh [length]
-    real(wp), intent(in) :: relative_size         !! of the elements over the deck's [-]
+    real(wp), intent(in) :: relative_size         !! of the elements at contact over the deck's [-]
     integer, intent(out) :: point                 !! 0: there is none
     integer, intent(out) :: element               !! behind its face
     real(wp) :: thickness(scene%mesh%n_nodes)     !! of elements behind faces, 0 elsewhere [length]
@@ -133,20 +132,24 @@ contains
     end do
   end subroutine find_deep_overlap
 
-  !> Note of each node of a surface the thickest element behind a face there: volume over area.
+  !> Note of each node of a surface the thickest element behind a face there: as thick as its
+  !> farthest corner is high above the face.
   pure subroutine add_thickness(mesh, surface, thickness, behind)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
     real(wp), intent(inout) :: thickness(:) !! (n_nodes) [length]
     integer, intent(inout) :: behind(:)     !! (n_nodes) the element
-    real(wp) :: height
+    real(wp) :: height, normal(3)
     integer :: f, k, e, nodes(face_nodes)
 
     do f = 1, size(surface%faces, 2)
       e = surface%faces(1, f)
       nodes = all_nodes_of_face(mesh%connectivity, e, surface%faces(2, f))
-      height = volume(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))/ &
-        sum(face_node_areas(mesh%coordinates(:, nodes(:count(nodes > 0)))))
+      associate (x => mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)), &
+        of_face => mesh%coordinates(:, nodes(:count(nodes > 0))))
+        normal = sum(face_area_vectors(of_face), dim=2)
+        height = maxval(abs(matmul(normal, x - spread(of_face(:, 1), 2, size(x, 2)))))/norm2(normal)
+      end associate
       do k = 1, count(nodes > 0)
         if (height <= thickness(nodes(k))) cycle
         thickness(nodes(k)) = height
