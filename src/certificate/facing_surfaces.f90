@@ -9,7 +9,7 @@ module facing_surfaces_mod
   use local_refinement_mod, only: parents_of
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_covered, &
     is_across, n_sides
-  use sectors_mod, only: around_axis
+  use sectors_mod, only: without_turn
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use obstacle_gaps_mod, only: frame_of
@@ -215,7 +215,8 @@ contains
         contact%frame(:, :, i) = frame_of(normal)
         contact%gap(i) = gap
         contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
-        contact%slip_increment(:, i) = matmul(without_turn(scene, motion), contact%frame(:, 2:, i))
+        contact%slip_increment(:, i) = matmul(without_turn(scene%mesh, 1, .true., motion), &
+          contact%frame(:, 2:, i))
       end associate
     end do
     found%first(size(left) + 1) = n + 1
@@ -241,24 +242,13 @@ contains
         if (min(rows%area(here), rows_before%area(here)) <= compared*rows%whole(here)) cycle
         gone = faced_place(sides, rows, here) - faced_place(sides, rows_before, here)
         where (is_across(points, i)) gone = 0.0_wp
-        gone = without_turn(scene, gone)
+        gone = without_turn(scene%mesh, 1, .true., gone)
         slip = matmul(gone, contact%frame(:, 2:, i))
         if (norm2(slip - contact%slip_increment(:, i)) <= of_quadrature*sqrt(rows%area(here))) cycle
         contact%slip_increment(:, i) = slip
       end associate
     end do
   end subroutine compare_slips
-
-  !> A motion without its part around the axis of a body of revolution, halfway through the wedge:
-  !> nothing slips that way, what weights make of nodes in both half planes is none.
-  pure function without_turn(scene, motion) result(left)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: motion(3)
-    real(wp) :: left(3), around(3)
-
-    around = around_axis(scene%mesh, 1, .true.)
-    left = motion - dot_product(motion, around)*around
-  end function without_turn
 
   !> The place on the master that a row makes, where `sides` are, from that of its slave node.
   pure function faced_place(sides, rows, here) result(place)

@@ -5,6 +5,7 @@ module obstacle_gaps_mod
   use small_matrix_mod, only: cross
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder
   use scene_mod, only: scene_t
+  use sectors_mod, only: without_turn
   use contact_points_mod, only: contact_points_t, is_pair_removed
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
@@ -64,9 +65,9 @@ contains
             frame = frame_of(normal)
             contact%gap(i) = gap + points%extra_gap(i)
             contact%reaction(:, i) = matmul(new%reaction(:, i), frame)
-            contact%slip_increment(:, i) = matmul(vector_at_point(middles, node, i, &
-              new%displacement) - vector_at_point(middles, node, i, old%displacement) - way, &
-              frame(:, 2:))
+            contact%slip_increment(:, i) = matmul(without_turn(scene%mesh, node, .false., &
+              vector_at_point(middles, node, i, new%displacement) - vector_at_point(middles, &
+              node, i, old%displacement) - way), frame(:, 2:))
           end associate
         end do
       end associate

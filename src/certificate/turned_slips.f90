@@ -7,6 +7,7 @@ module turned_slips_mod
   use small_matrix_mod, only: cross
   use contact_points_mod, only: contact_points_t
   use scene_mod, only: scene_t, pair_turns
+  use sectors_mod, only: without_turn
   use state_mod, only: state_t
   use edge_middles_mod, only: edge_middles_t, vector_at_point
   implicit none
@@ -47,7 +48,8 @@ contains
           matmul(arm_of(scene, points, middles, i, old), before)
         chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
           before), chord)
-        turned%slip(:, i) = matmul(chord, frame(:, 2:, i))
+        turned%slip(:, i) = matmul(without_turn(scene%mesh, points%node(i), .false., chord), &
+          frame(:, 2:, i))
       end associate
     end do
   end function slips_of_turns

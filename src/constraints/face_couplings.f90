@@ -79,7 +79,7 @@ contains
       associate (node => couplings(k)%node, rotation => couplings(k)%rotation_node, &
                  z => model%mesh%coordinates(3, :model%mesh%n_nodes))
         if (model%used(node)) cycle
-        z([node, rotation]) = 0.5_wp*maxval(z, mask=model%used)
+        z([node, rotation]) = 0.5_wp*(minval(z, mask=model%used) + maxval(z, mask=model%used))
       end associate
     end do
   end subroutine keep_in_plane

@@ -1,8 +1,9 @@
 !> Elements of a plane, expanded to solids one element thick.
 !>
-!> Plane strain: a slice between z = 0 and z = t, all of whose nodes are held along z. A body of
-!> revolution about the y axis: a wedge between its half planes at the angles 0 and alpha, whose
-!> nodes stay within theirs, which leaves u_z = tan(angle) u_x. What is the same on both sides of a
+!> Plane strain: a slice between z = 0 and z = t, all of whose nodes are held along z. Plane stress:
+!> one whose faces move along z, both as far from its middle. A body of revolution about the y axis:
+!> a wedge between its half planes at the angles 0 and alpha, whose nodes stay within theirs, which
+!> leaves u_z = tan(angle) u_x. What is the same on both sides of a
 !> slice or wedge has a solution that is, too: the nodes beside those of the plane need not be tied
 !> to them. docs/theory.md section 8.
 module plane_mesh_mod
@@ -13,10 +14,9 @@ module plane_mesh_mod
   use growing_lists_mod, only: enlarge
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
-  use mesh_draft_mod, only: add_node_beside, axisymmetric, mesh_draft_t, solids
+  use mesh_draft_mod, only: add_node_beside, axisymmetric, mesh_draft_t, plane_stress, solids
   use obstacle_shapes_mod, only: locate_point
   use obstacles_mod, only: obstacle_t
-  use sectors_mod, only: n_sectors
   use sets_mod, only: model_t
   implicit none
   private
@@ -33,9 +33,9 @@ module plane_mesh_mod
     integer, allocatable :: beside(:, :)  !! (2,n_nodes) the opposite one, that between; 0: none
     integer, allocatable :: ends(:, :)    !! (2,n_nodes) corners beside a mid-side node; else 0
     logical, allocatable :: is_beside(:)  !! (n_nodes) one of these, not of the plane
+    integer, allocatable :: opposite(:)   !! (n_nodes) in plates, whose faces move; else 0
     logical, allocatable :: on_axis(:)    !! (n_nodes) of bodies of revolution
     real(wp), allocatable :: angle(:)     !! (n_nodes) of the half plane; 0 on the axis [rad]
-    real(wp) :: n_sectors = 1.0_wp        !! whose forces are those of the deck
   end type lines_t
 
   !> A sum of displacements, each degree of freedom once.
@@ -51,7 +51,7 @@ contains
   !> is no room for them.
   subroutine expand_plane(draft, thickness, position, ok)
     type(mesh_draft_t), intent(inout) :: draft
-    real(wp), intent(in) :: thickness !! of plane strain [length]
+    real(wp), intent(in) :: thickness !! but of bodies of revolution [length]
     integer, intent(in) :: position   !! in the deck, of what they are needed for
     logical, intent(out) :: ok
     logical :: needs(2, draft%n_nodes) !! a node opposite, one between
@@ -70,6 +70,8 @@ contains
     if (draft%plane == axisymmetric) then
       ! Nodes between corners are on arcs, which are as long as the angle says, and chords its sine.
       draft%sector_angle = merge(asin(wedge_angle), wedge_angle, any(needs(2, :)))
+      ! Chords leave sin(alpha)/alpha of the volume, and of the work of pressures along radii.
+      draft%parts = 2.0_wp*acos(-1.0_wp)/sin(draft%sector_angle)
       call open_axis(draft)
     end if
     allocate (draft%copies(2, n_plane), source=0)
@@ -194,11 +196,14 @@ contains
       call turn_supports(steps(step)%boundary, lines%angle)
       if (step == 1 .or. steps(step)%replace_boundary) call hold_across(model, lines, follows, &
         steps(step)%boundary)
-      call share_forces(lines, steps(step)%forces)
+      call share_forces(lines, model%mesh%parts, steps(step)%forces)
     end do
-    do node = 1, size(lines%angle)
-      if (abs(lines%angle(node)) > 0.0_wp .and. .not. follows(node)) call add_equation(equations, &
-        0, [node, node], [3, 1], [tan(lines%angle(node))])
+    do node = 1, size(follows)
+      if (follows(node)) cycle
+      if (abs(lines%angle(node)) > 0.0_wp) call add_equation(equations, 0, [node, node], [3, 1], &
+        [tan(lines%angle(node))])
+      if (lines%opposite(node) > node) call add_equation(equations, 0, [lines%opposite(node), &
+        node], [3, 3], [-1.0_wp])
     end do
 
   contains
@@ -222,8 +227,8 @@ contains
     associate (mesh => model%mesh, n_nodes => model%mesh%n_nodes)
       allocate (lines%beside(2, n_nodes), lines%ends(2, n_nodes), source=0)
       allocate (lines%is_beside(n_nodes), lines%on_axis(n_nodes), source=.false.)
+      allocate (lines%opposite(n_nodes), source=0)
       allocate (lines%angle(n_nodes), source=0.0_wp)
-      lines%n_sectors = n_sectors(mesh%sector_angle)
       do e = 1, mesh%n_elements
         associate (n => cells(mesh%connectivity%cell(e))%n_corners/2, &
                    nodes => nodes_of_element(mesh%connectivity, e))
@@ -242,6 +247,8 @@ contains
           lines%is_beside(lines%beside(k, node)) = .true.
           if (mesh%plane == axisymmetric) lines%angle(lines%beside(k, node)) = wedge_angle/k
         end do
+        if (mesh%plane == plane_stress .and. lines%beside(1, node) > 0) lines%opposite([node, &
+          lines%beside(1, node)]) = [lines%beside(1, node), node]
       end do
       if (mesh%plane /= axisymmetric) return
       lines%on_axis(:size(mesh%on_axis)) = mesh%on_axis
@@ -266,9 +273,9 @@ contains
     end associate
   end function lines_of
 
-  !> Hold along z all nodes of elements but those that an equation keeps in their half plane, and
-  !> reference nodes, with their rotations about other axes; of bodies of revolution also along x
-  !> what is on the axis.
+  !> Hold along z all nodes of elements but those that an equation keeps in their half plane, or as
+  !> far from the middle of a plate as those opposite, and reference nodes, with their rotations
+  !> about other axes; of bodies of revolution also along x what is on the axis.
   subroutine hold_across(model, lines, follows, boundary)
     type(model_t), intent(in) :: model
     type(lines_t), intent(in) :: lines
@@ -281,8 +288,8 @@ contains
     across = .false.
     along = lines%on_axis .and. .not. follows
     associate (n => size(model%used))
-      across(:n) = model%used .and. .not. (abs(lines%angle(:n)) > 0.0_wp .or. follows(:n)) .or. &
-        model%reference
+      across(:n) = model%used .and. .not. (abs(lines%angle(:n)) > 0.0_wp .or. &
+        lines%opposite(:n) > 0 .or. follows(:n)) .or. model%reference
       if (model%mesh%plane == axisymmetric) along(:n) = along(:n) .or. model%reference
     end associate
     if (allocated(model%rotation_of)) then
@@ -307,19 +314,19 @@ contains
 
   end subroutine hold_across
 
-  !> Displacements along x of nodes at an angle are those of the radius; along z they follow.
-  subroutine turn_supports(boundary, angle)
-    type(nodal_value_t), allocatable, intent(inout) :: boundary(:)
+  !> Displacements along x of nodes at an angle are those of the radius.
+  pure subroutine turn_supports(boundary, angle)
+    type(nodal_value_t), intent(inout) :: boundary(:)
     real(wp), intent(in) :: angle(:) !! (n_nodes) [rad]
 
-    boundary = pack(boundary, boundary%dof /= 3 .or. .not. abs(angle(boundary%node)) > 0.0_wp)
     where (boundary%dof == 1) boundary%value = boundary%value*cos(angle(boundary%node))
   end subroutine turn_supports
 
   !> Forces on nodes of the plane act all along the thickness, each share so as the work of the mean
   !> displacement has it.
-  subroutine share_forces(lines, forces)
+  subroutine share_forces(lines, parts, forces)
     type(lines_t), intent(in) :: lines
+    real(wp), intent(in) :: parts !! as of mesh_t
     type(nodal_value_t), allocatable, intent(inout) :: forces(:)
     type(nodal_value_t), allocatable :: shared(:)
     type(nodal_value_t) :: force
@@ -331,7 +338,7 @@ contains
       force = forces(i)
       if (lines%is_beside(force%node)) cycle
       mean = mean_t()
-      call add_mean(lines, force%node, force%dof, force%value/lines%n_sectors, mean)
+      call add_mean(lines, force%node, force%dof, force%value/parts, mean)
       do k = 1, mean%n
         force%node = mean%node(k)
         force%dof = mean%dof(k)

@@ -197,7 +197,6 @@ contains
     if (model%mesh%plane /= solids) size_read%across = across_plane
     call read_couplings(reader, model, couplings)
     call mark_used_nodes(model)
-    call keep_in_plane(model, couplings)
     call mark_coupled(model)
     call move_origin(model%mesh, model%used)
     call read_obstacles(reader, model, scene%obstacles, obstacles)
@@ -211,6 +210,7 @@ contains
     call check_matching(reader, model%mesh)
     call read_sets(reader, model)
     call join_rigid_bodies(reader, model, bodies, couplings)
+    call keep_in_plane(model, couplings)
     call refine_mesh(reader, model, size_read%parts, size_read%across)
     call read_refinements(reader, model, refinements)
     call refine_locally(reader, model, refinements, size_read%zone, size_read%across)

@@ -9,7 +9,8 @@ module build_mesh_mod
     hexahedron_20_reduced, hexahedron_nodes, tetrahedron_4, tetrahedron_10, wedge_15
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
-  use mesh_draft_mod, only: axisymmetric, mesh_draft_t, not_a_coordinate, solids
+  use mesh_draft_mod, only: mesh_draft_t, names_of_planes, not_a_coordinate, &
+    plane_stress, solids
   use mesh_mod, only: find_bodies, kind_c3d8, mesh_t
   use scene_mod, only: material_t
   use sets_mod, only: model_t
@@ -198,12 +199,12 @@ contains
 
   !> The elements that do not lock in the place of those of a cell.
   pure function instead_of(plane, cell) result(types)
-    integer, intent(in) :: plane !! solids, plane_strain or axisymmetric
+    integer, intent(in) :: plane !! solids, plane_strain and its kin
     integer, intent(in) :: cell  !! row of the table of cells
     character(:), allocatable :: types
 
     if (plane /= solids) then
-      types = merge('CAX8R', 'CPE8R', plane == axisymmetric)
+      types = names_of_planes(plane)//'8R'
       return
     end if
     select case (cell)
@@ -247,6 +248,8 @@ contains
     mesh%coordinates = draft%coordinates(:, :draft%n_nodes)
     mesh%origin = draft%origin
     mesh%sector_angle = draft%sector_angle
+    mesh%parts = draft%parts
+    mesh%is_plate = draft%plane == plane_stress
     deallocate (draft%coordinates)
     mesh%node_id = draft%node_id(:draft%n_nodes)
     deallocate (draft%node_id)

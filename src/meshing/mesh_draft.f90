@@ -13,7 +13,8 @@ module mesh_draft_mod
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
   public :: is_of_block, find_elements, with_outer, refined_faces, given_nodes
-  public :: solids, plane_strain, axisymmetric, with_copies, nodes_of_plane, face_of_label
+  public :: solids, plane_strain, plane_stress, axisymmetric, names_of_planes, &
+    with_copies, nodes_of_plane, face_of_label
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
@@ -27,7 +28,8 @@ module mesh_draft_mod
   integer, parameter :: set_of_nodes = 1, set_of_elements = 2
 
   !> What the elements of a deck are.
-  integer, parameter :: solids = 0, plane_strain = 1, axisymmetric = 2
+  integer, parameter :: solids = 0, plane_strain = 1, plane_stress = 2, axisymmetric = 3
+  character(3), parameter :: names_of_planes(3) = ['CPE', 'CPS', 'CAX'] !! their types begin so
 
   ! What a rigid body may make of an element that is skipped else: nothing, a facet of a type that
   ! other programs compute, or of one that is rigid by itself.
@@ -93,8 +95,9 @@ module mesh_draft_mod
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
     ! Where they are elements of a plane, which are expanded to solids one element thick:
-    integer :: plane = solids                !! or plane_strain or axisymmetric
+    integer :: plane = solids                !! or plane_strain and its kin
     real(wp) :: sector_angle = 0.0_wp        !! as of mesh_t
+    real(wp) :: parts = 1.0_wp               !! likewise
     logical, allocatable :: on_axis(:)       !! (nodes of the plane) of axisymmetric elements
     integer, allocatable :: copies(:, :)
     !! (2,nodes of the plane) the node opposite and the one between; 0: none; not allocated: solids

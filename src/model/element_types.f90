@@ -6,7 +6,7 @@ module element_types_mod
   implicit none
   private
 
-  public :: element_types, plane_types, type_called, plane_type_called, is_axisymmetric, &
+  public :: element_types, plane_types, type_called, plane_type_called, &
     name_of_type
 
   type :: element_type_t
@@ -34,6 +34,11 @@ module element_types_mod
     element_type_t('CPE6', kind_c3d8, wedge_15), &
     element_type_t('CPE8', kind_c3d8, hexahedron_20), &
     element_type_t('CPE8R', kind_c3d8, hexahedron_20_reduced), &
+    element_type_t('CPS3', kind_c3d8, wedge_6), &
+    element_type_t('CPS4', kind_c3d8, hexahedron_8), &
+    element_type_t('CPS6', kind_c3d8, wedge_15), &
+    element_type_t('CPS8', kind_c3d8, hexahedron_20), &
+    element_type_t('CPS8R', kind_c3d8, hexahedron_20_reduced), &
     element_type_t('CAX3', kind_c3d8, wedge_6), &
     element_type_t('CAX4', kind_c3d8, hexahedron_8), &
     element_type_t('CAX6', kind_c3d8, wedge_15), &
@@ -50,13 +55,6 @@ contains
       if (plane_types(row)%name == name) return
     end do
   end function plane_type_called
-
-  !> Whether a plane type is a cross-section of a body of revolution.
-  pure logical function is_axisymmetric(row)
-    integer, intent(in) :: row !! of `plane_types`
-
-    is_axisymmetric = plane_types(row)%name(:3) == 'CAX'
-  end function is_axisymmetric
 
   !> The row of the type of a name; 0: there is none.
   pure integer function type_called(name) result(row)

@@ -1,4 +1,5 @@
-!> Bodies of revolution, of which a wedge about the y axis is computed: what its forces mean.
+!> Bodies of revolution, of which a wedge about the y axis is computed, and plates, of which a slice
+!> is: what forces and motions mean.
 !> docs/theory.md section 8.
 module sectors_mod
   use kinds_mod, only: wp
@@ -6,34 +7,37 @@ module sectors_mod
   implicit none
   private
 
-  public :: around_axis, n_sectors, turn_into_plane, turn_sum_into_plane
+  public :: no_slip_along, without_turn, turn_into_plane, turn_sum_into_plane
 
 contains
 
-  !> How many wedges have the volume and the faces of the body; 1 of other bodies.
-  !>
-  !> An element between two half planes has chords in the place of arcs, and so sin(alpha)/alpha of
-  !> the volume, and of the work of pressures along radii: 2 pi/sin(alpha) are as the whole body.
-  pure real(wp) function n_sectors(angle)
-    real(wp), intent(in) :: angle !! of the wedge; 0: there is none [rad]
-
-    n_sectors = 1.0_wp
-    if (angle > 0.0_wp) n_sectors = 2.0_wp*acos(-1.0_wp)/sin(angle)
-  end function n_sectors
-
-  !> The unit vector around the axis at a node, or halfway through the wedge; 0 where there is none.
-  pure function around_axis(mesh, node, halfway) result(around)
+  !> The unit vector along which nothing slips at a node, or halfway through the wedge: around the
+  !> axis, or across a plate; 0 of other bodies.
+  pure function no_slip_along(mesh, node, halfway) result(around)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: node
     logical, intent(in) :: halfway
     real(wp) :: around(3), x(3)
 
-    around = 0.0_wp
+    around = merge([0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp, mesh%is_plate)
     if (.not. mesh%sector_angle > 0.0_wp) return
     x = mesh%coordinates(:, node) + mesh%origin
     if (halfway) x = [cos(0.5_wp*mesh%sector_angle), 0.0_wp, sin(0.5_wp*mesh%sector_angle)]
     around = [-x(3), 0.0_wp, x(1)]/hypot(x(1), x(3))
-  end function around_axis
+  end function no_slip_along
+
+  !> A motion without its part along which nothing slips: what weights make of nodes on both sides
+  !> is none.
+  pure function without_turn(mesh, node, halfway, motion) result(left)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: node
+    logical, intent(in) :: halfway
+    real(wp), intent(in) :: motion(3)
+    real(wp) :: left(3), around(3)
+
+    around = no_slip_along(mesh, node, halfway)
+    left = motion - dot_product(motion, around)*around
+  end function without_turn
 
   !> Turn forces on nodes into the plane of the deck: their parts along the radius and the axis.
   !> What acts across half planes only holds these, and is left out; on the axis there is no radius.

@@ -5,7 +5,6 @@ module history_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_real, of_integer, of_byte
   use mesh_mod, only: mesh_t
-  use sectors_mod, only: n_sectors
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
@@ -105,7 +104,7 @@ contains
         'it', c%dissipation)
     end associate
 
-    associate (e => report%energy, parts => n_sectors(mesh%sector_angle))
+    associate (e => report%energy, parts => mesh%parts)
       call real_number('energy/external_work', 'work of loads and supports', 'energy', &
         parts*e%external_work)
       call real_number('energy/strain', 'elastic energy of the bodies', 'energy', parts*e%strain)

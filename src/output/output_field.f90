@@ -15,7 +15,6 @@ module output_field_mod
   use mesh_mod, only: shown_nodes
   use scene_mod, only: scene_t, reference_nodes
   use contact_points_mod, only: contact_points_t
-  use sectors_mod, only: n_sectors
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use step_fields_mod, only: tensor_field_t
@@ -130,13 +129,13 @@ contains
     real(wp), intent(inout) :: values(:, :) !! of the field's block_shape; 0 on entry
 
     call fill_of_part(field, source, values)
-    ! Of a body of revolution a wedge is computed.
-    if (.not. source%scene%mesh%sector_angle > 0.0_wp) return
+    ! Of a body of revolution a wedge is computed, of a plate a slice.
     select case (field%quantity)
     case ('force', 'area', 'energy')
-      values = values*n_sectors(source%scene%mesh%sector_angle)
+      values = values*source%scene%mesh%parts
     case ('moment')
-      values = 0.0_wp
+      values = values*merge(0.0_wp, source%scene%mesh%parts, source%scene%mesh%sector_angle > &
+        0.0_wp)
     case default
       continue
     end select

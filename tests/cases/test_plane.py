@@ -317,10 +317,6 @@ class Refused(Case):
         """Without what the others add."""
         self.solve(self.deck())
 
-    def test_plane_stress(self):
-        """CPS with a section."""
-        self.refused(self.deck("CPS4"), "plane elements, which are not available")
-
     def test_beside_solids(self):
         """Plane and solid bodies in one deck."""
         solid = "*NODE\n901, 9, 0, 0\n902, 10, 0, 0\n903, 9, 1, 0\n904, 9, 0, 1\n"
@@ -328,22 +324,26 @@ class Refused(Case):
         self.refused(self.deck(more=solid + section("T").split("\n", 3)[3]), "not available")
 
     def test_both_kinds(self):
-        """CPE and CAX in one deck."""
-        other = Mesh("CAX4", (1, 1), lambda a, b: (5 + a, b), "B", 100, 100).deck
-        more = other + "*SOLID SECTION, ELSET=B, MATERIAL=M\n"
-        self.refused(self.deck(more=more), "exclude each other")
+        """CPE, CPS and CAX in one deck."""
+        for kinds in (("CPE4", "CAX4"), ("CPE4", "CPS4"), ("CPS4", "CAX4")):
+            other = Mesh(kinds[1], (1, 1), lambda a, b: (5 + a, b), "B", 100, 100).deck
+            more = other + "*SOLID SECTION, ELSET=B, MATERIAL=M\n"
+            self.refused(self.deck(kinds[0], more=more), "exclude each other")
 
     def test_other_types(self):
         """Types that are not computed."""
-        for kind in ("CPE4I", "CAX4H"):
+        for kind in ("CPE4I", "CPS4I", "CAX4H"):
             self.refused(self.deck(kind), f"'{kind}' is not available")
 
     def test_keywords(self):
         """What is not available, and what to do instead, by file and line."""
         body = "*RIGID BODY, ELSET=A, REF NODE=1\n"
         self.refused(
-            self.deck(more=body), "*RIGID BODY is not available", "*OBSTACLE", "plane.inp:"
+            self.deck("CAX4", body), "*RIGID BODY is not available", "*OBSTACLE", "plane.inp:"
         )
+        facets = "*NODE\n900, 0., 0., 9.\n*ELEMENT, TYPE=R3D3, ELSET=R\n900, 1, 2, 900\n"
+        facets += "*RIGID BODY, ELSET=R, REF NODE=900\n"
+        self.refused(self.deck(more=facets), "*RIGID BODY of facets", "*OBSTACLE", "plane.inp:")
         joint = "*COUPLING, REF NODE=1, SURFACE=ATOP\n*KINEMATIC\n"
         self.refused(self.deck("CAX4", joint), "*COUPLING is not available", "*EQUATION",
                      "plane.inp:")  # fmt: skip

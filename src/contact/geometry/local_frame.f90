@@ -14,12 +14,12 @@ contains
   !> The local frame of a normal: t1 is the global x axis projected on the tangent plane (the y axis
   !> where the normal is within 45 degrees of x), t2 = n x t1.
   !>
-  !> On a body of revolution t1 is in the half plane of the axis. Nothing slips around the axis: t2
-  !> is 0, and has no row.
+  !> On a body of revolution t1 is in the half plane of the axis, on a plate in its plane. Nothing
+  !> slips around the axis, or across the plate: t2 is 0, and has no row.
   pure function local_frame(normal, around) result(frame)
     real(wp), intent(in) :: normal(3)  !! unit vector
     real(wp), intent(in), optional :: around(3)
-    !! unit vector around the axis of a body of revolution; 0: the body is none
+    !! unit vector around the axis of a body of revolution, or across a plate; 0: it is neither
     real(wp) :: frame(3, 3)            !! columns n, t1, t2
     real(wp) :: axis(3), t1(3)
 

@@ -6,7 +6,7 @@ module placement_mod
   use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use sectors_mod, only: around_axis
+  use sectors_mod, only: no_slip_along
   use state_mod, only: state_t
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
     n_sides, find_side_points, is_in_middle, of_slave
@@ -231,7 +231,7 @@ contains
           call locate_point(obstacle, shift, scene%mesh%coordinates(:, node) + u(:, node), gap, &
             normal)
           gap = gap + points%extra_gap(i)
-          placement%frame(:, :, i) = local_frame(normal, around_axis(scene%mesh, node, .false.))
+          placement%frame(:, :, i) = local_frame(normal, no_slip_along(scene%mesh, node, .false.))
           placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
         end associate
       end do
@@ -458,7 +458,7 @@ contains
     logical :: counts
 
     ! Both half planes have the same part in the faces.
-    around = around_axis(mesh, 1, .true.)
+    around = no_slip_along(mesh, 1, .true.)
     do i = first, first + size(mortar%area) - 1
       associate (here => i - first + 1, covers => placement%weights%covers)
         counts = mortar%area(here) > mortar%least(here)*mortar%whole_area(here)

@@ -239,7 +239,7 @@ contains
   subroutine check_direction(reader, fields, plane, direction, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
-    integer, intent(in) :: plane          !! solids, plane_strain or axisymmetric
+    integer, intent(in) :: plane          !! solids, plane_strain and its kin
     real(wp), intent(in) :: direction(3)
     logical, intent(out) :: ok
 
@@ -247,7 +247,7 @@ contains
     if (plane == axisymmetric) ok = ok .and. .not. abs(direction(1)) > 0.0_wp
     if (ok) return
     call report(reader, field_position(reader, fields, 4), 'weight acts within the plane of '// &
-      'CPE elements, and along y on CAX elements')
+      'CPE and CPS elements, and along y on CAX elements')
   end subroutine check_direction
 
   !> Report the first element without a density.

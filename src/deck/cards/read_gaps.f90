@@ -13,7 +13,7 @@ module read_gaps_mod
     real_field, reference_field, reference_t
   use keywords_mod, only: same_word
   use kinds_mod, only: i8, wp
-  use mesh_draft_mod, only: axisymmetric, plane_strain
+  use mesh_draft_mod, only: axisymmetric, plane_strain, plane_stress
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, name_option, &
     open_card, option_position, signed_option
   use surface_list_mod, only: surface_list_t
@@ -154,13 +154,13 @@ contains
   subroutine check_plane(reader, fields, plane, centre, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
-    integer, intent(in) :: plane         !! solids, plane_strain or axisymmetric
+    integer, intent(in) :: plane         !! solids, plane_strain and its kin
     real(wp), intent(in) :: centre(3)    !! [length]
     logical, intent(inout) :: ok         !! false: a mistake was reported
 
-    if (plane == plane_strain) then
+    if (plane == plane_strain .or. plane == plane_stress) then
       call report(reader, fields%start, 'a paraboloid is not the same all along the thickness '// &
-        'of plane strain elements: give the gaps of nodes, or mesh the profile')
+        'of plane elements: give the gaps of nodes, or mesh the profile')
       ok = .false.
     else if (plane == axisymmetric .and. any(abs(centre([1, 3])) > 0.0_wp)) then
       call report(reader, fields%start, 'with axisymmetric elements the centre of a paraboloid '// &

@@ -19,7 +19,7 @@ module read_loads_mod
     reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t, nodal_value_t, pressure_t
-  use mesh_draft_mod, only: axisymmetric, given_nodes, plane_strain
+  use mesh_draft_mod, only: axisymmetric, given_nodes, solids
   use options_mod, only: allow_options, card_t, choice_option, flag_option, has_option, &
     option_position
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
@@ -135,9 +135,11 @@ contains
       end if
       call check_moves(reader, model, reference, nodes, value%value, .false.)
       call check_rotations(reader, model, fields, nodes, with, value%value)
-      call check_plane(reader, model, fields, nodes, with, value%value)
+      call check_plane(reader, model, fields, nodes, turned, with, value%value)
       do i = 1, 3
-        if (with(i)) call add_values(reader, model, nodes, i, value, draft%boundary, draft%work)
+        ! What is held across a plane hold_plane says.
+        if (with(i) .and. (i < 3 .or. model%mesh%plane == solids)) call add_values(reader, &
+          model, nodes, i, value, draft%boundary, draft%work)
         if (with(3 + i)) call add_rotations(reader, model, nodes, i, value, draft)
         if (with(i)) call add_rotations(reader, model, turned, i, value, draft)
       end do
@@ -264,22 +266,24 @@ contains
   end subroutine report_rotation
 
   !> Report motions that leave the plane of plane elements, or are none of a body of revolution.
-  subroutine check_plane(reader, model, fields, nodes, with, value)
+  subroutine check_plane(reader, model, fields, nodes, turned, with, value)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(fields_t), intent(in) :: fields
     integer, intent(in) :: nodes(:)
+    integer, intent(in) :: turned(:) !! as of split_rotations
     logical, intent(in) :: with(max_dof)
     real(wp), intent(in) :: value
 
-    if (.not. abs(value) > 0.0_wp) return
-    if (model%mesh%plane == plane_strain .and. any(with(3:5))) then
-      call report(reader, field_position(reader, fields, 4), 'with plane strain elements dofs '// &
-        '3 to 5 are 0: nothing moves across the plane')
-    else if (model%mesh%plane == axisymmetric .and. (any(with(3:6)) .or. (with(1) .and. &
-      any(model%reference(nodes))))) then
-      call report(reader, field_position(reader, fields, 4), 'with axisymmetric elements dofs '// &
-        '3 to 6 are 0, and obstacles move along y alone')
+    if (.not. abs(value) > 0.0_wp .or. model%mesh%plane == solids) return
+    if (model%mesh%plane == axisymmetric) then
+      if (any(with(3:6)) .or. (with(1) .and. any(model%reference(nodes)))) call report(reader, &
+        field_position(reader, fields, 4), 'with axisymmetric elements dofs 3 to 6 are 0, and '// &
+        'obstacles move along y alone')
+    else if ((size(nodes) > 0 .and. any(with(3:5))) .or. (size(turned) > 0 .and. any( &
+      with(:2)))) then
+      call report(reader, field_position(reader, fields, 4), 'with plane elements dofs 3 to 5 '// &
+        'are 0 (1 and 2 of the ROT NODE of a rigid body): nothing moves across the plane')
     end if
   end subroutine check_plane
 

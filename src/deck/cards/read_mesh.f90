@@ -188,7 +188,7 @@ contains
     integer, intent(out) :: row
 
     row = plane_type_called(name)
-    if (name /= 'CPE4R' .and. name /= 'CAX4R') return
+    if (name(4:) /= '4R' .or. plane_type_called(name(:4)) == 0) return
     row = plane_type_called(name(:4))
     call note(reader, name//' elements are taken as '//name(:4)//': full integration')
   end subroutine find_plane_type

@@ -10,10 +10,11 @@ module read_plane_mod
   use cells_mod, only: cells
   use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: any_mistakes, quoted
-  use element_types_mod, only: is_axisymmetric, plane_type_called
+  use element_types_mod, only: plane_type_called
   use fields_mod, only: field_position, fields_t, is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
-  use mesh_draft_mod, only: axisymmetric, mesh_draft_t, plane_strain, solids
+  use mesh_draft_mod, only: axisymmetric, mesh_draft_t, names_of_planes, plane_strain, &
+    plane_stress, solids
   use obstacles_mod, only: obstacle_t
   use options_mod, only: card_t, name_option, open_card, option_position
   use plane_mesh_mod, only: expand_plane, uneven_obstacle
@@ -23,20 +24,17 @@ module read_plane_mod
 
   public :: find_plane, read_plane, check_even
 
-  !> Keywords that are not available beside elements of a plane, and what to do instead.
+  !> Keywords that are not available beside axisymmetric elements, and what to do instead.
   type :: unavailable_t
     character(19) :: keyword
-    logical :: is_axisymmetric !! not available beside these alone
     character(80) :: instead
   end type unavailable_t
 
   type(unavailable_t), parameter :: unavailable(*) = [ &
-    unavailable_t('RIGID BODY', .false., &
-    'an obstacle is a plane or a cylinder (*OBSTACLE), or a body that is stiff'), &
-    unavailable_t('COUPLING', .true., &
-    'join degrees of freedom 2 to that of a node by *EQUATION'), &
-    unavailable_t('TRANSFORM', .true., &
-    'degrees of freedom 1 and 2 are along the radius and the axis')]
+    unavailable_t('RIGID BODY', 'an obstacle is a plane, a cylinder or a sphere (*OBSTACLE), '// &
+    'or a body that is stiff'), &
+    unavailable_t('COUPLING', 'join degrees of freedom 2 to that of a node by *EQUATION'), &
+    unavailable_t('TRANSFORM', 'degrees of freedom 1 and 2 are along the radius and the axis')]
 
 contains
 
@@ -46,7 +44,7 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     type(card_t) :: card
     character(:), allocatable :: name
-    integer :: k, row, kind
+    integer :: k, kind
     logical :: ok
 
     associate (keyword => reader%cards(:reader%n_cards)%keyword)
@@ -59,17 +57,17 @@ contains
     do k = 1, reader%n_cards
       call open_elements()
       if (name == '') cycle
-      row = plane_type_called(name(:merge(4, len(name), name == 'CPE4R' .or. name == 'CAX4R')))
-      if (row == 0) then
-        if (index(name, 'CPE') == 1 .or. index(name, 'CAX') == 1) call report(reader, &
-          option_position(card, 'TYPE'), 'element type '//quoted(name)//' is not available; '// &
-          'use one of 3, 4, 6 or 8 nodes, or with 8 nodes and reduced integration')
+      kind = findloc(index(name, names_of_planes), 1, dim=1)
+      if (kind == 0) cycle
+      if (plane_type_called(name(:merge(4, len(name), name(4:) == '4R'))) == 0) then
+        call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
+          ' is not available; use one of 3, 4, 6 or 8 nodes, or with 8 nodes and reduced '// &
+          'integration')
         cycle
       end if
-      kind = merge(axisymmetric, plane_strain, is_axisymmetric(row))
       if (draft%plane /= solids .and. draft%plane /= kind) call report(reader, &
-        option_position(card, 'TYPE'), 'plane strain (CPE) and axisymmetric (CAX) elements '// &
-        'exclude each other in one deck')
+        option_position(card, 'TYPE'), 'plane strain (CPE), plane stress (CPS) and '// &
+        'axisymmetric (CAX) elements exclude each other in one deck')
       draft%plane = kind
     end do
 
@@ -97,13 +95,10 @@ contains
     if (draft%plane == solids) return
     do k = 1, reader%n_cards
       i = findloc(unavailable%keyword == reader%cards(k)%keyword, .true., dim=1)
-      if (i == 0) cycle
-      if (unavailable(i)%is_axisymmetric .and. draft%plane /= axisymmetric) cycle
+      if (i == 0 .or. draft%plane /= axisymmetric) cycle
       call open_card(reader, k, card)
       call report(reader, card%position, '*'//trim(reader%cards(k)%keyword)// &
-        ' is not available with '//trim(merge('axisymmetric          ', &
-        'plane or axisymmetric ', unavailable(i)%is_axisymmetric))//' elements: '// &
-        trim(unavailable(i)%instead))
+        ' is not available with axisymmetric elements: '//trim(unavailable(i)%instead))
     end do
     call check_places(reader, draft, ok)
     if (.not. ok) return
@@ -112,6 +107,10 @@ contains
       call check_thickness(reader, draft, thickness)
     else
       thickness = 1.0_wp
+    end if
+    if (draft%plane == plane_stress) then
+      draft%parts = thickness/slice_of_plate(draft, thickness)
+      thickness = thickness/draft%parts
     end if
     call expand_plane(draft, thickness, 0, ok)
     if (.not. ok) call report(reader, 0, 'there is no room for the nodes of the other side of '// &
@@ -136,7 +135,7 @@ contains
       call report(reader, card%position, 'before axisymmetric elements an obstacle is a body '// &
         'of revolution about the y axis: a plane across it, a cylinder along it, a sphere on it')
     else
-      call report(reader, card%position, 'before plane strain elements an obstacle is the same '// &
+      call report(reader, card%position, 'before plane elements an obstacle is the same '// &
         'all along z: a plane or a cylinder along z')
     end if
   end subroutine check_even
@@ -188,7 +187,7 @@ contains
       call open_card(reader, k, card)
       call read_line(reader, card, one, ok)
       if (ok .and. .not. is_first .and. abs(one - thickness) > 0.0_wp) then
-        call report(reader, card%position, 'all sections of plane strain have the same '// &
+        call report(reader, card%position, 'all sections of plane elements have the same '// &
           'thickness, here '//to_text(one, 6)//' and '//to_text(thickness, 6))
         ok = .false.
       end if
@@ -208,9 +207,37 @@ contains
     real(wp), parameter :: most = 1.0e4_wp !! of a thickness over an edge, or the reverse [-]
     real(wp) :: edge, shortest, longest
     type(card_t) :: card
-    integer :: e, k, n
 
     if (draft%plane /= plane_strain) return
+    call find_edges(draft, shortest, longest)
+    if (thickness <= most*shortest .and. longest <= most*thickness) return
+    edge = merge(longest, shortest, longest > most*thickness)
+    call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'SOLID SECTION', &
+      .true., dim=1), card)
+    call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)// &
+      ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one '// &
+      'within 1e4 times the edges (forces are in proportion to it)')
+  end subroutine check_thickness
+
+  !> How much of the thickness of a plate is computed: so little that strains across it cost no
+  !> shear, and what friction acts along it is none. docs/theory.md section 8.
+  pure real(wp) function slice_of_plate(draft, thickness) result(slice)
+    type(mesh_draft_t), intent(in) :: draft
+    real(wp), intent(in) :: thickness !! [length]
+    real(wp), parameter :: of_edge = 0.03_wp !! [-]
+    real(wp) :: shortest, longest
+
+    call find_edges(draft, shortest, longest)
+    slice = merge(of_edge*shortest, thickness, longest > 0.0_wp)
+  end function slice_of_plate
+
+  !> The shortest and the longest edge of the elements in the plane, but for those of no length.
+  pure subroutine find_edges(draft, shortest, longest)
+    type(mesh_draft_t), intent(in) :: draft
+    real(wp), intent(out) :: shortest, longest !! [length]
+    real(wp) :: edge
+    integer :: e, k, n
+
     shortest = huge(shortest)
     longest = 0.0_wp
     do e = 1, draft%n_elements
@@ -223,14 +250,7 @@ contains
         end do
       end associate
     end do
-    if (thickness <= most*shortest .and. longest <= most*thickness) return
-    edge = merge(longest, shortest, longest > most*thickness)
-    call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'SOLID SECTION', &
-      .true., dim=1), card)
-    call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)// &
-      ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one '// &
-      'within 1e4 times the edges (forces are in proportion to it)')
-  end subroutine check_thickness
+  end subroutine find_edges
 
   !> The data line of a section: a thickness, 1 where there is none.
   subroutine read_line(reader, card, thickness, ok)

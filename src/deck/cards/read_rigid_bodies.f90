@@ -19,7 +19,7 @@ module read_rigid_bodies_mod
   use fields_mod, only: node_option
   use lookup_mod, only: find_id
   use mesh_draft_mod, only: add_node_beside, mesh_draft_t, no_facet, not_a_coordinate, &
-    refused_element, rigid_facet, shell_facet
+    refused_element, rigid_facet, shell_facet, solids
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
     option_position
@@ -241,7 +241,11 @@ contains
     type(model_t), intent(inout) :: model
     type(rigid_body_t), intent(in) :: body
 
-    if (.not. body%has_ref) then
+    if (model%mesh%plane /= solids) then
+      call report(reader, body%card_position, '*RIGID BODY of facets is not available with '// &
+        'elements of a plane: an obstacle is a plane or a cylinder (*OBSTACLE), or a rigid '// &
+        'body of elements of a plane')
+    else if (.not. body%has_ref) then
       call report(reader, body%card_position, '*RIGID BODY needs REF NODE= where it consists '// &
         'of facets')
     else if (body%ref_node > 0) then
