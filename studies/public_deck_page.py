@@ -24,7 +24,7 @@ LEFT = {
                                     "there, too",
     "yahoo/inp_combined_change-contact.inp": "its material changes in the second step, and a tie "
                                              "that was weak becomes stiff",
-    "yahoo/switch_2DV2_calcu_q.inp": "plane stress",
+    "yahoo/switch_2DV2_calcu_q.inp": "a soft contact, whose pressure grows with overclosure",
 }
 
 
