@@ -4,7 +4,7 @@ module blas_mod
   implicit none
   private
 
-  public :: ddot, sdot, dasum, daxpy, dsymv, dsbmv, dgemm
+  public :: ddot, sdot, dasum, daxpy, dsymv, dsbmv, dgemm, dtrsm
 
   interface
     !> BLAS: scalar product.
@@ -72,6 +72,16 @@ module blas_mod
       real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
       real(wp), intent(inout) :: c(ldc, *)
     end subroutine dgemm
+
+    !> B = alpha A^-1 B, or what `side` and `transa` say, for a triangle A.
+    subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
+      import :: wp
+      implicit none
+      character, intent(in) :: side, uplo, transa, diag
+      integer, intent(in)   :: m, n, lda, ldb
+      real(wp), intent(in)  :: alpha, a(lda, *)
+      real(wp), intent(inout) :: b(ldb, *)
+    end subroutine dtrsm
   end interface
 
 end module blas_mod

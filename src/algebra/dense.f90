@@ -1,12 +1,13 @@
-!> Dense linear algebra by LAPACK: inverse, solution, least squares, eigenvectors, singular values.
+!> Dense linear algebra by LAPACK: inverse, solution, least squares, eigenvectors, singular values,
+!> bases of ranges and null spaces.
 module dense_mod
   use kinds_mod, only: wp
-  use blas_mod, only: dsymv
+  use blas_mod, only: dgemm, dsymv, dtrsm
   implicit none
   private
 
   public :: begin_blas, invert_spd, times_symmetric, solve_dense, solve_least_squares, &
-    invert_general, symmetric_eigenvectors, singular_values, null_space, norm_1
+    invert_general, symmetric_eigenvectors, singular_values, null_space, range_basis, norm_1
 
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
@@ -94,6 +95,27 @@ module dense_mod
       real(wp), intent(out) :: w(*), work(*)
       integer, intent(out) :: info
     end subroutine dsyev
+
+    !> LAPACK: QR factors.
+    subroutine dgeqrf(m, n, a, lda, tau, work, lwork, info)
+      import :: wp
+      implicit none
+      integer, intent(in) :: m, n, lda, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(out) :: tau(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dgeqrf
+
+    !> LAPACK: the columns of Q, from the QR factors.
+    subroutine dorgqr(m, n, k, a, lda, tau, work, lwork, info)
+      import :: wp
+      implicit none
+      integer, intent(in) :: m, n, k, lda, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(in) :: tau(*)
+      real(wp), intent(out) :: work(*)
+      integer, intent(out) :: info
+    end subroutine dorgqr
 
     !> LAPACK: singular value decomposition.
     subroutine dgesdd(jobz, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, iwork, info)
@@ -286,10 +308,66 @@ contains
     n = size(a, 2)
     k = 0
     v = 0.0_wp
-    call singular_values(a, s, v, ok)
+    ok = .not. are_independent(a)
+    if (ok) call singular_values(a, s, v, ok)
     if (ok .and. n > 0) k = count(s <= threshold*s(1))
     null = v(:, n - k + 1:)
   end function null_space
+
+  !> Orthonormal columns Q = A B that span what those of A span; none where LAPACK does not
+  !> converge.
+  subroutine range_basis(a, threshold, q, b)
+    real(wp), intent(in) :: a(:, :)          !! (m,n)
+    real(wp), intent(in) :: threshold        !! of the largest singular value: taken for 0 [-]
+    real(wp), allocatable, intent(out) :: q(:, :) !! (m,k)
+    real(wp), allocatable, intent(out) :: b(:, :) !! (n,k)
+    real(wp) :: s(size(a, 2)), v(size(a, 2), size(a, 2)), work(64*size(a, 2))
+    integer :: m, n, k, i, info
+    logical :: ok
+
+    m = size(a, 1)
+    n = size(a, 2)
+    if (are_independent(a)) then
+      allocate (q, source=a)
+      allocate (b(n, n), source=0.0_wp)
+      do i = 1, n
+        b(i, i) = 1.0_wp
+      end do
+      call dgeqrf(m, n, q, m, s, work, size(work), info)
+      call dtrsm('L', 'U', 'N', 'N', n, n, 1.0_wp, q, m, b, n)
+      call dorgqr(m, n, n, q, m, s, work, size(work), info)
+      return
+    end if
+    k = 0
+    call singular_values(a, s, v, ok)
+    if (ok .and. n > 0) k = count(s > threshold*s(1))
+    allocate (q(m, k), b(n, k))
+    do i = 1, k
+      b(:, i) = v(:, i)/s(i)
+    end do
+    if (k > 0) call dgemm('N', 'N', m, k, n, 1.0_wp, a, m, b, n, 0.0_wp, q, m)
+  end subroutine range_basis
+
+  !> Whether the columns of A are independent beyond doubt: A^T A has no eigenvalue that rounding
+  !> could have made of 0. Cheaper than singular values by an order, and false says nothing.
+  logical function are_independent(a)
+    real(wp), intent(in) :: a(:, :)          !! (m,n)
+    real(wp) :: gram(size(a, 2), size(a, 2)), trace, rounding
+    integer :: m, n, i, info
+
+    m = size(a, 1)
+    n = size(a, 2)
+    are_independent = .false.
+    if (n == 0 .or. n > m) return
+    call dgemm('T', 'N', n, n, m, 1.0_wp, a, m, a, m, 0.0_wp, gram, n)
+    trace = sum([(gram(i, i), i=1, n)])
+    rounding = 10.0_wp*(m + n)*epsilon(1.0_wp)*trace
+    do i = 1, n
+      gram(i, i) = gram(i, i) - rounding
+    end do
+    call dpotrf('L', n, gram, n, info)
+    are_independent = info == 0 .and. trace > 0.0_wp
+  end function are_independent
 
   !> The largest sum of a column; 0 of an empty matrix.
   pure real(wp) function norm_1(a)

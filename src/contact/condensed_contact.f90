@@ -227,9 +227,11 @@ contains
         seen_by_pressing(undeformed_g, pack(all_rows, all_rows > 0 .and. spread(rows%presses, 1, &
         3)), rows%load(group%motion))
       g = motions_at_rows(mesh, points, placement, body%motions, row)
-      if (sees_less(g(:, group%motion), undeformed_g)) then
-        row = all_rows
-        g = motions_at_rows(mesh, points, placement, body%motions, row)
+      if (any(row /= all_rows)) then
+        if (sees_less(g(:, group%motion), undeformed_g)) then
+          row = all_rows
+          g = motions_at_rows(mesh, points, placement, body%motions, row)
+        end if
       end if
       g = g(:, group%motion)
     end if

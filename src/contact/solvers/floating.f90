@@ -17,7 +17,7 @@
 module floating_mod
   use kinds_mod, only: wp
   use blas_mod, only: dgemm
-  use dense_mod, only: singular_values, null_space
+  use dense_mod, only: singular_values, null_space, range_basis
   use increment_report_mod, only: status_stick, status_slide
   use compliance_mod, only: compliance_t, product_of_columns, largest_row_sum, add_symmetric, &
     add_square
@@ -83,27 +83,19 @@ contains
     type(compliance_t), intent(inout) :: compliance
     !! over the rows, W_p in, W_c + theta Q Q^T out [length/force]
     type(floating_t), intent(out) :: floating
-    real(wp) :: s(size(g, 2)), v(size(g, 2), size(g, 2))
-    real(wp), allocatable :: q_w(:, :), both(:, :), seen_g(:, :)
+    real(wp), allocatable :: q_w(:, :), both(:, :)
     real(wp) :: flexibility
-    integer :: i, n
-    logical :: ok
+    integer :: n
 
     n = size(g, 1)
     flexibility = largest_row_sum(compliance)
     call see_motions(g, undeformed_g, floating)
-    seen_g = g - matmul(matmul(g, floating%neutral), transpose(floating%neutral))
-    call singular_values(seen_g, s, v, ok)
-    if (.not. ok) s = 0.0_wp
-    if (floating%n > 0) floating%n_seen = count(s > unseen*s(1))
+    call range_basis(g - matmul(matmul(g, floating%neutral), transpose(floating%neutral)), unseen, &
+      floating%q, floating%back)
+    floating%n_seen = size(floating%q, 2)
     associate (m => floating%n_seen)
-      allocate (floating%back(floating%n, m), floating%q(n, m), floating%w_q(n, m))
-      do i = 1, m
-        floating%back(:, i) = v(:, i)/s(i)
-      end do
+      allocate (floating%w_q(n, m))
       if (m == 0) return
-      call dgemm('N', 'N', n, m, floating%n, 1.0_wp, seen_g, n, floating%back, floating%n, 0.0_wp, &
-        floating%q, n)
       call product_of_columns(compliance, floating%q, floating%w_q)
       ! P W P = W - Q (W Q)^T - (W Q) Q^T + Q (Q^T W Q) Q^T
       allocate (q_w(m, m), both(n, m))
