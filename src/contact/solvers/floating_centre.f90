@@ -22,6 +22,8 @@ module floating_centre_mod
   real(wp), parameter :: tightest = 1.0e-14_wp !! tolerance of the proximal problems [-]
   real(wp), parameter :: closely = 1.0e-10_wp
   !! the same, which Newton's method soon reaches from looser ones [-]
+  real(wp), parameter :: by_points = 100.0_wp
+  !! times the tolerance, beside the sum of all reactions: what they leave over may do [-]
 
   !> How far the motions go, and why.
   type :: drift_t
@@ -64,24 +66,39 @@ contains
 
     first_choice = controls
     if (is_leap .and. controls%solver == solver_auto) first_choice%solver = solver_global_newton
-    call solve_closely(problem, x_free, first_choice, is_leap, now%r, here)
+    call solve_contact(problem, x_free, first_choice, now%r, here, is_trial=is_leap)
+    call weigh()
+    ! The balance of whole bodies sums up what single points leave over.
+    if (here%converged .and. problem%n_points > 0 .and. &
+      all(abs(now%left) <= by_points*controls%tolerance*sum(abs(packed)))) then
+      call solve_more_closely(problem, x_free, first_choice, now%r, here)
+      call weigh()
+    end if
     call add_up(here, report)
-    packed = pack_rows(problem, now%r)
     now%is_solved = here%converged
-    now%e = matmul(packed, floating%q) + matmul(drift%load, floating%back)
-    on_motions = matmul(packed, floating%g)
-    now%turned = matmul(on_motions, floating%neutral)
-    now%left = on_motions - matmul(floating%neutral, now%turned) + drift%load
-    now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
-    largest = 0.0_wp
-    if (problem%n_points > 0) largest = maxval(norm2(now%r, dim=1))
-    now%small = spread(controls%tolerance*largest, 1, floating%n)
-    ! Reactions without bound must not make their own balance small: what a load does along a
-    ! motion is to be balanced, whatever else presses.
-    where (abs(drift%load) > drift%rounding) now%small = min(now%small, excusable*abs(drift%load))
-    now%small = max(now%small, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
     report%converged = now%is_solved .and. all(abs(now%left) <= now%small)
     report%ending = here%ending
+
+  contains
+
+    !> What the reactions leave out of balance, and what counts as balance.
+    subroutine weigh()
+      packed = pack_rows(problem, now%r)
+      now%e = matmul(packed, floating%q) + matmul(drift%load, floating%back)
+      on_motions = matmul(packed, floating%g)
+      now%turned = matmul(on_motions, floating%neutral)
+      now%left = on_motions - matmul(floating%neutral, now%turned) + drift%load
+      now%left_seen = matmul(matmul(floating%q, now%e), floating%g)
+      largest = 0.0_wp
+      if (problem%n_points > 0) largest = maxval(norm2(now%r, dim=1))
+      now%small = spread(controls%tolerance*largest, 1, floating%n)
+      ! Reactions without bound must not make their own balance small: what a load does along a
+      ! motion is to be balanced, whatever else presses.
+      where (abs(drift%load) > drift%rounding) now%small = min(now%small, &
+        excusable*abs(drift%load))
+      now%small = max(now%small, 1.0e-14_wp*sum(abs(packed)), drift%rounding)
+    end subroutine weigh
+
   end subroutine solve_at_centre
 
   !> What is out of balance there, contact does not see.
@@ -91,20 +108,17 @@ contains
     sees_nothing = all(abs(centre%left_seen) <= centre%small)
   end function sees_nothing
 
-  !> Solve a proximal problem to the tolerance, and then as far below it as the same solver gets
-  !> without others: the balance of whole bodies sums up what single points leave over.
-  subroutine solve_closely(problem, x_free, controls, is_leap, r, report)
+  !> Solve a proximal problem that is solved to the tolerance as far below it as the same solver gets
+  !> without others.
+  subroutine solve_more_closely(problem, x_free, controls, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
-    logical, intent(in) :: is_leap          !! may fail
-    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) warm start in, solution out [force]
-    type(contact_report_t), intent(out) :: report
+    real(wp), intent(inout) :: r(:, :)      !! (3,n_points) solution in, a closer one out [force]
+    type(contact_report_t), intent(inout) :: report !! gets the counts, and the residual
     type(contact_controls_t) :: closer
     type(contact_report_t) :: polish
 
-    call solve_contact(problem, x_free, controls, r, report, is_trial=is_leap)
-    if (.not. report%converged .or. problem%n_points == 0) return
     closer = controls
     if (closer%solver == solver_auto) closer%solver = solver_global_newton
     closer%tolerance = 0.01_wp*controls%tolerance
@@ -118,17 +132,17 @@ contains
     report%products = report%products + polish%products
     report%residual = polish%residual
     report%worst_point = polish%worst_point
-  end subroutine solve_closely
+  end subroutine solve_more_closely
 
-  !> How the balance answers the centre: -Q^T dr/dc.
-  subroutine find_resistance(problem, floating, x_free, controls, r, resistance)
+  !> How the reactions answer the centre, dr/dc, and the balance: -Q^T dr/dc.
+  subroutine find_resistance(problem, floating, x_free, controls, r, response, resistance)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
     real(wp), intent(in) :: x_free(:)          !! (n_rows) [length]
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: r(:, :)            !! (3,n_points) solution at the centre [force]
+    real(wp), contiguous, intent(inout) :: response(:, :)   !! (n_rows,n_seen) out [force/length]
     real(wp), contiguous, intent(inout) :: resistance(:, :) !! (n_seen,n_seen) out [force/length]
-    real(wp) :: response(problem%n_rows, floating%n_seen)
 
     call response_to_shifts(problem, x_free, controls, r, floating%q, response)
     associate (q => floating%q, n => problem%n_rows, m => floating%n_seen)

@@ -22,8 +22,9 @@ module floating_search_mod
   use controls_mod, only: contact_controls_t, solver_auto
   use increment_report_mod, only: ended_unbalanced, ended_stalled
   use compliance_mod, only: is_map
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows
   use floating_mod, only: floating_t, shift_of
+  use newton_iterate_mod, only: residual_at
   use floating_centre_mod, only: drift_t, centre_t, solve_at_centre, sees_nothing, find_resistance
   use growing_friction_mod, only: friction_shares
   use joint_newton_mod, only: solve_jointly
@@ -44,6 +45,7 @@ module floating_search_mod
   ! How many times more the next leap is damped after one that gained nothing, one that led far off,
   ! and one that led where contact is not solved either.
   real(wp), parameter :: more = 10.0_wp, much_more = 1.0e3_wp, most_more = 1.0e6_wp
+  real(wp), parameter :: another = 0.1_wp           !! leap: differs by so much from the last [-]
   integer,  parameter :: max_lines = 30             !! searches along e
   integer,  parameter :: max_on_line = 80           !! centres on one of them
   integer,  parameter :: largest_joint = 150        !! rows up to which all starts are tried then
@@ -67,7 +69,9 @@ module floating_search_mod
     real(wp), allocatable :: first(:)          !! (n_seen) centre where it began [length]
     real(wp), allocatable :: r_first(:, :)     !! (3,n_points) reactions there [force]
     real(wp), allocatable :: load(:)           !! (n_seen) of the loads on the motions [force]
+    real(wp), allocatable :: response(:, :)    !! (n_rows,n_seen) dr/dc at the best [force/length]
     real(wp), allocatable :: resistance(:, :)  !! (n_seen,n_seen) -de/dc at the best [force/length]
+    real(wp), allocatable :: leap(:)           !! (n_seen) from the best, the last one [length]
     real(wp) :: furthest = 0.0_wp              !! where contact is still resolved [length]
     real(wp) :: damping = least_damping        !! of the resistance of the proximal term [-]
     integer  :: since_best = 0                 !! trials
@@ -101,6 +105,7 @@ contains
     search%now%centre = search%first
     search%r_first = r
     search%now%r = r
+    allocate (search%leap(floating%n_seen), source=0.0_wp)
     n_lines = 0
     recentre: do i = 1, max_recentrings
       x_free = search%x_start + matmul(floating%q, search%now%centre)
@@ -347,20 +352,23 @@ contains
     real(wp), intent(in) :: x_free(:)              !! (n_rows) of the last trial [length]
     type(contact_controls_t), intent(in) :: controls
     type(search_t), intent(inout) :: search
-    real(wp) :: resistance(floating%n_seen, floating%n_seen), way(floating%n_seen), far
+    real(wp) :: resistance(floating%n_seen, floating%n_seen), far
+    real(wp) :: response(problem%n_rows, floating%n_seen)
+    real(wp), dimension(floating%n_seen) :: way, leap
 
     associate (now => search%now, best => search%best)
       resistance = 0.0_wp
       if (search%since_best == 0) then
         search%damping = max(least_damping, search%damping/30.0_wp)
-        call find_resistance(problem, floating, x_free, controls, now%r, resistance)
+        call find_resistance(problem, floating, x_free, controls, now%r, response, resistance)
+        search%response = response
         search%resistance = resistance
         search%is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
       end if
       if (search%is_flying .and. search%since_best < max_worse .and. now%is_solved) then
         ! From free flight the first leap goes too far into an obstacle; the next bring it back.
         if (search%since_best > 0) call find_resistance(problem, floating, x_free, controls, &
-          now%r, resistance)
+          now%r, response, resistance)
         way = now%centre - search%first
         far = longest_leap*norm2(way + floating%theta*now%e)
         way = way + damped_step(resistance, now%e, least_damping/floating%theta)
@@ -369,15 +377,36 @@ contains
         return
       end if
       if (search%since_best > 0) search%damping = min(most_damping, search%damping*more_damping())
+      damp: do
+        leap = damped_step(search%resistance, best%e, search%damping/floating%theta)
+        if (search%since_best == 0 .or. search%damping >= most_damping) exit damp
+        ! Another damping that leaves the leap as it was comes to the same.
+        if (norm2(leap - search%leap) > another*norm2(search%leap)) exit damp
+        search%damping = min(most_damping, more*search%damping)
+      end do damp
+      search%leap = leap
       way = best%centre - search%first
       far = max(search%furthest, norm2(way) + floating%theta*norm2(best%e))
-      way = way + damped_step(search%resistance, best%e, search%damping/floating%theta)
+      way = way + leap
       if (norm2(way) > far) way = way*(far/norm2(way))
       now%centre = search%first + way
-      now%r = best%r
+      call foresee(search%x_start + matmul(floating%q, now%centre), now%centre - best%centre)
     end associate
 
   contains
+
+    !> The reactions to start from there: those of the best centre, or what they become by their
+    !> derivative, whichever leave less of the laws.
+    subroutine foresee(x, change)
+      real(wp), intent(in) :: x(:)      !! (n_rows) gaps and slips without reactions [length]
+      real(wp), intent(in) :: change(:) !! (n_seen) of the centre [length]
+      real(wp) :: foreseen(3, problem%n_points)
+
+      search%now%r = search%best%r
+      foreseen = search%best%r + unpack_rows(problem, matmul(search%response, change))
+      if (norm2(residual_at(problem, x, foreseen)) < norm2(residual_at(problem, x, &
+        search%best%r))) search%now%r = foreseen
+    end subroutine foresee
 
     !> How many times more the next leap is damped.
     pure real(wp) function more_damping()

@@ -20,7 +20,7 @@ module global_newton_mod
   public :: solve_by_global_newton, response_to_shifts
 
   integer,  parameter :: max_iterations = 60
-  integer,  parameter :: exact_response = 1000  !! rows up to which responses are factorised
+  integer,  parameter :: exact_response = 3000  !! rows up to which responses are factorised
   real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
   real(wp), parameter :: shortest_step = 1.0e-3_wp
