@@ -108,8 +108,8 @@ contains
     sees_nothing = all(abs(centre%left_seen) <= centre%small)
   end function sees_nothing
 
-  !> Solve a proximal problem that is solved to the tolerance as far below it as the same solver gets
-  !> without others.
+  !> Solve a proximal problem that is solved to the tolerance, as far below it as the same solver
+  !> gets without others.
   subroutine solve_more_closely(problem, x_free, controls, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)       !! (n_rows) [length]
