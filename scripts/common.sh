@@ -20,7 +20,8 @@ system_python=/usr/bin/python3
 }
 
 install=yes
-jobs=$(nproc 2>/dev/null || echo 2)
+processors=$(nproc 2>/dev/null || echo 2)
+jobs=$processors
 
 say() {
   printf 'bipot: %s\n' "$*" >&2

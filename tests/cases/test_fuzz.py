@@ -24,15 +24,15 @@ class Fuzz(unittest.TestCase):
         self.assertIn(": 0 findings", done.stdout)
 
     def test_mutated_decks(self):
-        self.find_nothing("fuzz_decks.py", "--count", "80", "--seed", "41", "--runs", "0.3")
+        self.find_nothing("fuzz_decks.py", "--count", "40", "--seed", "41", "--runs", "0.3")
 
     def test_mutated_decks_in_one_process(self):
         self.assertTrue(SERVER.exists(), f"{SERVER} is not built")
-        self.find_nothing("fuzz_decks.py", "--count", "1500", "--seed", "42", "--runs", "0",
+        self.find_nothing("fuzz_decks.py", "--count", "600", "--seed", "42", "--runs", "0",
                           "--server", str(SERVER))
 
     def test_damaged_problems(self):
-        self.find_nothing("fuzz_fclib.py", "--count", "120", "--seed", "43")
+        self.find_nothing("fuzz_fclib.py", "--count", "50", "--seed", "43")
 
 
 if __name__ == "__main__":

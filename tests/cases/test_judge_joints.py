@@ -344,8 +344,8 @@ class Decks(unittest.TestCase):
         self.assertTrue(any(b.fixed for t in steps for b in t.boundaries))
 
     def test_random_decks(self):
-        decks, seed = ("40", "1") if RELEASE else ("8", "1001")
-        done = judge_decks("joined", "--decks", decks, "--seed", seed)
+        seed = "1" if RELEASE else "1001"
+        done = judge_decks("joined", "--decks", "8", "--seed", seed)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 

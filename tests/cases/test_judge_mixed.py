@@ -151,11 +151,11 @@ class Decks(unittest.TestCase):
     def test_random_decks(self):
         done = subprocess.run(
             [sys.executable, "-B", str(SOURCE / "tests" / "judge" / "mixed.py"),
-             "--bipot", PROGRAM, "--decks", "8", "--seed", "1300"],
+             "--bipot", PROGRAM, "--decks", "4", "--seed", "1300"],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual(done.stdout.strip(), "{'right': 8}")
+        self.assertEqual(done.stdout.strip(), "{'right': 4}")
 
 
 if __name__ == "__main__":

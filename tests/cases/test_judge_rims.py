@@ -390,8 +390,8 @@ class Decks(unittest.TestCase):
                          {"SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
 
     def test_random_decks(self):
-        decks, seed = ("16", "1") if RELEASE else ("5", "1001")
-        done = judge_decks("rims", "--decks", decks, "--seed", seed)
+        seed = "1" if RELEASE else "1001"
+        done = judge_decks("rims", "--decks", "5", "--seed", seed)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 

@@ -534,7 +534,7 @@ class Accuracy(unittest.TestCase):
         self.assertIn("begins again at finite strain", less.output)
 
     def test_within_time_and_memory(self):
-        for bound in (("--memory", "60MB"), ("--time", "4")):
+        for bound in (("--memory", "60MB"), ("--time", "2")):
             with self.subTest(bound=bound):
                 run = Run(block(SVK), "--nlgeom", "auto", *bound, name="deck", n=4, steps=2)
                 self.assertEqual(run.status, 0, run.errors)
