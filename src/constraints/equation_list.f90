@@ -17,7 +17,11 @@ module equation_list_mod
   private
 
   public :: equation_list_t, add_equation, join_equations, refuse_held, refuse_loose, &
-    mark_named, dof_in_words
+    mark_named, dof_in_words, held_though_dependent
+
+  !> Of a degree of freedom that stands before it.
+  character(*), parameter :: held_though_dependent = ' depends on others here, and a *BOUNDARY '// &
+    'prescribes it: prescribe the others, or name another term first'
 
   !> All of a deck, one after the other; constraints without order.
   type :: equation_list_t
@@ -179,8 +183,7 @@ contains
           end if
         end if
       end associate
-      words = ' depends on others here, and a *BOUNDARY prescribes it: prescribe the others, '// &
-        'or name another term first'
+      words = held_though_dependent
     end function carried_in_words
 
   end subroutine refuse_held

@@ -12,7 +12,8 @@
 module local_axes_mod
   use cards_mod, only: keep_reading, reader_t, report
   use constraints_mod, only: constraints_t
-  use equation_list_mod, only: add_equation, dof_in_words, equation_list_t
+  use equation_list_mod, only: add_equation, dof_in_words, equation_list_t, &
+    held_though_dependent
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t, nodal_value_t
   use mesh_draft_mod, only: add_node_beside
@@ -227,8 +228,7 @@ contains
         end if
         l = findloc(of%held .and. of%equation > 0, .true., dim=1)
         if (l > 0 .and. of%kind == aslant) call tell(equations%position(of%equation(l)), &
-          dof_in_words(model, node, l)//' depends on others here, and a *BOUNDARY prescribes '// &
-          'it: prescribe the others, or name another term first')
+          dof_in_words(model, node, l)//held_though_dependent)
       end associate
     end do
 

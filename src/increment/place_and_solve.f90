@@ -16,8 +16,9 @@ module place_and_solve_mod
   use follow_bodies_mod, only: follow_t, begin_following, next_place
   use rigid_modes_mod, only: free_motions_t, add_motions, follow_turns
   use turning_couplings_mod, only: turned_constraints
-  use condensed_contact_mod, only: condensed_contact_t, condense_contact, count_rows, &
-    is_on_bodies, neutral_motions, are_left_out
+  use condensed_contact_mod, only: condensed_contact_t, count_rows, is_on_bodies, &
+    neutral_motions, are_left_out
+  use condense_contact_mod, only: condense_contact
   use near_points_mod, only: near_points
   use neutral_motions_mod, only: led_t
   use step_solver_mod, only: step_solver_t

@@ -24,7 +24,8 @@ module step_solver_mod
   use bodies_mod, only: tangent_at
   use contact_interface_mod, only: interface_dofs
   use placement_mod, only: placement_t, place_undeformed
-  use condensed_contact_mod, only: condensed_contact_t, find_groups, condense_contact
+  use condensed_contact_mod, only: condensed_contact_t, find_groups
+  use condense_contact_mod, only: condense_contact
   use step_loads_mod, only: resolve_loads
   use load_response_mod, only: load_response_t, respond_to_loads
   implicit none

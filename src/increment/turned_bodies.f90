@@ -16,7 +16,7 @@ module turned_bodies_mod
   use load_response_mod, only: follow_surfaces
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse, moved_by
-  use condensed_contact_mod, only: condense_contact
+  use condense_contact_mod, only: condense_contact
   use placement_mod, only: placement_t
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t

@@ -22,7 +22,7 @@ module make_plan_mod
   use placement_mod, only: placement_t, place_undeformed
   use node_freedom_mod, only: node_freedom_t
   use transfer_mod, only: movable, note_freedom, rows_of_points
-  use condensed_contact_mod, only: few_rows
+  use condense_contact_mod, only: few_rows
   use candidate_points_mod, only: find_points, check_removed
   use contact_interface_mod, only: find_reach, interface_dofs
   use initial_overlaps_mod, only: begin_interference
