@@ -135,7 +135,7 @@ def written_down(text, parameters):
     def mesh_of(card):
         """The cards of a block's mesh."""
         words, name = card.groups()[1:], card[1]
-        counts = [round(eval(word, {}, parameters)) for word in words[:3]]  # noqa: S307
+        counts = [round(eval(word, {}, parameters)) for word in words[:3]]
         corner, size = np.reshape([float(word) for word in words[3].split(",")], (2, 3))
 
         def place(*parts):

@@ -26,7 +26,7 @@ module read_deck_mod
   use name_table_mod, only: name_table_t
   use named_sets_mod, only: keep_named_sets
   use obstacles_mod, only: obstacle_t
-  use options_mod, only: allow_options, card_t, flag_option, open_card
+  use options_mod, only: allow_options, card_t, open_card
   use parameters_mod, only: add_override, find_parameter, parameter_table_t
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
   use read_block_mod, only: read_block
