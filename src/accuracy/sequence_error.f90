@@ -18,8 +18,8 @@ module sequence_error_mod
   implicit none
   private
 
-  public :: sequence_error_t, estimate_sequence, speaks_alone, take_steps, total_error, is_enough, &
-    is_enough_but_steps, extrapolated, extrapolated_error, estimate_cuts
+  public :: sequence_error_t, estimate_sequence, speaks_alone, says_of_steps, take_steps, &
+    total_error, is_enough, is_enough_but_steps, extrapolated, extrapolated_error, estimate_cuts
 
   !> Where finer meshes lead.
   type :: course_t
@@ -204,6 +204,15 @@ contains
     speaks_alone = size(sequence%runs) == n_runs .and. sequence%recovers .and. sequence%wanted > &
       0.0_wp .and. is_of_deck(sequence%first) .and. all(sequence%runs%alone >= 0.0_wp)
   end function speaks_alone
+
+  !> Whether the next run estimates its load steps itself: what they make is found by runs of several
+  !> sizes of them, but where the first may do.
+  pure logical function says_of_steps(sequence)
+    type(mesh_sequence_t), intent(in) :: sequence
+
+    says_of_steps = .not. (sequence%divides .and. sequence%asked > 0.0_wp) .or. &
+      speaks_alone(sequence, 0)
+  end function says_of_steps
 
   !> Take what the only run says of its mesh: a part of the largest force, and as much more of what
   !> presses less.

@@ -14,7 +14,6 @@ module choices_mod
     type(mesh_size_t) :: mesh_size    !! that the scene is read with
     integer :: divisions = 1
     !! increments of the deck are cut in so many at least, where they may be cut: a power of 2
-    logical :: follows_steps = .true. !! the run estimates errors of load steps, if any is to
     integer :: runs_before = 0        !! of the process, with other meshes or divisions
     real(wp) :: tolerance = 0.0_wp    !! of contact; follows the errors of each *STEP [-]
     integer :: compliance = compliance_auto !! of the contact rows; once planned no longer AUTO

@@ -32,6 +32,7 @@ module judge_increment_mod
   use folded_faces_mod, only: find_folded
   use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
+  use sequence_error_mod, only: says_of_steps
   use inverted_elements_mod, only: find_reach, find_inverted
   use expansion_mod, only: find_free_strain
   use bodies_mod, only: is_linear
@@ -432,14 +433,17 @@ contains
     type(entries_t), intent(in) :: entries !! of obstacles between the nodes
     type(increment_report_t), intent(inout) :: report
     real(wp) :: clock
+    logical :: says_it
 
     clock = wall_seconds()
     associate (c => report%certificate)
       report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
-    if (scene%accuracy%estimates .and. solver%choices%follows_steps) call follow_coarsely(scene, &
-      plan%points, solver, progress%state, new, progress%coarse, report)
+    says_it = scene%accuracy%estimates
+    if (allocated(progress%sequence)) says_it = says_it .and. says_of_steps(progress%sequence)
+    if (says_it) call follow_coarsely(scene, plan%points, solver, progress%state, new, &
+      progress%coarse, report)
     if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
       plan%points, new, report)
     ! docs/theory.md (10.8)

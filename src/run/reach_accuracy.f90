@@ -23,7 +23,7 @@ module reach_accuracy_mod
   use shadow_run_mod, only: has_no_shadow
   use judge_theory_mod, only: judge_theory, why_kept, theory_is_followed, &
     finite_strain_follows, theory_is_set_aside
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, speaks_alone
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
   use next_run_mod, only: choice_t, is_beginning, to_run, is_reached, steps_too_coarse, &
     not_convergent, beyond_machine, is_finest, time_is_over
@@ -107,10 +107,7 @@ contains
           end if
         end if
       end if
-      ! What load steps make is found by runs of several sizes of them, but where the first may do.
       choices = choices_t(mesh_size=choice%mesh_size, divisions=choice%divisions, &
-        follows_steps=speaks_alone(sequence, 0) .or. .not. (sequence%divides .and. &
-        sequence%asked > 0.0_wp), &
         runs_before=size(sequence%runs))
       call prepare_scene(of_run, scene, choices, error, sequence%follows_theory)
       if (allocated(error)) then
