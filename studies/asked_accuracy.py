@@ -1,23 +1,29 @@
 """What --accuracy reaches, and what it costs beside the best that can be set by hand.
 
-    studies/run asked_accuracy [-o docs/studies/asked-accuracy.md] [--jobs N]
+    studies/run asked_accuracy [-o docs/studies/asked-accuracy.md] [--only NAME;...] [--page]
 
 All scenes of scenes.py, 10, 3 and 1 % of the contact resultants, ten of them 0.3 % too, of what
 the last mesh gives and, with --extrapolated, of what elements and increments without size would. By
 hand: meshes and increments, all combinations; the cheapest run that is as accurate, which only the
 truth tells. And what is common: finer meshes until the last change is less than what is asked, then
 more increments until theirs is.
+
+Rows go into studies/data/asked_accuracy.csv as each scene is done, in place of older ones; the page
+is made from that file, with --page alone.
 """
 
+import csv
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from ast import literal_eval
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 
 import numpy as np
 
+from bipot.program import built_program, program_options
 from bipot.report import machine, table
-from studies.pages import page_with_jobs
+from studies.pages import DATA, put_page
 from studies.promises import (
     HEADS,
     JUDGED,
@@ -34,6 +40,9 @@ from studies.promises import (
 from studies.scenes import LIMIT, SCENES, Outcome, run
 from studies.truths import error_of, truth
 
+KEPT = DATA / "asked_accuracy.csv"
+BEFORE = ["scene", "asked", "doubt", "s by hand", "best by hand", "s, common way", "its error"]
+VALUE = ["s", "elements", "told", "true", "runs"]
 ASKED = (0.1, 0.03, 0.01)
 ALSO_ASKED = (0.003,)
 OF_TEN = (
@@ -121,8 +130,8 @@ def of_sequence(one):
 
 
 def judge(program, scene):
-    """The rows of a scene in the page's table, and how each ended."""
-    rows, ends = [], []
+    """The rows of a scene in the file: what the page says of each value, and how it ended."""
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         true, doubt = truth(program, scene, folder)
         settings = by_hand(program, scene, folder, true)
@@ -130,21 +139,49 @@ def judge(program, scene):
             enough = [s for s in settings if s.error <= asked]
             best = min(enough, key=lambda s: s.outcome.seconds) if enough else None
             common = common_way(settings, asked)
-            row = [scene.name, f"{100 * asked:g} %", f"{100 * doubt:.1g} %",
-                   f"{best.outcome.seconds:.2g}" if best else "-", best.words if best else "-",
-                   f"{common[0]:.2g}" if common else "-",
-                   f"{100 * common[1]:.2g} %" if common else "-"]  # fmt: skip
+            before = [scene.name, f"{100 * asked:g} %", f"{100 * doubt:.1g} %",
+                      f"{best.outcome.seconds:.2g}" if best else "-", best.words if best else "-",
+                      f"{common[0]:.2g}" if common else "-",
+                      f"{100 * common[1]:.2g} %" if common else "-"]  # fmt: skip
             for options in ([], ["--extrapolated"]):
                 found, cells = ask(program, scene, folder, (asked, options), (true, doubt))
                 if found.end in ("kept", "not judged"):
                     found.of_best = found.seconds / best.outcome.seconds if best else 0.0
                     found.of_common = found.seconds / common[0] if common else 0.0
                 found.common_kept = common[1] <= asked if common else None
-                ends.append(found)
-                row += cells
-            rows.append(row)
-            print(*row, sep=" | ", file=sys.stderr, flush=True)
-    return rows, ends
+                texts = dict(zip(BEFORE + VALUE, map(str, before + cells), strict=True))
+                rows.append((texts, found))
+                print(*texts.values(), sep=" | ", file=sys.stderr, flush=True)
+    return rows
+
+
+def read_kept():
+    """The rows that are kept, in the order of the scenes: texts of the page, and how each ended."""
+    if not KEPT.is_file():
+        return []
+    order = [scene.name for scene in SCENES]
+    rows = []
+    with KEPT.open(encoding="utf-8", newline="") as file:
+        for line in csv.DictReader(file):
+            ended = Reached(**{
+                field.name: line[f"raw {field.name}"] if field.name == "end" else literal_eval(
+                    line[f"raw {field.name}"]) for field in fields(Reached)
+            })
+            rows.append(({name: line[name] for name in BEFORE + VALUE}, ended))
+    return sorted((row for row in rows if row[0]["scene"] in order),
+                  key=lambda row: order.index(row[0]["scene"]))
+
+
+def keep(rows):
+    """Put a scene's rows into the file, in place of its older ones."""
+    names = {texts["scene"] for texts, _ in rows}
+    rows = [row for row in read_kept() if row[0]["scene"] not in names] + rows
+    heads = [*BEFORE, *VALUE, *(f"raw {field.name}" for field in fields(Reached))]
+    with KEPT.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(heads)
+        for texts, ended in rows:
+            writer.writerow([*texts.values(), *map(str, asdict(ended).values())])
 
 
 def ask(program, scene, folder, wanted, known):
@@ -172,6 +209,11 @@ def ask(program, scene, folder, wanted, known):
     ]  # fmt: skip
 
 
+def spread(ratios):
+    """The median and the largest, in words."""
+    return (f"{np.median(ratios):.1f}", f"{max(ratios):.1f}") if ratios else ("-", "-")
+
+
 def summary(ends):
     """The rows of the table of promises: by what is asked, and of which value."""
     rows = []
@@ -184,8 +226,8 @@ def summary(ends):
             rows.append(
                 [
                     "extrapolated" if extrapolated else "last mesh", f"{100 * asked:g} %",
-                    len(here), *counts(here), f"{np.median(best):.1f}", f"{max(best):.1f}",
-                    f"{np.median(common):.1f}", f"{max(common):.1f}",
+                    len(here), *counts(here), *spread(best),
+                    *spread(common),
                     f"{ways.count(False)} of {len(ways)}",
                 ]
             )  # fmt: skip
@@ -204,16 +246,15 @@ def reached_where_known(ends):
     return ["Where the truth can judge what is asked, it is reached:", "; ".join(parts) + "."]
 
 
-def page(program, jobs):
-    """The page as Markdown."""
-    with ThreadPoolExecutor(jobs) as pool:
-        scenes = list(pool.map(lambda scene: judge(program, scene), SCENES))
-    rows = [row for rows, _ in scenes for row in rows]
-    ends = [end for _, ends in scenes for end in ends]
+def page(kept):
+    """The page as Markdown, of the rows that are kept."""
+    ends = [end for _, end in kept]
     last, extrapolated = ([e for e in ends if e.extrapolated == of] for of in (False, True))
-    value = ["s", "elements", "told", "true", "runs"]
-    head = ["scene", "asked", "doubt", "s by hand", "best by hand", "s, common way", "its error",
-            *value, *(f"{name}, extrapolated" for name in value)]  # fmt: skip
+    rows = [
+        [*one.values(), *(other[name] for name in VALUE)]
+        for (one, _), (other, _) in zip(kept[::2], kept[1::2], strict=True)
+    ]
+    head = [*BEFORE, *VALUE, *(f"{name}, extrapolated" for name in VALUE)]
     head_of_summary = ["of", "asked", "scenes", *HEADS, "over best, median", "most",
                        "over common way, median", "most", "common way wrong"]  # fmt: skip
     return "\n".join(
@@ -253,8 +294,18 @@ def page(program, jobs):
 
 
 def main():
-    """Make the page as the command line says."""
-    page_with_jobs(__doc__, page)
+    """Run the scenes that are asked for, and write data and page."""
+    options = program_options(__doc__)
+    options.add_argument("-o", dest="page", type=Path, help="write the page here")
+    options.add_argument("--only", default="", help="scenes, by parts of their names")
+    options.add_argument("--page", dest="page_alone", action="store_true", help="no runs")
+    options = options.parse_args()
+    if not options.page_alone:
+        program = built_program(options.bipot.resolve())
+        for scene in SCENES:
+            if any(part in scene.name for part in options.only.split(";")):
+                keep(judge(program, scene))
+    put_page(page(read_kept()), options.page)
 
 
 if __name__ == "__main__":

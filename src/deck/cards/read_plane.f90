@@ -27,7 +27,7 @@ module read_plane_mod
   !> Keywords that are not available beside axisymmetric elements, and what to do instead.
   type :: unavailable_t
     character(19) :: keyword
-    character(80) :: instead
+    character(84) :: instead
   end type unavailable_t
 
   type(unavailable_t), parameter :: unavailable(*) = [ &
