@@ -191,7 +191,7 @@ contains
       if (.not. h(1) > h(2)) return
       here = size_of(correction, 1.0_wp)
       apart = size_of(correction - step_correction(sequence, coarse(:m), k, m), 1.0_wp)
-      if (part*here > 0.0_wp) part = min(part, max(least_part, error_of_difference(h, apart)/here))
+      if (here > 0.0_wp) part = min(1.0_wp, max(least_part, error_of_difference(h, apart)/here))
     end associate
   end function part_on_finer_mesh
 

@@ -118,8 +118,8 @@ class Free(unittest.TestCase):
 
     def test_a_tower_of_blocks(self):
         """Contact alone holds two of three blocks, which are one column in uniaxial stress."""
-        stress, _ = uniaxial(0.7)
-        for press in (f"9000, 3, 3, {-3 * 0.3}", f"*CLOAD\n9000, 3, {stress}"):
+        stress, _ = uniaxial(0.87)
+        for press in (f"9000, 3, 3, {-3 * 0.13}", f"*CLOAD\n9000, 3, {stress}"):
             with self.subTest(press=press):
                 run = Run(TOWER.format(law=NEO, press=press), name="tower")
                 self.assertEqual(run.status, 0, run.errors)
@@ -130,7 +130,13 @@ class Free(unittest.TestCase):
                         force = result.pairs[name].resultant[-1]
                         self.assertAlmostEqual(abs(force[2]), -stress, delta=1e-6)
                     strain = result.field("strain", -1)
-                np.testing.assert_allclose(strain[:, 2], np.log(0.7), rtol=1e-7)
+                np.testing.assert_allclose(strain[:, 2], np.log(0.87), rtol=1e-7)
+
+    def test_a_tower_that_is_pressed_too_far(self):
+        """From 16 % on a force to the right moves the top to the left: it would sway."""
+        run = Run(TOWER.format(law=NEO, press=f"9000, 3, 3, {-3 * 0.2}"), name="tower")
+        self.assertEqual(run.status, 2, run.errors)
+        self.assertIn("unstable (2 motions of the body", run.errors)
 
     def test_a_block_between_plates_that_turn(self):
         """Friction alone holds a block between two rigid plates that turn by 90 degrees."""
