@@ -205,8 +205,8 @@ contains
       0.0_wp .and. is_of_deck(sequence%first) .and. all(sequence%runs%alone >= 0.0_wp)
   end function speaks_alone
 
-  !> Whether the next run estimates its load steps itself: what they make is found by runs of several
-  !> sizes of them, but where the first may do.
+  !> Whether the next run estimates its load steps itself: what they make is found by runs of
+  !> several sizes of them, but where the first may do.
   pure logical function says_of_steps(sequence)
     type(mesh_sequence_t), intent(in) :: sequence
 
