@@ -510,7 +510,7 @@ costs what `--theory` does; where it is not, that and the finite run.
 
 - Other equilibria: a shadow run stays near the linear one. What buckles only at a larger load
   than the last is not seen. A plain run, of which nothing is asked, looks at no stability.
-- Stability is that of the mesh: one that is too stiff buckles later.
+- A mesh that is too stiff buckles at a higher load than the body.
 - Stability is looked at at the ends of steps alone, with the deck's law.
 - Couplings whose reference node turns and surfaces with SMALL SLIDING have no shadow run, nor have
   bodies that are solved for by iteration: the bound stays. Of the first two a note says so.
