@@ -55,7 +55,7 @@ class Continued(unittest.TestCase):
     def check(self, deck):
         whole = Run(deck, name="deck")
         self.assertEqual(whole.status, 0, whole.errors)
-        parts = Run(deck, "--continue", name="deck", ended_at=("2", "1"))
+        parts = Run(deck, "--continue", name="deck", ended_at=("1", "1"))
         self.assertEqual(parts.status, 0, parts.errors)
         with h5py.File(whole.file) as one, h5py.File(parts.file) as other:
             self.assertTrue(other["run"].attrs["continued"].strip())
