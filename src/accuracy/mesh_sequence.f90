@@ -207,7 +207,6 @@ contains
     type(mesh_sequence_t), intent(inout) :: sequence
 
     sequence%theory = theory_spoils
-    sequence%follows_theory = .false.
     sequence%wanted = sequence%asked
   end subroutine set_theory_aside
 

@@ -42,6 +42,7 @@ program bipot
   end if
   if (allocated(error)) then
     call write_to(standard_error, error%message//new_line('a'))
+    if (allocated(error%kept)) call write_to(standard_error, error%kept//new_line('a'))
     exit_status = error%exit_status
   end if
   call end_ranks(exit_status)

@@ -17,9 +17,10 @@ module errors_mod
   !> What went wrong, in words for the user, and the exit status it leads to.
   type :: error_t
     character(:), allocatable :: message !! one or more lines, no trailing newline
+    character(:), allocatable :: kept    !! a line more: what is left of the run; need not be there
     integer :: exit_status = exit_wrong_input
-    logical :: is_instability = .false. !! the equilibrium is there, and unstable
-    logical :: holds_on_all_meshes = .false. !! finer elements change nothing
+    integer :: n_meshes = 0
+    !! that show it, each finer than the one before, until it holds on all; 0: any may be without it
   end type error_t
 
 contains

@@ -44,7 +44,7 @@ module judge_increment_mod
     estimate_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
-    refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words
+    refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_unknown_stability, note_lost_shadow, note_settled
@@ -340,6 +340,7 @@ contains
       error%message = error%message//new_line('a')// &
         '  The equilibrium where this increment begins '//is//' unstable'// &
         unstable_in_words(stability)
+      if (.not. is_hint(stability)) error%n_meshes = meshes_that_buckle(scene%mesh)
     else if (.not. is_linear(scene) .and. solved%report%ending == ended_out_of_balance .and. &
       is_extra(solved%increment%position)) then
       what = 'there is'
@@ -347,6 +348,7 @@ contains
       error%message = error%message//new_line('a')// &
         '  Where smaller increments do not help, '//what//' no equilibrium nearby, and the '// &
         'body would jump to another one'
+      error%n_meshes = 2
     end if
   end subroutine explain_by_instability
 
@@ -391,7 +393,7 @@ contains
     if (is_hint(stability)) then
       call note_unstable(solved%increment, stability, notes)
     else
-      call refuse_unstable(solved%increment, stability, error)
+      call refuse_unstable(scene%mesh, solved%increment, stability, error)
     end if
   end subroutine judge_stability
 

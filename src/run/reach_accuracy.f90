@@ -10,8 +10,6 @@ module reach_accuracy_mod
   use resource_limits_mod, only: memory_left, release_freed_memory
   use system_mod, only: cpu_seconds
   use mesh_size_mod, only: blocks_t, relative_size, is_same_size
-  use cells_mod, only: hexahedron_20_reduced
-  use mesh_mod, only: kind_c3d8
   use controls_mod, only: accuracy_controls_t, accuracy_of_resultants, &
     subject_in_words, allowed_error
   use scene_mod, only: scene_t
@@ -75,8 +73,8 @@ contains
     type(console_t) :: of_console
     type(tally_t) :: tally
     type(run_theory_t) :: spoiling !! what small strain leaves out, where that is too much
-    integer :: n_skipped, across, verdict
-    logical :: continues, is_again, can_follow, was_unstable
+    integer :: n_skipped, n_alike, across, verdict
+    logical :: continues, is_again, can_follow
 
     call check_options(options, error)
     if (allocated(error)) return
@@ -85,7 +83,7 @@ contains
     call begin()
     of_run = options
     n_skipped = 0
-    was_unstable = .false.
+    n_alike = 0
     continues = goes_on(options, deck)
     runs: do
       call release_freed_memory()
@@ -141,7 +139,7 @@ contains
         if (error%exit_status /= exit_not_solved .or. .not. may_skip()) return
         if (.not. console%quiet) call say('note: '//to_text(scene%mesh%n_elements)// &
           ' elements are too few: '//error%message)
-        was_unstable = error%is_instability
+        n_alike = merge(n_alike + 1, 0, error%n_meshes > 0)
         deallocate (error)
         n_skipped = n_skipped + 1
         call skip_mesh(sequence, choice%mesh_size)
@@ -203,15 +201,9 @@ contains
     end subroutine repeat_last
 
     !> Whether a mesh that is not solved is only too coarse, as far as is known.
-    !>
-    !> Finer meshes are softer: what buckles on one buckles on all that follow. Of elements that may
-    !> be too soft on a coarse mesh the next one says so, too.
     logical function may_skip()
-      may_skip = n_skipped < most_skipped .and. is_beginning(sequence) .and. .not. &
-        error%holds_on_all_meshes
-      if (error%is_instability) may_skip = may_skip .and. .not. was_unstable .and. &
-        any(scene%mesh%element_kind /= kind_c3d8 .or. scene%mesh%connectivity%cell == &
-        hexahedron_20_reduced)
+      may_skip = n_skipped < most_skipped .and. is_beginning(sequence) .and. &
+        (error%n_meshes == 0 .or. n_alike + 1 < error%n_meshes)
     end function may_skip
 
   end subroutine reach_accuracy

@@ -17,6 +17,8 @@ module refuse_unsolved_mod
     ended_inverted, ended_out_of_balance, ended_indefinite
   use formed_compliance_mod, only: dense_bytes
   use amounts_mod, only: bytes_in_words
+  use mesh_mod, only: mesh_t, kind_c3d8
+  use cells_mod, only: hexahedron_20_reduced
   use connectivity_mod, only: corners_in
   use placement_mod, only: no_gap
   use stability_mod, only: stability_t
@@ -30,8 +32,8 @@ module refuse_unsolved_mod
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
-    refuse_unstable, refuse_jump, unstable_in_words, nodes_in_words, stretches_in_words, &
-    neo_hooke_in_words, is_solved, tolerance_in_reach, next_tolerance
+    refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle, nodes_in_words, &
+    stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, next_tolerance
 
   ! Beside displacements with contact: free sheets of elements 50 and 500 times as wide as high have
   ! 7e6 and 7e9 [-]
@@ -444,7 +446,7 @@ contains
       ' inside its master, which is more than element '// &
       to_text(scene%mesh%element_id(element))//' behind it is thick; move the bodies apart, '// &
       'or close the overlap with ADJUST= of *CONTACT PAIR')
-    error%holds_on_all_meshes = .true.
+    error%n_meshes = 1
   end subroutine refuse_deep_overlap
 
   !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or
@@ -479,14 +481,24 @@ contains
   end subroutine refuse_lost_energy
 
   !> An equilibrium that the least disturbance leaves is not what a body does.
-  subroutine refuse_unstable(increment, stability, error)
+  subroutine refuse_unstable(mesh, increment, stability, error)
+    type(mesh_t), intent(in) :: mesh
     type(increment_t), intent(in) :: increment
     type(stability_t), intent(in) :: stability !! with unstable motions
     type(error_t), allocatable, intent(out) :: error
 
     call raise_at(increment, error, 'the equilibrium is unstable'//unstable_in_words(stability))
-    error%is_instability = .true.
+    error%n_meshes = meshes_that_buckle(mesh)
   end subroutine refuse_unstable
+
+  !> How many meshes have to buckle until all finer ones do. Those are softer, so one is enough, but
+  !> for elements that may be too soft where they are large.
+  pure integer function meshes_that_buckle(mesh) result(n)
+    type(mesh_t), intent(in) :: mesh
+
+    n = merge(1, 2, all(mesh%element_kind == kind_c3d8 .and. mesh%connectivity%cell /= &
+      hexahedron_20_reduced))
+  end function meshes_that_buckle
 
   !> A solution beyond which the one before does not go on.
   subroutine refuse_jump(increment, lost, strain, error)
@@ -500,6 +512,7 @@ contains
       'off its master at once; what it does then is a matter of its inertia'//new_line('a')// &
       '  Prescribed motions instead of forces, a finer mesh at edges, or a step that ends '// &
       'before, may avoid it')
+    error%n_meshes = 2
   end subroutine refuse_jump
 
   !> In how many ways an equilibrium is unstable, and what may be done.

@@ -288,8 +288,7 @@ contains
           int(done_of_deck(scene%steps, progress%state%step, progress%state%position)), &
           plan%n_increments, resume_command())
       else if (file%n_rows > 0 .and. in_place) then
-        error%message = error%message//new_line('a')//to_text(file%n_rows)// &
-          ' increments before it are kept in '//path
+        error%kept = to_text(file%n_rows)//' increments before it are kept in '//path
       end if
       return
     end if
