@@ -388,13 +388,50 @@ B-XMAX, 1, {pull}
             self.assertEqual("the equilibrium is unstable (1 motion" in run.errors, pull < 0)
 
     def test_friction_holds(self):
-        """What sticks does not slip away; where points slide it is a note."""
-        run = Run(post("flat", 0.08, friction=0.3), name="post")
+        """A foot that spreads slides outwards on all sides, and some of it across any sway."""
+        for press, element in ((0.08, "C3D8"), (0.12, "C3D8I")):
+            run = Run(post("flat", press, friction=0.3), name="post", element=element)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertNotIn("unstable", run.output)
+        # A small force across it moves the foot by little: 0.11 of what it is of E = 1, length 1.
+        # Without friction, at 0.9 of the critical stroke, it is 255.
+        foot = "\n".join(map(str, grid("ALL", (2, 2, 4), list)[1][:, :, 0].ravel()))
+        force = f"*STEP, NLGEOM\n*STATIC\n*CLOAD\nFOOT, 1, {1e-4 / 9}\n*END STEP\n"
+        deck = post("flat", 0.12, friction=0.3).replace(
+            "*SURFACE", f"*NSET, NSET=FOOT\n{foot}\n*SURFACE", 1)
+        run = Run(deck + force, name="post", element="C3D8I")
+        with run.result() as result:
+            sways = [result.field("displacement", row)[:, 0] for row in result.step_ends]
+        self.assertLess(abs(sways[1] - sways[0]).max(), 1e-4)
+
+    def test_a_foot_that_slides_along_the_sway(self):
+        """Held across, both edges of a foot slide along the only way it can sway: a note."""
+        run = Run("""\
+*BLOCK, NAME=B, TYPE=C3D8I, NX=1, NY=1, NZ=8
+0., 0., 0., 1., 1., 8.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.05
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, FLOOR
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+B-ZMAX, 1
+B-YMIN, 2
+B-YMAX, 2
+B-ZMAX, 3, 3, -0.2
+*END STEP
+""", name="deck")
         self.assertEqual(run.status, 0, run.errors)
-        self.assertNotIn("unstable", run.output)
-        run = Run(post("flat", 0.12, friction=0.3), name="post", element="C3D8I")
-        self.assertEqual(run.status, 0, run.errors)
-        self.assertIn("may be unstable", run.output)
+        self.assertIn("the equilibrium may be unstable (1 motion", run.output)
 
 
 class Continued(unittest.TestCase):
