@@ -131,7 +131,8 @@ contains
       report%without_contact = maxval(abs(trial%u_free))/max(tiny(1.0_wp), &
         maxval(abs(new%displacement)))
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
-      if (is_settled(loop, trial, new%reaction) .and. .not. is_missed) then
+      if (is_settled(loop, trial, new%reaction, solver%choices%tolerance) .and. &
+        .not. is_missed) then
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
           join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)
@@ -152,8 +153,8 @@ contains
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
-    if (report%worst_element > 0 .or. (loop%imbalance > trial%controls%tolerance .and. .not. &
-      loop%is_linear)) then
+    if (report%worst_element > 0 .or. (loop%imbalance > max(trial%controls%tolerance, &
+      solver%choices%tolerance) .and. .not. loop%is_linear)) then
       report%converged = .false.
       report%ending = merge(ended_inverted, ended_out_of_balance, report%worst_element > 0)
       report%residual = loop%imbalance
@@ -183,16 +184,23 @@ contains
   end subroutine equilibrate
 
   !> Whether the forces balance and the points stay where they were placed, as far as either goes.
-  pure logical function is_settled(loop, trial, reaction)
+  !> Where the certificate asked for a closer balance than `asked`, that goes to rounding.
+  pure logical function is_settled(loop, trial, reaction, asked)
     type(newton_raphson_t), intent(in) :: loop
     type(trial_t), intent(in) :: trial
     real(wp), intent(in) :: reaction(:, :) !! (3,n_points) [force]
+    real(wp), intent(in) :: asked          !! balance that every increment must reach [-]
 
     ! Progress is that of the force: where nothing presses a body, all its forces are out of
     ! balance, and no part of them falls as they do.
-    is_settled = loop%imbalance <= trial%controls%tolerance .or. (loop%is_linear .and. &
-      loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
-      trial%controls%tolerance))
+    if (loop%is_linear) then
+      is_settled = loop%left > 0.5_wp*loop%last_left .and. .not. is_turned(trial, reaction, &
+        trial%controls%tolerance)
+    else
+      is_settled = loop%imbalance <= asked .and. loop%left > 0.9_wp*loop%last_left .and. &
+        loop%i > 10
+    end if
+    is_settled = is_settled .or. loop%imbalance <= trial%controls%tolerance
     is_settled = is_settled .and. are_places_settled(loop, trial%controls%tolerance)
     ! Contact was solved for what acceleration has mixed, not for the mixture.
     is_settled = is_settled .and. loop%mixed <= trial%controls%tolerance

@@ -150,6 +150,20 @@ class Friction(Case):
                     self.assertLess(abs(points.reaction[-1][:, 2]).max(), 1e-9)
 
 
+    def test_contact_alone_keeps_a_plate_from_turning(self):
+        """At finite strain, too, one increment balances the follower pressure along y."""
+        for kind in KINDS:
+            deck = block(kind, (4, 1), lambda a, b: (4 * a, b), 2.0).replace(
+                "*FRICTION\n0.0", "*FRICTION\n0.3"
+            )
+            deck += step("*BOUNDARY\n1, 1", "*DSLOAD\nATOP, P, 5.", "*NODE FILE\nCF", nlgeom=True)
+            with self.subTest(kind), self.solve(deck).result() as result:
+                self.assertEqual(len(result.history("time")), 1)
+                force = result.pairs[0].resultant[-1][1]
+                load = -result.field("applied_force")[:, 1].sum()
+                self.assertAlmostEqual(force / load, 1, 8)
+
+
 class Rigid(Case):
     """*RIGID BODY with elements of a plane."""
 
