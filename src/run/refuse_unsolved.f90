@@ -5,6 +5,7 @@ module refuse_unsolved_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text, counted
   use choices_mod, only: choices_t
+  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, master_name
   use bodies_mod, only: is_linear
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, solver_auto, &
@@ -20,6 +21,7 @@ module refuse_unsolved_mod
   use mesh_mod, only: mesh_t, kind_c3d8
   use cells_mod, only: hexahedron_20_reduced
   use connectivity_mod, only: corners_in
+  use inverted_elements_mod, only: jacobians_of
   use placement_mod, only: no_gap
   use stability_mod, only: stability_t
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
@@ -68,6 +70,16 @@ contains
     if (next <= tolerance) next = 0.0_wp
   end function next_tolerance
 
+  !> The least Jacobian of an element in the mesh, beside its largest.
+  pure real(wp) function least_of_largest(mesh, e) result(part)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: e
+
+    associate (jacobians => jacobians_of(mesh%coordinates, mesh%connectivity, e))
+      part = minval(jacobians)/maxval(jacobians)
+    end associate
+  end function least_of_largest
+
   !> A residual rounded up to one digit, with room for another order of summation; 0 where it is far
   !> above the tolerance.
   pure real(wp) function rounded_up(needed, tolerance) result(met)
@@ -115,7 +127,9 @@ contains
       words = passed()
     case (ended_inverted)
       words = 'element '//to_text(scene%mesh%element_id(report%worst_element))//' turns inside '// &
-        'out; smaller increments or a finer mesh may help'
+        'out; smaller increments, a finer mesh or a better shape of it may help (undeformed its '// &
+        'Jacobian falls to '//to_text(least_of_largest(scene%mesh, report%worst_element), 2)// &
+        ' of its largest)'
     case (ended_out_of_balance)
       words = 'the forces of finite strain do not come to balance (what is left is '// &
         to_text(report%residual, 3)//' of the largest); smaller increments may help'

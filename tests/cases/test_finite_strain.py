@@ -170,6 +170,44 @@ class Ends(unittest.TestCase):
             self.assertEqual(run.status, 2, run.output)
             self.assertRegex(run.errors, why)
 
+    def test_an_element_that_is_nearly_inside_out(self):
+        """With a middle at 0.2505 of an edge the Jacobian is 0.002 at one end, 1.998 at the other:
+        a strain of 0.01 turns the corner over, and the message says that the shape is why."""
+        deck = """
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 0., 1., 0.
+4, 0., 0., 1.
+5, 0.2505, 0., 0.
+6, 0.5, 0.5, 0.
+7, 0., 0.5, 0.
+8, 0., 0., 0.5
+9, 0.5, 0., 0.5
+10, 0., 0.5, 0.5
+*ELEMENT, TYPE=C3D10, ELSET=BODY
+1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+*NSET, NSET=STAY
+1, 3, 4, 5
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=M
+*BOUNDARY
+STAY, 1, 3
+2, 2, 3
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+2, 1, 1, 0.01
+*END STEP
+"""
+        run = Run(deck, name="bent")
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("element 1 turns inside out", run.errors)
+        self.assertIn("its Jacobian falls to 0.001 of its largest", run.errors)
+
 
 if __name__ == "__main__":
     unittest.main()
