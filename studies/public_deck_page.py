@@ -103,8 +103,8 @@ def ended(rows, variants):
     for row in rows:
         if not row.ours or (row.ours == "solved" and row.theirs == "solved"):
             continue
-        who = [f"{name} {how}" for name, how in (("bipot", row.ours), ("CalculiX", row.theirs))
-               if how not in ("", "solved")]
+        runs = (("bipot", row.ours, row.our_seconds), ("CalculiX", row.theirs, row.their_seconds))
+        who = [f"{name} {how} ({seconds:.2g} s)" for name, how, seconds in runs if how]
         note = f": {row.note}" if row.note else ""
         line = f"- `{row.deck}`: {', '.join(who)}{note}".rstrip(".") + "."
         other = [one for one in variants[row.deck] if one.compared == one.steps > 0]
@@ -156,12 +156,13 @@ def page(rows, where):
           if row.deck in LEFT and row.check != "accepted"),
         "", "## Both programs", "",
         "CalculiX runs a copy of the deck that prints all displacements and forces at the ends of",
-        "steps; a pair without `TYPE`, which it refuses, gets `SURFACE TO SURFACE`. Both are",
-        "compared at the ends of all steps that both have. Contact: the resultants of contact on",
-        "the bodies, largest difference over the largest resultant; a body's is the opposite of",
-        "the sum of the forces that CalculiX prints at its nodes. Supports: the same of the forces",
-        "at a body's nodes that supports hold. Displacements: largest difference at a node over",
-        "the largest displacement. A dash: there are none, or they are zero by symmetry. Forces on",
+        "steps; a pair without `TYPE`, which it refuses, gets `SURFACE TO SURFACE`, or `NODE TO",
+        "SURFACE` where its slave is a surface of nodes. Both are compared at the ends of all",
+        "steps that both have. Contact: the resultants of contact on the bodies, largest",
+        "difference over the largest resultant; a body's is the opposite of the sum of the forces",
+        "that CalculiX prints at its nodes. Supports: the same of the forces at a body's nodes",
+        "that supports hold. Displacements: largest difference at a node over the largest",
+        "displacement. A dash: there are none, or they are zero by symmetry. Forces on",
         "bodies with nodes that CalculiX does not print (slices that stand for elements of a",
         "plane, bolts that are cut) are left out. Times are CPU seconds.", "",
         *compared_table(sorted(compared, key=lambda row: (SOURCES.index(row.source), row.deck))),

@@ -151,11 +151,13 @@ def changed(cards, words):
     CalculiX refuses, the stiffness times F; `face` and `node` choose CalculiX's contact of faces or
     of nodes with faces; `swap` exchanges slave and master, in bipot's deck alone; `translations`
     leaves out supports of dofs 4 to 6; `full` integrates elements of first order in full, as bipot
-    does; a pair without TYPE, which CalculiX refuses, gets that
-    of faces.
+    does; a pair without TYPE, which CalculiX refuses, gets that of faces, or where its slave is a
+    surface of nodes that of nodes with faces.
     """
     factors = dict(word.split("=") for word in words if "=" in word)
     moduli = [card.numbers()[0] for card in cards if card.keyword == "ELASTIC" and card.data]
+    of_nodes = {card.option("NAME").upper() for card in cards
+                if card.keyword == "SURFACE" and (card.option("TYPE") or "").upper() == "NODE"}
     found = []
     for card, after in zip(cards, [*cards[1:], Card("*")], strict=True):
         if card.keyword == "SURFACEBEHAVIOR" and factors:
@@ -175,7 +177,8 @@ def changed(cards, words):
         elif card.keyword == "CONTACTPAIR":
             kept = [word for word in card.head.split(",")
                     if not re.match(r"\s*TYPE\s*=", word, re.IGNORECASE)]
-            kind = card.option("TYPE") or "SURFACE TO SURFACE"
+            slave = card.data[0].split(",")[0].strip().upper()
+            kind = card.option("TYPE") or KINDS["node" if slave in of_nodes else "face"]
             kind = KINDS.get(next((word for word in words if word in KINDS), ""), kind)
             data = [",".join(line.split(",")[1::-1]) if "swap" in words else line
                     for line in card.data]
