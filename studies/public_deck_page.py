@@ -101,7 +101,7 @@ def ended(rows, variants):
     """Return sentences on accepted decks that were not compared over all steps."""
     lines = []
     for row in rows:
-        if not row.ours or (row.ours == "solved" and row.theirs == "solved"):
+        if not row.ours or (row.ours == "solved" and row.theirs in ("solved", "")):
             continue
         runs = (("bipot", row.ours, row.our_seconds), ("CalculiX", row.theirs, row.their_seconds))
         who = [f"{name} {how} ({seconds:.2g} s)" for name, how, seconds in runs if how]
@@ -172,13 +172,18 @@ def page(rows, where):
     left = [f"`{row.deck}`" for row in accepted if not row.ours]
     if left:
         lines.append(f"- Accepted and not run yet: {', '.join(left)}.")
+    alone = [f"`{row.deck}` ({row.our_seconds:.2g} s)" for row in accepted
+             if row.ours == "solved" and not row.theirs]
+    if alone:
+        lines.append(f"- Solved by bipot, and not run in CalculiX yet: {', '.join(alone)}.")
     if apart:
         lines += [
             "", f"## Differences over {100 * WITHIN:g} %", "",
             "Each was run again with another contact in CalculiX's deck: `stiffness=F` is its",
             "linear stiffness times F (F times 50 E, its default for `HARD`, in place of another",
-            "law), `slope=F` its stick slope times F, `face` its contact of faces. What brings",
-            "CalculiX to bipot's result is what the difference is due to.", "",
+            "law), `slope=F` its stick slope times F, `face` its contact of faces; `once` begins",
+            "each step with an increment of all of it. What brings CalculiX to bipot's result is",
+            "what the difference is due to.", "",
             *(explained(row, variants[row.deck]) for row in apart),
         ]
     if stopped:

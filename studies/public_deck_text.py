@@ -151,8 +151,9 @@ def changed(cards, words):
     CalculiX refuses, the stiffness times F; `face` and `node` choose CalculiX's contact of faces or
     of nodes with faces; `swap` exchanges slave and master, in bipot's deck alone; `translations`
     leaves out supports of dofs 4 to 6; `full` integrates elements of first order in full, as bipot
-    does; a pair without TYPE, which CalculiX refuses, gets that of faces, or where its slave is a
-    surface of nodes that of nodes with faces.
+    does; `once` begins each step with an increment of all of it; a pair without TYPE, which
+    CalculiX refuses, gets that of faces, or where its slave is a surface of nodes that of nodes
+    with faces.
     """
     factors = dict(word.split("=") for word in words if "=" in word)
     moduli = [card.numbers()[0] for card in cards if card.keyword == "ELASTIC" and card.data]
@@ -183,6 +184,8 @@ def changed(cards, words):
             data = [",".join(line.split(",")[1::-1]) if "swap" in words else line
                     for line in card.data]
             card = Card(",".join([*kept, f" TYPE={kind}"]), data)
+        elif card.keyword == "STATIC" and "once" in words and card.data:
+            card = Card(card.head, ["{0:g}, {0:g}".format(card.numbers()[1])])
         elif card.keyword == "ELEMENT" and "full" in words:
             card = Card(re.sub(r"\b(C3D8|CPE4|CAX4)R\b", r"\1", card.head, flags=re.IGNORECASE),
                         card.data)

@@ -241,7 +241,7 @@ def run_deck(program, row, cards, options):
             program, cards, row.variant, folder, options.limit
         )
         row.note = message
-        if result is None:
+        if result is None or options.alone:
             return  # nothing to compare
         with result:
             row.theirs, row.their_seconds, printed, error = run_calculix(
@@ -291,6 +291,7 @@ def main():
     parser.add_argument("--csv", type=Path, default=KEPT, help="where rows are kept")
     parser.add_argument("--only", default="", help="parts of names of decks")
     parser.add_argument("--check", action="store_true", help="do not run what is accepted")
+    parser.add_argument("--alone", action="store_true", help="do not run CalculiX")
     parser.add_argument("--variant", default="", help="changes of CalculiX's contact")
     parser.add_argument("--limit", type=float, default=200.0, help="processor seconds a run")
     parser.add_argument("--page", dest="kept", action="store_true",
