@@ -212,12 +212,16 @@ contains
   end subroutine evaluate
 
   !> Corners of either face inside the other, and where edges cross. Some may be there twice.
+  !>
+  !> Edges cross where both ends of each lie on either side of the other, not by where their lines
+  !> meet: of edges that nearly coincide that place may be off by far more than rounding, and beyond
+  !> the end of one.
   pure subroutine collect_corners(a, b, corner, n)
     real(wp), intent(in) :: a(:, :), b(:, :)   !! (2,n) [length]
     real(wp), intent(out) :: corner(2, most)   !! [length]
     integer, intent(out) :: n
-    real(wp) :: p(2), q(2), apart(2), det, s, t
-    integer :: i, j
+    real(wp) :: of_a(2), of_b(2)
+    integer :: i, j, i_next, j_next
 
     corner = 0.0_wp
     n = 0
@@ -228,15 +232,14 @@ contains
       if (is_inside(b(:, i), a)) call append(b(:, i), corner, n)
     end do
     do i = 1, size(a, 2)
-      p = a(:, 1 + mod(i, size(a, 2))) - a(:, i)
+      i_next = 1 + mod(i, size(a, 2))
       do j = 1, size(b, 2)
-        q = b(:, 1 + mod(j, size(b, 2))) - b(:, j)
-        det = p(1)*q(2) - p(2)*q(1)
-        if (abs(det) <= rounding*norm2(p)*norm2(q)) cycle
-        apart = b(:, j) - a(:, i)
-        s = (apart(1)*q(2) - apart(2)*q(1))/det
-        t = (apart(1)*p(2) - apart(2)*p(1))/det
-        if (min(s, t) > 0.0_wp .and. max(s, t) < 1.0_wp) call append(a(:, i) + s*p, corner, n)
+        j_next = 1 + mod(j, size(b, 2))
+        of_a = [side(a(:, i), b(:, j), b(:, j_next)), side(a(:, i_next), b(:, j), b(:, j_next))]
+        of_b = [side(b(:, j), a(:, i), a(:, i_next)), side(b(:, j_next), a(:, i), a(:, i_next))]
+        if (max(minval(of_a), minval(of_b)) < 0.0_wp .and. min(maxval(of_a), maxval(of_b)) > &
+          0.0_wp) call append(a(:, i) + of_a(1)/(of_a(1) - of_a(2))*(a(:, i_next) - a(:, i)), &
+          corner, n)
       end do
     end do
   end subroutine collect_corners
@@ -255,22 +258,26 @@ contains
   pure logical function is_inside(x, face)
     real(wp), intent(in) :: x(2)
     real(wp), intent(in) :: face(:, :)  !! (2,n) [length]
-    real(wp) :: edge(2), arm(2), side, lowest, highest
-    integer :: i, n
+    real(wp) :: sides(size(face, 2))
+    integer :: i
 
-    n = size(face, 2)
-    lowest = 0.0_wp
-    highest = 0.0_wp
-    do i = 1, n
-      edge = face(:, 1 + mod(i, n)) - face(:, i)
-      arm = x - face(:, i)
-      side = edge(1)*arm(2) - edge(2)*arm(1)
-      if (abs(side) <= rounding*norm2(edge)*(norm2(edge) + norm2(arm))) cycle
-      lowest = min(lowest, side)
-      highest = max(highest, side)
+    do i = 1, size(sides)
+      sides(i) = side(x, face(:, i), face(:, 1 + mod(i, size(sides))))
     end do
-    is_inside = lowest >= 0.0_wp .or. highest <= 0.0_wp
+    is_inside = minval(sides) >= 0.0_wp .or. maxval(sides) <= 0.0_wp
   end function is_inside
+
+  !> On which side of an edge a point lies, and how far, times the edge; 0 on its line but for
+  !> rounding.
+  pure real(wp) function side(x, first, last)
+    real(wp), intent(in) :: x(2), first(2), last(2) !! the edge's ends [length]
+    real(wp) :: edge(2), arm(2)
+
+    edge = last - first
+    arm = x - first
+    side = edge(1)*arm(2) - edge(2)*arm(1)
+    if (abs(side) <= rounding*norm2(edge)*(norm2(edge) + norm2(arm))) side = 0.0_wp
+  end function side
 
   !> Sort corners by the angle at which they are seen from their mean.
   pure subroutine put_in_order(mean, corner)
