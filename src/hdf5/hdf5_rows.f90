@@ -343,18 +343,18 @@ contains
     call append(rows, c_loc(values), size(values), error, checksum=checksum)
   end subroutine append_longs
 
-  !> Append a number and hand it to the operating system; where it can be, it alone.
-  subroutine append_and_flush(file, rows, value, error)
+  !> Append numbers, one a row, and hand them to the operating system; where it can be, them alone.
+  subroutine append_and_flush(file, rows, values, error)
     type(hdf5_file_t), intent(in) :: file
     type(rows_t), intent(inout) :: rows
-    real(wp), intent(in), target :: value
+    real(wp), intent(in), contiguous, target :: values(:)
     type(error_t), allocatable, intent(inout) :: error
-    logical :: begins_chunk
+    integer(hsize_t) :: left !! of the chunk that was begun
 
-    begins_chunk = mod(rows%length, rows%of_chunk) == 0
-    call append(rows, c_loc(value), 1, error)
-    if (begins_chunk) then
-      ! It makes the file longer, which only a flush of the whole tells.
+    left = modulo(-rows%length, rows%of_chunk)
+    call append(rows, c_loc(values), size(values), error, size(values))
+    if (size(values) > left) then
+      ! A new chunk makes the file longer, which only a flush of the whole tells.
       call flush_file(file, error)
     else
       call flush_object(file, rows%name, rows%id, error)

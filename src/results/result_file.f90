@@ -5,7 +5,8 @@
 !>   1. `open_result`       after everything that can fail cheaply: deck, plan;
 !>      `reopen_result`     instead, to go on with a run that did not finish
 !>   2. `append_increment`  once an increment, then `count_increment`: with what it takes to go on
-!>                          from there (`keep_state` does that for the start)
+!>                          from there (`keep_state` does that for the start). Increments that take
+!>                          less time than counting is worth are counted together
 !>   3. `finish_result`     however the run ends
 !>
 !> The file begins beside its place, as NAME.vtkhdf.new, and takes its place when the first
@@ -13,8 +14,8 @@
 !> memory) leaves the result of an earlier run alone, and a reader never meets a file without
 !> increments.
 !>
-!> Order within an increment: data and state, then a flush, then the count of the fields, a flush,
-!> the count of the increments, a flush. So what a killed program leaves behind holds every
+!> Order of counting: data and state, then a flush, then the count of the fields, a flush, the count
+!> of the increments, a flush. So what a killed program leaves behind holds every
 !> increment that was counted, its fields with it, and the state it ended in; a later state does not
 !> hold. Only the first flush is one of the whole file. Where the last state is damaged and a run
 !> goes on from the one before, it appends again what is there already, and nothing happens.
@@ -24,6 +25,7 @@
 module result_file_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, raise, exit_ok, exit_wrong_input, exit_machine
+  use system_mod, only: wall_seconds
   use child_process_mod, only: child_t, is_child, end_child, wait_for
   use text_mod, only: string_t, to_text
   use controls_mod, only: accuracy_of_energy
@@ -42,7 +44,7 @@ module result_file_mod
   use hdf5_datasets_mod, only: read_dataset
   use result_history_mod, only: history_t, create_history, append_history, finish_row
   use result_contact_mod, only: pair_rows_t, create_contact, append_contact, pair_groups
-  use result_view_mod, only: view_t, create_view, append_step, count_step, finish_view
+  use result_view_mod, only: view_t, create_view, append_step, count_steps, finish_view
   use result_state_mod, only: slots_t, create_state, write_state, read_state
   use result_checksums_mod, only: checksums_t, create_checksums, append_checksum, seal_contents, &
     check_contents, read_increments, steps_until
@@ -65,11 +67,12 @@ module result_file_mod
   private
 
   public :: result_file_t
-  public :: open_result, open_nothing, reopen_result, append_increment, count_increment, keep_state
-  public :: keep_accuracy, finish_result
+  public :: open_result, open_nothing, reopen_result, append_increment, count_increment
+  public :: count_appended, keep_state, keep_accuracy, finish_result
   public :: sidecars_of
 
   integer, parameter :: n_sidecars = 4
+  real(wp), parameter :: may_be_lost = 0.2_wp !! by a kill, of increments that are done [s]
 
   !> An open result file.
   type :: result_file_t
@@ -90,8 +93,8 @@ module result_file_mod
     !! nodes, elements, numbers that a mixed mesh has in XDMF
     integer,           private :: cell = 0            !! of all elements; 0: they are several
     integer,           private :: row = 0             !! of the increment appended last
-    real(wp),          private :: time = 0.0_wp       !! and its end
-    logical,           private :: has_fields = .false. !! and whether it brought fields
+    real(wp), allocatable, private :: state(:)        !! it ended in, where it is not counted yet
+    real(wp),          private :: counted_at = 0.0_wp !! wall time of the last count [s]
     logical,           private :: is_broken = .false. !! something could not be written
   end type result_file_t
 
@@ -342,32 +345,45 @@ contains
       call append_fields(file%references, source, checksum, error)
       call append_prints(file%prints, source, checksum, error)
       call append_history(file%history, state, report, scene%mesh, plan%points, checksum, error)
-      call append_checksum(file%checksums, checksum, file%view%n_steps + merge(1, 0, due), error)
+      call append_checksum(file%checksums, checksum, file%view%n_steps, error)
     end if
     file%row = state%increments_done
-    file%time = state%time
-    file%has_fields = due
     file%is_broken = allocated(error)
   end subroutine append_increment
 
-  !> See the increment that was appended safely to the disk, with what it takes to go on from it,
-  !> and count it.
+  !> Count the increment that was appended, with what it takes to go on from it; at once, where more
+  !> than the time that a kill may cost has gone by since one was counted.
   subroutine count_increment(file, numbers, error)
     type(result_file_t), intent(inout) :: file
     real(wp), intent(in) :: numbers(:)
     type(error_t), allocatable, intent(out) :: error
+    real(wp) :: now
 
     if (.not. file%is_kept) return
-    call write_state(file%hdf5, file%row, numbers, file%slots, error)
+    now = wall_seconds()
+    file%state = numbers
+    if (file%n_rows > 0 .and. now - file%counted_at < may_be_lost) return
+    file%counted_at = now
+    call count_appended(file, error)
+  end subroutine count_increment
+
+  !> See what was appended safely to the disk, and count it, where it is not counted.
+  subroutine count_appended(file, error)
+    type(result_file_t), intent(inout) :: file
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. allocated(file%state)) return
+    call write_state(file%hdf5, file%row, file%state, file%slots, error)
+    deallocate (file%state)
     call flush_file(file%hdf5, error)
-    if (file%has_fields) call count_step(file%hdf5, file%time, file%view, error)
+    call count_steps(file%hdf5, file%view, error)
     if (file%row > file%n_rows) then
       call finish_row(file%hdf5, file%row, error)
       if (.not. allocated(error) .and. file%n_rows == 0) call publish(file, error)
       if (.not. allocated(error)) file%n_rows = file%row
     end if
     file%is_broken = allocated(error)
-  end subroutine count_increment
+  end subroutine count_appended
 
   !> Refuse to write on into a file that has been deleted, or beside it: what is written would go
   !> with the end of the program.
@@ -456,6 +472,7 @@ contains
       call discard(file)
       return
     end if
+    if (.not. file%is_broken) call count_appended(file, error)
     if (file%is_broken) return
     call finish_view(file%view, error)
     call end_run(file%hdf5, status, counters, error)

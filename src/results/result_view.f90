@@ -2,7 +2,7 @@
 !>
 !> The mesh is stored once; every increment with fields adds a block to each of them. The tables in
 !> Steps say where its blocks begin, which is known before: they are filled for many increments at
-!> once, and cut at the end. A reader finds an increment only when it is counted (`count_step`),
+!> once, and cut at the end. A reader finds an increment only when it is counted (`count_steps`),
 !> after all of it is on disk.
 module result_view_mod
   use kinds_mod, only: wp, i1, i8
@@ -23,7 +23,7 @@ module result_view_mod
   implicit none
   private
 
-  public :: view_t, create_view, append_step, count_step, finish_view
+  public :: view_t, create_view, append_step, count_steps, finish_view
 
   integer, parameter :: filled_at_once = 64 !! entries of each table in Steps
 
@@ -35,7 +35,8 @@ module result_view_mod
 
   !> The open datasets of the group.
   type :: view_t
-    integer :: n_steps = 0 !! increments with fields
+    integer :: n_steps = 0 !! increments with fields, appended
+    real(wp), allocatable, private :: time(:) !! of those that are not counted
     type(rows_t), private :: values
     type(table_t), allocatable, private :: tables(:)
     integer, private :: n_filled = 0 !! entries that each of them has
@@ -59,6 +60,7 @@ contains
 
     view%n_steps = n_steps
     view%n_filled = n_steps
+    allocate (view%time(0))
     call list_view_fields(scene, has_contact, view%fields)
     allocate (view%tables(5 + size(view%fields)))
     allocate (view%opened(count(view%fields%written /= at_start)))
@@ -165,7 +167,7 @@ contains
       i8), 'number of the cell in XDMF and its nodes, element by element', 'number', error)
   end subroutine write_mesh
 
-  !> Append the fields of an increment. It is seen by readers after `count_step` only.
+  !> Append the fields of an increment. It is seen by readers after `count_steps` only.
   subroutine append_step(view, source, checksum, error)
     type(view_t), intent(inout) :: view
     type(field_source_t), intent(inout) :: source
@@ -183,6 +185,8 @@ contains
       end associate
     end do
     if (view%n_filled == view%n_steps) call fill_tables(view, error)
+    view%n_steps = view%n_steps + 1
+    view%time = [view%time, source%state%time]
   end subroutine append_step
 
   !> Give the tables the entries of the increments to come.
@@ -204,16 +208,16 @@ contains
   !>
   !> The number of increments comes before the time of the last: VTK fails on more times than
   !> increments, not on fewer.
-  subroutine count_step(file, time, view, error)
+  subroutine count_steps(file, view, error)
     type(hdf5_file_t), intent(in) :: file
-    real(wp), intent(in) :: time !! from the start of the run
     type(view_t), intent(inout) :: view
     type(error_t), allocatable, intent(inout) :: error
 
-    view%n_steps = view%n_steps + 1
+    if (size(view%time) == 0) return
     call write_and_flush(file, '/VTKHDF/Steps', 'NSteps', int(view%n_steps, i8), error)
-    call append_and_flush(file, view%values, time, error)
-  end subroutine count_step
+    call append_and_flush(file, view%values, view%time, error)
+    view%time = view%time(:0)
+  end subroutine count_steps
 
   !> Cut what the tables have beyond the last increment.
   subroutine finish_view(view, error)

@@ -36,7 +36,7 @@ module run_mesh_mod
   use result_run_mod, only: run_finished, run_settled, run_not_solved, run_stopped, run_failed
   use result_claims_mod, only: take_arithmetic
   use result_file_mod, only: result_file_t, open_result, open_nothing, reopen_result, &
-    keep_accuracy, finish_result
+    count_appended, keep_accuracy, finish_result
   use command_line_mod, only: options_t, resume_command
   use tally_mod, only: tally_t, note_sizes, list_counters, theory_of
   use export_problems_mod, only: exports_t, choose_rows
@@ -263,6 +263,8 @@ contains
     progress%tally%total_time = progress%tally%earlier_time + wall_seconds() - console%started
     call note_sizes(solver, progress%tally)
     if (file%is_kept) then
+      call count_appended(file, closing)
+      if (allocated(closing) .and. .not. allocated(error)) error = closing
       inquire (file=path, size=written)
       progress%tally%file_bytes = real(max(0_i8, written), wp)
     end if

@@ -223,10 +223,13 @@ BODY-ZMAX, 3, 3, -0.01
                     env={**os.environ, **environment},
                 )
 
-            library = os.environ["BIPOT_KILL_LIBRARY"]
-            run(LD_PRELOAD=library, KILL_COUNT=str(Path(folder) / "changes"))
+            # With a clock by which each increment is counted by itself.
+            library = Path(os.environ["BIPOT_KILL_LIBRARY"])
+            clock = library.with_name("libslow_clock.so")
+            watched = {"LD_PRELOAD": f"{library}:{clock}", "LOOK": "1000"}
+            run(KILL_COUNT=str(Path(folder) / "changes"), **watched)
             changes = int((Path(folder) / "changes").read_text())
-            run("--overwrite", LD_PRELOAD=library, KILL_AT_WRITE=str(changes * 9 // 10))
+            run("--overwrite", KILL_AT_WRITE=str(changes * 9 // 10), **watched)
             with Result(Path(folder) / "r.vtkhdf") as killed:
                 self.assertIn(killed.finished, (1, 2, 3))
             done = run("--continue")

@@ -24,6 +24,7 @@ PROGRAM = os.environ.get("BIPOT", str(SOURCE / "build" / "debug" / "bipot"))
 LIBRARY = os.environ.get(
     "BIPOT_KILL_LIBRARY", str(SOURCE / "build" / "debug" / "tests" / "libkill_at_write.so")
 )
+CLOCK = str(Path(LIBRARY).with_name("libslow_clock.so"))
 HERE = Path(__file__).resolve().parent
 INPUT = SOURCE / "input"
 NAME = "run.vtkhdf"
@@ -79,11 +80,17 @@ def wait_for(condition, seconds=600.0):
 
 
 class Case:
-    """A deck with its parameters, to be run in folders of its own."""
+    """A deck with its parameters, to be run in folders of its own.
 
-    def __init__(self, deck, *options, **overrides):
+    A run that is killed has a clock that goes on by `look` milliseconds whenever it is looked at:
+    its file changes as often whatever the load, and with a second each increment is counted by
+    itself.
+    """
+
+    def __init__(self, deck, *options, look=1000, **overrides):
         """Take a path of a deck, options as they are, and --set for `overrides`."""
         self.deck = Path(deck)
+        self.watched = {"LD_PRELOAD": f"{LIBRARY}:{CLOCK}", "LOOK": str(look)}
         self.options = list(options)
         for key, value in overrides.items():
             self.options += ["--set", f"{key}={value}"]
@@ -114,7 +121,7 @@ class Case:
         """Run to the end; return how often the result file was changed."""
         count = Path(folder) / "changes"
         status, words = self.run(
-            folder, *more, prepare=prepare, LD_PRELOAD=LIBRARY, KILL_COUNT=str(count)
+            folder, *more, prepare=prepare, KILL_COUNT=str(count), **self.watched
         )
         if status != 0:
             raise AssertionError(f"{self}: status {status}\n{words}")
@@ -124,8 +131,7 @@ class Case:
         """Kill the run instead of the given change of the file; return whether it came so far."""
         environment = {"KILL_TORN": "1"} if torn else {}
         status, words = self.run(
-            folder, *more, prepare=prepare, LD_PRELOAD=LIBRARY, KILL_AT_WRITE=str(change),
-            **environment
+            folder, *more, prepare=prepare, KILL_AT_WRITE=str(change), **self.watched, **environment
         )
         if status not in (0, -signal.SIGKILL):
             raise AssertionError(f"{self}: status {status}\n{words}")

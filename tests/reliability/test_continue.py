@@ -274,6 +274,15 @@ class EveryDeck(Folder):
             kills = (0.35, 0.8) if twice else (0.6,)
             self.check(Case(INPUT / f"{name}.inp", **overrides), kills=kills)
 
+    def test_increments_that_are_counted_together(self):
+        """Of a fast run several are, with the state that the last of them ended in."""
+        words = {"n": 3, "steps": 40, "solver": "AUTO", "local": "AUTO"}
+        block = INPUT / "block.inp"
+        fast = Case(block, look=2, **words)
+        changes = [case.count_changes(self.fresh("whole")) for case in (Case(block, **words), fast)]
+        self.assertLess(changes[1], 0.5 * changes[0])
+        self.check(fast, kills=[k / 24 for k in range(10, 24)])
+
     def test_the_tangent_of_every_iteration(self):
         self.check(Case(INPUT / "rubber.inp", n=2, steps=4, press=1, tangent="NEWTON"))
 
