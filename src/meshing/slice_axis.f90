@@ -26,14 +26,14 @@ contains
   !> these, and all nodes are held along the axis at 0 in every *STEP. What is given of a node is
   !> given of the one opposite. Obstacles are planes and cylinders along the axis, and turn about it
   !> alone. Forces on nodes of elements, constraints and local directions are not looked into: such
-  !> a scene counts as none. A wedge of a body of revolution and a slice of a plate are like one
-  !> along axis 3.
+  !> a scene counts as none. Elements of a plane make slices and wedges, which are like one, along
+  !> axis 3.
   pure integer function axis_across(scene) result(axis)
     type(scene_t), intent(in) :: scene !! of the deck as written
     integer, allocatable :: opposite(:)
 
     axis = 3
-    if (scene%mesh%sector_angle > 0.0_wp .or. scene%mesh%is_plate) return
+    if (scene%mesh%sector_angle > 0.0_wp .or. scene%mesh%is_slice) return
     axis = 0
     allocate (opposite(0))
     if (scene%constraints%n > 0 .or. allocated(scene%rotations) .or. allocated(scene%local_axes) &

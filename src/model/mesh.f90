@@ -40,7 +40,7 @@ module mesh_mod
     !! (n of them) nodes that elements use, ascending: the points of a result's mesh
     real(wp) :: sector_angle = 0.0_wp
     !! of a wedge about the y axis that stands for a body of revolution; 0: none [rad]
-    logical :: is_plate = .false. !! a slice of one, whose faces move along z
+    logical :: is_slice = .false. !! of a body in plane strain, or of a plate: nothing slips along z
     real(wp) :: parts = 1.0_wp    !! so many slices or wedges have the forces of the deck
     integer :: n_nodes = 0
     integer :: n_given = 0 !! the first so many are the deck's

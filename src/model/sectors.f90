@@ -1,5 +1,5 @@
-!> Bodies of revolution, of which a wedge about the y axis is computed, and plates, of which a slice
-!> is: what forces and motions mean.
+!> Bodies of revolution, of which a wedge about the y axis is computed, and bodies in plane strain
+!> and plates, of which a slice is: what forces and motions mean.
 !> docs/theory.md section 8.
 module sectors_mod
   use kinds_mod, only: wp
@@ -12,14 +12,14 @@ module sectors_mod
 contains
 
   !> The unit vector along which nothing slips at a node, or halfway through the wedge: around the
-  !> axis, or across a plate; 0 of other bodies.
+  !> axis, or across a slice; 0 of other bodies.
   pure function no_slip_along(mesh, node, halfway) result(around)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: node
     logical, intent(in) :: halfway
     real(wp) :: around(3), x(3)
 
-    around = merge([0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp, mesh%is_plate)
+    around = merge([0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp, mesh%is_slice)
     if (.not. mesh%sector_angle > 0.0_wp) return
     x = mesh%coordinates(:, node) + mesh%origin
     if (halfway) x = [cos(0.5_wp*mesh%sector_angle), 0.0_wp, sin(0.5_wp*mesh%sector_angle)]
