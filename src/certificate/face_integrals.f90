@@ -29,6 +29,7 @@ module face_integrals_mod
   end type flat_t
 
   integer, parameter :: most = 16 !! corners that are collected
+  real(wp), parameter :: speck = 1.0e-6_wp !! of a face: a triangle that is not cut any more [-]
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of a face [-]
   ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions.
   real(wp), parameter :: point_3(3) = 0.5_wp + 0.5_wp*sqrt(0.6_wp)*[-1, 0, 1]
@@ -48,11 +49,13 @@ contains
     !! (2,3) or (2,4) corners in a plane, one after the other [length]
     type(shared_t) :: shared
     type(flat_t) :: of_slave, of_master
-    real(wp) :: corner(2, most), mean(2)
+    real(wp) :: corner(2, most), mean(2), least
     integer :: n, i
 
     call collect_corners(slave, master, corner, n)
     if (n < 3) return
+    least = speck*(area_of(slave(:, 1), slave(:, 2), slave(:, 3)) + area_of(slave(:, 1), &
+      slave(:, 3), slave(:, size(slave, 2))))
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
     of_slave = flat_face(slave)
@@ -62,8 +65,8 @@ contains
         call add_triangle(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), &
           point_3, weight_3, shared)
       else
-        call add_triangle(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), &
-          point_6, weight_6, shared)
+        call add_parts(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
+          shared)
       end if
     end do
   end function integrate_shared
@@ -75,12 +78,15 @@ contains
     real(wp), intent(in) :: slave(:, :), master(:, :)
     !! (3,n) all nodes of the faces, corners first: in the plane, and above it [length]
     type(shared_t) :: shared
-    real(wp) :: corner(2, most), mean(2)
+    real(wp) :: corner(2, most), mean(2), least
     logical :: is_polynomial
-    integer :: n, i
+    integer :: n, i, n_corners
 
     call collect_corners(slave_part, master_part, corner, n)
     if (n < 3) return
+    n_corners = merge(size(slave, 2), size(slave, 2)/2, size(slave, 2) <= 4)
+    least = speck*(area_of(slave(:2, 1), slave(:2, 2), slave(:2, 3)) + area_of(slave(:2, 1), &
+      slave(:2, 3), slave(:2, n_corners)))
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
     is_polynomial = is_straight_triangle(slave) .and. is_straight_triangle(master)
@@ -89,8 +95,8 @@ contains
         call add_curved(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
           weight_3, shared)
       else
-        call add_curved(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_6, &
-          weight_6, shared)
+        call add_curved_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
+          shared)
       end if
     end do
   end function integrate_curved
@@ -105,6 +111,41 @@ contains
       is = maxval(abs(bow)) <= off*maxval(abs(x(:, 2:3) - spread(x(:, 1), 2, 2)))
     end associate
   end function is_straight_triangle
+
+  !> Add the integrals over a triangle of the plane in parts, each with its half edges, where a
+  !> Jacobian changes much between its corners.
+  pure recursive subroutine add_curved_parts(slave, master, a, b, c, least, shared)
+    real(wp), intent(in) :: slave(:, :), master(:, :)  !! (3,n) as of `integrate_curved` [length]
+    real(wp), intent(in) :: a(2), b(2), c(2)           !! its corners [length]
+    real(wp), intent(in) :: least             !! area that is not halved [length^2]
+    type(shared_t), intent(inout) :: shared
+
+    if (area_of(a, b, c) < least .or. .not. (changes(slave) .or. changes(master))) then
+      call add_curved(slave, master, a, b, c, point_6, weight_6, shared)
+      return
+    end if
+    associate (d => 0.5_wp*(b + c), e => 0.5_wp*(c + a), f => 0.5_wp*(a + b))
+      call add_curved_parts(slave, master, a, f, e, least, shared)
+      call add_curved_parts(slave, master, b, d, f, least, shared)
+      call add_curved_parts(slave, master, c, e, d, least, shared)
+      call add_curved_parts(slave, master, d, e, f, least, shared)
+    end associate
+
+  contains
+
+    pure logical function changes(face)
+      real(wp), intent(in) :: face(:, :)
+      real(wp) :: corner(2, 3), n(size(face, 2)), normal(3), size_of(3)
+      integer :: i
+
+      corner = reshape([a, b, c], [2, 3])
+      do i = 1, 3
+        call find_place(face, corner(:, i), n, normal)
+        size_of(i) = norm2(normal)
+      end do
+      changes = maxval(size_of) > 2.05_wp*minval(size_of)
+    end function changes
+  end subroutine add_curved_parts
 
   !> Add the integrals over a triangle of the plane.
   pure subroutine add_curved(slave, master, mean, one, other, point, weight, shared)
@@ -299,6 +340,54 @@ contains
       corner(:, j + 1) = here
     end do
   end subroutine put_in_order
+
+  !> Add the integrals over a triangle in parts, each with its half edges, where a Jacobian changes
+  !> much between its corners.
+  pure recursive subroutine add_parts(slave, master, a, b, c, least, shared)
+    type(flat_t), intent(in) :: slave, master
+    real(wp), intent(in) :: a(2), b(2), c(2)  !! its corners [length]
+    real(wp), intent(in) :: least             !! area that is not halved [length^2]
+    type(shared_t), intent(inout) :: shared
+
+    if (area_of(a, b, c) < least .or. .not. (changes(slave) .or. changes(master))) then
+      call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
+      return
+    end if
+    associate (d => 0.5_wp*(b + c), e => 0.5_wp*(c + a), f => 0.5_wp*(a + b))
+      call add_parts(slave, master, a, f, e, least, shared)
+      call add_parts(slave, master, b, d, f, least, shared)
+      call add_parts(slave, master, c, e, d, least, shared)
+      call add_parts(slave, master, d, e, f, least, shared)
+    end associate
+
+  contains
+
+    pure logical function changes(face)
+      type(flat_t), intent(in) :: face
+      real(wp) :: jacobian(3)
+
+      jacobian = [jacobian_at(face, a), jacobian_at(face, b), jacobian_at(face, c)]
+      changes = maxval(jacobian) > 2.05_wp*minval(jacobian)
+    end function changes
+  end subroutine add_parts
+
+  pure real(wp) function area_of(a, b, c)
+    real(wp), intent(in) :: a(2), b(2), c(2) !! corners of a triangle [length]
+
+    area_of = 0.5_wp*abs((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))
+  end function area_of
+
+  pure real(wp) function jacobian_at(face, x)
+    type(flat_t), intent(in) :: face
+    real(wp), intent(in) :: x(2)   !! [length]
+    real(wp) :: n(4)
+
+    n = shapes_at(face, x)
+    associate (p => face%c(:, 2) + (n(3) + n(4))*face%c(:, 4), &
+               q => face%c(:, 3) + (n(2) + n(3))*face%c(:, 4))
+      jacobian_at = abs(p(1)*q(2) - p(2)*q(1))
+    end associate
+  end function jacobian_at
 
   !> Add the integrals over a triangle.
   pure subroutine add_triangle(slave, master, mean, one, other, point, weight, shared)

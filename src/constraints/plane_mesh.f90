@@ -104,12 +104,12 @@ contains
   end subroutine expand_plane
 
   !> Move nodes on the axis off it, by so small a part of their elements that no result shows it:
-  !> these keep all of their nodes.
+  !> these keep all of their nodes. All are moved alike: what touches there has one axis.
   subroutine open_axis(draft)
     type(mesh_draft_t), intent(inout) :: draft
-    real(wp), parameter :: hole = 1.0e-6_wp !! radius over that of the elements there [-]
+    real(wp), parameter :: hole = 1.0e-6_wp !! radius over that of the least elements there [-]
     real(wp) :: radius(draft%n_nodes)
-    integer :: e, node
+    integer :: e
 
     radius = 0.0_wp
     do e = 1, draft%n_elements
@@ -117,13 +117,10 @@ contains
         radius(nodes) = max(radius(nodes), maxval(draft%coordinates(1, nodes)))
       end associate
     end do
-    allocate (draft%on_axis(draft%n_nodes), source=.false.)
-    do node = 1, draft%n_nodes
-      if (abs(draft%coordinates(1, node)) > hole*radius(node)) cycle
-      if (.not. radius(node) > 0.0_wp) cycle
-      draft%on_axis(node) = .true.
-      draft%coordinates(1, node) = hole*radius(node)
-    end do
+    associate (r => draft%coordinates(1, :draft%n_nodes))
+      draft%on_axis = radius > 0.0_wp .and. abs(r) <= hole*radius
+      where (draft%on_axis) r = hole*minval(radius, draft%on_axis)
+    end associate
   end subroutine open_axis
 
   !> The first obstacle that is not the same all along the thickness; 0: all are.

@@ -55,6 +55,8 @@ contains
         end do
       end do
     end associate
+    ! On the axis of a body of revolution all directions across it are alike.
+    if (scene%mesh%sector_angle > 0.0_wp) points%across(3, :) = points%across(1, :)
 
   contains
 

@@ -9,7 +9,8 @@ module curved_overlap_mod
   use face_shapes_mod, only: evaluate_face, places_of_nodes, is_triangle
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
-    few_points, few_weights, some_points, some_weights, many_points, many_weights
+    few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
+    even_enough, speck
   implicit none
   private
 
@@ -110,7 +111,7 @@ contains
     !! (3,3) or (3,4) corners of the part of the master face, anticlockwise from outside [length]
     type(patch_t), intent(in), optional :: patch
     type(overlap_t) :: overlap
-    real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3)
+    real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
     integer :: n, i
 
@@ -120,12 +121,13 @@ contains
     slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
     master = of_master
     master%flat(:, :master%n) = in_plane(plane, master%x(:, :master%n))
+    whole = area_of(slave%flat(:, :merge(slave%n, slave%n/2, slave%n <= 4)))
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
       if (.not. (slave%is_affine .and. master%is_affine)) then
-        call add_points(plane, slave, master, corner, many_points, many_weights, patch, overlap)
+        call add_halved(plane, slave, master, corner, speck*whole, patch, overlap)
       else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
         call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
       else
@@ -133,6 +135,46 @@ contains
       end if
     end do
   end function find_curved_overlap
+
+  !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
+  pure recursive subroutine add_halved(plane, slave, master, corner, least, patch, overlap)
+    type(plane_t), intent(in) :: plane
+    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
+    real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
+    real(wp), intent(in) :: least         !! area that is not halved [length^2]
+    type(patch_t), intent(in), optional :: patch
+    type(overlap_t), intent(inout) :: overlap
+    real(wp) :: middle(2, 3)
+    integer :: k
+
+    if (area_of(corner) < least .or. min(evenness_of(slave), evenness_of(master)) > even_enough) &
+      then
+      call add_points(plane, slave, master, corner, many_points, many_weights, patch, overlap)
+      return
+    end if
+    middle = 0.5_wp*(corner + cshift(corner, 1, dim=2))
+    do k = 1, 3
+      call add_halved(plane, slave, master, reshape([corner(:, k), middle(:, k), &
+        middle(:, 1 + modulo(k - 2, 3))], [2, 3]), least, patch, overlap)
+    end do
+    call add_halved(plane, slave, master, middle, least, patch, overlap)
+
+  contains
+
+    !> That of the Jacobians of a face at the corners.
+    pure real(wp) function evenness_of(face)
+      type(whole_face_t), intent(in) :: face
+      real(wp) :: n(face%n), normal(3), slope(2, 2), xi(2), jacobian(3)
+      integer :: i
+
+      do i = 1, 3
+        xi = middle_of(face)
+        call locate(face, corner(:, i), xi, n, normal, slope)
+        jacobian(i) = norm2(normal)
+      end do
+      evenness_of = evenness(jacobian)
+    end function evenness_of
+  end subroutine add_halved
 
   !> Add the integrals over one triangle of an overlap, over the area of the slave face that lies
   !> above it.

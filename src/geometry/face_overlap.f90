@@ -11,7 +11,7 @@ module face_overlap_mod
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
   public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, some_points, &
-    some_weights, many_points, many_weights
+    some_weights, many_points, many_weights, evenness, even_enough, speck
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -44,6 +44,8 @@ module face_overlap_mod
   type :: two_faces_t
     real(wp) :: slave(2, 4) = 0.0_wp, master(2, 4) = 0.0_wp !! their maps [length]
     logical :: slave_is_triangle = .false., master_is_triangle = .false.
+    real(wp) :: slave_jacobian(face_corners) = 1.0_wp, master_jacobian(face_corners) = 1.0_wp
+    !! of their maps at the corners: as linear as shape functions are [length^2]
     real(wp) :: slave_height(face_corners) = 0.0_wp, master_height(face_corners) = 0.0_wp
     !! of their nodes, along the master's normal [length]
   end type two_faces_t
@@ -52,9 +54,10 @@ module face_overlap_mod
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
-  ! The triangles of a face that is nearly a triangle itself are halved so often, by the least over
-  ! the largest Jacobian at its corners: its shape functions are fractions with a pole close by.
-  real(wp), parameter :: skewed(3) = [0.3_wp, 0.15_wp, 0.05_wp] !! [-]
+  ! Where a face is nearly a triangle its shape functions are fractions with a pole close by: a
+  ! triangle is halved where the least over the largest Jacobian at its corners is less than this,
+  ! down to this part of the face.
+  real(wp), parameter :: even_enough = 0.6_wp, speck = 1.0e-6_wp !! [-]
 
   ! What a rule leaves of integrals of two shape functions over a face, beside its area, by how far
   ! the face is from a parallelogram: seven points of_few d^2, twelve of_some d^3, measured with
@@ -181,8 +184,8 @@ contains
     type(overlap_t) :: overlap
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
-    real(wp) :: normal(3), even, defect
-    integer :: n, i, halvings
+    real(wp) :: normal(3), defect
+    integer :: n, i
 
     flat = in_plane(plane, master)
     call find_common(plane, flat, polygon, n, overlap%area)
@@ -202,8 +205,9 @@ contains
     do i = 1, n
       call take_gap(faces, polygon(:, i), overlap)
     end do
-    even = min(evenness(plane%corner(:, :plane%n)), evenness(flat))
-    defect = 1.0_wp - even
+    faces%slave_jacobian = jacobians(plane%corner(:, :plane%n))
+    faces%master_jacobian = jacobians(flat)
+    defect = 1.0_wp - min(evenness(faces%slave_jacobian), evenness(faces%master_jacobian))
     associate (share => overlap%area/plane%area)
       if (of_few*defect**2*share <= negligible .or. (size(master, 2) == 3 .and. share < little)) &
         then
@@ -211,12 +215,11 @@ contains
       else if (of_some*defect**3*share <= negligible) then
         call add_fan(faces, polygon(:, :n), some_points, some_weights, overlap)
       else
-        halvings = 0
-        if (share > little) halvings = count(even < skewed)
         centre = sum(polygon(:, :n), 2)/real(n, wp)
         do i = 1, n
           corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
-          if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, halvings, overlap)
+          if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, speck*plane%area, &
+            overlap)
         end do
       end if
     end associate
@@ -265,40 +268,53 @@ contains
     end do
   end subroutine add_fan
 
-  !> Add the integrals over one triangle of an overlap, its edges halved so many times.
-  pure recursive subroutine add_halved(faces, corner, halvings, overlap)
+  !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
+  pure recursive subroutine add_halved(faces, corner, least, overlap)
     type(two_faces_t), intent(in) :: faces
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
-    integer, intent(in) :: halvings
+    real(wp), intent(in) :: least         !! area that is not halved [length^2]
     type(overlap_t), intent(inout) :: overlap
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
-    real(wp) :: middle(2, 3)
+    real(wp) :: middle(2, 3), of_slave(3), of_master(3)
     integer :: k
 
-    if (halvings == 0) then
+    do k = 1, 3
+      of_slave(k) = dot_product(faces%slave_jacobian, shape_at(faces%slave, &
+        faces%slave_is_triangle, corner(:, k)))
+      of_master(k) = dot_product(faces%master_jacobian, shape_at(faces%master, &
+        faces%master_is_triangle, corner(:, k)))
+    end do
+    if (min(evenness(of_slave), evenness(of_master)) > even_enough .or. area_of(corner) < least) &
+      then
       call add_points(faces, corner, many_points, many_weights, overlap)
       return
     end if
     middle = 0.5_wp*(corner + corner(:, next))
     do k = 1, 3
       call add_halved(faces, reshape([corner(:, k), middle(:, k), middle(:, last(k))], [2, 3]), &
-        halvings - 1, overlap)
+        least, overlap)
     end do
-    call add_halved(faces, middle, halvings - 1, overlap)
+    call add_halved(faces, middle, least, overlap)
   end subroutine add_halved
 
-  !> The least over the largest Jacobian at the corners of a flat face: 1 of a parallelogram, 0 of
-  !> one that is a triangle.
-  pure real(wp) function evenness(corner)
+  !> The Jacobians at the corners of a flat face, 1 of a triangle.
+  pure function jacobians(corner) result(jacobian)
     real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
+    real(wp) :: jacobian(face_corners)   !! [length^2]
     integer, parameter :: next(4) = [2, 3, 4, 1], last(4) = [4, 1, 2, 3]
-    real(wp) :: along(2, 4), back(2, 4), jacobian(4)
+    real(wp) :: along(2, 4), back(2, 4)
 
-    evenness = 1.0_wp
+    jacobian = 1.0_wp
     if (size(corner, 2) == 3) return
     along = corner(:, next) - corner
     back = corner(:, last) - corner
     jacobian = abs(along(1, :)*back(2, :) - along(2, :)*back(1, :))
+  end function jacobians
+
+  !> The least over the largest Jacobian: 1 of a parallelogram, 0 of what is a triangle.
+  pure real(wp) function evenness(jacobian)
+    real(wp), intent(in) :: jacobian(:) !! [length^2]
+
     evenness = minval(jacobian)/max(maxval(jacobian), tiny(1.0_wp))
   end function evenness
 

@@ -353,6 +353,37 @@ class Friction(Case):
                 support = result.field("reaction_force").sum(axis=0)
                 self.assertAlmostEqual(support[1] / -force[1], 1, 7)
 
+    def test_nothing_rubs_across_a_slice(self):
+        """Faces with mid-side nodes bend a little across it: friction acts in the plane alone."""
+        one = Mesh("CPE6", (5, 2), lambda a, b: (a, 0.6 * b), "A")
+        two = Mesh("CPE8", (2, 1), lambda a, b: (1.2 * a - 0.1, 0.6 + 0.5 * b), "B", 1000, 1000)
+        deck = one.deck + two.deck + section("A", "B") + pair("BBOTTOM", "ATOP", 0.8)
+        deck += step("*BOUNDARY\nABOTTOM-N, 1, 2\nBTOP-N, 1\nBTOP-N, 2, 2, -0.01")
+        with self.solve(deck).result() as result:
+            self.assertGreater(np.abs(result.pairs[0].reaction[-1][:, 1]).max(), 0)
+            self.assertEqual(np.abs(result.pairs[0].reaction[-1][:, 2]).max(), 0)
+
+    def test_bodies_that_touch_on_the_axis(self):
+        """One over a wider one whose nodes are elsewhere: the law holds, halves are alike."""
+        for low in AXISYMMETRIC:
+            for high in AXISYMMETRIC:
+                one = Mesh(low, (1, 2), lambda a, b: (a, 0.6 * b), "A")
+                two = Mesh(high, (2, 1), lambda a, b: (1.2 * a, 0.6 + 0.5 * b), "B", 1000, 1000)
+                deck = one.deck + two.deck + section("A", "B") + pair("ATOP", "BBOTTOM", 0.1)
+                deck += step("*BOUNDARY\nABOTTOM-N, 1, 2\nBTOP-N, 1\nBTOP-N, 2, 2, -0.01")
+                with self.subTest(f"{low} {high}"), self.solve(deck).result() as result:
+                    points = result.pairs[0]
+                    x = result.points[points.nodes]
+                    normal = points.reaction[-1][:, 0]
+                    friction = points.reaction[-1][:, 1]
+                    radius = np.hypot(x[:, 0], x[:, 2])
+                    on_axis = radius < 1e-3
+                    self.assertEqual(np.count_nonzero(friction[on_axis]), 0)
+                    across = np.isclose(x[:, 2], 0)
+                    halves = [np.sort(normal[side]) for side in (
+                        across, np.isclose(x[:, 2], radius * sin(radians(1))))]  # fmt: skip
+                    np.testing.assert_allclose(halves[0], halves[1], atol=2e-5 * normal.max())
+
     def test_a_press_fit_that_is_pulled(self):
         """Two rings, the outer one pulled along the axis until all slides."""
         for kind in AXISYMMETRIC:
