@@ -22,8 +22,6 @@ module floating_centre_mod
   real(wp), parameter :: tightest = 1.0e-14_wp !! tolerance of the proximal problems [-]
   real(wp), parameter :: closely = 1.0e-10_wp
   !! the same, which Newton's method soon reaches from looser ones [-]
-  real(wp), parameter :: by_points = 100.0_wp
-  !! times the tolerance, beside the sum of all reactions: what they leave over may do [-]
 
   !> How far the motions go, and why.
   type :: drift_t
@@ -68,9 +66,11 @@ contains
     if (is_leap .and. controls%solver == solver_auto) first_choice%solver = solver_global_newton
     call solve_contact(problem, x_free, first_choice, now%r, here, is_trial=is_leap)
     call weigh()
-    ! The balance of whole bodies sums up what single points leave over.
+    ! The balance of whole bodies sums up what single points leave over: it is asked whether that
+    ! is all. With a hundred times as much, eleven scenes took 0 to 5 % more products with W, and
+    ! where it was asked always up to 28 %.
     if (here%converged .and. problem%n_points > 0 .and. &
-      all(abs(now%left) <= by_points*controls%tolerance*sum(abs(packed)))) then
+      all(abs(now%left) <= controls%tolerance*sum(abs(packed)))) then
       call solve_more_closely(problem, x_free, first_choice, now%r, here)
       call weigh()
     end if

@@ -36,7 +36,9 @@ module proximal_newton_mod
   !! of the step after one that changed nothing: below what rows of a node contradict each other by
   !! in a stiff corner, 1e-8 to 5e-8
   real(wp), parameter :: slow = 0.3_wp           !! of the residual, left by a step
-  real(wp), parameter :: unchanged = 1.0e-2_wp   !! the same, by one that changed nothing
+  real(wp), parameter :: unchanged = 1.0e-2_wp
+  !! by which a step that changed nothing changes it: from 1e-3 to 1e-1 six scenes take the same
+  !! iterations within 2 %; without the last step a stiff corner takes 12,586 for 91 [-]
   real(wp), parameter :: alpha_of_residual = 0.3_wp
   real(wp), parameter :: far = 1000.0_wp         !! of alpha from where the inverse was taken [-]
   integer,  parameter :: widths_worth_it = 3  !! rows beside the width of a band that is worth it
