@@ -140,19 +140,21 @@ contains
 
   !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
   !> constraints.
-  subroutine leave_free(mesh, nodes, pieces, columns, prescribed, constraints, z, ok)
+  subroutine leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok, n_free)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)          !! of the body
     type(pieces_t), intent(in) :: pieces
-    integer, intent(in) :: columns(:)        !! of the motions that are looked through
     logical, intent(in) :: prescribed(:, :)
     type(constraints_t), intent(in) :: constraints !! of the scene
     real(wp), allocatable, intent(out) :: z(:, :)  !! (columns,k) orthonormal
     logical, intent(out) :: ok                     !! false: LAPACK did not converge
+    integer, intent(in), optional :: n_free        !! how many there are; left out: is found
     real(wp), allocatable :: seen(:, :), each(:, :), v(:, :), s(:), row(:)
+    integer, allocatable :: columns(:)
     real(wp) :: total
     integer :: n, n_seen, i, k, m, c
 
+    columns = moving_columns(mesh, nodes, pieces, prescribed)
     n = size(columns)
     allocate (seen(8*n + 256, n), each(count_columns(pieces), n), v(n, n), s(n), row(n))
     each = 0.0_wp
@@ -185,6 +187,7 @@ contains
     if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
     k = 0
     if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
+    if (ok .and. present(n_free)) k = n_free
     allocate (z(count_columns(pieces), k), source=0.0_wp)
     z(columns, :) = v(:, n - k + 1:)
 

@@ -224,9 +224,7 @@ contains
                  of => pack([(j, j=1, motions%n)], motions%body(:motions%n) == body))
         if (motions%is_joined(body)) then
           call several_pieces(mesh, of_body, pieces, ok)
-          if (ok) call leave_free(mesh, of_body, pieces, moving_columns(mesh, of_body, pieces, &
-            prescribed), prescribed, constraints, z, ok)
-          if (ok) ok = size(z, 2) == k
+          if (ok) call leave_free(mesh, of_body, pieces, prescribed, constraints, z, ok, k)
           if (ok) call scale_to_pins(mesh, pieces, motions%node(of), motions%dof(of), z, ok)
           if (.not. ok) return
           call keep_joined_motions(of_body, pieces, z, of, motions)
@@ -305,7 +303,7 @@ contains
         to_text(most)//' can be looked through')
       return
     end if
-    if (ok) call leave_free(mesh, nodes, pieces, columns, prescribed, constraints, z, ok)
+    if (ok) call leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
     k = 0
     if (ok) k = size(z, 2)
     if (ok .and. k == 0) return

@@ -127,8 +127,8 @@ contains
       words = passed()
     case (ended_inverted)
       words = 'element '//to_text(scene%mesh%element_id(report%worst_element))//' turns inside '// &
-        'out; smaller increments, a finer mesh or a better shape of it may help (undeformed its '// &
-        'Jacobian falls to '//to_text(least_of_largest(scene%mesh, report%worst_element), 2)// &
+        'out; smaller increments, a finer mesh or a better shape of it may help (undeformed '// &
+        'its Jacobian falls to '//to_text(least_of_largest(scene%mesh, report%worst_element), 2)// &
         ' of its largest)'
     case (ended_out_of_balance)
       words = 'the forces of finite strain do not come to balance (what is left is '// &

@@ -164,6 +164,23 @@ class Friction(Case):
                 self.assertAlmostEqual(force / load, 1, 8)
 
 
+    def test_a_plate_on_another(self):
+        """Contact alone keeps the upper one from turning, on a mesh that does not match."""
+        for kind in KINDS:
+            lower = Mesh(kind, (3, 3), lambda a, b: (a, b / 2), "B", 1000, 1000)
+            upper = Mesh(kind, (2, 2), lambda a, b: (0.1 + 0.8 * a, 0.5 + 0.4 * b))
+            deck = upper.deck + lower.deck + section("A", "B", thickness=1.3)
+            deck += pair("ABOTTOM", "BTOP", 0.5) + step(
+                "*BOUNDARY\nBBOTTOM-N, 1, 2\nATOP-N, 1", "*DSLOAD\nATOP, P, 2.",
+                "*NODE FILE\nCF", nlgeom=True,
+            )
+            with self.subTest(kind), self.solve(deck).result() as result:
+                self.assertEqual(len(result.history("time")), 1)
+                force = result.pairs[0].resultant[-1][1]
+                load = -result.field("applied_force")[:, 1].sum()
+                self.assertAlmostEqual(force / load, 1, 8)
+
+
 class Rigid(Case):
     """*RIGID BODY with elements of a plane."""
 
