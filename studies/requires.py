@@ -265,10 +265,12 @@ SCENES = (
           "asked for: `--until-steady`"),
     Scene("estimates of load steps in one increment without friction",
           changed("block", *ONE_INCREMENT), BLOCK | {"mu": 0}, None, None, None),
-    Scene("three loose blocks", given(loose), {}, None, None, None, 1),
+    Scene("three loose blocks", given(loose), {}, None, None,
+          "half of the iterations; the estimate of load steps follows the path", 3),
     Scene("mortar: `foundation`, n = 8, base = 12", of_input("foundation"), {"n": 8, "base": 12},
-          None, None, None, 3),
-    Scene("two plates of 5,041 points", given(plates), {}, None, None, None, 1),
+          None, None, "points of quadrature by the error that they leave", 3),
+    Scene("two plates of 5,041 points", given(plates), {}, None, None,
+          "the estimate of load steps follows the path", 1),
     Scene("100 planes", given(lambda: planes(100)), {}, given(lambda: planes(10)), 1.0,
           "in part: blocks near a point are compared once", 3),
     Scene("a stiff corner", given(corner), {}, None, 0.3,
@@ -278,7 +280,8 @@ SCENES = (
           "in part: W is formed where many bodies are free; faster singular values", 1),
     Scene("single precision: the block, n = 32", of_input("block"), {"n": 32, **AUTO}, None, None,
           None, 1),
-    Scene("small runs: the block, n = 4", of_input("block"), {"n": 4, **AUTO}, None, None, None),
+    Scene("small runs: the block, n = 4", of_input("block"), {"n": 4, **AUTO}, None, None,
+          "increments of less than 0.2 s are counted together"),
 )
 
 

@@ -83,6 +83,7 @@ contains
   subroutine reaction_moment(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+    real(wp) :: place(3)
     integer :: i
 
     do i = 1, source%points%n
@@ -90,10 +91,10 @@ contains
       associate (obstacle => source%scene%obstacles(source%scene%pairs(source%points%pair( &
                    i))%master), u => source%state%displacement, &
                  x => source%scene%mesh%coordinates)
-        associate (ref_node => obstacle%ref_node)
-          values(:, ref_node) = values(:, ref_node) + cross(of_slave(source%points, &
-            source%report%contact%weights, i, x + u) - x(:, ref_node) - u(:, ref_node), &
-            source%state%reaction(:, i))
+        associate (ref_node => obstacle%ref_node, weights => source%report%contact%weights)
+          place = of_slave(source%points, weights, i, x) + of_slave(source%points, weights, i, u)
+          values(:, ref_node) = values(:, ref_node) + cross(place - x(:, ref_node) - &
+            u(:, ref_node), source%state%reaction(:, i))
         end associate
       end associate
     end do

@@ -349,18 +349,19 @@ contains
   subroutine torque(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
-    real(wp) :: centre(3)
+    real(wp) :: centre(3), place(3)
     integer :: i, ref_node
 
     if (source%last < source%first) return
     ref_node = source%scene%obstacles(source%scene%pairs(source%points%pair(source%first))% &
       master)%ref_node
     centre = -source%scene%mesh%origin
-    associate (x => source%scene%mesh%coordinates, u => source%state%displacement)
+    associate (x => source%scene%mesh%coordinates, u => source%state%displacement, &
+               weights => source%report%contact%weights)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
       do i = source%first, source%last
-        values(1, :) = values(1, :) - cross(of_slave(source%points, &
-          source%report%contact%weights, i, x + u) - centre, source%state%reaction(:, i))
+        place = of_slave(source%points, weights, i, x) + of_slave(source%points, weights, i, u)
+        values(1, :) = values(1, :) - cross(place - centre, source%state%reaction(:, i))
       end do
     end associate
   end subroutine torque
