@@ -65,7 +65,7 @@ def verdict(asks):
     good = np.array([one.effectivity for one in asks if one.effectivity > 0])
     if good.size > 0:
         lines += [
-            f"Errors as told are {np.median(good):.2g} times the true ones in the median,",
+            f"The estimated errors are {np.median(good):.2g} times the true ones in the median,",
             f"0.5 to 5 times in {within(asks)}",
             f"and less than 0.3 times in {sum(good < 0.3)}.",
         ]

@@ -20,7 +20,7 @@ module errors_mod
     character(:), allocatable :: kept    !! a line more: what is left of the run; need not be there
     integer :: exit_status = exit_wrong_input
     integer :: n_meshes = 0
-    !! that show it, each finer than the one before, until it holds on all; 0: any may be without it
+    !! in turn, each finer, that have to show it until all finer ones are taken to; 0: no number
   end type error_t
 
 contains

@@ -18,10 +18,10 @@
 !> Where points slide with friction K is not symmetric. Motions that do not move these along their
 !> obstacles do no work of friction: where one of them lowers the energy no friction holds it. Those
 !> that move a point across the way that it slides lose mu r_n (|v| - v.s), of first order, and gain
-!> no more than of second: none of them begins. What only those along the way do is a hint; so it is
-!> where the work of pressures depends on the way. The curvature of masters that are surfaces is not
-!> in K. It does nothing either where no point moves along its master: then the gap changes by
-!> nothing of second order.
+!> no more than of second: none of them begins. Where only motions along the slip lower the energy
+!> that is a hint, and so it is where the work of pressures depends on the path. The curvature of
+!> masters that are surfaces is not in K. It has no effect either where no point moves along its
+!> master: then the gap does not change to second order.
 module stability_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
@@ -66,7 +66,7 @@ module stability_mod
     logical :: is_known = .false.  !! the matrix could be factorised
     integer :: n_unstable = 0      !! independent motions that lower the energy
     ! No more than a hint:
-    logical :: slides = .false.    !! all these move points on the way that they slide
+    logical :: slides = .false.    !! all these move points along their slip
     logical :: follows = .false.   !! pressures do, and have no energy; nor have moments
     logical :: bends = .false.     !! likewise on surfaces of bodies: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
@@ -78,7 +78,7 @@ module stability_mod
     real(wp), allocatable :: normal_force(:) !! (n_points) [force]
     logical, allocatable :: presses(:), sticks(:) !! (n_points)
     real(wp), allocatable :: across(:, :)
-    !! (3,n_points) a direction in which a point that slides may not move [-]; 0: it may
+    !! (3,n_points) direction across the slip that friction holds [-]; 0: none
   end type pressed_t
 
   !> The rows of B in the unknowns.
@@ -215,7 +215,7 @@ contains
     end do
   end function pressed_points
 
-  !> Let the points that slide with friction move along the way that they slide alone.
+  !> Hold the points that slide with friction across their slip.
   pure subroutine hold_across(points, state, contact)
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
