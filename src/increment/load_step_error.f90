@@ -9,6 +9,9 @@
 !> Neither sees what lies between ends that increments of both sizes have: a kink of an amplitude,
 !> or contact that begins. So where there is such an event the run beside ends at it, and goes from
 !> one to the next in halves. Where they are too many to end at, nothing is said.
+!>
+!> Where nothing remembers the path, increments of any size end in the same place: there is no error,
+!> and no run beside.
 !> docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
@@ -18,7 +21,7 @@ module load_step_error_mod
   use contact_points_mod, only: contact_points_t
   use bodies_mod, only: is_linear
   use interference_mod, only: has_interference, extra_gap_at
-  use step_contact_mod, only: changes_at
+  use step_contact_mod, only: changes_at, most_friction
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
@@ -87,6 +90,8 @@ contains
     real(wp) :: least_doubtful !! energy left over that is to be looked into
     logical :: ok, is_doubtful, in_halves, is_split
 
+    report%errors%load_steps = 0.0_wp
+    if (forgets_path(scene, points, solver)) return
     report%errors%load_steps = -1.0_wp
     in_halves = minval(scene%steps%n_increments) < few
     coarse%n_behind = coarse%n_behind + 1
@@ -263,6 +268,17 @@ contains
     end function change
 
   end subroutine follow_coarsely
+
+  !> Whether a state follows from the loads at its end alone, wherever they came from: elastic bodies
+  !> that supports hold, before flat obstacles without friction, are where their energy is least.
+  pure logical function forgets_path(scene, points, solver)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+
+    forgets_path = is_linear(scene) .and. solver%body%motions%n == 0 .and. .not. &
+      (any(most_friction(scene) > 0.0_wp) .or. any(points%is_curved))
+  end function forgets_path
 
   !> Whether points in the middle of edges have become points by themselves, or are no more.
   pure logical function have_switched(from, to)

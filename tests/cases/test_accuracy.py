@@ -124,6 +124,17 @@ class Told(unittest.TestCase):
         np.testing.assert_allclose(parts["total"][last], total[last], rtol=1e-14)
         self.assertTrue(np.all(parts["total"][~last] == -1))
 
+    def test_no_path(self):
+        """Without friction before flat obstacles any increments end in the same place."""
+        forces = []
+        for steps in (5, 20):
+            run = Run(deck("block", direct=True), name="block", n=4, steps=steps, mu=0, **AUTO)
+            with run.result() as run:
+                np.testing.assert_array_equal(run.history("error/load_steps"), 0)
+                self.assertGreater(run.history("error/total")[-1], 0)
+                forces.append(run.pairs[0].reaction[-1])
+        np.testing.assert_allclose(*forces, rtol=0, atol=1e-9 * abs(forces[0]).max())
+
     def test_one_increment(self):
         """A step of one increment without an event is held against two halves of it."""
         with Run(deck("mindlin", direct=True), name="mindlin", steps=1).result() as run:
