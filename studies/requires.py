@@ -29,11 +29,14 @@ from bipot.report import machine
 from bipot.result import Result
 from studies.deck_cards import block, deck, pair, step
 from studies.pages import StudyError, put_page, table
+from studies.speed import PHASES, limits, row_of
 
 RUNS = ROOT / "studies" / "data" / "requires.csv"
 PAGE = ROOT / "docs" / "studies" / "requires.md"
 COLUMNS = ("scene", "before", "after", "ratio", "without", "difference", "rounds", "status",
-           "load", "machine")
+           "load", "machine", "floor", "total", *PHASES)
+LONGEST = 10     # scenes of which the page says where the time goes
+TOGETHER = 16    # solutions that share a reading of the factor
 AUTO = {"solver": "AUTO", "local": "AUTO"}
 BLOCK = {"n": 14, **AUTO}
 SIDES = ("before", "after", "without")
@@ -306,6 +309,24 @@ def fields_of(path):
     return found
 
 
+def where_time_goes(path, taken, machine_limits):
+    """Return the seconds of a run by phase, and the least that its matrix takes.
+
+    That is the elimination at the rate of dense products, and its factor read twice for so many
+    solutions as can share a reading. Phases are clocked by the wall: they are scaled to `taken`,
+    the processor's seconds.
+    """
+    with Result(path) as result:
+        row = row_of(result)
+    rates = limits(machine_limits, 1)
+    of_wall = taken / row["total"]
+    return {phase: row[f"seconds_{phase}"] * of_wall for phase in PHASES} | {
+        "total": taken,
+        "floor": row["factor_flops"] / rates["dgemm"]
+        + 2 * 8 * row["factor_entries"] * math.ceil(row["solutions"] / TOGETHER) / rates["read"],
+    }
+
+
 def difference(one, other):
     """Return the largest difference of results, relative to the largest force or displacement."""
     if len(one) != len(other):
@@ -351,6 +372,7 @@ def measure(programs, scene, rounds, folder):
         ),
         "difference": same, "rounds": len(seconds["after"]), "status": status["after"],
         "load": os.getloadavg()[0], "machine": machine(),
+        **where_time_goes(results["after"], seconds["after"][-1], programs["limits"]),
     }
 
 
@@ -361,7 +383,7 @@ def read_rows():
     with RUNS.open(encoding="utf-8", newline="") as file:
         return {
             row["scene"]: {
-                name: text if name in ("scene", "machine") else float(text)
+                name: text if name in ("scene", "machine") else float(text or "nan")
                 for name, text in row.items()
             }
             for row in csv.DictReader(file)
@@ -421,8 +443,31 @@ def page(rows):
         f"{machines}; the load of its processors was {min(loads):.1f} to {max(loads):.1f}.", "",
         table(["scene", "before", "after", "ratio", "without", "wanted", "differs", "done"],
               lines), "",
-        *EXPLANATION.splitlines(),
+        *EXPLANATION.splitlines(), "",
+        *profile_lines(list(rows.values())),
     ]) + "\n"
+
+
+def profile_lines(rows):
+    """Return the lines on where the time of the longest runs goes."""
+    names = [phase for phase in PHASES if any(row[phase] > 0 for row in rows)]
+    longest = sorted((row for row in rows if not math.isnan(row["total"])),
+                     key=lambda row: -row["total"])[:LONGEST]
+    lines = [
+        [row["scene"], number(row["total"]), number(row["floor"]),
+         f"{row['total'] / row['floor']:.0f}", *(f"{row[name]:.2g}" for name in names),
+         f"{max(0.0, row['total'] - sum(row[name] for name in PHASES)):.2g}"]
+        for row in longest
+    ]
+    return [
+        f"## Where the time of the {LONGEST} longest goes", "",
+        "Seconds of the last run of this build. Floor: the operations of the elimination at the "
+        "rate of dense",
+        f"products, and the factor read twice for every {TOGETHER} solutions at the rate of "
+        "memory, both as this", "machine did them right after. Other: the certificate, energies "
+        "and all that no phase counts.", "",
+        table(["scene", "total", "floor", "times", *names, "other"], lines),
+    ]
 
 
 EXPLANATION = """\
@@ -447,6 +492,8 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bipot", default=ROOT / "build" / "bipot", type=Path)
     parser.add_argument("--before", type=Path, help="an older build")
+    parser.add_argument("--limits", type=Path,
+                        default=ROOT / "build" / "studies" / "machine_limits")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", default="", help="scenes whose name holds this")
     parser.add_argument("--page", action="store_true", help="run nothing")
@@ -456,7 +503,8 @@ def main():
         if options.before is None:
             parser.error("--before PROGRAM: what to compare with")
         after = options.bipot.resolve()
-        programs = {"before": options.before.resolve(), "after": after, "without": after}
+        programs = {"before": options.before.resolve(), "after": after, "without": after,
+                    "limits": options.limits.resolve()}
         for scene in SCENES:
             if options.only not in scene.name:
                 continue
