@@ -44,6 +44,8 @@ def look_into(wheel, carries):
     assert any(name.endswith("/LICENSE") for name in licences), licences
     libraries = [name for name in names if name.startswith("bipot.libs/")]
     assert bool(libraries) == carries, libraries
+    networks = [name for name in libraries if any(word in name for word in ("curl", "krb", "ssl"))]
+    assert not networks, networks
     if carries:
         for word in ("mumps", "openblas", "hdf5", "gfortran"):
             assert any(word in name for name in licences), f"no licence of {word}: {licences}"
