@@ -10,7 +10,7 @@ did not end.
 
 The unknowns of an increment are the free entries of the increment of displacement, so that friction
 acts on it, and the normal and tangential forces of every contact point: GetFEM's basic contact
-element, in its first version, the augmented Lagrangian of Alart and Curnier. Forces are divided by
+brick, in its first version, the augmented Lagrangian of Alart and Curnier. Forces are divided by
 the largest Young's modulus: GetFEM's residual adds forces and, from the law of contact, lengths.
 """
 
@@ -105,7 +105,7 @@ class Contact:
         model.add_initialized_data("alpha", np.ones(n))
         approach = rows_of(-self.normals, places, len(self.free))
         slip = rows_of(self.tangents.reshape(-1, 3), np.repeat(places, 2, axis=0), len(self.free))
-        model.add_basic_contact_element(
+        model.add_basic_contact_brick(
             "du", "normal", "tangential", "r", approach, slip, "friction", "gap", "alpha", 1
         )
         return model
