@@ -1,4 +1,4 @@
-!> Integrals over what two flat faces share, for the certificate.
+!> Integrals over what two faces share, for the certificate.
 !>
 !> Corners of the overlap are collected (corners of either face inside the other, crossings of
 !> edges) and put in order about their mean; each triangle between the mean and two of them has
@@ -9,7 +9,7 @@ module face_integrals_mod
   implicit none
   private
 
-  public :: shared_t, integrate_shared, integrate_curved
+  public :: shared_t, integrate_shared
 
   !> Integrals of the slave's shape functions N and the master's over what two faces share.
   type :: shared_t
@@ -20,13 +20,6 @@ module face_integrals_mod
     real(wp) :: facing(3, 8) = 0.0_wp
     !! int N_a n, n of the master; of faces with mid-side nodes alone [length^2]
   end type shared_t
-
-  !> A flat face: x = c_1 + c_2 xi + c_3 eta + c_4 xi eta, from 0 to 1 (of a triangle c_4 = 0).
-  type :: flat_t
-    integer :: n = 0
-    logical :: is_affine = .false.
-    real(wp) :: c(2, 4) = 0.0_wp     !! [length]
-  end type flat_t
 
   integer, parameter :: most = 16 !! corners that are collected
   real(wp), parameter :: speck = 1.0e-6_wp !! of a face: a triangle that is not cut any more [-]
@@ -43,40 +36,15 @@ module face_integrals_mod
 
 contains
 
-  !> The integrals; all 0 where the faces share nothing. Either face may go round either way.
-  pure function integrate_shared(slave, master) result(shared)
+  !> The integrals over what parts of two faces share; all 0 where they share nothing. Where either
+  !> has mid-side nodes: over the slave where it lies above the plane, with the shape functions of
+  !> the faces there.
+  pure function integrate_shared(slave_part, master_part, slave, master) result(shared)
+    real(wp), intent(in) :: slave_part(:, :), master_part(:, :)
+    !! (2,3) or (2,4) corners in a plane, one after the other, either way round [length]
     real(wp), intent(in) :: slave(:, :), master(:, :)
-    !! (2,3) or (2,4) corners in a plane, one after the other [length]
-    type(shared_t) :: shared
-    type(flat_t) :: of_slave, of_master
-    real(wp) :: corner(2, most), mean(2), least
-    integer :: n, i
-
-    call collect_corners(slave, master, corner, n)
-    if (n < 3) return
-    least = speck*(area_of(slave(:, 1), slave(:, 2), slave(:, 3)) + area_of(slave(:, 1), &
-      slave(:, 3), slave(:, size(slave, 2))))
-    mean = sum(corner(:, :n), dim=2)/real(n, wp)
-    call put_in_order(mean, corner(:, :n))
-    of_slave = flat_face(slave)
-    of_master = flat_face(master)
-    do i = 1, n
-      if (of_slave%is_affine .and. of_master%is_affine) then
-        call add_triangle(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), &
-          point_3, weight_3, shared)
-      else
-        call add_parts(of_slave, of_master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
-          shared)
-      end if
-    end do
-  end function integrate_shared
-
-  !> The integrals over what parts of two faces share, of which either has mid-side nodes: over the
-  !> slave where it lies above the plane, with the shape functions of the faces there.
-  pure function integrate_curved(slave_part, master_part, slave, master) result(shared)
-    real(wp), intent(in) :: slave_part(:, :), master_part(:, :) !! as of `integrate_shared`
-    real(wp), intent(in) :: slave(:, :), master(:, :)
-    !! (3,n) all nodes of the faces, corners first: in the plane, and above it [length]
+    !! (3,n) all nodes of the faces, corners first: in the plane, and above it; or (2,n) flat faces
+    !! in the plane [length]
     type(shared_t) :: shared
     real(wp) :: corner(2, most), mean(2), least
     logical :: is_polynomial
@@ -89,46 +57,54 @@ contains
       slave(:2, 3), slave(:2, n_corners)))
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
-    is_polynomial = is_straight_triangle(slave) .and. is_straight_triangle(master)
+    is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
     do i = 1, n
       if (is_polynomial) then
-        call add_curved(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
+        call add_triangle(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
           weight_3, shared)
       else
-        call add_curved_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
-          shared)
+        call add_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, shared)
       end if
     end do
-  end function integrate_curved
+  end function integrate_shared
 
-  pure logical function is_straight_triangle(x) result(is)
-    real(wp), intent(in) :: x(:, :)         !! (3,n) corners first [length]
+  !> Whether a face is a triangle with edges that are straight, or a flat parallelogram.
+  pure logical function has_one_jacobian(x) result(is)
+    real(wp), intent(in) :: x(:, :)         !! as of `integrate_shared` [length]
     real(wp), parameter :: off = 1.0e-2_wp  !! of an edge [-]
 
     is = size(x, 2) == 3
+    if (size(x, 1) == 2 .and. size(x, 2) == 4) is = is_parallelogram(x)
     if (size(x, 2) /= 6) return
     associate (bow => x(:, 4:6) - 0.5_wp*(x(:, 1:3) + cshift(x(:, 1:3), 1, dim=2)))
       is = maxval(abs(bow)) <= off*maxval(abs(x(:, 2:3) - spread(x(:, 1), 2, 2)))
     end associate
-  end function is_straight_triangle
+  end function has_one_jacobian
+
+  pure logical function is_parallelogram(x)
+    real(wp), intent(in) :: x(:, :) !! (2,4) [length]
+
+    is_parallelogram = maxval(abs(x(:, 3) - x(:, 4) - (x(:, 2) - x(:, 1)))) <= &
+      rounding*max(maxval(abs(x(:, 2) - x(:, 1))), maxval(abs(x(:, 4) - x(:, 1))))
+  end function is_parallelogram
 
   !> Add the integrals over a triangle of the plane in parts, each with its half edges, where a
   !> Jacobian changes much between its corners.
-  pure recursive subroutine add_curved_parts(slave, master, a, b, c, least, shared)
-    real(wp), intent(in) :: slave(:, :), master(:, :)  !! (3,n) as of `integrate_curved` [length]
+  pure recursive subroutine add_parts(slave, master, a, b, c, least, shared)
+    real(wp), intent(in) :: slave(:, :), master(:, :)  !! as of `integrate_shared` [length]
     real(wp), intent(in) :: a(2), b(2), c(2)           !! its corners [length]
     real(wp), intent(in) :: least             !! area that is not halved [length^2]
     type(shared_t), intent(inout) :: shared
 
     if (area_of(a, b, c) < least .or. .not. (changes(slave) .or. changes(master))) then
-      call add_curved(slave, master, a, b, c, point_6, weight_6, shared)
+      call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
       return
     end if
     associate (d => 0.5_wp*(b + c), e => 0.5_wp*(c + a), f => 0.5_wp*(a + b))
-      call add_curved_parts(slave, master, a, f, e, least, shared)
-      call add_curved_parts(slave, master, b, d, f, least, shared)
-      call add_curved_parts(slave, master, c, e, d, least, shared)
-      call add_curved_parts(slave, master, d, e, f, least, shared)
+      call add_parts(slave, master, a, f, e, least, shared)
+      call add_parts(slave, master, b, d, f, least, shared)
+      call add_parts(slave, master, c, e, d, least, shared)
+      call add_parts(slave, master, d, e, f, least, shared)
     end associate
 
   contains
@@ -145,11 +121,11 @@ contains
       end do
       changes = maxval(size_of) > 2.05_wp*minval(size_of)
     end function changes
-  end subroutine add_curved_parts
+  end subroutine add_parts
 
   !> Add the integrals over a triangle of the plane.
-  pure subroutine add_curved(slave, master, mean, one, other, point, weight, shared)
-    real(wp), intent(in) :: slave(:, :), master(:, :)  !! (3,n) as of `integrate_curved` [length]
+  pure subroutine add_triangle(slave, master, mean, one, other, point, weight, shared)
+    real(wp), intent(in) :: slave(:, :), master(:, :)  !! as of `integrate_shared` [length]
     real(wp), intent(in) :: mean(2), one(2), other(2)  !! its corners [length]
     real(wp), intent(in) :: point(:), weight(:)        !! on the unit interval
     type(shared_t), intent(inout) :: shared
@@ -179,16 +155,20 @@ contains
         end do
       end do
     end do
-  end subroutine add_curved
+  end subroutine add_triangle
 
   !> Shape functions of a face at the place that is seen at `x`, and the vector of its area there.
   pure subroutine find_place(face, x, n, normal)
-    real(wp), intent(in) :: face(:, :)      !! (3,n) [length]
+    real(wp), intent(in) :: face(:, :)      !! as of `integrate_shared` [length]
     real(wp), intent(in) :: x(2)            !! [length]
     real(wp), intent(out) :: n(:), normal(3)
     real(wp) :: slope(size(n), 2), t(3, 2), s(2), step(2), left(2), det
     integer :: i
 
+    if (size(face, 1) == 2) then
+      call find_in_plane(face, x, n, normal)
+      return
+    end if
     s = merge(1.0_wp/3.0_wp, 0.5_wp, modulo(size(n), 3) == 0)
     do i = 1, 30
       call evaluate(s, n, slope)
@@ -204,6 +184,44 @@ contains
     t = matmul(face, slope)
     normal = cross(t(:, 1), t(:, 2))
   end subroutine find_place
+
+  !> The same of a flat face in the plane: x = c_1 + c_2 s_1 + c_3 s_2 + c_4 s_1 s_2.
+  pure subroutine find_in_plane(face, x, n, normal)
+    real(wp), intent(in) :: face(:, :)      !! (2,3) or (2,4) [length]
+    real(wp), intent(in) :: x(2)            !! [length]
+    real(wp), intent(out) :: n(:), normal(3)
+    real(wp) :: c_2(2), c_3(2), c_4(2), s(2), step(2), left(2), a(2), b(2), det
+    logical :: is_affine
+    integer :: i
+
+    c_2 = face(:, 2) - face(:, 1)
+    c_3 = face(:, size(n)) - face(:, 1)
+    c_4 = 0.0_wp
+    is_affine = size(n) == 3
+    if (.not. is_affine) then
+      c_4 = (face(:, 3) - face(:, 4)) - c_2
+      is_affine = is_parallelogram(face)
+    end if
+    s = merge(0.0_wp, 0.5_wp, is_affine)
+    a = c_2 + s(2)*c_4
+    b = c_3 + s(1)*c_4
+    do i = 1, 30
+      left = x - face(:, 1) - s(1)*c_2 - s(2)*b
+      det = a(1)*b(2) - a(2)*b(1)
+      if (.not. abs(det) > 0.0_wp) exit
+      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
+      s = s + step
+      a = c_2 + s(2)*c_4
+      b = c_3 + s(1)*c_4
+      if (is_affine .or. maxval(abs(step)) < 1.0e-9_wp) exit
+    end do
+    if (size(n) == 3) then
+      n = [1.0_wp - s(1) - s(2), s(1), s(2)]
+    else
+      n = [(1.0_wp - s(1))*(1.0_wp - s(2)), s(1)*(1.0_wp - s(2)), s(1)*s(2), (1.0_wp - s(1))*s(2)]
+    end if
+    normal = [0.0_wp, 0.0_wp, a(1)*b(2) - a(2)*b(1)]
+  end subroutine find_in_plane
 
   !> Shape functions and slopes along coordinates from 0 to 1, of triangles and quadrilaterals.
   pure subroutine evaluate(s, n, slope)
@@ -341,120 +359,10 @@ contains
     end do
   end subroutine put_in_order
 
-  !> Add the integrals over a triangle in parts, each with its half edges, where a Jacobian changes
-  !> much between its corners.
-  pure recursive subroutine add_parts(slave, master, a, b, c, least, shared)
-    type(flat_t), intent(in) :: slave, master
-    real(wp), intent(in) :: a(2), b(2), c(2)  !! its corners [length]
-    real(wp), intent(in) :: least             !! area that is not halved [length^2]
-    type(shared_t), intent(inout) :: shared
-
-    if (area_of(a, b, c) < least .or. .not. (changes(slave) .or. changes(master))) then
-      call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
-      return
-    end if
-    associate (d => 0.5_wp*(b + c), e => 0.5_wp*(c + a), f => 0.5_wp*(a + b))
-      call add_parts(slave, master, a, f, e, least, shared)
-      call add_parts(slave, master, b, d, f, least, shared)
-      call add_parts(slave, master, c, e, d, least, shared)
-      call add_parts(slave, master, d, e, f, least, shared)
-    end associate
-
-  contains
-
-    pure logical function changes(face)
-      type(flat_t), intent(in) :: face
-      real(wp) :: jacobian(3)
-
-      jacobian = [jacobian_at(face, a), jacobian_at(face, b), jacobian_at(face, c)]
-      changes = maxval(jacobian) > 2.05_wp*minval(jacobian)
-    end function changes
-  end subroutine add_parts
-
   pure real(wp) function area_of(a, b, c)
     real(wp), intent(in) :: a(2), b(2), c(2) !! corners of a triangle [length]
 
     area_of = 0.5_wp*abs((b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1)))
   end function area_of
-
-  pure real(wp) function jacobian_at(face, x)
-    type(flat_t), intent(in) :: face
-    real(wp), intent(in) :: x(2)   !! [length]
-    real(wp) :: n(4)
-
-    n = shapes_at(face, x)
-    associate (p => face%c(:, 2) + (n(3) + n(4))*face%c(:, 4), &
-               q => face%c(:, 3) + (n(2) + n(3))*face%c(:, 4))
-      jacobian_at = abs(p(1)*q(2) - p(2)*q(1))
-    end associate
-  end function jacobian_at
-
-  !> Add the integrals over a triangle.
-  pure subroutine add_triangle(slave, master, mean, one, other, point, weight, shared)
-    type(flat_t), intent(in) :: slave, master
-    real(wp), intent(in) :: mean(2), one(2), other(2)  !! its corners [length]
-    real(wp), intent(in) :: point(:), weight(:)        !! on the unit interval
-    type(shared_t), intent(inout) :: shared
-    real(wp) :: p(2), q(2), x(2), n(4), m(4), twice, part
-    integer :: i, j, b
-
-    p = one - mean
-    q = other - mean
-    twice = abs(p(1)*q(2) - p(2)*q(1))
-    if (.not. twice > 0.0_wp) return
-    do i = 1, size(point)
-      do j = 1, size(point)
-        x = mean + point(i)*((1.0_wp - point(j))*p + point(j)*q)
-        part = twice*weight(i)*weight(j)*point(i)
-        n = shapes_at(slave, x)
-        m = shapes_at(master, x)
-        shared%area = shared%area + part
-        shared%lumped(:4) = shared%lumped(:4) + part*n
-        do b = 1, 4
-          shared%mass(:4, b) = shared%mass(:4, b) + part*n(b)*n
-          shared%mixed(:4, b) = shared%mixed(:4, b) + part*m(b)*n
-        end do
-      end do
-    end do
-  end subroutine add_triangle
-
-  pure function flat_face(x) result(flat)
-    real(wp), intent(in) :: x(:, :)  !! (2,n) corners [length]
-    type(flat_t) :: flat
-
-    flat%n = size(x, 2)
-    flat%c(:, 1) = x(:, 1)
-    flat%c(:, 2) = x(:, 2) - x(:, 1)
-    flat%c(:, 3) = x(:, flat%n) - x(:, 1)
-    if (flat%n == 4) flat%c(:, 4) = (x(:, 3) - x(:, 4)) - (x(:, 2) - x(:, 1))
-    flat%is_affine = norm2(flat%c(:, 4)) <= rounding*(norm2(flat%c(:, 2)) + norm2(flat%c(:, 3)))
-  end function flat_face
-
-  !> Shape functions at a place; the fourth of a triangle is 0.
-  pure function shapes_at(face, x) result(n)
-    type(flat_t), intent(in) :: face
-    real(wp), intent(in) :: x(2)   !! [length]
-    real(wp) :: n(4)
-    real(wp) :: s(2), step(2), left(2), a(2), b(2), det
-    integer :: i
-
-    s = 0.5_wp
-    if (face%is_affine) s = 0.0_wp
-    do i = 1, 30
-      left = x - face%c(:, 1) - s(1)*face%c(:, 2) - s(2)*(face%c(:, 3) + s(1)*face%c(:, 4))
-      a = face%c(:, 2) + s(2)*face%c(:, 4)
-      b = face%c(:, 3) + s(1)*face%c(:, 4)
-      det = a(1)*b(2) - a(2)*b(1)
-      if (.not. abs(det) > 0.0_wp) exit
-      step = [left(1)*b(2) - left(2)*b(1), a(1)*left(2) - a(2)*left(1)]/det
-      s = s + step
-      if (face%is_affine .or. maxval(abs(step)) < 1.0e-9_wp) exit
-    end do
-    if (face%n == 3) then
-      n = [1.0_wp - s(1) - s(2), s(1), s(2), 0.0_wp]
-    else
-      n = [(1.0_wp - s(1))*(1.0_wp - s(2)), s(1)*(1.0_wp - s(2)), s(1)*s(2), (1.0_wp - s(1))*s(2)]
-    end if
-  end function shapes_at
 
 end module face_integrals_mod

@@ -10,7 +10,7 @@ module shared_faces_mod
   use contact_points_mod, only: contact_points_t, faces_of_side, find_side_points
   use state_mod, only: state_t
   use turned_slips_mod, only: orientation
-  use face_integrals_mod, only: shared_t, integrate_shared, integrate_curved
+  use face_integrals_mod, only: shared_t, integrate_shared
   implicit none
   private
 
@@ -339,14 +339,14 @@ contains
         maxval(flat, 2))) cycle
       associate (master => sides%master(:count(sides%master(:, sides%of(f)) > 0), sides%of(f)))
         if (max(size(master), size(face, 2)) > 4) then
-          shared = integrate_curved(flat, place(:, :k), matmul(transpose(axes), face - &
+          shared = integrate_shared(flat, place(:, :k), matmul(transpose(axes), face - &
             spread(middle, 2, size(face, 2))), matmul(transpose(axes), sides%y(:, master) - &
             spread(middle, 2, size(master))))
           do a = 1, size(face, 2)
             shared%facing(:, a) = matmul(axes, shared%facing(:, a))
           end do
         else
-          shared = integrate_shared(flat, place(:, :k))
+          shared = integrate_shared(flat, place(:, :k), flat, place(:, :k))
           do a = 1, 4
             shared%facing(:, a) = shared%lumped(a)*sides%normal(:, f)
           end do
