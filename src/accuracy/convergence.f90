@@ -39,11 +39,10 @@ contains
   !>
   !> Of an order p they are as h1^p - h2^p and h2^p - h3^p. Where the later change is accidentally
   !> small, the earlier one still says how large the error may be with the highest order.
-  pure function observe_convergence(h, changes, highest_order) result(observed)
+  pure type(convergence_t) function observe_convergence(h, changes, highest_order) result(observed)
     real(wp), intent(in) :: h(3)          !! descending [-]
     real(wp), intent(in) :: changes(2)    !! sizes of the differences, 1 to 2 and 2 to 3
     real(wp), intent(in) :: highest_order !! that an error in these sizes has [-]
-    type(convergence_t) :: observed
     real(wp) :: low, high, middle
     integer :: i
 
@@ -131,10 +130,9 @@ contains
   end function error_by_differences
 
   !> From the change between two sizes, the coarser first.
-  pure function assume_first_order(h, change) result(assumed)
+  pure type(convergence_t) function assume_first_order(h, change) result(assumed)
     real(wp), intent(in) :: h(2)   !! descending [-]
     real(wp), intent(in) :: change !! size of the difference
-    type(convergence_t) :: assumed
 
     assumed%order = 1.0_wp
     assumed%error = safety_of_two*change*h(2)/(h(1) - h(2))

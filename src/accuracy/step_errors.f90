@@ -31,10 +31,9 @@ contains
   !> The error that load steps make with a family's divisions of the deck's increments, as the runs
   !> on its coarsest mesh say, where there are three, or on the first mesh of all; negative where
   !> they do not.
-  function error_by_steps(sequence, family) result(error)
+  real(wp) function error_by_steps(sequence, family) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     type(family_t), intent(in) :: family
-    real(wp) :: error
     integer, allocatable :: runs(:)
 
     error = -1.0_wp
@@ -102,11 +101,10 @@ contains
 
   !> The error by load steps with so many divisions, as three runs and more on one mesh say: of the
   !> worst quantity; negative where none has these.
-  function error_on_mesh(sequence, runs, divisions) result(error)
+  real(wp) function error_on_mesh(sequence, runs, divisions) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:) !! the fewest divisions first
     integer, intent(in) :: divisions
-    real(wp) :: error
 
     error = maxval([errors_on_mesh(sequence, runs, divisions)])
     if (size(sequence%list) == 0) error = merge(0.0_wp, -1.0_wp, any(sequence%runs( &

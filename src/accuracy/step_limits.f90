@@ -145,13 +145,12 @@ contains
 
   !> The error of a quantity from which is taken off what load steps make, the largest of the
   !> increments. docs/theory.md (10.19).
-  function error_of_corrected(sequence, runs, k, mine, scale) result(error)
+  real(wp) function error_of_corrected(sequence, runs, k, mine, scale) result(error)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: runs(:)   !! on one mesh, the fewest divisions first
     integer, intent(in) :: k         !! the quantity
     integer, intent(in) :: mine      !! which of the runs has the divisions
     real(wp), intent(in) :: scale
-    real(wp) :: error
     real(wp) :: limit(sequence%list(k)%n, sequence%n_increments)
     real(wp) :: left(sequence%n_increments), off(sequence%n_increments)
     integer :: n

@@ -127,10 +127,9 @@ contains
   end subroutine keep_near
 
   !> The largest entry of a block.
-  pure function largest(s, row, column) result(size_of_largest)
+  pure real(wp) function largest(s, row, column) result(size_of_largest)
     real(wp), intent(in) :: s(:, :)
     integer, intent(in) :: row(3), column(3) !! 0 where there is none
-    real(wp) :: size_of_largest
     integer :: a, b
 
     size_of_largest = 0.0_wp
@@ -158,11 +157,10 @@ contains
   end function block_of
 
   !> The same of some of the points, in frames of their own.
-  pure function turn_near(near, frame, kept) result(turned)
+  pure type(near_stiffness_t) function turn_near(near, frame, kept) result(turned)
     type(near_stiffness_t), intent(in) :: near
     real(wp), intent(in) :: frame(:, :, :)   !! (3,3,n_points) columns n, t1, t2
     integer, intent(in) :: kept(:)           !! points
-    type(near_stiffness_t) :: turned
     integer :: position(size(frame, 3)), i, j, k, n
 
     position = 0

@@ -17,9 +17,8 @@ contains
   end function cross
 
   !> The determinant of a 3x3 matrix.
-  pure function determinant(a) result(d)
+  pure real(wp) function determinant(a) result(d)
     real(wp), intent(in) :: a(3, 3)
-    real(wp) :: d
 
     d = dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
   end function determinant

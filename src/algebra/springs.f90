@@ -55,10 +55,9 @@ contains
   end subroutine trim_springs
 
   !> Those that have an end that is kept, with these ends alone.
-  pure function some_springs(springs, at) result(some)
+  pure type(springs_t) function some_springs(springs, at) result(some)
     type(springs_t), intent(in) :: springs
     integer, intent(in) :: at(:) !! (n_ends) what each end is now, 0 where it is not kept
-    type(springs_t) :: some
     integer :: i, k, n
 
     some%n = springs%n

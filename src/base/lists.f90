@@ -15,10 +15,9 @@ module lists_mod
 contains
 
   !> The places of each key in an array, ascending. Keys that are 0 are in no list.
-  pure function lists_by_key(key, n) result(lists)
+  pure type(lists_t) function lists_by_key(key, n) result(lists)
     integer, intent(in) :: key(:)
     integer, intent(in) :: n      !! the largest key there may be: the number of lists
-    type(lists_t) :: lists
     integer :: next(0:n), i
 
     next = 0
@@ -40,10 +39,9 @@ contains
   end function lists_by_key
 
   !> The inverse of lists: for each number from 1 to n the lists that have it, ascending.
-  pure function lists_with(first, item, n) result(lists)
+  pure type(lists_t) function lists_with(first, item, n) result(lists)
     integer, intent(in) :: first(:), item(:) !! as of `lists_t`
     integer, intent(in) :: n
-    type(lists_t) :: lists
     integer :: owner(size(item)), i
 
     do i = 1, size(first) - 1
@@ -55,10 +53,9 @@ contains
 
   !> For each number from 1 to n the columns of a table that have it, ascending. Entries of the
   !> table that are 0 are none.
-  pure function columns_with(table, n) result(lists)
+  pure type(lists_t) function columns_with(table, n) result(lists)
     integer, intent(in) :: table(:, :)
     integer, intent(in) :: n
-    type(lists_t) :: lists
 
     lists = lists_by_key(reshape(table, [size(table)]), n)
     lists%item = (lists%item - 1)/max(1, size(table, 1)) + 1

@@ -30,9 +30,8 @@ module number_list_mod
 contains
 
   !> A list to take `values` out of.
-  pure function list_of(values) result(list)
+  pure type(number_list_t) function list_of(values) result(list)
     real(wp), intent(in) :: values(:)
-    type(number_list_t) :: list
 
     allocate (list%values, source=values)
     list%is_taken_from = .true.

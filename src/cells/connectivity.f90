@@ -20,10 +20,9 @@ module connectivity_mod
 contains
 
   !> Rows of some cells, one after the other.
-  pure function make_connectivity(cell, node) result(connectivity)
+  pure type(connectivity_t) function make_connectivity(cell, node) result(connectivity)
     integer, intent(in) :: cell(:) !! (n_elements) row of the table of cells
     integer, intent(in) :: node(:) !! nodes of all, element by element
-    type(connectivity_t) :: connectivity
     integer :: e
 
     allocate (connectivity%cell, source=cell)
@@ -36,9 +35,8 @@ contains
   end function make_connectivity
 
   !> Rows of 8-node hexahedra alone.
-  pure function make_hexahedra(nodes) result(connectivity)
+  pure type(connectivity_t) function make_hexahedra(nodes) result(connectivity)
     integer, intent(in) :: nodes(:, :) !! (8,n_elements)
-    type(connectivity_t) :: connectivity
 
     connectivity = make_connectivity(spread(hexahedron_8, 1, size(nodes, 2)), &
       reshape(nodes, [size(nodes)]))
@@ -68,10 +66,9 @@ contains
   end subroutine add_elements
 
   !> Some of the elements.
-  pure function some_elements(connectivity, elements) result(some)
+  pure type(connectivity_t) function some_elements(connectivity, elements) result(some)
     type(connectivity_t), intent(in) :: connectivity
     integer, intent(in) :: elements(:)
-    type(connectivity_t) :: some
     integer :: node(sum(cells(connectivity%cell(elements))%n_nodes)), i, n
 
     n = 0

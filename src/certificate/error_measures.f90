@@ -13,9 +13,8 @@ module error_measures_mod
 contains
 
   !> a/b with 0/0 = 0; something over nothing is infinitely wrong.
-  pure function ratio(a, b) result(quotient)
+  pure real(wp) function ratio(a, b) result(quotient)
     real(wp), intent(in) :: a, b !! a >= 0, b >= 0
-    real(wp) :: quotient
 
     if (a <= 0.0_wp) then
       quotient = 0.0_wp

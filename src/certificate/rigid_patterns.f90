@@ -27,9 +27,8 @@ module rigid_patterns_mod
 contains
 
   !> The couplings that turn.
-  pure function find_patterns(scene) result(patterns)
+  pure type(rigid_patterns_t) function find_patterns(scene) result(patterns)
     type(scene_t), intent(in) :: scene
-    type(rigid_patterns_t) :: patterns
     integer :: i, c
 
     allocate (patterns%of_node(scene%mesh%n_nodes), source=0)

@@ -39,9 +39,8 @@ module console_mod
 contains
 
   !> A console for a run that starts now.
-  function open_console(quiet, verbose) result(console)
+  type(console_t) function open_console(quiet, verbose) result(console)
     logical, intent(in) :: quiet, verbose
-    type(console_t) :: console
 
     console%quiet = quiet
     console%verbose = verbose

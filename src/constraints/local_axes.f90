@@ -375,12 +375,11 @@ contains
   end subroutine turn_equations
 
   !> The terms behind the first of an equation of the deck, along x, y, z.
-  pure function side_of(equations, c, list, number) result(side)
+  pure type(side_t) function side_of(equations, c, list, number) result(side)
     type(constraints_t), intent(in) :: equations
     integer, intent(in) :: c
     type(local_node_t), intent(in) :: list(:)
     integer, intent(in) :: number(:)
-    type(side_t) :: side
     integer :: k, i, at
 
     allocate (side%node(0), side%dof(0), side%weight(0))

@@ -65,11 +65,10 @@ contains
   end subroutine solve_for_own
 
   !> A row with the means in the place of nodes that hang; each node once.
-  pure function without_hanging(node, weight, between) result(row)
+  pure type(row_t) function without_hanging(node, weight, between) result(row)
     integer, intent(in) :: node(:)
     real(wp), intent(in) :: weight(:)
     integer, intent(in) :: between(:, :) !! (4,n_nodes)
-    type(row_t) :: row
     integer :: i, k, m
 
     allocate (row%node(0), row%weight(0))

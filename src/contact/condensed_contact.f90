@@ -224,9 +224,8 @@ contains
   end function unpressed_motions
 
   !> All groups as one problem with one W, as far as it is written to a file: no solver's scales.
-  function whole_problem(contact) result(whole)
+  type(contact_problem_t) function whole_problem(contact) result(whole)
     type(condensed_contact_t), intent(in) :: contact
-    type(contact_problem_t) :: whole
     real(wp), allocatable :: w(:, :)
     integer :: i, a, k, n
 

@@ -140,12 +140,11 @@ contains
 
   !> What direction `a` of a point moves with beside its own unknown. A node that is its own master
   !> is among it.
-  pure function line_of(body, transfer, weights, point, a, own) result(line)
+  pure type(line_t) function line_of(body, transfer, weights, point, a, own) result(line)
     type(linearisation_t), intent(in) :: body
     type(rows_t), intent(in) :: transfer
     type(weights_t), intent(in) :: weights
     integer, intent(in) :: point, a, own
-    type(line_t) :: line
     integer :: k, l, unknown, equations(3)
 
     associate (map => body%inverse%map, motions => body%motions, &

@@ -104,9 +104,8 @@ contains
 
   contains
 
-    pure function shared_point(k) result(point)
+    pure type(shared_point_t) function shared_point(k) result(point)
       integer, intent(in) :: k
-      type(shared_point_t) :: point
       real(wp) :: slip
 
       point%mu = problem%mu(k)

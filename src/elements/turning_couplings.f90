@@ -35,11 +35,10 @@ contains
 
   !> The constraints of the scene, those of turning couplings about displaced places: what small
   !> motions from there do, and the moments that forces have there.
-  pure function turned_constraints(scene, prescribed, u) result(turned)
+  pure type(constraints_t) function turned_constraints(scene, prescribed, u) result(turned)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
-    type(constraints_t) :: turned
     integer :: i
 
     turned = scene%constraints
@@ -51,10 +50,9 @@ contains
   end function turned_constraints
 
   !> The same with spins for all rotations: forces on them are moments, whatever supports hold.
-  pure function moments_on_constraints(scene, u) result(turned)
+  pure type(constraints_t) function moments_on_constraints(scene, u) result(turned)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
-    type(constraints_t) :: turned
     logical :: nothing(3, size(u, 2))
 
     nothing = .false.

@@ -41,12 +41,11 @@ module dof_map_mod
 contains
 
   !> Every degree of freedom of some nodes on the interface.
-  pure function map_of_nodes(body, prescribed, interface_nodes, active) result(map)
+  pure type(dof_map_t) function map_of_nodes(body, prescribed, interface_nodes, active) result(map)
     integer, intent(in) :: body(:)             !! (n_nodes) 0 where no element uses the node
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     integer, intent(in) :: interface_nodes(:)  !! in any order, repeats allowed
     type(constraints_t), intent(in), optional :: active !! none where left out
-    type(dof_map_t) :: map
     logical :: on_interface(3, size(body))
 
     on_interface = .false.
@@ -56,13 +55,12 @@ contains
 
   !> Number the unknowns in the order of the nodes, interior first, interface last, there one body
   !> after the other. What depends on others is on the interface by its masters.
-  pure function map_of_dofs(body, prescribed, on_interface, active) result(map)
+  pure type(dof_map_t) function map_of_dofs(body, prescribed, on_interface, active) result(map)
     integer, intent(in) :: body(:)             !! (n_nodes) 0 where no element uses the node
     logical, intent(in) :: prescribed(:, :)    !! (3,n_nodes)
     logical, intent(in) :: on_interface(:, :)  !! (3,n_nodes)
     type(constraints_t), intent(in), optional :: active
     !! of degrees of freedom that are not prescribed, chains substituted; none where left out
-    type(dof_map_t) :: map
 
     if (present(active)) then
       if (active%n > 0) then
@@ -133,11 +131,10 @@ contains
   end subroutine number_unknowns
 
   !> A map of `numbers_of` another, as it is sent to other ranks: equations without nodes.
-  pure function map_of_numbers(numbers, n_free, n_interface, active) result(map)
+  pure type(dof_map_t) function map_of_numbers(numbers, n_free, n_interface, active) result(map)
     integer, intent(in) :: numbers(:, :)         !! (3,n_nodes)
     integer, intent(in) :: n_free, n_interface   !! of the whole map
     type(constraints_t), intent(in), optional :: active !! of these nodes, none where left out
-    type(dof_map_t) :: map
 
     map%n_free = n_free
     map%n_interface = n_interface
@@ -149,9 +146,8 @@ contains
   end function map_of_numbers
 
   !> The map of a matrix that has no mesh: every equation is a node of its own.
-  pure function map_of_matrix(n) result(map)
+  pure type(dof_map_t) function map_of_matrix(n) result(map)
     integer, intent(in) :: n
-    type(dof_map_t) :: map
     integer :: i
 
     map%n_free = n
@@ -162,10 +158,9 @@ contains
 
   !> The map of some of the nodes, equations numbered as of all. Masters of nodes that depend are
   !> among them.
-  pure function part_of_map(map, nodes) result(part)
+  pure type(dof_map_t) function part_of_map(map, nodes) result(part)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: nodes(:)
-    type(dof_map_t) :: part
     integer :: number(size(map%equation, 2)), k
 
     number = 0

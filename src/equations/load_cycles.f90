@@ -28,11 +28,10 @@ module load_cycles_mod
 contains
 
   !> The cycles that a *STEP is part of, or has.
-  pure function cycles_of_step(scene, step, loads) result(cycles)
+  pure type(load_cycles_t) function cycles_of_step(scene, step, loads) result(cycles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     type(step_loads_t), intent(in) :: loads !! of the step
-    type(load_cycles_t) :: cycles
 
     cycles = equal_steps(scene, step)
     if (cycles%length == 0) cycles = cycles_within(scene, step, loads)
@@ -51,10 +50,9 @@ contains
 
   !> *STEPs with equal cards, in turn. The first cycle may begin with other loads than those that
   !> follow, which begin where it ends: it is left out.
-  pure function equal_steps(scene, step) result(cycles)
+  pure type(load_cycles_t) function equal_steps(scene, step) result(cycles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
-    type(load_cycles_t) :: cycles
     integer :: from, period, last
 
     from = 1
@@ -174,11 +172,10 @@ contains
 
   !> Cycles of the amplitudes that a *STEP follows, to its end, where nothing ramps beside them: the
   !> shortest, from as early as it goes.
-  pure function cycles_within(scene, step, loads) result(cycles)
+  pure type(load_cycles_t) function cycles_within(scene, step, loads) result(cycles)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     type(step_loads_t), intent(in) :: loads !! of the step
-    type(load_cycles_t) :: cycles
     type(amplitude_t), allocatable :: followed(:)
     real(wp), allocatable :: paths(:, :) !! (values,n_increments) [-]
     real(wp), allocatable :: largest(:)  !! (n_followed) values

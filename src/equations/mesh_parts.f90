@@ -73,10 +73,9 @@ contains
   end subroutine list_parts
 
   !> Whether there are parts at all: what is all interface never comes to MUMPS.
-  function are_worth_it(mesh, map)
+  logical function are_worth_it(mesh, map)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
-    logical :: are_worth_it
     integer :: ranks
 
     ranks = n_ranks()

@@ -83,9 +83,8 @@ contains
   end subroutine find_near_nodes
 
   !> The nodes of the interface; the unknowns of one stand side by side.
-  pure function find_nodes(node) result(nodes)
+  pure type(near_nodes_t) function find_nodes(node) result(nodes)
     integer, intent(in) :: node(:)      !! (n_interface) mesh node of each unknown
-    type(near_nodes_t) :: nodes
     integer :: first(size(node) + 1), i, n, before
 
     n = 0

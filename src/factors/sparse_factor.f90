@@ -89,11 +89,10 @@ contains
   end subroutine analyse
 
   !> Whether `factor` is the analysis of the pattern of `k`, and no more.
-  function is_analysed(factor, k, n_schur)
+  logical function is_analysed(factor, k, n_schur)
     type(sparse_factor_t), intent(in) :: factor
     type(triplets_t), intent(in) :: k
     integer, intent(in) :: n_schur
-    logical :: is_analysed
 
     is_analysed = .not. factor%is_factorised .and. factor%n == k%n .and. factor%n_schur == n_schur
     if (.not. is_analysed) return

@@ -131,9 +131,8 @@ contains
   end function imbalance_of
 
   !> The rank of W by a pivoted Cholesky factorisation.
-  function rank_of(problem) result(rank)
+  integer function rank_of(problem) result(rank)
     type(contact_problem_t), intent(in) :: problem
-    integer :: rank
     real(wp), allocatable :: a(:, :), work(:)
     integer :: pivot(problem%n_rows), info, i
     real(wp) :: largest

@@ -57,9 +57,8 @@ contains
   ! ------------------------------------------------------------------ reading
 
   !> Say whether a path names an HDF5 file, by its signature or, where there is none, its ending.
-  function is_fclib_path(path) result(yes)
+  logical function is_fclib_path(path) result(yes)
     character(*), intent(in) :: path
-    logical :: yes
     integer :: found
 
     yes = ends_with(path, '.hdf5') .or. ends_with(path, '.h5')
@@ -68,9 +67,8 @@ contains
     yes = found /= file_absent .and. found /= file_foreign
   end function is_fclib_path
 
-  pure function ends_with(text, ending) result(yes)
+  pure logical function ends_with(text, ending) result(yes)
     character(*), intent(in) :: text, ending
-    logical :: yes
 
     yes = .false.
     if (len(text) > len(ending)) yes = text(len(text) - len(ending) + 1:) == ending
@@ -386,9 +384,8 @@ contains
   end subroutine finish
 
   !> Say whether nothing stands at a path, or a solution that this program has written.
-  function is_ours(path) result(ours)
+  logical function is_ours(path) result(ours)
     character(*), intent(in) :: path
-    logical :: ours
     type(hdf5_file_t) :: file
     type(error_t), allocatable :: error
     character(:), allocatable :: program

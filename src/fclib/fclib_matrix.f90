@@ -124,10 +124,9 @@ contains
     end do
   end function owners
 
-  pure function inside(index, n)
+  pure logical function inside(index, n)
     integer, intent(in) :: index(:) !! from 0
     integer, intent(in) :: n
-    logical :: inside
 
     inside = all(index >= 0 .and. index < n)
   end function inside
@@ -216,9 +215,8 @@ contains
   !> Say whether a number is finite and at most 1e40 in size, so that no product of a few overflows.
   !>
   !> By its bits: a comparison with NaN would be an exception of its own.
-  elemental function is_usable(x) result(usable)
+  elemental logical function is_usable(x) result(usable)
     real(wp), intent(in) :: x
-    logical :: usable
     integer(i8), parameter :: bias = 1023, largest = 132 ! 2**133 = 1.1e40
 
     usable = iand(shiftr(transfer(x, 0_i8), 52), 2047_i8) <= bias + largest
@@ -284,9 +282,8 @@ contains
   end subroutine write_matrix
 
   !> The entries of a dense matrix that are not 0, row by row.
-  pure function sparse_of(a) result(matrix)
+  pure type(sparse_matrix_t) function sparse_of(a) result(matrix)
     real(wp), intent(in) :: a(:, :)
-    type(sparse_matrix_t) :: matrix
     integer :: row, column, n
 
     n = count(abs(a) > 0.0_wp)

@@ -25,10 +25,9 @@ contains
 
   !> The grid of a surface whose nodes are at `x`. Cells are as large as faces are on average, along
   !> each axis by itself: faces may be slender.
-  pure function make_face_grid(faces, x) result(grid)
+  pure type(face_grid_t) function make_face_grid(faces, x) result(grid)
     integer, intent(in) :: faces(:, :)  !! (4,n_faces) or (8,n_faces) nodes, 0 behind them
     real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
-    type(face_grid_t) :: grid
     real(wp) :: extent(3), mean(3)
     integer :: f, i, j, k, n, low(3), high(3)
     integer, allocatable :: entry(:, :) !! (2,n) cell, face

@@ -131,9 +131,8 @@ contains
   end function doubled_area
 
   !> The plane through a slave face's centre, across the normal of its diagonals.
-  pure function plane_of_face(x) result(plane)
+  pure type(plane_t) function plane_of_face(x) result(plane)
     real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
-    type(plane_t) :: plane
     real(wp) :: n(3), along(3)
 
     n = outward_normal(x)
@@ -177,11 +176,10 @@ contains
   end subroutine find_common
 
   !> Where a master face covers a slave face, and the integrals over that.
-  pure function find_overlap(plane, slave, master) result(overlap)
+  pure type(overlap_t) function find_overlap(plane, slave, master) result(overlap)
     type(plane_t), intent(in) :: plane     !! of the slave face
     real(wp), intent(in) :: slave(:, :)    !! (3,3) or (3,4) its nodes [length]
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
-    type(overlap_t) :: overlap
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     real(wp) :: normal(3), defect

@@ -24,13 +24,12 @@ module facet_mortar_mod
 contains
 
   !> Slave nodes where they are now, and an obstacle as it has turned, moved by `shift`.
-  pure function join_facets(slave, x, obstacle, shift, facets) result(pair)
+  pure type(facet_pair_t) function join_facets(slave, x, obstacle, shift, facets) result(pair)
     type(slave_t), intent(in) :: slave
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle
     real(wp), intent(in) :: shift(3)      !! [length]
     integer, intent(in), optional :: facets(:) !! those that count; left out: all
-    type(facet_pair_t) :: pair
     integer :: number(0:size(x, 2)), i, n
     integer :: number_of_corner(0:size(obstacle%corner, 2))
     integer, allocatable :: corners(:)
@@ -63,10 +62,9 @@ contains
   end function join_facets
 
   !> The same with the facets alone that may cover a part of a slave face within reach.
-  pure function near_facets(pair, reach) result(near)
+  pure type(facet_pair_t) function near_facets(pair, reach) result(near)
     type(facet_pair_t), intent(in) :: pair
     real(wp), intent(in) :: reach         !! as of `make_mortar` [length]
-    type(facet_pair_t) :: near
     real(wp) :: low(3), high(3), far
     logical :: is_near(size(pair%facet, 2)), is_low(size(pair%x, 2)), is_high(size(pair%x, 2))
     integer :: f, i

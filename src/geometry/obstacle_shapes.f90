@@ -73,11 +73,10 @@ contains
   end function shift_of
 
   !> The obstacle as it stands when it has turned about its reference node.
-  pure function turned(obstacle, rotation, pivot)
+  pure type(obstacle_t) function turned(obstacle, rotation, pivot)
     type(obstacle_t), intent(in) :: obstacle !! as the deck places it
     real(wp), intent(in) :: rotation(3)      !! rotation vector [rad]
     real(wp), intent(in) :: pivot(3)         !! the reference node, undeformed [length]
-    type(obstacle_t) :: turned
     real(wp) :: r(3, 3)
     integer :: i
 

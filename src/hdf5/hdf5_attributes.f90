@@ -343,9 +343,8 @@ contains
   end subroutine close_attribute
 
   !> Say whether the attribute holds exactly one value, so that it fits where it is read to.
-  function is_single(attribute) result(single)
+  logical function is_single(attribute) result(single)
     integer(hid_t), intent(in) :: attribute
-    logical :: single
     integer(hid_t) :: space
     integer(hsize_t) :: n
     integer :: status, ignored

@@ -347,10 +347,9 @@ contains
   end subroutine open_to_read
 
   !> What so many numbers take; more than there can be where they cannot be counted.
-  pure function bytes_for(extents, kind) result(bytes)
+  pure integer(i8) function bytes_for(extents, kind) result(bytes)
     integer(i8), intent(in) :: extents(:)
     integer, intent(in) :: kind
-    integer(i8) :: bytes
 
     bytes = huge(bytes)
     if (product(real(extents, wp)) < 1.0e15_wp) bytes = bytes_of(kind)*product(extents)

@@ -73,10 +73,9 @@ contains
   end function why
 
   !> Keep the system's words of one entry of the error stack: "..., error message = '<words>', ...".
-  function find_reason(depth, entry_address, client) result(status) bind(c)
+  integer(c_int) function find_reason(depth, entry_address, client) result(status) bind(c)
     integer(c_int), value :: depth
     type(c_ptr), value :: entry_address, client
-    integer(c_int) :: status
     character(*), parameter :: mark = "error message = '"
     type(stack_entry_t), pointer :: entry
     type(reason_t), pointer :: reason

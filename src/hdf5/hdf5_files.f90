@@ -161,8 +161,7 @@ contains
   !>
   !> A dataset keeps chunks in memory, by default up to a megabyte of them. What is written here is
   !> not looked at again: with less a run of many increments takes no more memory than a short one.
-  function strong_access() result(access)
-    integer(hid_t) :: access
+  integer(hid_t) function strong_access() result(access)
     integer(size_t), parameter :: slots = 521, chunk_cache = 65536 !! [byte]
     real(sp), parameter :: preference = 0.75_sp !! for chunks written in full, HDF5's default
     integer :: status
@@ -207,9 +206,8 @@ contains
     if (status < 0 .and. .not. allocated(error)) call fail(error, "cannot close '"//file%path//"'")
   end subroutine close_file
 
-  pure function is_open(file) result(open)
+  pure logical function is_open(file) result(open)
     type(hdf5_file_t), intent(in) :: file
-    logical :: open
 
     open = file%id /= no_id
   end function is_open
@@ -243,10 +241,9 @@ contains
   end subroutine create_group
 
   !> Say whether a group or dataset of this path exists (each of its parents is looked at too).
-  function exists(file, path) result(found)
+  logical function exists(file, path) result(found)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path !! '/a/b', not '/' alone
-    logical :: found
     integer :: last, next, status
 
     found = .true.

@@ -23,10 +23,9 @@ module hdf5_read_rows_mod
 contains
 
   !> Whether a path is that of a dataset that grows.
-  function is_growing(file, path) result(growing)
+  logical function is_growing(file, path) result(growing)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: path
-    logical :: growing
     integer(hsize_t) :: extents(longest_rank), limits(longest_rank)
     integer(hid_t) :: dataset, space
     integer :: rank, status, ignored

@@ -414,11 +414,10 @@ contains
   ! ------------------------------------------------------------------ checksums
 
   !> The checksum of a row: of the dataset's path and the bytes of the numbers.
-  function checksum_of_row(path, address, bytes) result(checksum)
+  integer(i8) function checksum_of_row(path, address, bytes) result(checksum)
     character(*), intent(in) :: path
     type(c_ptr), intent(in) :: address
     integer(i8), intent(in) :: bytes
-    integer(i8) :: checksum
 
     checksum = extended(checksum_of(path), address, bytes)
   end function checksum_of_row

@@ -15,9 +15,8 @@ module hdf5_types_mod
 
 contains
 
-  function type_in_file(kind) result(type_id)
+  integer(hid_t) function type_in_file(kind) result(type_id)
     integer, intent(in) :: kind
-    integer(hid_t) :: type_id
 
     select case (kind)
     case (of_real)
@@ -45,9 +44,8 @@ contains
     end do
   end function kind_of_type
 
-  function type_in_memory(kind) result(type_id)
+  integer(hid_t) function type_in_memory(kind) result(type_id)
     integer, intent(in) :: kind
-    integer(hid_t) :: type_id
 
     select case (kind)
     case (of_real)
@@ -62,10 +60,9 @@ contains
   end function type_in_memory
 
   !> A text type of `length` bytes, padded with NUL; to be closed.
-  function text_type(length, ascii) result(type_id)
+  integer(hid_t) function text_type(length, ascii) result(type_id)
     integer, intent(in) :: length !! bytes, at least 1
     logical, intent(in) :: ascii  !! as VTK wants it; else UTF-8
-    integer(hid_t) :: type_id
     integer :: status
 
     call h5tcopy_f(H5T_C_S1, type_id, status)
@@ -75,9 +72,8 @@ contains
   end function text_type
 
   !> A space of fixed extents, a scalar where there are none; to be closed.
-  function new_space(extents) result(space)
+  integer(hid_t) function new_space(extents) result(space)
     integer(hsize_t), intent(in) :: extents(:)
-    integer(hid_t) :: space
     integer :: status
 
     if (size(extents) == 0) then
@@ -88,9 +84,8 @@ contains
   end function new_space
 
 
-  function is_text(type_id) result(text)
+  logical function is_text(type_id) result(text)
     integer(hid_t), intent(in) :: type_id
-    logical :: text
     integer :: class, status
 
     call h5tget_class_f(type_id, class, status)

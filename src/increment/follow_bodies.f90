@@ -34,11 +34,10 @@ module follow_bodies_mod
 contains
 
   !> Nothing is followed where no pair of surfaces is.
-  pure function begin_following(scene, points, tolerance) result(follow)
+  pure type(follow_t) function begin_following(scene, points, tolerance) result(follow)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: tolerance !! that the placement is to meet [-]
-    type(follow_t) :: follow
     logical :: is_on(scene%mesh%n_nodes)
     integer :: pair, i
 

@@ -135,9 +135,8 @@ contains
 
   contains
 
-    function on_path(position) result(at)
+    type(on_path_t) function on_path(position) result(at)
       integer(i8), intent(in) :: position
-      type(on_path_t) :: at
       real(wp), allocatable :: external(:, :)
       real(wp) :: of_step
 

@@ -72,12 +72,11 @@ module place_and_solve_mod
 contains
 
   !> The loop before its first iteration.
-  function begin_newton_raphson(scene, points, solver, trial) result(loop)
+  type(newton_raphson_t) function begin_newton_raphson(scene, points, solver, trial) result(loop)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(trial_t), intent(in) :: trial
-    type(newton_raphson_t) :: loop
 
     allocate (loop%near, source=points%in_reach)
     loop%undeformed = turned_undeformed(scene, points, solver, trial)
@@ -94,12 +93,11 @@ contains
   end function begin_newton_raphson
 
   !> The points of the undeformed mesh before obstacles as they stand at the end of the increment.
-  pure function turned_undeformed(scene, points, solver, trial) result(undeformed)
+  pure type(placement_t) function turned_undeformed(scene, points, solver, trial) result(undeformed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(trial_t), intent(in) :: trial
-    type(placement_t) :: undeformed
     real(wp) :: nothing(3, scene%mesh%n_nodes)
 
     undeformed = solver%undeformed

@@ -115,9 +115,8 @@ contains
   end subroutine begin_shadows
 
   !> The same scene at finite strain.
-  pure function at_finite_strain(scene) result(finite)
+  pure type(scene_t) function at_finite_strain(scene) result(finite)
     type(scene_t), intent(in) :: scene
-    type(scene_t) :: finite
 
     finite = scene
     finite%finite_strain = .true.
@@ -248,10 +247,9 @@ contains
   end subroutine follow_linearly
 
   !> The increment from one state of the linear run to the next.
-  pure function increment_between(scene, old, new) result(increment)
+  pure type(increment_t) function increment_between(scene, old, new) result(increment)
     type(scene_t), intent(in) :: scene
     type(state_t), intent(in) :: old, new
-    type(increment_t) :: increment
 
     increment = next_increment(scene%steps, old, new%position - merge(old%position, 0_i8, &
       old%step == new%step))

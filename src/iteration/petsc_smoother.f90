@@ -134,9 +134,8 @@ contains
   end subroutine take_off_ghosts
 
   !> PETSc's PCMGSetResidual: b - A x, asked for behind the sweep from 0 alone.
-  function find_residual(shell, of_b, of_x, of_residual) result(status) bind(c)
+  integer(c_int) function find_residual(shell, of_b, of_x, of_residual) result(status) bind(c)
     type(c_ptr), value :: shell, of_b, of_x, of_residual
-    integer(c_int) :: status
     type(smoother_t), pointer :: smoother
     real(wp), pointer :: residual(:, :)
     type(c_ptr) :: context, array

@@ -24,9 +24,8 @@ module logarithmic_stress_mod
 contains
 
   !> The principal stretches of a displacement gradient.
-  function stretches_of(h) result(of)
+  type(stretches_t) function stretches_of(h) result(of)
     real(wp), intent(in) :: h(3, 3) !! det(I + H) > 0 [-]
-    type(stretches_t) :: of
     logical :: ok
 
     of%axis = 2.0_wp*green_strain(h)

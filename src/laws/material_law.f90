@@ -65,10 +65,9 @@ contains
 
   !> The law that a deck's card and numbers stand for: ELASTIC with E, nu; NEO HOOKE with C10, D1;
   !> MOONEY-RIVLIN with C10, C01, D1; BLATZ-KO with mu.
-  pure function new_law(word, numbers) result(law)
+  pure type(law_t) function new_law(word, numbers) result(law)
     character(*), intent(in) :: word
     real(wp), intent(in) :: numbers(:) !! as the deck has them
-    type(law_t) :: law
 
     select case (word)
     case ('ELASTIC')

@@ -459,9 +459,8 @@ contains
   end function point_stiffness
 
   !> The work of two.
-  pure function sum_of(one, other) result(both)
+  pure type(solver_work_t) function sum_of(one, other) result(both)
     type(solver_work_t), intent(in) :: one, other
-    type(solver_work_t) :: both
 
     both = solver_work_t(one%assemble + other%assemble, one%order + other%order, &
       one%factorise + other%factorise, one%condense + other%condense, one%loads + other%loads, &

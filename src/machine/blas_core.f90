@@ -173,8 +173,7 @@ contains
   end function wanted_core
 
   !> Whether the user has said how many threads there are to be.
-  function threads_are_given() result(answer)
-    logical :: answer
+  logical function threads_are_given() result(answer)
     character(len(with_one_thread)) :: guard
 
     call get_environment_variable(guard_variable, guard)
@@ -194,8 +193,7 @@ contains
   end subroutine use_threads
 
   !> Whether valgrind (which does not know all instructions) or a sanitizer watches.
-  function watched() result(answer)
-    logical :: answer
+  logical function watched() result(answer)
     character(4096) :: preload
     type(c_funptr) :: address
 
@@ -236,9 +234,8 @@ contains
   end subroutine start_again
 
   !> Whether one of these environment variables has a value.
-  function any_set(names) result(answer)
+  logical function any_set(names) result(answer)
     character(*), intent(in) :: names(:)
-    logical :: answer
     integer :: i, length
 
     answer = .false.

@@ -27,18 +27,16 @@ module checksum_mod
 contains
 
   !> The checksum of a text, 0 to 2**32 - 1; that of nothing is 0.
-  function checksum_of(text) result(checksum)
+  integer(i8) function checksum_of(text) result(checksum)
     character(*), intent(in) :: text
-    integer(i8) :: checksum
 
     checksum = extended(0_i8, text)
   end function checksum_of
 
-  function extended_by_bytes(checksum, address, length) result(longer)
+  integer(i8) function extended_by_bytes(checksum, address, length) result(longer)
     integer(i8), intent(in) :: checksum
     type(c_ptr), intent(in) :: address
     integer(i8), intent(in) :: length !! [bytes]
-    integer(i8) :: longer
 
     longer = checksum
     ! Of no bytes at all zlib would begin anew.
@@ -46,20 +44,18 @@ contains
       int(length, c_size_t)), i8)
   end function extended_by_bytes
 
-  function extended_by_text(checksum, text) result(longer)
+  integer(i8) function extended_by_text(checksum, text) result(longer)
     integer(i8), intent(in) :: checksum
     character(*), intent(in) :: text
-    integer(i8) :: longer
     character(c_char), target :: bytes(len(text))
 
     bytes = transfer(text, bytes, len(text))
     longer = extended_by_bytes(checksum, c_loc(bytes), len(text, i8))
   end function extended_by_text
 
-  function extended_by_numbers(checksum, numbers) result(longer)
+  integer(i8) function extended_by_numbers(checksum, numbers) result(longer)
     integer(i8), intent(in) :: checksum
     integer(i8), intent(in), target, contiguous :: numbers(:)
-    integer(i8) :: longer
 
     longer = extended_by_bytes(checksum, c_loc(numbers), 8*size(numbers, kind=i8))
   end function extended_by_numbers

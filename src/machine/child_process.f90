@@ -142,8 +142,7 @@ contains
   end subroutine lower_limit
 
   !> Addresses that this process has reserved [bytes]; 0 where the system does not tell.
-  function reserved_bytes() result(bytes)
-    integer(i8) :: bytes
+  integer(i8) function reserved_bytes() result(bytes)
     integer(i8), parameter :: page = 4096
     integer :: unit, status
 

@@ -17,9 +17,8 @@ module folders_mod
 contains
 
   !> Whether a path names a folder.
-  function is_folder(path)
+  logical function is_folder(path)
     character(*), intent(in) :: path
-    logical :: is_folder
     type(c_ptr) :: folder
     integer(c_int) :: status
 

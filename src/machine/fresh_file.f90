@@ -72,9 +72,8 @@ contains
 
   !> Wait until no other process has the folder of `path` locked, and lock it; to be unlocked at
   !> once. Where the file system has no locks, or there is no such folder, nothing happens.
-  function lock_folder(path) result(lock)
+  type(folder_lock_t) function lock_folder(path) result(lock)
     character(*), intent(in) :: path !! of a file in it
-    type(folder_lock_t) :: lock
     character(:), allocatable :: folder
     integer(c_int), parameter :: exclusive = 2
     integer(c_int) :: status
@@ -98,9 +97,8 @@ contains
   end subroutine unlock_folder
 
   !> Whether another process holds a lock on the file, be it empty yet.
-  function is_locked(path) result(locked)
+  logical function is_locked(path) result(locked)
     character(*), intent(in) :: path
-    logical :: locked
     type(c_ptr) :: file
     integer(c_int), parameter :: exclusive_at_once = 6
     integer(c_int) :: status

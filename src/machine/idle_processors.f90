@@ -22,9 +22,8 @@ module idle_processors_mod
 contains
 
   !> What the processors that the process may use have done so far.
-  function processor_time(root) result(time)
+  type(processor_time_t) function processor_time(root) result(time)
     character(*), intent(in), optional :: root !! above /proc (default: none)
-    type(processor_time_t) :: time
     character(:), allocatable :: at
     character(512) :: line
     logical :: is_allowed(0:most_processors - 1)
@@ -53,10 +52,9 @@ contains
 
   !> Processors that were idle between two looks, beside the one that the process itself used; 0
   !> where the time between them is too short to tell.
-  function idle_processors(before, now, root) result(n)
+  integer function idle_processors(before, now, root) result(n)
     type(processor_time_t), intent(in) :: before, now
     character(*), intent(in), optional :: root !! above /proc and /sys (default: none)
-    integer :: n
     character(:), allocatable :: at
 
     at = ''
@@ -103,9 +101,8 @@ contains
   end subroutine find_allowed
 
   !> Whole processors whose time the control groups grant.
-  function granted(root) result(n)
+  integer function granted(root) result(n)
     character(*), intent(in) :: root
-    integer :: n
     type(string_t), allocatable :: of_version_2(:), of_version_1(:)
     integer :: i
 

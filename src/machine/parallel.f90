@@ -189,8 +189,7 @@ contains
   end subroutine end_all_ranks
 
   !> How many ranks there are; 1 before `start_ranks`.
-  function n_ranks() result(number)
-    integer :: number
+  integer function n_ranks() result(number)
     integer(c_int) :: flag, status
 
     number = 1
@@ -199,8 +198,7 @@ contains
   end function n_ranks
 
   !> Whether this is the rank that runs the program.
-  function is_host()
-    logical :: is_host
+  logical function is_host()
     integer(c_int) :: rank, status
 
     is_host = .true.
@@ -215,8 +213,7 @@ contains
   end function communicator
 
   !> Whether mpirun has started the program: what is printed then passes through its hands.
-  function has_launcher()
-    logical :: has_launcher
+  logical function has_launcher()
     integer :: length
 
     has_launcher = n_ranks() > 1
@@ -251,9 +248,8 @@ contains
   end subroutine broadcast_text
 
   !> Whether it is true on every rank: all must call it.
-  function all_ranks(condition)
+  logical function all_ranks(condition)
     logical, intent(in) :: condition
-    logical :: all_ranks
     real(wp) :: failures(1)
 
     failures = merge(0.0_wp, 1.0_wp, condition)
@@ -301,8 +297,7 @@ contains
   end subroutine send_reals
 
   !> What the other ranks have used so far.
-  function usage_of_others() result(usage)
-    type(usage_t) :: usage
+  type(usage_t) function usage_of_others() result(usage)
     real(wp) :: sums(4)
 
     if (n_ranks() == 1) return

@@ -22,9 +22,8 @@ contains
 
   !> Whether so many bytes can be had and the machine has them: to be asked before an ALLOCATE whose
   !> failure can be told better than by the end of the program.
-  function has_memory(bytes)
+  logical function has_memory(bytes)
     integer(i8), intent(in) :: bytes
-    logical :: has_memory
     integer(i8), parameter :: little = 1000000_i8 !! not worth the time it takes to ask the machine
 
     has_memory = bytes <= little
@@ -63,9 +62,8 @@ contains
   end subroutine check_stack_room
 
   !> Whether the system grants so many bytes; it need not have them.
-  function is_granted(bytes)
+  logical function is_granted(bytes)
     integer(i8), intent(in) :: bytes
-    logical :: is_granted
     type(c_ptr) :: probe
 
     is_granted = bytes >= 0
@@ -77,9 +75,8 @@ contains
 
   !> Bytes of memory that this process can still get: the least of what the machine has free, what
   !> its control groups leave, and what its own limits (ulimit -v, ulimit -d) leave.
-  function memory_left(root) result(bytes)
+  integer(i8) function memory_left(root) result(bytes)
     character(*), intent(in), optional :: root !! above /proc and /sys (default: none)
-    integer(i8) :: bytes
     character(:), allocatable :: at
 
     at = ''
@@ -91,25 +88,22 @@ contains
   end function memory_left
 
   !> Bytes of addresses that this process can still reserve, touched or not (ulimit -v).
-  function address_space_left(root) result(bytes)
+  integer(i8) function address_space_left(root) result(bytes)
     character(*), intent(in) :: root !! above /proc
-    integer(i8) :: bytes
 
     bytes = left_of(root, 'Max address space', 'VmSize:')
   end function address_space_left
 
   !> Bytes of its own that this process can still reserve, touched or not (ulimit -d).
-  function data_left(root) result(bytes)
+  integer(i8) function data_left(root) result(bytes)
     character(*), intent(in) :: root !! above /proc
-    integer(i8) :: bytes
 
     bytes = left_of(root, 'Max data size', 'VmData:')
   end function data_left
 
   !> What a limit of the process leaves [bytes].
-  function left_of(root, limit, used) result(bytes)
+  integer(i8) function left_of(root, limit, used) result(bytes)
     character(*), intent(in) :: root, limit, used !! as the system calls limit and use
-    integer(i8) :: bytes
 
     bytes = no_limit
     call lower(bytes, 1_i8, number_after(root//'/proc/self/limits', limit), &
@@ -117,9 +111,8 @@ contains
   end function left_of
 
   !> Bytes that can still be written to the folder of `path`.
-  function disk_left(path) result(bytes)
+  integer(i8) function disk_left(path) result(bytes)
     character(*), intent(in) :: path !! of a file, which need not exist
-    integer(i8) :: bytes
     integer(c_long) :: buffer(32)
     character(:), allocatable :: folder
 
@@ -137,8 +130,7 @@ contains
   end function disk_left
 
   !> How long a file may become (ulimit -f) [bytes].
-  function file_limit() result(bytes)
-    integer(i8) :: bytes
+  integer(i8) function file_limit() result(bytes)
     integer(c_int), parameter :: file_size = 1 !! RLIMIT_FSIZE
     integer(c_int64_t) :: limits(2)
 
@@ -148,8 +140,7 @@ contains
   end function file_limit
 
   !> The memory of the process that is in the machine now; 0 where the system does not tell.
-  function resident_bytes() result(bytes)
-    integer(i8) :: bytes
+  integer(i8) function resident_bytes() result(bytes)
 
     bytes = 1024_i8*max(0_i8, number_after('/proc/self/status', 'VmRSS:'))
   end function resident_bytes
@@ -199,9 +190,8 @@ contains
   end subroutine lower
 
   !> The number behind `label` at the start of a line of a file; -1 where there is none.
-  function number_after(path, label) result(number)
+  integer(i8) function number_after(path, label) result(number)
     character(*), intent(in) :: path, label
-    integer(i8) :: number
     integer :: unit, status
     character(256) :: line
 

@@ -38,28 +38,25 @@ contains
   end subroutine meet_runtime_failures
 
   !> In the place of C's malloc, for the program's own code.
-  function checked_malloc(bytes) result(address) bind(c, name='__wrap_malloc')
+  type(c_ptr) function checked_malloc(bytes) result(address) bind(c, name='__wrap_malloc')
     integer(c_size_t), value :: bytes
-    type(c_ptr) :: address
 
     address = real_malloc(bytes)
     if (.not. c_associated(address)) call refuse(bytes)
   end function checked_malloc
 
   !> In the place of C's realloc.
-  function checked_realloc(old, bytes) result(address) bind(c, name='__wrap_realloc')
+  type(c_ptr) function checked_realloc(old, bytes) result(address) bind(c, name='__wrap_realloc')
     type(c_ptr), value :: old
     integer(c_size_t), value :: bytes
-    type(c_ptr) :: address
 
     address = real_realloc(old, bytes)
     if (.not. c_associated(address) .and. bytes > 0) call refuse(bytes)
   end function checked_realloc
 
   !> In the place of C's calloc.
-  function checked_calloc(n, bytes) result(address) bind(c, name='__wrap_calloc')
+  type(c_ptr) function checked_calloc(n, bytes) result(address) bind(c, name='__wrap_calloc')
     integer(c_size_t), value :: n, bytes
-    type(c_ptr) :: address
 
     address = real_calloc(n, bytes)
     if (.not. c_associated(address)) call refuse(n*bytes)

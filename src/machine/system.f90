@@ -18,8 +18,7 @@ module system_mod
 contains
 
   !> Seconds on a clock that does not stop; only differences mean anything.
-  function wall_seconds() result(seconds)
-    real(wp) :: seconds
+  real(wp) function wall_seconds() result(seconds)
     integer(i8) :: count, rate
 
     call system_clock(count, rate)
@@ -27,8 +26,7 @@ contains
   end function wall_seconds
 
   !> Seconds of processor time used by the process so far, all threads.
-  function cpu_seconds() result(seconds)
-    real(wp) :: seconds
+  real(wp) function cpu_seconds() result(seconds)
 
     call cpu_time(seconds)
   end function cpu_seconds
@@ -72,8 +70,7 @@ contains
   end subroutine sleep_for
 
   !> The largest resident memory of the process so far; 0 where the system does not tell.
-  function peak_memory_bytes() result(bytes)
-    integer(i8) :: bytes
+  integer(i8) function peak_memory_bytes() result(bytes)
     integer :: unit, status
     character(256) :: line
 
@@ -93,8 +90,7 @@ contains
   end function peak_memory_bytes
 
   !> Whether standard output goes to a terminal.
-  function output_is_terminal() result(terminal)
-    logical :: terminal
+  logical function output_is_terminal() result(terminal)
     character(8) :: kind
 
     call get_environment_variable('TERM', kind)
@@ -138,9 +134,8 @@ contains
     end if
   end subroutine shift_day
 
-  pure function days_in(year, month) result(days)
+  pure integer function days_in(year, month) result(days)
     integer, intent(in) :: year, month
-    integer :: days
     integer, parameter :: common(12) = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
 
     days = common(month)

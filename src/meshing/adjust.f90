@@ -380,10 +380,9 @@ contains
   end subroutine note_left
 
   !> The size of the numbers that a place on the obstacle is computed from.
-  pure function size_of(obstacle, x) result(length)
+  pure real(wp) function size_of(obstacle, x) result(length)
     type(obstacle_t), intent(in) :: obstacle
     real(wp), intent(in) :: x(3)
-    real(wp) :: length
 
     length = max(maxval(abs(x)), maxval(abs(obstacle%point)), obstacle%radius)
   end function size_of

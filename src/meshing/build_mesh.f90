@@ -221,9 +221,8 @@ contains
 
   !> Whether an element is a box along the axes, its corners in their order: then all is well with
   !> it, and its sixteen determinants need not be computed.
-  pure function is_box(x)
+  pure logical function is_box(x)
     real(wp), intent(in) :: x(3, hexahedron_nodes) !! nodes [length]
-    logical :: is_box
     integer :: a
 
     is_box = all(x(:, 7) > x(:, 1))

@@ -26,10 +26,9 @@ module cut_mesh_mod
 contains
 
   !> The elements of the mesh, in numbers of nodes or what these are called instead.
-  pure function elements_of(mesh, rank) result(connectivity)
+  pure type(connectivity_t) function elements_of(mesh, rank) result(connectivity)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in), optional :: rank(:) !! (1+n_nodes) instead of 0, 1, 2, ...
-    type(connectivity_t) :: connectivity
     integer :: e
 
     connectivity = some_elements(mesh%connectivity, [(e, e=1, mesh%n_elements)])

@@ -304,9 +304,8 @@ contains
   end function given_nodes
 
   !> The next size of a list: at least half as long again; 0 when that is beyond the limit.
-  pure function new_size(have, used, more) result(want)
+  pure integer function new_size(have, used, more) result(want)
     integer, intent(in) :: have, used, more
-    integer :: want
     integer(i8) :: wanted
 
     wanted = max(used + int(more, i8), have + have/2_i8, 1024_i8)

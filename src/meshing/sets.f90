@@ -162,10 +162,9 @@ contains
   end function with_twins
 
   !> The set `name`: its index, 0 when there is none.
-  pure function find_set(sets, name) result(found)
+  pure integer function find_set(sets, name) result(found)
     type(set_list_t), intent(in) :: sets
     character(*), intent(in) :: name !! upper case
-    integer :: found
 
     found = find_name(sets%lookup, sets%names, name)
   end function find_set

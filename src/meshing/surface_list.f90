@@ -283,10 +283,9 @@ contains
   end subroutine drop_unused
 
   !> The surface `name`: its index, 0 when there is none.
-  pure function find_surface(surfaces, name) result(found)
+  pure integer function find_surface(surfaces, name) result(found)
     type(surface_list_t), intent(in) :: surfaces
     character(*), intent(in) :: name !! upper case
-    integer :: found
 
     found = find_name(surfaces%lookup, surfaces%names, name)
   end function find_surface

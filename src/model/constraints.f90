@@ -117,10 +117,9 @@ contains
 
   !> The constraints that hold with some supports, chains substituted: masters are no longer
   !> dependent. Where a support holds a degree of freedom its constraint is dropped.
-  pure function active_constraints(constraints, prescribed) result(active)
+  pure type(constraints_t) function active_constraints(constraints, prescribed) result(active)
     type(constraints_t), intent(in) :: constraints !! without cycles
     logical, intent(in) :: prescribed(:, :)        !! (3,n_nodes)
-    type(constraints_t) :: active
     integer, allocatable :: number(:, :)
     type(line_t) :: line
     integer :: c, k, l, other
@@ -223,10 +222,9 @@ contains
   end subroutine give_to_masters
 
   !> The constraints of some of the nodes, numbered anew; their masters must be among them.
-  pure function some_constraints(constraints, number) result(some)
+  pure type(constraints_t) function some_constraints(constraints, number) result(some)
     type(constraints_t), intent(in) :: constraints
     integer, intent(in) :: number(:) !! (n_nodes) new numbers, 0 of nodes that are left out
-    type(constraints_t) :: some
     integer :: c
 
     do c = 1, constraints%n

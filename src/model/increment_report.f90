@@ -163,9 +163,8 @@ contains
 
   !> The parts together but the theory's: the error of the small-strain solution. Negative where
   !> mesh or load steps are not estimated.
-  pure function total_error(errors) result(total)
+  pure real(wp) function total_error(errors) result(total)
     type(error_parts_t), intent(in) :: errors
-    real(wp) :: total
 
     total = -1.0_wp
     if (min(errors%contact, errors%load_steps, errors%mesh, errors%arithmetic) < 0.0_wp) return
@@ -174,9 +173,8 @@ contains
 
   !> The largest of the certificate's entries that are measured by the contact tolerance; huge where
   !> one of them is no number, which Fortran's MAX may pass over.
-  pure function worst_entry(certificate) result(worst)
+  pure real(wp) function worst_entry(certificate) result(worst)
     type(certificate_t), intent(in) :: certificate
-    real(wp) :: worst
     real(wp) :: entries(10)
 
     entries = [certificate%penetration, certificate%adhesion, certificate%complementarity, &

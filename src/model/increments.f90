@@ -36,12 +36,11 @@ module increments_mod
 contains
 
   !> The increment that follows `state`; its index is 0 when there is none.
-  pure function next_increment(steps, state, length) result(increment)
+  pure type(increment_t) function next_increment(steps, state, length) result(increment)
     type(load_step_t), intent(in) :: steps(:)
     type(state_t), intent(in) :: state
     integer(i8), intent(in), optional :: length
     !! in parts; up to the next end of the deck's where it is left out
-    type(increment_t) :: increment
     integer(i8) :: start, parts
 
     increment%step = max(1, state%step)
@@ -122,9 +121,8 @@ contains
   end subroutine mark_end
 
   !> The number of increments of all steps, uncut.
-  pure function count_increments(steps) result(n)
+  pure integer function count_increments(steps) result(n)
     type(load_step_t), intent(in) :: steps(:)
-    integer :: n
 
     n = sum(steps%n_increments)
   end function count_increments

@@ -191,10 +191,9 @@ contains
   end subroutine find_root
 
   !> The elements that meet at each node, ascending.
-  pure function elements_at_nodes(mesh, counts) result(at)
+  pure type(lists_t) function elements_at_nodes(mesh, counts) result(at)
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: counts(:) !! (n_elements) those that are listed
-    type(lists_t) :: at
     integer :: counted(size(mesh%connectivity%node)) !! 0 of elements that are not listed
     integer :: e
 

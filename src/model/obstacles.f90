@@ -40,12 +40,11 @@ contains
   !> An obstacle of facets. Corners at one place are one. Of facets that have the same corners in
   !> the same order, whichever comes first, one is kept; turned round, a facet is the other side of
   !> a sheet.
-  pure function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
+  pure type(obstacle_t) function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
     character(*), intent(in) :: name
     real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]
     integer, intent(in) :: facet(:, :)   !! (4,n_facets) as of `obstacle_t`
     integer, intent(in) :: ref_node      !! 0: it is at rest
-    type(obstacle_t) :: obstacle
     integer, allocatable :: first(:)
     integer :: joined(4, size(facet, 2)), key(4, size(facet, 2)), place(size(corner, 2)), i, n
 

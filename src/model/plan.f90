@@ -88,10 +88,9 @@ contains
   end subroutine change_figure
 
   !> The number of the plan of that name; 0 where there is none.
-  pure function figure_of(plan, name) result(value)
+  pure real(wp) function figure_of(plan, name) result(value)
     type(plan_t), intent(in) :: plan
     character(*), intent(in) :: name
-    real(wp) :: value
     integer :: i
 
     value = 0.0_wp

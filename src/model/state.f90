@@ -64,10 +64,9 @@ module state_mod
 contains
 
   !> The undeformed, unloaded state.
-  pure function initial_state(n_nodes, n_points, n_obstacles) result(state)
+  pure type(state_t) function initial_state(n_nodes, n_points, n_obstacles) result(state)
     integer, intent(in) :: n_nodes, n_points
     integer, intent(in), optional :: n_obstacles !! none where left out
-    type(state_t) :: state
     integer :: n
 
     n = 0

@@ -16,12 +16,11 @@ module step_fields_mod
 contains
 
   !> Say whether the fields of an increment reach the result file.
-  pure function fields_due(frequency, increment, is_last) result(due)
+  pure logical function fields_due(frequency, increment, is_last) result(due)
     integer, intent(in) :: frequency    !! every so many increments, and the last; below 1: never
     integer, intent(in) :: increment
     !! its number among the deck's of its step, from 1; -1 for extra ones, written with every one
     logical, intent(in) :: is_last      !! of its step
-    logical :: due
 
     due = frequency > 0
     if (due) due = mod(increment, frequency) == 0 .or. is_last

@@ -30,10 +30,9 @@ contains
 
   !> Level by level from the first step: what a step starts from is what the one before it ended
   !> with.
-  pure function turns_of_step(scene, step) result(turns)
+  pure type(turns_t) function turns_of_step(scene, step) result(turns)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
-    type(turns_t) :: turns
     real(wp), allocatable :: now(:, :) !! (3,n_obstacles) as a step begins [rad]
     integer :: n, k, i, o
 

@@ -37,10 +37,9 @@ contains
 
   !> Level by level from the first step: what a step starts from is what the one before it ended
   !> with. OP=NEW lets the nodes that are not named go back to their first temperature.
-  pure function warming_of_step(scene, step) result(warming)
+  pure type(warming_t) function warming_of_step(scene, step) result(warming)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
-    type(warming_t) :: warming
     real(wp), allocatable :: first(:) !! (n_nodes) where nothing has expanded [temperature]
     real(wp), allocatable :: now(:)   !! (n_nodes) the rise as a step begins [temperature]
     integer :: n, k, i, g

@@ -117,10 +117,9 @@ contains
   end function span_of_bodies
 
   !> How many motions, from `first` on, are of one body or obstacle.
-  pure function motions_together(motions, first) result(n)
+  pure integer function motions_together(motions, first) result(n)
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: first
-    integer :: n
 
     n = 1
     do while (first + n <= motions%n)

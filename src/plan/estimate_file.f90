@@ -43,11 +43,10 @@ contains
 
   !> The result file: histories and contact of every increment, fields of the outputs, what grows
   !> empty.
-  function size_of_file(scene, plan, sizes) result(file)
+  type(file_size_t) function size_of_file(scene, plan, sizes) result(file)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(in) :: sizes
-    type(file_size_t) :: file
     type(field_t), allocatable :: fields(:)
     real(wp) :: once, table, entries
     integer :: i

@@ -107,10 +107,9 @@ contains
 
   !> What a run may take beside that for its peak to stay below a bound: what must be left whenever
   !> a library is called need not be used.
-  function room_within(memory, runs_before) result(bytes)
+  integer(i8) function room_within(memory, runs_before) result(bytes)
     real(wp), intent(in) :: memory     !! the bound [bytes]
     integer, intent(in) :: runs_before !! as of choices_t
-    integer(i8) :: bytes
 
     bytes = int(max(0.0_wp, memory + granted - taken_already(runs_before)), i8)
   end function room_within

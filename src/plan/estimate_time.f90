@@ -70,11 +70,10 @@ module estimate_time_mod
 contains
 
   !> Seconds from now to the end, by phase.
-  function seconds_of_run(scene, sizes, file) result(seconds)
+  type(seconds_t) function seconds_of_run(scene, sizes, file) result(seconds)
     type(scene_t), intent(in) :: scene
     type(sizes_t), intent(in) :: sizes
     type(file_size_t), intent(in) :: file
-    type(seconds_t) :: seconds
     type(machine_speed_t) :: speed
     real(wp) :: stiffness_time, force_time
 
@@ -215,8 +214,7 @@ contains
   end function seconds_at_fixed_rates
 
   !> Fixed rates of one thread, about those of a processor of today.
-  pure function reference_speed() result(speed)
-    type(machine_speed_t) :: speed
+  pure type(machine_speed_t) function reference_speed() result(speed)
 
     speed%flops = 5.0e10_wp
     speed%bytes = 1.0e10_wp

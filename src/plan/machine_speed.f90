@@ -35,9 +35,8 @@ contains
     speed%bytes = reading_rate(int(max(100000_i8, min(bytes, most_bytes))/8))
   end subroutine measure_speed
 
-  function product_rate(n) result(rate)
+  real(wp) function product_rate(n) result(rate)
     integer, intent(in) :: n
-    real(wp) :: rate
     real(wp), allocatable :: a(:, :), b(:, :), c(:, :)
     real(wp) :: start
     integer :: count
@@ -54,9 +53,8 @@ contains
     rate = 2.0_wp*real(n, wp)**3*count/(cpu_seconds() - start)
   end function product_rate
 
-  function symmetric_rate(n) result(rate)
+  real(wp) function symmetric_rate(n) result(rate)
     integer, intent(in) :: n
-    real(wp) :: rate
     real(wp), allocatable :: a(:, :), x(:), y(:)
     real(wp) :: start
     integer :: count
@@ -74,9 +72,8 @@ contains
     rate = real(n, wp)**2*count/(cpu_seconds() - start)
   end function symmetric_rate
 
-  function reading_rate(n) result(rate)
+  real(wp) function reading_rate(n) result(rate)
     integer, intent(in) :: n !! numbers
-    real(wp) :: rate
     real(wp), allocatable :: x(:)
     real(wp) :: start, total
     integer :: count

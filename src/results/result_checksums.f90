@@ -87,9 +87,8 @@ contains
 
   ! ------------------------------------------------------------------ checking
 
-  function has_checksums(file)
+  logical function has_checksums(file)
     type(hdf5_file_t), intent(in) :: file
-    logical :: has_checksums
 
     has_checksums = exists(file, table)
   end function has_checksums

@@ -123,10 +123,9 @@ contains
   end subroutine label
 
   !> A number that changes with every bit of the numbers, with their order and with the increment.
-  pure function sum_of_bits(row, numbers) result(bits)
+  pure integer(i8) function sum_of_bits(row, numbers) result(bits)
     integer, intent(in) :: row
     real(wp), intent(in) :: numbers(:)
-    integer(i8) :: bits
     integer :: i
 
     bits = ieor(ishft(int(row, i8), 32), size(numbers, kind=i8))

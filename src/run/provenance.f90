@@ -19,9 +19,8 @@ module provenance_mod
 contains
 
   !> What can be told at the start of a run, when its equations are analysed.
-  function make_provenance(factor) result(provenance)
+  type(provenance_t) function make_provenance(factor) result(provenance)
     type(sparse_factor_t), intent(in) :: factor
-    type(provenance_t) :: provenance
     type(tally_t) :: empty
     real(wp), allocatable :: unused(:)
 

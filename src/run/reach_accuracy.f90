@@ -253,11 +253,10 @@ contains
   end subroutine check_options
 
   !> Runs that are not expected to be the last one have no more than a line of the table.
-  function console_of(console, options, choice) result(of_run)
+  type(console_t) function console_of(console, options, choice) result(of_run)
     type(console_t), intent(in) :: console
     type(options_t), intent(in) :: options
     type(choice_t), intent(in) :: choice
-    type(console_t) :: of_run
 
     of_run = console
     of_run%is_one_of = .true.

@@ -160,10 +160,9 @@ contains
 
   !> Memory that HDF5 may ask for while an increment is written: its tables, and a few copies of
   !> the longest row, of a field or of the state, which it shuffles and deflates.
-  function room_to_write(scene, plan) result(bytes)
+  integer(i8) function room_to_write(scene, plan) result(bytes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    integer(i8) :: bytes
     integer(i8), parameter :: tables = 16000000_i8, copies = 4, tensor = 48
     type(field_t), allocatable :: fields(:), at_points(:)
     integer :: i

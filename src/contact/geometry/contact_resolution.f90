@@ -233,11 +233,10 @@ contains
   end subroutine find_active_neighbours
 
   !> The faces of a pair's slave surface; none where it consists of nodes alone.
-  pure function faces_of(scene, points, pair) result(faces)
+  pure type(slave_faces_t) function faces_of(scene, points, pair) result(faces)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
-    type(slave_faces_t) :: faces
     integer, allocatable :: whole(:)
     integer :: f, i, n_faces
 

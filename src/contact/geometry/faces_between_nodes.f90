@@ -277,10 +277,9 @@ contains
   !> The deepest entry that no touching node excuses.
   !>
   !> A dent may reach over several faces: a node that touches near one of them is near all of it.
-  pure function deepest_untouched(dents, near) result(deepest)
+  pure type(face_entry_t) function deepest_untouched(dents, near) result(deepest)
     type(face_entry_t), intent(in) :: dents(:)
     logical, intent(in) :: near(:) !! (n_nodes) of faces with a touching node
-    type(face_entry_t) :: deepest
     logical :: reached(size(near)), grows
     integer :: i
 

@@ -24,12 +24,11 @@ contains
   !> mesh and are in no slave surface of it.
   !>
   !> Beside a *CONTACT GAP the mesh does not say where bodies end.
-  pure function find_node_behind(scene, points, state, allowed) result(deepest)
+  pure type(node_behind_t) function find_node_behind(scene, points, state, allowed) result(deepest)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     real(wp), intent(in) :: allowed    !! depth that is none [length]
-    type(node_behind_t) :: deepest
     type(obstacle_t) :: obstacle
     logical :: is_slave(scene%mesh%n_nodes), of_slave(0:scene%mesh%n_pieces)
     real(wp), parameter :: at_rest(3) = 0.0_wp

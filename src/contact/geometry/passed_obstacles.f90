@@ -77,11 +77,10 @@ contains
   end function normals_in
 
   !> A pair's obstacle as it has turned.
-  pure function as_it_stands(scene, pair, state) result(obstacle)
+  pure type(obstacle_t) function as_it_stands(scene, pair, state) result(obstacle)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: pair
     type(state_t), intent(in) :: state
-    type(obstacle_t) :: obstacle
 
     associate (master => scene%pairs(pair)%master)
       obstacle = scene%obstacles(master)

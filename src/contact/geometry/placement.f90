@@ -320,11 +320,10 @@ contains
   end subroutine join_ends
 
   !> An obstacle as it has turned.
-  pure function as_turned(scene, master, rotation) result(obstacle)
+  pure type(obstacle_t) function as_turned(scene, master, rotation) result(obstacle)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: master
     real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
-    type(obstacle_t) :: obstacle
 
     obstacle = scene%obstacles(master)
     if (obstacle%turns .and. present(rotation)) obstacle = turned(obstacle, rotation(:, master), &

@@ -35,18 +35,16 @@ module smooth_faces_mod
 contains
 
   !> A surface without faces.
-  pure function no_faces() result(faces)
-    type(smooth_faces_t) :: faces
+  pure type(smooth_faces_t) function no_faces() result(faces)
 
     allocate (faces%nodes(face_corners, 0), faces%normal(3, 0), faces%half(face_corners, 0))
     allocate (faces%bulge(3, face_corners, 0))
   end function no_faces
 
   !> The faces of a surface; none where it consists of nodes alone.
-  pure function make_smooth_faces(mesh, surface) result(faces)
+  pure type(smooth_faces_t) function make_smooth_faces(mesh, surface) result(faces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
-    type(smooth_faces_t) :: faces
     type(lists_t) :: at !! the faces at each node
     real(wp) :: x(3, face_corners)
     integer, allocatable :: corners(:, :), whole(:)

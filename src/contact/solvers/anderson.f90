@@ -19,9 +19,8 @@ module anderson_mod
 contains
 
   !> An accelerator for vectors of length n.
-  pure function new_anderson(n, depth) result(memory)
+  pure type(anderson_t) function new_anderson(n, depth) result(memory)
     integer, intent(in) :: n, depth
-    type(anderson_t) :: memory
 
     memory%depth = depth
     allocate (memory%image(n), memory%distance(n), memory%images(n, depth), memory%distances(n, &

@@ -152,10 +152,9 @@ contains
   end subroutine find_responses
 
   !> The same controls, with factorised responses where these can be paid for.
-  pure function exact_controls(problem, controls) result(exactly)
+  pure type(contact_controls_t) function exact_controls(problem, controls) result(exactly)
     type(contact_problem_t), intent(in) :: problem
     type(contact_controls_t), intent(in) :: controls
-    type(contact_controls_t) :: exactly
 
     exactly = controls
     if (problem%n_rows <= exact_response) exactly%linear = linear_direct

@@ -22,10 +22,9 @@ module newton_iterate_mod
 contains
 
   !> The iterate at given reactions.
-  function start_at(problem, x_free, r) result(at)
+  type(iterate_t) function start_at(problem, x_free, r) result(at)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:), r(:, :)
-    type(iterate_t) :: at
 
     allocate (at%r(problem%n_rows), at%x(problem%n_rows), at%z(problem%n_rows))
     allocate (at%dz_dr(3, 3, problem%n_points), at%dz_dx(3, 3, problem%n_points))

@@ -123,12 +123,11 @@ contains
 
   !> Whether the exact residual, a product with W, is worth its price: what the sweep saw in passing
   !> is small enough, or the last one is long ago.
-  pure function due(sweep, controls, size_r, scale, iterations)
+  pure logical function due(sweep, controls, size_r, scale, iterations)
     type(sweep_t), intent(in) :: sweep
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: size_r, scale  !! |r| now, force scale at the start [force]
     integer, intent(in) :: iterations
-    logical :: due
 
     due = sweep%seen_residual <= controls%tolerance*max(size_r, scale) .or. &
       mod(iterations, check_every) == 0

@@ -297,11 +297,10 @@ contains
   end subroutine find_index
 
   !> The surface or region of a load that was there before; 0 without one.
-  pure function known_index(draft, label, slot) result(index)
+  pure integer function known_index(draft, label, slot) result(index)
     type(element_load_draft_t), intent(in) :: draft
     integer, intent(in) :: label
     integer, intent(in) :: slot(2)
-    integer :: index
 
     index = 0
     if (slot(2) == 0) then

@@ -254,9 +254,8 @@ contains
   end subroutine find_facet
 
   !> Whether a type is of lines or faces, which mesh generators write beside the elements.
-  pure function is_skipped(name) result(is)
+  pure logical function is_skipped(name) result(is)
     character(*), intent(in) :: name !! upper case
-    logical :: is
     character(4), parameter :: beginnings(*) = ['CPS ', 'CPE ', 'CAX ', 'CGAX', 'STRI', 'M3D ', &
       'SFM ', 'R2D ', 'R3D ', 'T2D ', 'T3D ', 'B2  ', 'B3  ', 'S3  ', 'S4  ', 'S6  ', 'S8  ', &
       'DS  ']

@@ -565,13 +565,12 @@ contains
   end subroutine find_body
 
   !> The facets of a surface, turned to its side, with corners of their own.
-  function obstacle_of_sides(draft, bodies, surfaces, k, ref_node) result(obstacle)
+  type(obstacle_t) function obstacle_of_sides(draft, bodies, surfaces, k, ref_node) result(obstacle)
     type(mesh_draft_t), intent(in) :: draft
     type(rigid_bodies_t), intent(in) :: bodies
     type(surface_list_t), intent(in) :: surfaces
     integer, intent(in) :: k          !! the surface
     integer, intent(in) :: ref_node
-    type(obstacle_t) :: obstacle
     integer, allocatable :: corner_of(:), nodes(:), facet(:, :)
     integer :: i, a, n, corners, node(4)
 

@@ -210,10 +210,9 @@ contains
   end subroutine find_line_end
 
   !> How many characters end the line whose last character is `last`: 0, 1 or 2.
-  pure function skip_line_end(raw, last) result(n)
+  pure integer function skip_line_end(raw, last) result(n)
     character(*), intent(in) :: raw
     integer, intent(in) :: last
-    integer :: n
 
     n = 0
     if (last >= len(raw)) return
@@ -223,9 +222,8 @@ contains
   end function skip_line_end
 
   !> Whether a line is the keyword *INCLUDE.
-  pure function is_include(line) result(is)
+  pure logical function is_include(line) result(is)
     character(*), intent(in) :: line
-    logical :: is
     integer :: star, first
 
     is = .false.
@@ -239,9 +237,8 @@ contains
     if (first + 7 <= len(line)) is = scan(line(first + 7:first + 7), blanks//',') == 1
   end function is_include
 
-  pure function ends_with_comma(line) result(ends)
+  pure logical function ends_with_comma(line) result(ends)
     character(*), intent(in) :: line
-    logical :: ends
     integer :: last
 
     last = verify(line, blanks, back=.true.)

@@ -107,9 +107,8 @@ contains
   end subroutine note
 
   !> False once so many mistakes are known that reading on makes no sense.
-  pure function keep_reading(reader) result(keep)
+  pure logical function keep_reading(reader) result(keep)
     type(reader_t), intent(in) :: reader
-    logical :: keep
 
     keep = wants_more(reader%diagnostics)
   end function keep_reading
@@ -336,9 +335,8 @@ contains
     end do
   end subroutine skip_continuation
 
-  pure function is_option(text) result(is)
+  pure logical function is_option(text) result(is)
     character(*), intent(in) :: text
-    logical :: is
     integer :: i
 
     is = index(text, '=') > 0
@@ -455,10 +453,9 @@ contains
   end subroutine add_piece
 
   !> Position of the first letter of a line that is not blank; its end when there is none.
-  pure function first_letter(source, line) result(position)
+  pure integer function first_letter(source, line) result(position)
     type(source_t), intent(in) :: source
     integer, intent(in) :: line
-    integer :: position
 
     position = source%first(line)
     do while (source%text(position:position) == ' ' .or. source%text(position:position) == tab)
@@ -484,10 +481,9 @@ contains
   end function kind_of_line
 
   !> Whether a line is neither blank, nor a comment, nor a keyword.
-  pure function is_data_line(source, line) result(is)
+  pure logical function is_data_line(source, line) result(is)
     type(source_t), intent(in) :: source
     integer, intent(in) :: line
-    logical :: is
 
     is = kind_of_line(source, line) == data_line
   end function is_data_line

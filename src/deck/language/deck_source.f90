@@ -106,10 +106,9 @@ contains
   end function line_at
 
   !> File, line and column of `position`.
-  pure function place_of(source, position) result(place)
+  pure type(place_t) function place_of(source, position) result(place)
     type(source_t), intent(in) :: source
     integer, intent(in) :: position !! 1 .. source%length
-    type(place_t) :: place
     integer :: line, i
 
     line = line_at(source, position)

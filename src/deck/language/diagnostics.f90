@@ -112,17 +112,15 @@ contains
     diagnostics%notes(diagnostics%n_notes)%text = text
   end subroutine add_note
 
-  pure function any_mistakes(diagnostics) result(found)
+  pure logical function any_mistakes(diagnostics) result(found)
     type(diagnostics_t), intent(in) :: diagnostics
-    logical :: found
 
     found = diagnostics%n_mistakes > 0
   end function any_mistakes
 
   !> Whether it makes sense to look for further mistakes.
-  pure function wants_more(diagnostics) result(wanted)
+  pure logical function wants_more(diagnostics) result(wanted)
     type(diagnostics_t), intent(in) :: diagnostics
-    logical :: wanted
 
     wanted = diagnostics%n_mistakes < max_collected
   end function wants_more

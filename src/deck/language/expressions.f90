@@ -271,9 +271,8 @@ contains
     letter = text(:last)
   end function one_letter
 
-  pure function is_function(name) result(is)
+  pure logical function is_function(name) result(is)
     character(*), intent(in) :: name !! upper case
-    logical :: is
 
     is = name == 'SQRT' .or. name == 'SIN' .or. name == 'COS' .or. name == 'TAN'
   end function is_function

@@ -115,11 +115,10 @@ contains
   end subroutine put_in_parameters
 
   !> The place of field `i`; of the end of the line when there are fewer fields.
-  pure function field_position(reader, fields, i) result(position)
+  pure integer function field_position(reader, fields, i) result(position)
     type(reader_t), intent(in) :: reader
     type(fields_t), intent(in) :: fields
     integer, intent(in) :: i
-    integer :: position
 
     if (i <= fields%n) then
       position = fields%pieces%first(i)
@@ -144,10 +143,9 @@ contains
     end if
   end function field_text
 
-  pure function is_empty_field(fields, i) result(empty)
+  pure logical function is_empty_field(fields, i) result(empty)
     type(fields_t), intent(in) :: fields
     integer, intent(in) :: i
-    logical :: empty
 
     empty = .true.
     if (i <= fields%n) empty = fields%pieces%last(i) < fields%pieces%first(i)
@@ -332,11 +330,10 @@ contains
   end subroutine find_only_node
 
   !> Whether field `i` holds digits only (a sign aside), so that it cannot be a name.
-  pure function looks_like_id(reader, fields, i) result(looks)
+  pure logical function looks_like_id(reader, fields, i) result(looks)
     type(reader_t), intent(in) :: reader
     type(fields_t), intent(in) :: fields
     integer, intent(in) :: i
-    logical :: looks
 
     looks = .not. is_empty_field(fields, i)
     if (.not. looks) return

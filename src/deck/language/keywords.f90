@@ -253,9 +253,8 @@ contains
   end function without_tabs
 
   !> Whether two words are the same, blanks, tabs and case aside.
-  pure function same_word(a, b) result(same)
+  pure logical function same_word(a, b) result(same)
     character(*), intent(in) :: a, b
-    logical :: same
     integer :: i, j
 
     i = 0

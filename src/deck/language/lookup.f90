@@ -115,9 +115,8 @@ contains
 
   contains
 
-    pure function takes_right(i, j, middle, right) result(takes)
+    pure logical function takes_right(i, j, middle, right) result(takes)
       integer, intent(in) :: i, j, middle, right
-      logical :: takes
 
       takes = .false.
       if (j >= right) return

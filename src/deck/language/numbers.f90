@@ -195,10 +195,9 @@ contains
   end subroutine read_digits
 
   !> digits * 10**exponent by the C library, which rounds correctly and is quick.
-  pure function convert(digits, exponent) result(value)
+  pure real(wp) function convert(digits, exponent) result(value)
     character(*), intent(in) :: digits  !! at most max_digits
     integer, intent(in) :: exponent     !! |exponent| < 1000
-    real(wp) :: value
     character(kind=c_char) :: buffer(max_digits + 6)
     integer :: i, n
 
@@ -216,9 +215,8 @@ contains
     value = c_strtod(buffer, c_null_ptr)
   end function convert
 
-  pure function spells_no_number(text) result(spells)
+  pure logical function spells_no_number(text) result(spells)
     character(*), intent(in) :: text
-    logical :: spells
 
     spells = .false.
     if (len(text) > 8) return

@@ -170,20 +170,18 @@ contains
     end do options
   end subroutine allow_options
 
-  pure function find_option(card, name) result(found)
+  pure integer function find_option(card, name) result(found)
     type(card_t), intent(in) :: card
     character(*), intent(in) :: name
-    integer :: found
 
     do found = card%n_options, 1, -1
       if (same_word(card%options(found)%name, name)) return
     end do
   end function find_option
 
-  pure function has_option(card, name) result(has)
+  pure logical function has_option(card, name) result(has)
     type(card_t), intent(in) :: card
     character(*), intent(in) :: name
-    logical :: has
 
     has = find_option(card, name) > 0
   end function has_option

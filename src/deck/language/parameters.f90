@@ -50,10 +50,9 @@ contains
   end subroutine add_parameter
 
   !> The parameter `name`: its index, 0 when there is none.
-  pure function find_parameter(table, name) result(found)
+  pure integer function find_parameter(table, name) result(found)
     type(parameter_table_t), intent(in) :: table
     character(*), intent(in) :: name !! upper case
-    integer :: found
 
     do found = table%n, 1, -1
       if (table%list(found)%name == name) return
@@ -89,10 +88,9 @@ contains
   end subroutine add_override
 
   !> The override of `name`: its index, 0 when there is none.
-  pure function find_override(table, name) result(found)
+  pure integer function find_override(table, name) result(found)
     type(parameter_table_t), intent(in) :: table
     character(*), intent(in) :: name !! upper case
-    integer :: found
 
     do found = table%n_overrides, 1, -1
       if (table%overrides(found)%name == name) return
@@ -100,18 +98,16 @@ contains
   end function find_override
 
   !> Whether a name may begin with this letter.
-  pure function is_name_start(letter) result(may)
+  pure logical function is_name_start(letter) result(may)
     character, intent(in) :: letter
-    logical :: may
 
     may = (letter >= 'A' .and. letter <= 'Z') .or. (letter >= 'a' .and. letter <= 'z') &
       .or. letter == '_'
   end function is_name_start
 
   !> Whether a name may go on with this letter.
-  pure function is_name_part(letter) result(may)
+  pure logical function is_name_part(letter) result(may)
     character, intent(in) :: letter
-    logical :: may
 
     may = is_name_start(letter) .or. (letter >= '0' .and. letter <= '9')
   end function is_name_part

@@ -206,10 +206,9 @@ contains
   !>
   !> It is one when it begins with a name that means nothing else, and could not be arithmetic but
   !> for hyphens.
-  pure function is_word(value, table) result(is)
+  pure logical function is_word(value, table) result(is)
     character(*), intent(in) :: value
     type(parameter_table_t), intent(in) :: table
-    logical :: is
     character(:), allocatable :: name
     integer :: i
 
