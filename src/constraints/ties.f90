@@ -17,8 +17,10 @@ module ties_mod
   use cells_mod, only: face_corners
   use connectivity_mod, only: corners_in, nodes_of_element
   use mesh_mod, only: deck_rounding
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, take_up_shifts, reach_of_faces, &
-    face_each_other
+  use surface_reach_mod, only: reach_of_faces, face_each_other
+  use mortar_rows_mod, only: mortar_t, slave_t
+  use tied_rows_mod, only: take_up_shifts
+  use mortar_mod, only: make_mortar
   use own_weights_mod, only: solve_for_own
   use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t

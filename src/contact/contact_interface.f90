@@ -16,7 +16,7 @@ module contact_interface_mod
   use rigid_modes_mod, only: free_motions_t, find_free_motions
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
-  use mortar_mod, only: reach_of_faces
+  use surface_reach_mod, only: reach_of_faces
   use candidate_points_mod, only: find_curved, list_master_nodes
   use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight

@@ -5,8 +5,9 @@ module facet_mortar_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
   use sorting_mod, only: sort_unique
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, &
-    face_each_other
+  use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other
+  use mortar_rows_mod, only: mortar_t, slave_t
+  use mortar_mod, only: make_mortar
   implicit none
   private
 

@@ -13,7 +13,9 @@ module adjust_mod
   use obstacle_shapes_mod, only: is_before_faces, locate_point
   use mirror_planes_mod, only: keep_on_ends
   use local_refinement_mod, only: hanging_of
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all
+  use surface_reach_mod, only: reach_of_faces, reach_of_all
+  use mortar_rows_mod, only: mortar_t, slave_t
+  use mortar_mod, only: make_mortar
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
   use options_mod, only: card_t, name_option, option_position

@@ -6,8 +6,9 @@ module surface_pairs_mod
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all, &
-    face_each_other
+  use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other
+  use mortar_rows_mod, only: mortar_t, slave_t
+  use mortar_mod, only: make_mortar
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
   use faces_mod, only: face_area_vectors

@@ -13,7 +13,9 @@ module faced_side_mod
   use contact_points_mod, only: contact_points_t, weights_t, is_across, faces_of_side, &
     find_side_points, face_one
   use local_frame_mod, only: local_frame, straight
-  use mortar_mod, only: mortar_t, slave_t, make_mortar, reach_of_faces, reach_of_all
+  use surface_reach_mod, only: reach_of_faces, reach_of_all
+  use mortar_rows_mod, only: mortar_t, slave_t
+  use mortar_mod, only: make_mortar
   use fixed_points_mod, only: find_fixed, are_held
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, near_facets, &
     reach_of_facets, reach_of_all_facets

@@ -8,7 +8,7 @@ module fixed_points_mod
   use growing_lists_mod, only: enlarge
   use node_freedom_mod, only: node_freedom_t
   use local_frame_mod, only: straight
-  use mortar_mod, only: opposite_t
+  use mortar_rows_mod, only: opposite_t
   implicit none
   private
 

@@ -10,7 +10,7 @@ module passed_faces_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place, place_undeformed
-  use mortar_mod, only: reach_of_faces
+  use surface_reach_mod, only: reach_of_faces
   use faces_between_nodes_mod, only: face_entry_t, entries_t, take_passed
   implicit none
   private

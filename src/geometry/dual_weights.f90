@@ -1,0 +1,165 @@
+!> What dual multipliers make of the overlaps of a slave face: the weights of the master's nodes in
+!> the rows of the face's nodes. docs/theory.md (11.2) to (11.4), (11.21).
+module dual_weights_mod
+  use kinds_mod, only: wp
+  use cells_mod, only: face_corners, face_nodes
+  use connectivity_mod, only: corners_in
+  use small_matrix_mod, only: solve_small
+  use face_overlap_mod, only: overlap_t
+  use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
+    make_patch, values_at_nodes
+  use mortar_rows_mod, only: mortar_t
+  use weight_rows_mod, only: entries_t, append_entry
+  use slave_face_mod, only: face_t, share_with_ends, take_from_ends, append_place
+  use covering_parts_mod, only: part_t
+  implicit none
+  private
+
+  public :: add_face
+
+  real(wp), parameter :: half = 0.5_wp !! of a face: with less functions are hard to tell apart [-]
+  real(wp), parameter :: least_cover = 1.0e-9_wp !! of a face; less has lost its digits [-]
+
+contains
+
+  !> Add what covers a slave face to the rows of its nodes, or to what they are apart from it, not
+  !> yet divided by their areas.
+  pure subroutine add_face(face, x, parts, makes_rows, mortar, entries)
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(part_t), intent(in) :: parts(:)
+    logical, intent(in) :: makes_rows
+    type(mortar_t), intent(inout) :: mortar
+    type(entries_t), intent(inout) :: entries
+    type(overlap_t) :: overlap
+    real(wp), dimension(face%n) :: lumped, shared, unit
+    real(wp), dimension(face%n, face%n) :: mass, dual, given
+    real(wp) :: part_of(face%n, face_nodes), q(3, face%n), values(face%n, face_nodes, size(parts))
+    integer :: a, b, i, k
+    logical :: regular, is_extrapolated
+
+    if (size(parts) == 0) return
+    lumped = 0.0_wp
+    mass = 0.0_wp
+    associate (n => face%n)
+      do i = 1, size(parts)
+        lumped = lumped + parts(i)%overlap%lumped(:n)
+        mass = mass + parts(i)%overlap%mass(:n, :n)
+      end do
+      if (sum(lumped) < least_cover*face%area) return
+      is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area
+      call share_with_ends(face, lumped)
+      dual = 0.0_wp
+      if (is_extrapolated) then
+        call extrapolate(face, x, parts, values, regular)
+        if (.not. regular) return
+      else
+        do a = 1, n
+          call share_with_ends(face, mass(:, a))
+        end do
+        do a = 1, n
+          call share_with_ends(face, mass(a, :))
+        end do
+        do a = 1, n
+          unit = merge(1.0_wp, 0.0_wp, [(i == a, i=1, n)])
+          call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
+          if (.not. regular) return
+          dual(:, a) = lumped(a)*dual(:, a)
+        end do
+      end if
+    end associate
+    q = face%x(:, :face%n)
+    call take_from_ends(face, q)
+    associate (n => face%n, row => face%row(:face%n))
+      given = face%given(:n, :n)
+      dual = matmul(dual, transpose(given))
+      shared = matmul(given, lumped)
+      mortar%area(row) = mortar%area(row) + shared
+      do a = 1, n
+        do b = 1, n
+          if (a == b .or. .not. makes_rows .or. .not. given(b, a) > 0.0_wp) cycle
+          ! The row of `b` stands for the place of `a`, too.
+          call append_place(face, row(b), b, given(b, a)*lumped(a), entries)
+          call append_place(face, row(b), a, -given(b, a)*lumped(a), entries)
+        end do
+      end do
+      do i = 1, size(parts)
+        overlap = parts(i)%overlap
+        call share_with_ends(face, overlap%entered(:n))
+        do k = 1, 3
+          call share_with_ends(face, overlap%facing(k, :n))
+        end do
+        do k = 1, parts(i)%n
+          call share_with_ends(face, overlap%mixed(:n, k))
+        end do
+        if (is_extrapolated) then
+          do k = 1, parts(i)%n
+            part_of(:, k) = matmul(given, lumped*values(:, k, i))
+          end do
+        else
+          part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
+        end if
+        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+        mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
+        mortar%normal(:, row) = mortar%normal(:, row) + matmul(overlap%facing(:, :n), &
+          transpose(given))
+        do k = 1, parts(i)%n
+          do a = 1, n
+            if (makes_rows) then
+              call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
+            else
+              mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
+                (q(:, a) - x(:, parts(i)%node(k)))
+            end if
+          end do
+        end do
+      end do
+    end associate
+  end subroutine add_face
+
+  !> M^-1 int N~ N_k of (11.21), where less than half of the face is covered: values at its points
+  !> of the polynomial that comes closest to the master's function over what is covered.
+  !>
+  !> Shape functions of the whole face nearly depend on each other over a narrow strip; polynomials
+  !> in the strip's own coordinates do not.
+  pure subroutine extrapolate(face, x, parts, values, regular)
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
+    type(part_t), intent(in) :: parts(:)
+    real(wp), intent(out) :: values(:, :, :)    !! (n,8,n_parts) [-]
+    logical, intent(out) :: regular             !! false: the strip is too narrow even for these
+    type(patch_t) :: patch
+    type(overlap_t) :: overlap(size(parts))
+    type(whole_face_t) :: slave
+    real(wp), dimension(face%n, face%n) :: mass, at_points, fit
+    real(wp) :: moments(6)
+    integer :: i, a, k
+
+    values = 0.0_wp
+    moments = 0.0_wp
+    do i = 1, size(parts)
+      moments = moments + parts(i)%overlap%moments
+    end do
+    slave = whole_face(face%x(:, :face%n))
+    patch = make_patch(face%n, moments)
+    mass = 0.0_wp
+    do i = 1, size(parts)
+      associate (part => parts(i))
+        k = corners_in(part%corner)
+        overlap(i) = find_curved_overlap(part%plane, slave, x(:, part%corner(:k)), whole_face( &
+          x(:, part%node(:part%n))), patch)
+      end associate
+      mass = mass + overlap(i)%mass(:face%n, :face%n)
+    end do
+    at_points = values_at_nodes(face%n, patch)
+    call take_from_ends(face, at_points)
+    do a = 1, face%n
+      call solve_small(mass, at_points(:, a), fit(:, a), regular)
+      if (.not. regular) return
+    end do
+    do i = 1, size(parts)
+      values(:, :parts(i)%n, i) = matmul(transpose(fit), overlap(i)%mixed(:face%n, :parts(i)%n))
+    end do
+  end subroutine extrapolate
+
+end module dual_weights_mod

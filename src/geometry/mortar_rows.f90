@@ -1,0 +1,79 @@
+!> What the nodes of a slave surface face: what a mortar is asked of, and what it finds.
+module mortar_rows_mod
+  use kinds_mod, only: wp
+  use cells_mod, only: face_corners
+  use contact_points_mod, only: weights_t
+  implicit none
+  private
+
+  public :: mortar_t, slave_t, opposite_t, new_mortar, enough_of_second_order
+
+  !> The place of the master that lies opposite a slave node.
+  type :: opposite_t
+    integer :: n = 0                !! 0: none does
+    integer :: node(face_corners) = 0          !! of the master's face
+    real(wp) :: weight(face_corners) = 0.0_wp  !! its shape functions there [-]
+    real(wp) :: beyond = 0.1_wp
+    !! how far beyond its edges, beside the face; further away is not opposite: strains do not move
+    !! an edge so far [-]
+  end type opposite_t
+
+  !> What the nodes of a slave surface face.
+  type :: mortar_t
+    type(weights_t) :: weights              !! a row a slave node; empty where nothing covers it
+    real(wp), allocatable :: area(:)        !! (n) of the node, as far as it is covered [length^2]
+    real(wp), allocatable :: whole_area(:)  !! (n) of the node [length^2]
+    real(wp), allocatable :: least(:)
+    !! (n) how much of its area counts as contact where it is covered [-]
+    real(wp), allocatable :: faced_area(:)
+    !! (n) of that what is turned towards the master: as seen along the normal, 0: not covered
+    !! [length^2]
+    real(wp), allocatable :: normal(:, :)   !! (3,n) from master to slave, 0: not covered [-]
+    real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
+    real(wp), allocatable :: apart(:, :)
+    !! (3,n) place of the node less that of what it faces, 0: not covered [length]
+    real(wp), allocatable :: entered(:)
+    !! (n) integral of the gap over the node's faces where it is below 0, with the node's shape
+    !! function [length^3]
+    real(wp), allocatable :: least_gap(:)
+    !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
+    logical :: has_middles = .false.        !! faces of the slave have mid-side nodes
+    type(opposite_t), allocatable :: opposite(:)
+    !! (n) where the slave asks for it, else not allocated
+  end type mortar_t
+
+  !> A slave surface.
+  type :: slave_t
+    integer, allocatable :: faces(:, :)
+    !! (4,n_slave) corners, anticlockwise from outside; the fourth is 0 in a triangle. Or
+    !! (8,n_slave) all nodes as of all_nodes_of
+    integer, allocatable :: nodes(:)      !! (n) each once, in the order of the rows
+    integer, allocatable :: hanging(:, :)
+    !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
+    !! what they have, and they are not covered
+    logical, allocatable :: asks(:)     !! (n) for what lies opposite; not allocated: none does
+    logical, allocatable :: is_fixed(:)
+    !! (n) the node has no multiplier: its neighbours get what it has; not allocated: none
+  end type slave_t
+
+  ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
+  ! mid-side nodes of 170, too: their functions have two signs.
+  real(wp), parameter :: enough = 1.0e-3_wp, enough_of_second_order = 0.05_wp !! [-]
+
+contains
+
+  !> A mortar of which nothing is covered yet.
+  pure type(mortar_t) function new_mortar(slave) result(mortar)
+    type(slave_t), intent(in) :: slave
+    integer :: n
+
+    n = size(slave%nodes)
+    allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
+    allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
+    allocate (mortar%entered(n), source=0.0_wp)
+    allocate (mortar%least(n), source=enough)
+    allocate (mortar%least_gap(n), source=huge(1.0_wp))
+    if (allocated(slave%asks)) allocate (mortar%opposite(n))
+  end function new_mortar
+
+end module mortar_rows_mod

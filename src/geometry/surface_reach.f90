@@ -1,0 +1,69 @@
+!> How far apart the faces of two surfaces are looked for, and whether they are turned towards each
+!> other.
+module surface_reach_mod
+  use kinds_mod, only: wp
+  use connectivity_mod, only: corners_in
+  use face_overlap_mod, only: outward_normal
+  implicit none
+  private
+
+  public :: reach_of_faces, reach_of_all, largest_face, face_each_other, against
+
+  real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most
+
+contains
+
+  !> Half the largest face: how far apart the faces of two surfaces at rest are looked for.
+  pure real(wp) function reach_of_faces(slave, master, x) result(reach)
+    integer, intent(in) :: slave(:, :), master(:, :) !! (4,n) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+
+    reach = 0.5_wp*max(largest_face(slave, x), largest_face(master, x))
+  end function reach_of_faces
+
+  !> How far apart the farthest places of two surfaces are, at most.
+  pure real(wp) function reach_of_all(slave_nodes, master_nodes, x) result(reach)
+    integer, intent(in) :: slave_nodes(:), master_nodes(:)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+
+    associate (s => x(:, slave_nodes), m => x(:, master_nodes))
+      reach = norm2(max(maxval(s, 2), maxval(m, 2)) - min(minval(s, 2), minval(m, 2)))
+    end associate
+  end function reach_of_all
+
+  !> The longest diagonal of the boxes of faces.
+  pure real(wp) function largest_face(faces, x) result(length)
+    integer, intent(in) :: faces(:, :)   !! (4,n_faces)
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    integer :: f
+
+    length = 0.0_wp
+    do f = 1, size(faces, 2)
+      associate (corner => x(:, faces(:corners_in(faces(:, f)), f)))
+        length = max(length, sum((maxval(corner, 2) - minval(corner, 2))**2))
+      end associate
+    end do
+    length = sqrt(length)
+  end function largest_face
+
+  !> Whether any face of one surface is turned towards any of the other: if not they never touch.
+  pure logical function face_each_other(slave, master, x) result(they_do)
+    integer, intent(in) :: slave(:, :), master(:, :) !! (4,n) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: normal(3, size(master, 2)), n(3)
+    integer :: f, k
+
+    do f = 1, size(master, 2)
+      normal(:, f) = outward_normal(x(:, master(:corners_in(master(:, f)), f)))
+    end do
+    they_do = .true.
+    do f = 1, size(slave, 2)
+      n = outward_normal(x(:, slave(:corners_in(slave(:, f)), f)))
+      do k = 1, size(master, 2)
+        if (dot_product(n, normal(:, k)) <= against) return
+      end do
+    end do
+    they_do = .false.
+  end function face_each_other
+
+end module surface_reach_mod
