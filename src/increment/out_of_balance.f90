@@ -1,0 +1,122 @@
+!> The forces that are out of balance at the nodes, and which of them reactions take.
+module out_of_balance_mod
+  use kinds_mod, only: wp
+  use constraints_mod, only: constraints_t, active_constraints, give_to_masters
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use increment_forces_mod, only: increment_forces_t
+  use turning_couplings_mod, only: turned_constraints, turn_moments
+  use placement_mod, only: placement_t
+  use trial_mod, only: trial_t
+  use place_and_solve_mod, only: newton_raphson_t
+  implicit none
+  private
+
+  public :: find_residual, leave_to_reactions
+
+contains
+
+  !> What is out of balance, as of `out_of_balance`, by the constraints where the bodies are.
+  subroutine find_residual(scene, active, pressed, u, trial, closely, residual, loop)
+    type(scene_t), intent(in) :: scene
+    type(constraints_t), intent(in) :: active !! those of the factor, chains substituted
+    real(wp), intent(in) :: pressed(:, :)     !! (3,n_nodes) by contact [force]
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
+    type(trial_t), intent(in) :: trial        !! its forces
+    logical, intent(in) :: closely            !! as of `out_of_balance`
+    real(wp), intent(out) :: residual(:, :)   !! (3,n_nodes) [force]
+    type(newton_raphson_t), intent(inout) :: loop !! gets its imbalance, and what is left
+    type(constraints_t) :: here
+
+    associate (forces => trial%forces)
+      here = active
+      residual = forces%external
+      if (allocated(trial%turned_from)) then
+        here = active_constraints(turned_constraints(scene, forces%prescribed, u), &
+          forces%prescribed)
+        call turn_moments(scene, forces%prescribed, u, residual)
+      end if
+      residual = residual + pressed - forces%internal
+      call out_of_balance(scene%mesh, here, forces, closely, residual, loop%imbalance, loop%left)
+    end associate
+  end subroutine find_residual
+
+  !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
+  !> largest force of its body, less what rounding makes of it.
+  !>
+  !> Rounding of many nodes may add up in the balance of a body: where the certificate has not
+  !> passed it is no excuse, and what is left is taken out as far as it goes.
+  pure subroutine out_of_balance(mesh, active, forces, closely, residual, relative, left)
+    type(mesh_t), intent(in) :: mesh
+    type(constraints_t), intent(in) :: active               !! chains substituted
+    type(increment_forces_t), intent(in) :: forces
+    logical, intent(in) :: closely                          !! rounding is no excuse
+    real(wp), intent(inout) :: residual(:, :)
+    !! (3,n_nodes) of all nodes in; given to masters, 0 where prescribed out [force]
+    real(wp), intent(out) :: relative                       !! [-]
+    real(wp), intent(out) :: left                           !! of the same node [force]
+    real(wp) :: scale(0:mesh%n_bodies), rounding(mesh%n_nodes)
+    integer :: node, c, k
+
+    call give_to_masters(active, residual)
+    rounding = forces%rounding
+    do c = 1, active%n
+      do k = active%first(c), active%first(c + 1) - 1
+        associate (of_master => rounding(active%master(k)))
+          of_master = of_master + abs(active%weight(k))*forces%rounding(active%node(c))
+        end associate
+      end do
+    end do
+    where (forces%prescribed) residual = 0.0_wp
+    scale = 0.0_wp
+    if (allocated(forces%of_elements%largest)) scale = forces%of_elements%largest
+    do node = 1, mesh%n_nodes
+      associate (of_body => scale(mesh%body(node)))
+        of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))
+      end associate
+    end do
+    scale(0) = maxval(scale)
+    where (scale <= 0.0_wp) scale = 1.0_wp
+    relative = 0.0_wp
+    left = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (beyond => norm2(residual(:, node)) - merge(0.0_wp, rounding(node), closely), &
+        of_body => scale(mesh%body(node)))
+        if (beyond <= relative*of_body) cycle
+        relative = beyond/of_body
+        left = beyond
+      end associate
+    end do
+  end subroutine out_of_balance
+
+  !> Leave what displacements cannot balance any closer to the reactions at the same nodes, where
+  !> these press a fixed obstacle and do not slide: internal forces of displacements that are what
+  !> they should be are known better than reactions from a compliance.
+  pure subroutine leave_to_reactions(mesh, points, placement, residual, reaction)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: residual(:, :)       !! (3,n_nodes) [force]
+    real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
+    real(wp) :: r(3), part(3)
+    integer :: i, n_pressed(mesh%n_nodes)
+
+    if (allocated(points%alpha)) return ! forces on edges are of several points
+    n_pressed = 0
+    do i = 1, points%n
+      if (any(abs(reaction(:, i)) > 0.0_wp)) n_pressed(points%node(i)) = n_pressed(points%node(i)) &
+        + 1
+    end do
+    do i = 1, points%n
+      if (points%on_surface(i) .or. n_pressed(points%node(i)) /= 1) cycle
+      r = matmul(reaction(:, i), placement%frame(:, :, i))
+      part = matmul(residual(:, points%node(i)), placement%frame(:, :, i))
+      if (points%mu(i) <= 0.0_wp) part(2:) = 0.0_wp
+      r = r - part
+      if (.not. r(1) > 0.0_wp .or. norm2(r(2:)) > points%mu(i)*r(1)) cycle
+      reaction(:, i) = matmul(placement%frame(:, :, i), r)
+    end do
+  end subroutine leave_to_reactions
+
+end module out_of_balance_mod
