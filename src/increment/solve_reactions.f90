@@ -173,8 +173,11 @@ contains
 
       do k = 1, size(group%active)
         i = group%active(k)
-        node(k) = merge(points%node(i), 0, trial%placement%weights%first(i) == &
-          trial%placement%weights%first(i + 1))
+        associate (weights => trial%placement%weights)
+          associate (master => weights%node(weights%first(i):weights%first(i + 1) - 1))
+            node(k) = merge(points%node(i), 0, all(solver%body%prescribed(:, master)))
+          end associate
+        end associate
         before(:, k) = matmul(old%reaction(:, i), trial%placement%frame(:, :, i))
       end do
       if (.not. has_shared_nodes(group%problem, node, r)) return

@@ -201,6 +201,20 @@ class SharedNodes(unittest.TestCase):
         self.assertLess(abs(shares[2] / shares[3] - 1), 2e-3)
         self.assertLess(abs(shares[0] / shares[3] - 1), 1e-2)
 
+    def test_a_wall_with_a_reference_node_shares_as_one_at_rest(self):
+        deck = (SOURCE / "studies" / "data" / "scenes" / "wall.inp").read_text()
+        held = deck.replace("NAME=WALL, TYPE=PLANE", "NAME=WALL, TYPE=PLANE, REF NODE=9000")
+        held = held.replace("*BLOCK,", "*NODE\n9000, 2., 0., 0.\n*BLOCK,", 1)
+        held = held.replace("*BOUNDARY\n", "*BOUNDARY\n9000, 1, 3\n")
+        shares = []
+        for text in (deck, held):
+            run = Run(text, name="wall", n=6, mu=0.221, steps=40)
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                wall = next(pair for pair in result.pairs.values() if pair.name.endswith("WALL"))
+                shares.append(wall.resultant[-1])
+        np.testing.assert_allclose(shares[1], shares[0], rtol=1e-6, atol=1e-6)
+
 
 class Sweeps(unittest.TestCase):
     def test_acceleration_takes_fewer_sweeps(self):
