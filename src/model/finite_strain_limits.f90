@@ -70,11 +70,15 @@ contains
     integer, intent(in) :: rotation !! among the scene's
     character(:), allocatable :: words
     character(:), allocatable :: id
+    logical :: depends !! the node on the surface, as of *DISTRIBUTING, not on local directions
 
     associate (of => scene%rotations(rotation), joints => scene%constraints)
       id = to_text(scene%mesh%node_id(of%node))
-      if (any(joints%node(:joints%n) == of%rotation_node .or. &
-              joints%node(:joints%n) == of%node)) then
+      depends = any(joints%node(:joints%n) == of%rotation_node .or. &
+        joints%node(:joints%n) == of%node)
+      if (allocated(scene%local_axes)) depends = depends .and. all(scene%local_axes%node /= &
+        of%node .and. scene%local_axes%node /= of%rotation_node)
+      if (depends) then
         words = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
           'middle of their surface (reference node '//id//'): put forces alone on a node in '// &
           'the middle, or couple all directions by *KINEMATIC'

@@ -384,6 +384,26 @@ class Friction(Case):
                         across, np.isclose(x[:, 2], radius * sin(radians(1))))]  # fmt: skip
                     np.testing.assert_allclose(halves[0], halves[1], atol=2e-5 * normal.max())
 
+    def test_both_half_planes_stick_alike(self):
+        """Rings whose nodes do not meet, pressed, then one cools: reactions are pairs."""
+        one = Mesh("CAX4", (3, 2), lambda a, b: (1 + a, 0.6 * b), "A")
+        two = Mesh("CAX4", (5, 2), lambda a, b: (1 + 1.2 * a, 0.6 + 0.5 * b), "B", 1000, 1000)
+        for small in ("", ", SMALL SLIDING"):
+            deck = one.deck + two.deck + section("A", "B").replace(
+                "*SOLID", "*EXPANSION\n1e-4\n*SOLID", 1)  # fmt: skip
+            deck += pair("ATOP", "BBOTTOM", 1.2).replace("I\nATOP", f"I{small}\nATOP")
+            deck += step("*BOUNDARY\nABOTTOM-N, 1, 2\nBTOP-N, 2, 2, -0.01")
+            deck += step("*TEMPERATURE\nAALL, -50.")
+            with self.subTest(small), self.solve(deck).result() as result:
+                points = result.pairs[0]
+                x = result.points[points.nodes]
+                self.assertTrue((points.status[-1] == 1).any())
+                for component in (0, 1):
+                    r = points.reaction[-1][:, component]
+                    halves = [r[side][np.argsort(x[side, 0])] for side in (
+                        np.isclose(x[:, 2], 0), ~np.isclose(x[:, 2], 0))]  # fmt: skip
+                    np.testing.assert_allclose(halves[0], halves[1], atol=1e-7 * r.max())
+
     def test_a_press_fit_that_is_pulled(self):
         """Two rings, the outer one pulled along the axis until all slides."""
         for kind in AXISYMMETRIC:

@@ -150,6 +150,8 @@ contains
           frame = local_frame(normal)
           faced%still(:, i) = still .and. abs(normal) <= straight .and. &
             maxval(abs(frame(:, 2:)), dim=2) >= 1.0_wp - straight
+          ! The half planes of a body of revolution have the axis alone in common.
+          if (scene%mesh%sector_angle > 0.0_wp) faced%still(1:3:2, i) = .false.
         end if
       end associate
     end do
