@@ -31,6 +31,7 @@ contains
     integer :: pair, axis, i, k
 
     points%across = .false.
+    if (scene%mesh%sector_angle > 0.0_wp) call find_axis(scene, points)
     if (.not. any(points%on_surface)) return
     held = held_at_rest(scene)
     is_single = .false.
@@ -127,6 +128,22 @@ contains
     end function stays_on_plane
 
   end subroutine find_symmetry_planes
+
+  !> Mark the points before obstacles on the axis of a body of revolution: nothing slips there.
+  pure subroutine find_axis(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points
+    real(wp), parameter :: close_by = 1.0e-6_wp
+    !! of the largest radius: as far as nodes on the axis are moved off it, at most [-]
+    real(wp) :: radius(scene%mesh%n_nodes)
+
+    associate (x => scene%mesh%coordinates, origin => scene%mesh%origin)
+      radius = hypot(x(1, :) + origin(1), x(3, :) + origin(3))
+    end associate
+    points%across(1, :) = .not. points%on_surface .and. radius(points%node) <= close_by* &
+      maxval(radius, mask=scene%mesh%body > 0)
+    points%across(3, :) = points%across(1, :)
+  end subroutine find_axis
 
   !> The degrees of freedom that every *STEP holds at 0.
   pure function held_at_rest(scene) result(held)

@@ -384,6 +384,19 @@ class Friction(Case):
                         across, np.isclose(x[:, 2], radius * sin(radians(1))))]  # fmt: skip
                     np.testing.assert_allclose(halves[0], halves[1], atol=2e-5 * normal.max())
 
+    def test_no_friction_on_the_axis(self):
+        """A ball on the axis presses: by symmetry nothing slips at the node there."""
+        ball = "*OBSTACLE, NAME=BALL, TYPE=SPHERE\n0., 2.09, 0., 1.5\n"
+        for kind in AXISYMMETRIC:
+            mesh = Mesh(kind, (5, 2), lambda a, b: (a, 0.6 * b)).deck + section("A")
+            deck = mesh + ball + pair("ATOP", "BALL", 0.1) + step("*BOUNDARY\nABOTTOM-N, 1, 2")
+            with self.subTest(kind), self.solve(deck).result() as result:
+                points = result.pairs[0]
+                x = result.points[points.nodes]
+                on_axis = np.hypot(x[:, 0], x[:, 2]) < 1e-5
+                self.assertGreater(points.reaction[-1][on_axis, 0].max(), 0)
+                self.assertEqual(np.abs(points.reaction[-1][on_axis, 1:]).max(), 0)
+
     def test_both_half_planes_stick_alike(self):
         """Rings whose nodes do not meet, pressed, then one cools: reactions are pairs."""
         one = Mesh("CAX4", (3, 2), lambda a, b: (1 + a, 0.6 * b), "A")

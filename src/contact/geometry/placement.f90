@@ -218,8 +218,9 @@ contains
     type(placement_t), intent(inout) :: placement
     real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
     type(obstacle_t) :: obstacle
-    real(wp) :: shift(3), normal(3)
+    real(wp) :: shift(3), normal(3), along(3)
     integer :: i, n
+    logical :: counts
 
     associate (master => scene%pairs(pair)%master, &
                first => points%first(pair), last => points%first(pair + 1) - 1)
@@ -231,6 +232,9 @@ contains
           call locate_point(obstacle, shift, scene%mesh%coordinates(:, node) + u(:, node), gap, &
             normal)
           gap = gap + points%extra_gap(i)
+          along = normal ! of the axis, where the node is on that
+          call turn_into_plane(is_across(points, i), along, counts)
+          if (counts) normal = along
           placement%frame(:, :, i) = local_frame(normal, no_slip_along(scene%mesh, node, .false.))
           placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
         end associate
