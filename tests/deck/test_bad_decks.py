@@ -5,12 +5,12 @@ A deck says in its first lines what must be found:
     ** expect: 12: unknown parameter 'NU'
 
 the line of the mistake (0: the deck as a whole) and a part of the message. The program must name
-that line, end with exit status 1, and leave no file behind.
+that line, end with exit status 1, and leave no file behind. Decks are read one after the other in
+one process; every tenth is given to the program itself, and all of them to its --check.
 
-BIPOT is the program; BIPOT_DECKS, if given, the folder of the decks.
+BIPOT is the program.
 """
 
-import functools
 import os
 import pathlib
 import re
@@ -18,11 +18,19 @@ import subprocess
 import tempfile
 import unittest
 
+from deck_server import DeckServer
+
 BIPOT = os.environ.get("BIPOT", "bipot")
 DECKS = pathlib.Path(__file__).resolve().parent / "bad"
 EXPECT = re.compile(rb"^\*\* expect: (\d+): (.*?)\r?$", re.MULTILINE)
 MISTAKE = re.compile(r"^(?:[^:]*[/.][^:]*:)?(?:(\d+):(\d+): |)\s?error: (.*)$")
 PATIENCE = 600  # with a program that hangs [s]
+
+
+def mistakes_in(text):
+    """Return line and message of each mistake that is told; files of bad/ by their names."""
+    matches = (MISTAKE.match(line) for line in text.replace(f"{DECKS}/", "").splitlines())
+    return [(int(match.group(1) or 0), match.group(3)) for match in matches if match]
 
 
 def run(deck, *arguments):
@@ -34,18 +42,24 @@ def run(deck, *arguments):
         )
         left = sorted(os.listdir(folder))
     text = done.stderr.decode() + done.stdout.decode()
-    found = []
-    for line in text.splitlines():
-        mistake = MISTAKE.match(line)
-        if mistake:
-            found.append((int(mistake.group(1) or 0), mistake.group(3)))
-    return done.returncode, found, text, left
+    return done.returncode, mistakes_in(text), text, left
 
 
-run_once = functools.cache(run)  # the decks of bad/, which do not change
+class Read(unittest.TestCase):
+    """Decks read in one process."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = DeckServer(folder=DECKS)
+        cls.addClassCleanup(cls.server.close)
+
+    def read(self, deck):
+        """Read one deck: status, mistakes, text."""
+        status, text = self.server.ask(deck.read_bytes())
+        return status, mistakes_in(text), text
 
 
-class BadDecks(unittest.TestCase):
+class BadDecks(Read):
     """One test a deck, made below."""
 
     def check(self, deck):
@@ -54,15 +68,21 @@ class BadDecks(unittest.TestCase):
             (int(line), text.decode("latin-1")) for line, text in EXPECT.findall(deck.read_bytes())
         ]
         self.assertTrue(expected, "the deck expects nothing")
-        status, found, text, left = run_once(deck)
+        status, found, text = self.read(deck)
         self.assertEqual(status, 1, text)
-        self.assertEqual(left, [], "files were left behind")
         for line, message in expected:
             self.assertTrue(
                 any(line == at and message in said for at, said in found),
                 f"not found: {line}: {message}\n{text}",
             )
         self.assertEqual(len(found), len(expected), f"more mistakes than expected:\n{text}")
+
+    def test_the_program_says_the_same(self):
+        for deck in sorted(DECKS.glob("*.inp"))[::10]:
+            with self.subTest(deck=deck.name):
+                status, told, text, left = run(deck)
+                self.assertEqual((status, left), (1, []), text)
+                self.assertEqual(told, self.read(deck)[1])
 
 
 def add_test(deck):
@@ -79,7 +99,7 @@ for path in sorted(DECKS.glob("*.inp")):
     add_test(path)
 
 
-class Checked(unittest.TestCase):
+class Checked(Read):
     """--check: each mistake in a line of its own, as editors read them, and nothing else."""
 
     LINE = re.compile(
@@ -118,7 +138,7 @@ class Checked(unittest.TestCase):
         self.assertGreater(len(together), 300)
         for deck in sorted(DECKS.glob("*.inp")):
             with self.subTest(deck=deck.name):
-                _, told, text, _ = run_once(deck)
+                _, told, text = self.read(deck)
                 found = together.get(deck)
                 if found is None:
                     status, found = self.check(deck)
@@ -127,7 +147,8 @@ class Checked(unittest.TestCase):
                 for match, (line, message) in zip(found, told, strict=True):
                     self.assertTrue(pathlib.Path(match["file"]).is_file())
                     self.assertEqual(int(match["line"]), max(line, 1))
-                    self.assertTrue(match["text"].startswith(message), (match["text"], message))
+                    self.assertTrue(match["text"].replace(f"{DECKS}/", "").startswith(message),
+                                    (match["text"], message))
 
     def test_hints_follow_their_mistake(self):
         _, (match,) = self.check(DECKS / "poisson_half.inp")
