@@ -97,6 +97,7 @@ def render_scene(scene, eye, norm, colours, size):
     lift = LIFT * deep * eye
 
     plotter = pyvista.Plotter(off_screen=True, window_size=(columns, rows), lighting="none")
+    plotter.disable_anti_aliasing()  # the pixels that are rendered for one are averaged here
     plotter.set_background("white")
     # A lamp over the spectator's shoulder; shades are light, so that the colours are those of the
     # bar.
