@@ -6,6 +6,7 @@ import unittest
 from pathlib import Path
 
 from mutants import mutants_of
+from wrong_solver import MISTAKES, ROOT
 
 SOURCE = """\
 !> A module: max(a, b) + 1 in words is not code.
@@ -127,6 +128,17 @@ class Mutants(unittest.TestCase):
             )
             if own.count("\n") > 100:
                 self.assertGreater(len(names), 10, path)
+
+
+class Mistakes(unittest.TestCase):
+    """What is put into the solver to see whether the certificate notices."""
+
+    def test_texts(self):
+        """The text of each stands once in its file."""
+        for mistake in MISTAKES:
+            with self.subTest(mistake.name):
+                text = (ROOT / "src" / mistake.file).read_text(encoding="utf-8")
+                self.assertEqual(text.count(mistake.old), 1)
 
 
 if __name__ == "__main__":
