@@ -283,7 +283,9 @@ def build_with(mistake: Mistake, build: Path, folder: Path) -> Path:
     source = folder / Path(mistake.file).name
     source.write_text(text.replace(mistake.old, mistake.new), encoding="utf-8")
     command = shlex.split(commands(build, f"{mistake.file}-pp.f90 -o"))
-    command = [c for c in command if c != "-fpreprocessed" and not c.startswith("-J")]
+    # Modules of the other files of its room lie where its own would go.
+    command = [c.replace("-J", "-I", 1) if c.startswith("-J") else c for c in command
+               if c != "-fpreprocessed"]
     at = command.index("-c")
     compiled = folder / "changed.o"
     (folder / "modules").mkdir(exist_ok=True)
