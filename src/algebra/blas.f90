@@ -4,7 +4,7 @@ module blas_mod
   implicit none
   private
 
-  public :: ddot, sdot, dasum, daxpy, dsymv, dsbmv, dgemm, dtrsm
+  public :: ddot, sdot, dasum, daxpy, dsymv, dsbmv, dgemm, dsyrk, dsyr2k, dtrsm
 
   interface
     !> BLAS: scalar product.
@@ -72,6 +72,26 @@ module blas_mod
       real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
       real(wp), intent(inout) :: c(ldc, *)
     end subroutine dgemm
+
+    !> BLAS: a triangle of C = alpha A A^T + beta C, or what `trans` says.
+    subroutine dsyrk(uplo, trans, n, k, alpha, a, lda, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo, trans
+      integer, intent(in) :: n, k, lda, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dsyrk
+
+    !> BLAS: a triangle of C = alpha (A B^T + B A^T) + beta C, or what `trans` says.
+    subroutine dsyr2k(uplo, trans, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo, trans
+      integer, intent(in) :: n, k, lda, ldb, ldc
+      real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+      real(wp), intent(inout) :: c(ldc, *)
+    end subroutine dsyr2k
 
     !> B = alpha A^-1 B, or what `side` and `transa` say, for a triangle A.
     subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)

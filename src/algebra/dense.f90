@@ -6,9 +6,10 @@ module dense_mod
   implicit none
   private
 
-  public :: begin_blas, invert_spd, times_symmetric, solve_dense, solve_least_squares, &
+  public :: begin_blas, invert_spd, mirror_lower, times_symmetric, times_transposed, solve_dense, solve_least_squares, &
     invert_general, symmetric_eigenvectors, singular_values, null_space, range_basis, norm_1
 
+  integer, parameter :: tile = 64              !! columns at once
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]
 
   interface
@@ -151,24 +152,30 @@ contains
   subroutine invert_spd(a, positive_definite)
     real(wp), intent(inout) :: a(:, :)        !! (n,n); destroyed where not positive definite
     logical, intent(out) :: positive_definite !! to working precision
-    integer, parameter :: tile = 64
-    integer :: n, info, i, j, first
+    integer :: n, info
 
     n = size(a, 1)
     info = 0
     if (n > 0) call dpotrf('L', n, a, n, info)
     if (info == 0 .and. n > 0) call dpotri('L', n, a, n, info)
     positive_definite = info == 0
-    if (.not. positive_definite) return
+    if (positive_definite) call mirror_lower(a)
+  end subroutine invert_spd
+
+  !> Copy the lower triangle to the upper one.
+  pure subroutine mirror_lower(a)
+    real(wp), intent(inout) :: a(:, :) !! (n,n)
+    integer :: i, j, first
+
     ! Tile by tile: a whole row at once would touch a page of memory an entry.
-    do first = 1, n, tile
-      do j = 1, n
+    do first = 1, size(a, 1), tile
+      do j = 1, size(a, 1)
         do i = first, min(first + tile - 1, j - 1)
           a(i, j) = a(j, i)
         end do
       end do
     end do
-  end subroutine invert_spd
+  end subroutine mirror_lower
 
   !> A x for a symmetric A, of which only the lower triangle is read.
   function times_symmetric(a, x) result(y)
@@ -179,6 +186,28 @@ contains
     y = 0.0_wp
     if (size(x) > 0) call dsymv('L', size(x), 1.0_wp, a, size(x), x, 1, 0.0_wp, y, 1)
   end function times_symmetric
+
+  !> A^T B. Only those rows are read that some columns of A have: of bodies that touch a few others
+  !> they are few.
+  subroutine times_transposed(m, n, k, a, b, product)
+    integer, intent(in) :: m, n, k            !! rows, columns of A, columns of B
+    real(wp), intent(in) :: a(m, n), b(m, k)
+    real(wp), intent(inout) :: product(n, k)  !! out
+    integer :: j, columns, first, last
+
+    do j = 1, n, tile
+      columns = min(tile, n - j + 1)
+      do first = 1, m
+        if (any(abs(a(first, j:j + columns - 1)) > 0.0_wp)) exit
+      end do
+      do last = m, first + 1, -1
+        if (any(abs(a(last, j:j + columns - 1)) > 0.0_wp)) exit
+      end do
+      first = min(first, last)
+      call dgemm('T', 'N', columns, k, last - first + 1, 1.0_wp, a(first, j), m, b(first, 1), m, &
+        0.0_wp, product(j, 1), n)
+    end do
+  end subroutine times_transposed
 
   !> Solve J X = B; where J is singular to working precision, the columns of least norm.
   subroutine solve_dense_columns(j, b)
@@ -359,7 +388,7 @@ contains
     n = size(a, 2)
     are_independent = .false.
     if (n == 0 .or. n > m) return
-    call dgemm('T', 'N', n, n, m, 1.0_wp, a, m, a, m, 0.0_wp, gram, n)
+    call times_transposed(m, n, n, a, a, gram)
     trace = sum([(gram(i, i), i=1, n)])
     rounding = 10.0_wp*(m + n)*epsilon(1.0_wp)*trace
     do i = 1, n

@@ -206,13 +206,19 @@ contains
     type(free_motions_t), intent(in) :: motions
     integer, intent(in) :: row(:, :)        !! (3,n_points) 0 where there is none
     real(wp), allocatable :: g(:, :)        !! (n_rows,n_motions) [-]
-    real(wp) :: motion(3), magnitude
-    integer :: i, j, a
+    real(wp) :: motion(3), magnitude, factor(3)
+    integer :: i, j, a, n, node(3)
+    integer, allocatable :: bodies(:) !! of the nodes that a point depends on
 
-    allocate (g(count(row > 0), motions%n))
+    allocate (g(count(row > 0), motions%n), source=0.0_wp)
     do i = 1, points%n
       if (row(1, i) == 0) cycle
+      call list_slave(points, placement%weights, i, n, node, factor)
+      associate (weights => placement%weights)
+        bodies = mesh%body([node(:n), weights%node(weights%first(i):weights%first(i + 1) - 1)])
+      end associate
       do j = 1, motions%n
+        if (motions%body(j) > 0 .and. all(bodies /= motions%body(j))) cycle
         call move_point(mesh, points, placement%weights, motions, i, j, motion, magnitude)
         do a = 1, 3
           if (row(a, i) == 0) cycle

@@ -508,6 +508,7 @@ contains
     allocate (load(motions%n), rounding(motions%n), source=0.0_wp)
     do node = 1, mesh%n_nodes
       do j = 1, motions%n
+        if (motions%body(j) > 0 .and. motions%body(j) /= mesh%body(node)) cycle
         motion = motion_at(motions, mesh, j, node)
         load(j) = load(j) + dot_product(motion, force(:, node))
         rounding(j) = rounding(j) + operations*epsilon(1.0_wp)*norm2(motion)* &
@@ -526,6 +527,7 @@ contains
 
     do node = 1, mesh%n_nodes
       do j = 1, motions%n
+        if (motions%body(j) > 0 .and. motions%body(j) /= mesh%body(node)) cycle
         u(:, node) = u(:, node) + a(j)*motion_at(motions, mesh, j, node)
       end do
     end do

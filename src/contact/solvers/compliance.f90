@@ -3,8 +3,8 @@
 !> reactions do, and has neither blocks nor a diagonal. docs/theory.md section 4.
 module compliance_mod
   use kinds_mod, only: wp, sp
-  use blas_mod, only: ddot, sdot, dgemm
-  use dense_mod, only: invert_spd, times_symmetric
+  use blas_mod, only: ddot, sdot, dgemm, dsyrk, dsyr2k
+  use dense_mod, only: invert_spd, mirror_lower, times_symmetric, times_transposed
   use norm_estimate_mod, only: norm_estimate_t
   use single_panels_mod, only: single_panels_t, make_panels, times_panels
   use couplings_mod, only: couplings_t, find_couplings
@@ -137,7 +137,7 @@ contains
       return
     end if
     associate (n => compliance%n)
-      call dgemm('N', 'N', n, size(v, 2), n, 1.0_wp, compliance%w, n, v, n, 0.0_wp, w_v, n)
+      call times_transposed(n, n, size(v, 2), compliance%w, v, w_v)
     end associate
   end subroutine product_of_columns
 
@@ -320,7 +320,14 @@ contains
     real(wp), intent(in) :: factor
     real(wp), contiguous, intent(in) :: a(:, :)       !! (n,m)
 
-    call add_outer(compliance, factor, a, a)
+    if (is_map(compliance)) then
+      call add_outer(compliance, factor, a, a)
+      return
+    end if
+    associate (n => compliance%n)
+      call dsyrk('L', 'N', n, size(a, 2), factor, a, n, 1.0_wp, compliance%w, n)
+    end associate
+    call mirror_lower(compliance%w)
   end subroutine add_square
 
   !> W + factor (A B^T + B A^T).
@@ -329,25 +336,27 @@ contains
     real(wp), intent(in) :: factor
     real(wp), contiguous, intent(in) :: a(:, :), b(:, :) !! (n,m)
 
-    call add_outer(compliance, factor, a, b)
-    call add_outer(compliance, factor, b, a)
+    if (is_map(compliance)) then
+      call add_outer(compliance, factor, a, b)
+      call add_outer(compliance, factor, b, a)
+      return
+    end if
+    associate (n => compliance%n)
+      call dsyr2k('L', 'N', n, size(a, 2), factor, a, n, b, n, 1.0_wp, compliance%w, n)
+    end associate
+    call mirror_lower(compliance%w)
   end subroutine add_symmetric
 
+  !> W + factor A B^T, of a map.
   subroutine add_outer(compliance, factor, a, b)
     type(compliance_t), intent(inout) :: compliance
     real(wp), intent(in) :: factor
     real(wp), contiguous, intent(in) :: a(:, :), b(:, :) !! (n,m)
 
-    if (is_map(compliance)) then
-      compliance%left = reshape([compliance%left, factor*a], [compliance%n, &
-        size(compliance%left, 2) + size(a, 2)])
-      compliance%right = reshape([compliance%right, b], [compliance%n, &
-        size(compliance%right, 2) + size(b, 2)])
-      return
-    end if
-    associate (n => compliance%n)
-      call dgemm('N', 'T', n, n, size(a, 2), factor, a, n, b, n, 1.0_wp, compliance%w, n)
-    end associate
+    compliance%left = reshape([compliance%left, factor*a], [compliance%n, &
+      size(compliance%left, 2) + size(a, 2)])
+    compliance%right = reshape([compliance%right, b], [compliance%n, &
+      size(compliance%right, 2) + size(b, 2)])
   end subroutine add_outer
 
   !> Make the diagonal that of another compliance and something more; its rough copy too.
