@@ -58,6 +58,7 @@ module floating_search_mod
   !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
   real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
   real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
+  real(wp), parameter :: vanished = 1.0e-3_wp       !! reactions, of those it began with [-]
   real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
   real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
   real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
@@ -96,7 +97,7 @@ contains
     type(contact_report_t), intent(out) :: report
     type(search_t) :: search
     integer :: i, n_lines
-    logical :: found
+    logical :: found, may_part
 
     search%load = matmul(drift%load, floating%back)
     search%x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, search%load) + &
@@ -107,11 +108,19 @@ contains
     search%now%r = r
     allocate (search%leap(floating%n_seen), source=0.0_wp)
     n_lines = 0
+    may_part = .not. any(abs(drift%load) > drift%rounding) .and. any(abs(r) > 0.0_wp)
     recentre: do i = 1, max_recentrings
       x_free = search%x_start + matmul(floating%q, search%now%centre)
       call try_centre(problem, floating, x_free, controls, drift, search, report)
       if (report%converged .or. .not. search%best%is_solved) exit recentre
       if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
+      if (may_part) then
+        if (maxval(abs(search%best%r)) <= vanished*maxval(abs(search%r_first))) then
+          call part_bodies(problem, floating, controls, drift, search, x_free, report)
+          if (report%converged) exit recentre
+          may_part = .false.
+        end if
+      end if
       if (search%idle >= patience .or. (search%since_best > 0 .and. &
         search%damping >= most_damping)) then
         n_lines = n_lines + 1
@@ -152,6 +161,48 @@ contains
         shift_of(floating, pack_rows(problem, r)))
     end associate
   end subroutine solve_floating
+
+  !> Try a place near the best centre at which no point touches: where no load drives the motions,
+  !> that is a solution. Towards it reactions fall with what they leave out of balance, so that the
+  !> search comes nearer for ever. Points that touch are mirrored in their obstacles, one after the
+  !> other, until none does. Not before reactions have all but vanished: what friction locks stays
+  !> locked.
+  subroutine part_bodies(problem, floating, controls, drift, search, x_free, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift
+    type(search_t), intent(inout) :: search
+    real(wp), intent(inout) :: x_free(:)           !! (n_rows) at the last centre [length]
+    type(contact_report_t), intent(inout) :: report
+    integer, parameter :: most_rounds = 100
+    type(search_t) :: before
+    real(wp) :: gap
+    integer :: round, i
+    logical :: touches
+
+    before = search
+    search%now%centre = search%best%centre
+    search%now%r = 0.0_wp
+    rounds: do round = 1, most_rounds
+      touches = .false.
+      do i = 1, problem%n_points
+        if (problem%row(1, i) == 0) cycle
+        associate (q => floating%q(problem%row(1, i), :), centre => search%now%centre)
+          gap = search%x_start(problem%row(1, i)) + dot_product(q, centre)
+          if (gap >= 0.0_wp .or. .not. norm2(q) > 0.0_wp) cycle
+          centre = centre - 2.0_wp*gap/dot_product(q, q)*q
+          touches = .true.
+        end associate
+      end do
+      if (.not. touches) exit rounds
+    end do rounds
+    if (.not. touches) then
+      x_free = search%x_start + matmul(floating%q, search%now%centre)
+      call solve_at_centre(problem, floating, x_free, controls, drift, .true., search%now, report)
+    end if
+    if (.not. report%converged) search = before
+  end subroutine part_bodies
 
   !> Newton's method on reactions and motions together, with one scaling of the laws after another,
   !> each from where the search began, from the best centre and from no reactions at all; then from
