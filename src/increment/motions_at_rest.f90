@@ -18,6 +18,9 @@ module motions_at_rest_mod
 
   public :: is_turned, lead, rest
 
+  real(wp), parameter :: closely = 100.0_wp
+  !! times the tolerance: points that move by no more may be where rounding takes them [-]
+
 contains
 
   !> Whether turned normals leave forces along neutral motions, beside the largest reaction.
@@ -41,7 +44,10 @@ contains
     type(newton_raphson_t), intent(inout) :: loop
     logical :: is_led
 
+    loop%idle = merge(loop%idle + 1, 0, loop%moved > 0.9_wp*loop%least_moved .and. &
+      loop%moved <= closely*trial%controls%tolerance)
     loop%last_moved = loop%moved
+    loop%least_moved = min(loop%least_moved, loop%moved)
     is_led = is_turned(trial, new%reaction, trial%controls%tolerance)
     ! What a placement that still moves leaves on them says nothing.
     if (size(loop%follow%node) > 0) is_led = is_led .and. is_turned(trial, new%reaction, loop%moved)

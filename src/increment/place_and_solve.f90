@@ -51,8 +51,9 @@ module place_and_solve_mod
     real(wp) :: slack = 0.0_wp            !! gap that counts as none [length]
     real(wp) :: imbalance = 0.0_wp        !! of the worst node, beside its body's forces [-]
     real(wp) :: left = 0.0_wp, last_left = huge(1.0_wp) !! of that node, now and before [force]
-    real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp)
-    !! how far points are from where they were placed, now and before [-]
+    real(wp) :: moved = 0.0_wp, last_moved = huge(1.0_wp), least_moved = huge(1.0_wp)
+    !! how far points are from where they were placed: now, before, and at best [-]
+    integer :: idle = 0                   !! iterations in a row that gained nothing, near the end
     integer :: depth = 0                  !! displacements that acceleration keeps; 0: there is none
     type(anderson_t) :: memory            !! of these
     real(wp), allocatable :: at(:)

@@ -22,13 +22,15 @@ module settled_places_mod
 
 contains
 
-  !> Whether the points stay where they were placed, as far as that goes.
+  !> Whether the points stay where they were placed, as far as that goes: the last of some
+  !> iterations that gained nothing ends it. At the top of a tower of bodies reactions move points by
+  !> more than their own tolerance, for as long as it is asked for.
   pure logical function are_places_settled(loop, tolerance) result(are_settled)
     type(newton_raphson_t), intent(in) :: loop
     real(wp), intent(in) :: tolerance !! [-]
 
     are_settled = loop%moved <= tolerance .or. (loop%moved > 0.9_wp*loop%last_moved .and. &
-      loop%i > 10 .and. loop%moved <= loop%follow%allowed)
+      (loop%i > 10 .or. loop%idle > 0) .and. loop%moved <= loop%follow%allowed)
   end function are_places_settled
 
   !> Whether places are to settle before the interior is asked for: contact sees the interface
