@@ -60,7 +60,8 @@ module stability_mod
   real(wp), parameter :: cone = 1.0e-6_wp    !! of friction's limit: what is so near it slides [-]
   real(wp), parameter :: tilt = 1.0e-2_wp
   !! of a post that is not plumb, which friction below it does not hold; 1/200 to 1/500 is built [-]
-  real(wp), parameter :: independent = 1.0e-6_wp !! of a row beside those of the same node [-]
+  real(wp), parameter :: independent = 1.0e-6_wp
+  !! of a row beside the others, which dependent ones give way by; of a direction beside supports [-]
 
   type :: stability_t
     logical :: is_known = .false.  !! the matrix could be factorised
@@ -84,11 +85,8 @@ module stability_mod
   !> The rows of B in the unknowns.
   type :: rows_t
     integer :: n = 0
-    real(wp), allocatable :: direction(:, :) !! (3,3 n_points) of a row's only node [-]
-    integer,  allocatable :: newest(:)       !! (n_nodes) last row of that node alone; 0: none
-    integer,  allocatable :: before(:)       !! (3 n_points) that node's row before it
     integer :: n_entries = 0
-    type(triplets_t) :: entries              !! row, equation, coefficient
+    type(triplets_t) :: entries !! row, equation, coefficient
   end type rows_t
 
 contains
@@ -232,8 +230,7 @@ contains
     end do
   end subroutine hold_across
 
-  !> The rows of the points that press, those of a node made independent of each other, and those
-  !> of neutral motions, at their pins.
+  !> The rows of the points that press, and those of neutral motions, at their pins.
   pure subroutine find_rows(scene, points, map, motions, contact, unturned, rows)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -245,31 +242,19 @@ contains
     integer, allocatable :: free(:)
     real(wp) :: direction(3), factor(3)
     integer :: i, j, k, axis, n_axes, first, n_slave, slave(3), equations(3), pin
-    logical :: is_alone
 
-    allocate (free(0), rows%direction(3, 3*points%n))
-    allocate (rows%newest(scene%mesh%n_nodes), rows%before(3*points%n), source=0)
+    allocate (free(0))
     allocate (rows%entries%row(0), rows%entries%column(0), rows%entries%value(0))
     do i = 1, points%n
       if (.not. contact%presses(i)) cycle
       n_axes = merge(3, 2, contact%sticks(i))
-      associate (weights => contact%placement%weights)
-        free = free_obstacle(scene, motions, points%pair(i))
-        call list_slave(points, weights, i, n_slave, slave, factor)
-        is_alone = n_slave == 1 .and. size(free) == 0 .and. .not. can_any_move(map, &
-          weights%node(weights%first(i):weights%first(i + 1) - 1))
-      end associate
+      free = free_obstacle(scene, motions, points%pair(i))
+      call list_slave(points, contact%placement%weights, i, n_slave, slave, factor)
       do axis = 1, n_axes
         direction = contact%placement%frame(:, axis, i)
         if (axis > 1 .and. .not. contact%sticks(i)) direction = contact%across(:, i)
         ! A point slides; or this is the way around the axis of a body of revolution.
         if (.not. any(abs(direction) > 0.0_wp)) cycle
-        if (is_alone) then
-          where (equations_of(map, points%node(i)) == 0) direction = 0.0_wp
-          call take_others_out(rows, points%node(i), direction)
-          if (norm2(direction) <= independent) cycle
-          direction = direction/norm2(direction)
-        end if
         rows%n = rows%n + 1
         first = rows%n_entries + 1
         do k = 1, n_slave
@@ -283,11 +268,6 @@ contains
           rows%n = rows%n - 1
           rows%n_entries = first - 1
           cycle
-        end if
-        if (is_alone) then
-          rows%direction(:, rows%n) = direction
-          rows%before(rows%n) = rows%newest(points%node(i))
-          rows%newest(points%node(i)) = rows%n
         end if
       end do
     end do
@@ -397,31 +377,6 @@ contains
       free = pack([(j, j=1, motions%n)], motions%body == 0 .and. motions%node == ref_node)
     end associate
   end function free_obstacle
-
-  pure logical function can_any_move(map, nodes) result(can)
-    type(dof_map_t), intent(in) :: map
-    integer, intent(in) :: nodes(:)
-    integer :: k
-
-    can = .false.
-    do k = 1, size(nodes)
-      can = can .or. any(equations_of(map, nodes(k)) > 0)
-    end do
-  end function can_any_move
-
-  !> Take out of a direction what earlier rows of the same node have.
-  pure subroutine take_others_out(rows, node, direction)
-    type(rows_t), intent(in) :: rows
-    integer, intent(in) :: node
-    real(wp), intent(inout) :: direction(3)
-    integer :: i
-
-    i = rows%newest(node)
-    do while (i > 0)
-      direction = direction - dot_product(rows%direction(:, i), direction)*rows%direction(:, i)
-      i = rows%before(i)
-    end do
-  end subroutine take_others_out
 
   !> Add the masters of a point to its last row.
   pure subroutine add_masters(map, weights, i, direction, rows)
@@ -534,7 +489,8 @@ contains
     k%value = [k%value, bends%value(:n)]
   end subroutine add_curvature
 
-  !> Put the rows, each near 1 in size, below the matrix, to be eliminated last.
+  !> Put the rows, each near 1 in size, below the matrix, to be eliminated last. Rows may depend on
+  !> each other, as those of many points before a rigid body: each gives way a little.
   pure subroutine border(rows, d, k, position)
     type(rows_t), intent(in) :: rows
     real(wp), intent(in) :: d(:)           !! (n) scales of the unknowns, as of scales_of
@@ -548,9 +504,11 @@ contains
     do i = 1, size(value)
       largest(rows%entries%row(i)) = max(largest(rows%entries%row(i)), abs(value(i)))
     end do
-    k%row = [k%row, k%n + rows%entries%row]
-    k%column = [k%column, rows%entries%column]
-    k%value = [k%value, value/largest(rows%entries%row)]
+    associate (row => [(k%n + i, i=1, rows%n)])
+      k%row = [k%row, k%n + rows%entries%row, row]
+      k%column = [k%column, rows%entries%column, row]
+    end associate
+    k%value = [k%value, value/largest(rows%entries%row), spread(-independent, 1, rows%n)]
     position = [position, (k%n + i, i=1, rows%n)]
     k%n = k%n + rows%n
   end subroutine border

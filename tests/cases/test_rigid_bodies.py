@@ -303,6 +303,16 @@ class LargeTurns(unittest.TestCase):
                     np.testing.assert_allclose(found[1][name], found[0][name], rtol=5e-3, atol=1e-7)
                 self.assertGreater(np.abs(found[0]["rotation"][:2]).min(), 1e-5)
 
+    def test_more_points_than_ways_to_move(self):
+        """A rigid plate with 16 points on one soft element, which lies on a floor: it is stable."""
+        floor = "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0., 0., 0., 1.\n*STEP"
+        deck = text(mu=0.5, cuts=3, step=", NLGEOM", held="9000, 1, 2\n9001, 3, 3",
+                    pair="UP-ZMIN, LOW-ZMAX\nLOW-ZMIN, FLOOR", loads="*CLOAD\n9000, 3, -40.")
+        deck = deck.replace("NX=3, NY=3, NZ=2", "NX=1, NY=1, NZ=1").replace("*STEP", floor, 1)
+        result = solved(self, deck=deck)
+        for pair in result.pairs.values():
+            np.testing.assert_allclose(np.abs(pair.resultant[-1]), [0.0, 0.0, 40.0], atol=1e-5)
+
 
 if __name__ == "__main__":
     unittest.main()
