@@ -6,7 +6,7 @@
 !> Weights give a place on the master only where the node is there: elsewhere bodies that turn would
 !> be strained. So what is not moved onto its master is not tied but refused.
 module ties_mod
-  use inverted_elements_mod, only: jacobians_of
+  use inverted_elements_mod, only: first_inverted
   use cards_mod, only: keep_reading, note, reader_t, report
   use contact_points_mod, only: weights_t
   use constraints_mod, only: constraints_t, add_constraint, constraint_on_cycle, constraint_of
@@ -15,7 +15,7 @@ module ties_mod
   use loads_mod, only: load_step_t
   use local_refinement_mod, only: hanging_of
   use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in, nodes_of_element
+  use connectivity_mod, only: corners_in
   use mesh_mod, only: deck_rounding
   use surface_reach_mod, only: reach_of_faces, face_each_other
   use mortar_rows_mod, only: mortar_t, slave_t
@@ -155,19 +155,14 @@ contains
     type(model_t), intent(in) :: model
     type(tie_t), intent(in) :: ties(:)
     integer, intent(in) :: mover(:) !! (n_nodes) the tie that moved the node
-    logical :: reported(size(ties))
-    integer :: e, t
+    integer :: inverted(size(ties)), t
 
-    reported = .false.
-    do e = 1, model%mesh%n_elements
-      t = maxval(mover(nodes_of_element(model%mesh%connectivity, e)))
-      if (t == 0) cycle
-      if (reported(t)) cycle
-      if (all(jacobians_of(model%mesh%coordinates, model%mesh%connectivity, e) > 0.0_wp)) cycle
-      if (.not. keep_reading(reader)) return
-      reported(t) = .true.
-      call report(reader, ties(t)%position, 'tie '//quoted(ties(t)%name)//' turns element '// &
-        to_text(model%mesh%element_id(e))//' inside out: mesh its surfaces closer to each other')
+    inverted = first_inverted(model%mesh%coordinates, model%mesh%connectivity, &
+      model%mesh%n_elements, mover, size(ties))
+    do t = 1, size(ties)
+      if (inverted(t) > 0 .and. keep_reading(reader)) call report(reader, ties(t)%position, &
+        'tie '//quoted(ties(t)%name)//' turns element '//to_text(model%mesh%element_id( &
+        inverted(t)))//' inside out: mesh its surfaces closer to each other')
     end do
   end subroutine check_elements
 

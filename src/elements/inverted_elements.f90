@@ -12,7 +12,7 @@ module inverted_elements_mod
   implicit none
   private
 
-  public :: find_reach, gradient_bound, find_inverted, jacobians_of
+  public :: find_reach, gradient_bound, find_inverted, jacobians_of, first_inverted
 
 contains
 
@@ -54,6 +54,24 @@ contains
     end associate
     determinants = determinants(:8 + n)
   end function jacobians_of
+
+  !> The first element that each of those who move nodes of a mesh turned inside out, 0: none.
+  pure function first_inverted(coordinates, connectivity, n_elements, mover, n) result(first)
+    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
+    type(connectivity_t), intent(in) :: connectivity
+    integer, intent(in) :: n_elements
+    integer, intent(in) :: mover(:)           !! (n_nodes) 1 to n who moved the node, else 0
+    integer, intent(in) :: n
+    integer :: first(n)
+    integer :: e, m
+
+    first = 0
+    do e = n_elements, 1, -1
+      m = maxval(mover(nodes_of_element(connectivity, e)))
+      if (m == 0) cycle
+      if (.not. all(jacobians_of(coordinates, connectivity, e) > 0.0_wp)) first(m) = e
+    end do
+  end function first_inverted
 
   !> The most that an edge of each element adds to grad u at its Gauss points, per change of the
   !> edge.

@@ -6,7 +6,7 @@
 !> Pair after pair in the order of the deck, each where the ones before it left the nodes.
 module adjust_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use inverted_elements_mod, only: jacobians_of
+  use inverted_elements_mod, only: first_inverted
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_not_finite, number_ok, number_too_large, read_real
   use obstacles_mod, only: obstacle_t
@@ -20,7 +20,6 @@ module adjust_mod
     reach_of_facets
   use options_mod, only: card_t, name_option, option_position
   use refine_locally_mod, only: place_hanging
-  use connectivity_mod, only: nodes_of_element
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
   use surfaces_mod, only: surface_t, all_nodes_of, find_middles
@@ -186,19 +185,14 @@ contains
     type(contact_pair_t), intent(in) :: pairs(:)
     type(adjust_t), intent(in) :: adjusts(:)
     integer, intent(in) :: mover(:)
-    logical :: reported(size(pairs))
-    integer :: e, p
+    integer :: inverted(size(pairs)), p
 
-    reported = .false.
-    do e = 1, model%mesh%n_elements
-      p = maxval(mover(nodes_of_element(model%mesh%connectivity, e)))
-      if (p == 0) cycle
-      if (reported(p)) cycle
-      if (all(jacobians_of(model%mesh%coordinates, model%mesh%connectivity, e) > 0.0_wp)) cycle
-      if (.not. keep_reading(reader)) return
-      reported(p) = .true.
-      call report(reader, adjusts(p)%position, 'ADJUST of '//pairs(p)%name//' turns element '// &
-        to_text(model%mesh%element_id(e))//' inside out: move the body nearer to the master')
+    inverted = first_inverted(model%mesh%coordinates, model%mesh%connectivity, &
+      model%mesh%n_elements, mover, size(pairs))
+    do p = 1, size(pairs)
+      if (inverted(p) > 0 .and. keep_reading(reader)) call report(reader, adjusts(p)%position, &
+        'ADJUST of '//pairs(p)%name//' turns element '//to_text(model%mesh%element_id( &
+        inverted(p)))//' inside out: move the body nearer to the master')
     end do
   end subroutine check_elements
 

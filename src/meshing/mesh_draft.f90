@@ -342,17 +342,9 @@ contains
   subroutine add_block(draft, block)
     type(mesh_draft_t), intent(inout) :: draft
     type(block_t), intent(in) :: block
-    type(block_t), allocatable :: larger(:)
-    integer :: i
 
     if (.not. allocated(draft%blocks)) allocate (draft%blocks(4))
-    if (draft%n_blocks == size(draft%blocks)) then
-      allocate (larger(2*draft%n_blocks))
-      do i = 1, draft%n_blocks
-        larger(i) = draft%blocks(i)
-      end do
-      call move_alloc(larger, draft%blocks)
-    end if
+    if (draft%n_blocks == size(draft%blocks)) draft%blocks = [draft%blocks, draft%blocks]
     draft%n_blocks = draft%n_blocks + 1
     draft%blocks(draft%n_blocks) = block
   end subroutine add_block
@@ -360,17 +352,9 @@ contains
   subroutine add_early_set(draft, set)
     type(mesh_draft_t), intent(inout) :: draft
     type(early_set_t), intent(in) :: set
-    type(early_set_t), allocatable :: larger(:)
-    integer :: i
 
     if (.not. allocated(draft%sets)) allocate (draft%sets(16))
-    if (draft%n_sets == size(draft%sets)) then
-      allocate (larger(2*draft%n_sets))
-      do i = 1, draft%n_sets
-        larger(i) = draft%sets(i)
-      end do
-      call move_alloc(larger, draft%sets)
-    end if
+    if (draft%n_sets == size(draft%sets)) draft%sets = [draft%sets, draft%sets]
     draft%n_sets = draft%n_sets + 1
     draft%sets(draft%n_sets) = set
   end subroutine add_early_set

@@ -62,17 +62,13 @@ contains
     character(*), intent(in) :: name
     real(wp), intent(in) :: value
     integer, intent(in) :: bound !! bound_fixed, bound_at_most or bound_about
-    type(figure_t), allocatable :: longer(:)
-    integer :: n
+    type(figure_t) :: figure
 
-    n = 0
-    if (allocated(plan%figures)) n = size(plan%figures)
-    allocate (longer(n + 1))
-    if (n > 0) longer(:n) = plan%figures
-    longer(n + 1)%name = name
-    longer(n + 1)%value = value
-    longer(n + 1)%bound = bound
-    call move_alloc(longer, plan%figures)
+    if (.not. allocated(plan%figures)) allocate (plan%figures(0))
+    figure%name = name
+    figure%value = value
+    figure%bound = bound
+    plan%figures = [plan%figures, figure]
   end subroutine add_figure
 
   !> Give a number of the plan another value.

@@ -85,7 +85,7 @@ contains
       do k = 1, size(coefficients, 2)
         if (norm2(coefficients(first:last, k)) <= least*all_of_it(k)) cycle
         n = n + 1
-        six(:, n) = twist_of(motions, first, last, coefficients(first:last, k))
+        six(:, n) = twist_of(motions, 0, first, last, coefficients(first:last, k))
         where (abs(six(:, n)) <= least*maxval(abs(six(:, n)))) six(:, n) = 0.0_wp
       end do
       if (n > 0) call append(words, body_in_words(mesh, motions, first)//': '// &
@@ -104,7 +104,7 @@ contains
       do k = 1, size(coefficients, 2)
         farthest = norm2(coefficients(first:last, k))
         if (farthest <= least*all_of_it(k)) cycle
-        six(:, n + 1) = twist_of_piece(motions, motions%piece(node), first, last, &
+        six(:, n + 1) = twist_of(motions, motions%piece(node), first, last, &
           coefficients(first:last, k))
         if (norm2(six(:, n + 1)) <= least*farthest) cycle
         n = n + 1
@@ -129,9 +129,11 @@ contains
     end do
   end function motions_together
 
-  !> Translation of the centre and rotation times the body's size, of a combination of motions.
-  pure function twist_of(motions, first, last, coefficient) result(six)
+  !> Translation of the centre and rotation times the body's size, of a combination of motions; of
+  !> a piece where equations join it to its body.
+  pure function twist_of(motions, piece, first, last, coefficient) result(six)
     type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: piece !! 0: the body
     integer, intent(in) :: first, last
     real(wp), intent(in) :: coefficient(:)
     real(wp) :: six(6)
@@ -139,26 +141,16 @@ contains
 
     six = 0.0_wp
     do j = first, last
-      six(:3) = six(:3) + coefficient(j - first + 1)*motions%translation(:, j)
-      six(4:) = six(4:) + coefficient(j - first + 1)*motions%extent(j)*motions%rotation(:, j)
+      associate (c => coefficient(j - first + 1))
+        if (piece == 0) then
+          six = six + c*[motions%translation(:, j), motions%extent(j)*motions%rotation(:, j)]
+        else
+          six = six + c*[motions%piece_translation(:, piece, j), motions%piece_extent(piece)* &
+            motions%piece_rotation(:, piece, j)]
+        end if
+      end associate
     end do
   end function twist_of
-
-  !> The same of a piece of a body that equations join.
-  pure function twist_of_piece(motions, piece, first, last, coefficient) result(six)
-    type(free_motions_t), intent(in) :: motions
-    integer, intent(in) :: piece, first, last
-    real(wp), intent(in) :: coefficient(:)
-    real(wp) :: six(6)
-    integer :: j
-
-    six = 0.0_wp
-    do j = first, last
-      six(:3) = six(:3) + coefficient(j - first + 1)*motions%piece_translation(:, piece, j)
-      six(4:) = six(4:) + coefficient(j - first + 1)*motions%piece_extent(piece)* &
-        motions%piece_rotation(:, piece, j)
-    end do
-  end function twist_of_piece
 
   !> A space of motions: the axes that lie in it, else its vectors.
   function span_in_words(six) result(words)

@@ -11,6 +11,7 @@ module read_amplitudes_mod
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, open_directory
   use fields_mod, only: any_number, field_position, field_text, fields_t, integer_field, &
     is_empty_field, next_data_line, real_field
+  use growing_lists_mod, only: enlarge
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_t
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, open_card, &
@@ -215,7 +216,10 @@ contains
       if (.not. found) exit lines
       do i = 1, fields%n
         if (.not. keep_reading(reader)) exit lines
-        if (n == size(numbers)) call make_longer(numbers, positions)
+        if (n == size(numbers)) then
+          call enlarge(numbers, n, 2*n)
+          call enlarge(positions, n, 2*n)
+        end if
         n = n + 1
         positions(n) = field_position(reader, fields, i)
         call real_field(reader, fields, i, one, numbers(n), is_number)
@@ -225,21 +229,6 @@ contains
     numbers = numbers(:n)
     positions = positions(:n)
   end subroutine read_numbers
-
-  subroutine make_longer(numbers, positions)
-    real(wp), allocatable, intent(inout) :: numbers(:)
-    integer, allocatable, intent(inout) :: positions(:)
-    real(wp), allocatable :: more_numbers(:)
-    integer, allocatable :: more_positions(:)
-    integer :: n
-
-    n = size(numbers)
-    allocate (more_numbers(2*n), more_positions(2*n))
-    more_numbers(:n) = numbers
-    more_positions(:n) = positions
-    call move_alloc(more_numbers, numbers)
-    call move_alloc(more_positions, positions)
-  end subroutine make_longer
 
   !> The amplitude that AMPLITUDE= names, with its TIME DELAY=: its index; 0 without it, or where a
   !> mistake was reported.

@@ -31,14 +31,13 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(print_t), allocatable, intent(out) :: prints(:) !! not allocated: none
-    type(print_t), allocatable :: list(:), longer(:)
+    type(print_t), allocatable :: list(:)
     type(print_t) :: print
     type(card_t) :: card
-    integer :: k, n, same
+    integer :: k, same
     logical :: ok
 
     allocate (list(0))
-    n = 0
     do k = 1, reader%n_cards
       if (.not. any(reader%cards(k)%keyword == ['NODE PRINT', 'EL PRINT  '])) cycle
       call open_card(reader, k, card)
@@ -54,22 +53,18 @@ contains
       end if
       call read_variables(reader, card, print)
       if (.not. ok) cycle
-      same = find_same(list(:n), print)
+      same = find_same(list, print)
       if (same > 0) then
         call add_to(list(same), print)
         cycle
       end if
-      if (n == most) then
+      if (size(list) == most) then
         call report(reader, card%position, 'the deck prints more than '//to_text(most)//' sets')
         return
       end if
-      allocate (longer(n + 1))
-      longer(:n) = list
-      longer(n + 1) = print
-      call move_alloc(longer, list)
-      n = n + 1
+      list = [list, print]
     end do
-    if (n > 0) call move_alloc(list, prints)
+    if (size(list) > 0) call move_alloc(list, prints)
   end subroutine read_prints
 
   subroutine read_node_options(reader, card, print)
