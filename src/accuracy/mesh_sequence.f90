@@ -178,18 +178,14 @@ contains
 
     theory = sequence%runs(size(sequence%runs))%theory
     if (theory%is_estimate .or. theory%error >= huge(1.0_wp)) return
-    followed = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%theory%is_estimate, i=1, &
-      size(sequence%runs))])
+    followed = pack([(i, i=1, size(sequence%runs))], sequence%runs%theory%is_estimate)
     n = size(followed)
     if (n < 2) return
     associate (one => sequence%runs(followed(n - 1))%theory, other => &
       sequence%runs(followed(n))%theory)
       if (max(one%error, other%error) >= theory%error) return
-      if (one%error > other%error) then
-        theory = one
-      else
-        theory = other
-      end if
+      theory = other
+      if (one%error > other%error) theory = one
     end associate
   end function theory_of_last
 
@@ -224,9 +220,8 @@ contains
     integer, allocatable :: runs(:)
     integer :: i
 
-    runs = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%divisions == &
-      family%divisions .and. sequence%runs(i)%mesh_size%zone%times == family%cuts, i=1, &
-      size(sequence%runs))])
+    runs = pack([(i, i=1, size(sequence%runs))], sequence%runs%divisions == family%divisions .and. &
+      sequence%runs%mesh_size%zone%times == family%cuts)
   end function mesh_runs
 
   !> The runs with so many cuts at contact, as they were made.
@@ -236,8 +231,7 @@ contains
     integer, allocatable :: runs(:)
     integer :: i
 
-    runs = pack([(i, i=1, size(sequence%runs))], [(sequence%runs(i)%mesh_size%zone%times == cuts, &
-      i=1, size(sequence%runs))])
+    runs = pack([(i, i=1, size(sequence%runs))], sequence%runs%mesh_size%zone%times == cuts)
   end function runs_with_cuts
 
   !> The fewest divisions of the deck's increments that a run with so many cuts has.
@@ -267,10 +261,8 @@ contains
     real(wp), intent(in) :: h !! [-]
     integer, allocatable :: finer(:)
     real(wp), parameter :: rounding = 1.0e-9_wp
-    integer :: i
 
-    finer = pack(runs, [(relative_size(sequence%runs(runs(i))%mesh_size) <= (1.0_wp + &
-      rounding)*h, i=1, size(runs))])
+    finer = pack(runs, sizes_of(sequence, runs) <= (1.0_wp + rounding)*h)
   end function runs_up_to
 
   !> The runs on the mesh of one of them, with as many cuts, the fewest divisions first.

@@ -7,7 +7,7 @@ module next_run_mod
   use choose_cuts_mod, only: choose_cuts
   use convergence_mod, only: size_for_error, least_order
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs, &
-    runs_up_to
+    runs_up_to, sizes_of
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: runs_for_steps, later_step_runs, change_is_known, with_inferred
@@ -402,8 +402,8 @@ contains
       n = size(runs)
       if (n < 6) return
       distant = merge(3.0_wp, 2.0_wp, sequence%recovers) - rounding
-      i = count([(relative_size(sequence%runs(runs(i))%mesh_size) >= distant*relative_size( &
-        sequence%runs(runs(n))%mesh_size), i=1, n)])
+      i = count(sizes_of(sequence, runs) >= distant*relative_size(sequence%runs(runs( &
+        n))%mesh_size))
       if (i < 3) return
       before = error_up_to(i)
       if (before < 0.0_wp) return

@@ -176,11 +176,8 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     integer :: i
 
-    is_beyond_first = .false.
-    do i = 2, size(sequence%runs)
-      is_beyond_first = is_beyond_first .or. relative_size(sequence%runs(i)%mesh_size) < &
-        relative_size(sequence%runs(1)%mesh_size)
-    end do
+    is_beyond_first = any([(relative_size(sequence%runs(i)%mesh_size), i=1, &
+      size(sequence%runs))] < relative_size(sequence%runs(1)%mesh_size))
   end function is_beyond_first
 
   !> The divisions that finer meshes have: of those tried on the first mesh alone none is in use

@@ -68,14 +68,11 @@ contains
     integer :: k, n
 
     sequence = with_inferred(made)
-    if (present(family)) then
-      runs = mesh_runs(sequence, family)
-    else
-      runs = mesh_runs(sequence, family_of(sequence%runs(size(sequence%runs))))
-    end if
+    mine = family_of(sequence%runs(size(sequence%runs)))
+    if (present(family)) mine = family
+    runs = mesh_runs(sequence, mine)
     n = size(runs)
     if (n == 0) return
-    mine = family_of(sequence%runs(runs(n)))
     divided = runs
     call take_undivided(sequence, runs)
     n = size(runs)
@@ -331,9 +328,7 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
 
-    associate (error => total_error(errors))
-      is_enough = error >= 0.0_wp .and. error <= sequence%wanted
-    end associate
+    is_enough = errors%mesh >= 0.0_wp .and. total_error(errors) <= sequence%wanted
   end function is_enough_but_steps
 
   !> Where there are more meshes with undivided increments up to that of the last run, these say how
@@ -342,12 +337,10 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     integer, allocatable, intent(inout) :: runs(:) !! of a family
     integer, allocatable :: others(:)
-    integer :: i
 
     associate (last => sequence%runs(runs(size(runs))))
       others = mesh_runs(sequence, family_t(last%mesh_size%zone%times, 1))
-      others = pack(others, [(relative_size(sequence%runs(others(i))%mesh_size) >= &
-        relative_size(last%mesh_size), i=1, size(others))])
+      others = pack(others, sizes_of(sequence, others) >= relative_size(last%mesh_size))
       if (size(others) <= size(runs) .and. size(others) < 3) return
       if (size(others) == 0) return
       if (relative_size(sequence%runs(others(size(others)))%mesh_size) > &

@@ -202,59 +202,23 @@ contains
   function subject_in_words(accuracy) result(words)
     type(accuracy_controls_t), intent(in) :: accuracy
     character(:), allocatable :: words
+    ! By accuracy_of_resultants and its kin: of all, and of a set.
+    character(*), parameter :: of_all(8) = [character(29) :: 'the contact forces', &
+      'the energies', 'the largest contact pressures', 'the longest slips', &
+      'the largest displacement', 'the largest von Mises stress', 'the contact forces', &
+      'the contact forces']
+    character(*), parameter :: of_set(8) = [character(22) :: 'the reaction force', &
+      'the reaction force', 'the contact pressures', 'the slips', 'the displacements', &
+      'the von Mises stresses', 'the reaction force', 'the contact force']
 
+    words = trim(of_all(accuracy%of))
     if (allocated(accuracy%set)) then
-      words = set_in_words(accuracy)
-    else
-      words = whole_in_words(accuracy)
+      words = trim(of_set(accuracy%of))//' of '//accuracy%set
+      if (accuracy%direction > 0) words = words//' along '//'xyz'(accuracy%direction: &
+        accuracy%direction)
     end if
     if (accuracy%extrapolates) words = 'the extrapolated '//words(len('the ') + 1:)
   end function subject_in_words
-
-  !> What an accuracy is of that is of no set.
-  function whole_in_words(accuracy) result(words)
-    type(accuracy_controls_t), intent(in) :: accuracy
-    character(:), allocatable :: words
-
-    select case (accuracy%of)
-    case (accuracy_of_energy)
-      words = 'the energies'
-    case (accuracy_of_pressure)
-      words = 'the largest contact pressures'
-    case (accuracy_of_slip)
-      words = 'the longest slips'
-    case (accuracy_of_displacement)
-      words = 'the largest displacement'
-    case (accuracy_of_mises)
-      words = 'the largest von Mises stress'
-    case default
-      words = 'the contact forces'
-    end select
-  end function whole_in_words
-
-  !> What an accuracy of a set is of.
-  function set_in_words(accuracy) result(words)
-    type(accuracy_controls_t), intent(in) :: accuracy !! with a set
-    character(:), allocatable :: words
-
-    select case (accuracy%of)
-    case (accuracy_of_pressure)
-      words = 'the contact pressures'
-    case (accuracy_of_slip)
-      words = 'the slips'
-    case (accuracy_of_displacement)
-      words = 'the displacements'
-    case (accuracy_of_mises)
-      words = 'the von Mises stresses'
-    case (accuracy_of_contact_force)
-      words = 'the contact force'
-    case default
-      words = 'the reaction force'
-    end select
-    words = words//' of '//accuracy%set
-    if (accuracy%direction > 0) words = words//' along '//'xyz'(accuracy%direction: &
-      accuracy%direction)
-  end function set_in_words
 
   !> double precision; single precision, block low rank 1e-6.
   function precision_in_words(precision) result(words)
