@@ -176,10 +176,7 @@ contains
       integer, intent(in) :: active(:)
       integer :: k
 
-      has_middles = .false.
-      do k = 1, size(active)
-        has_middles = has_middles .or. is_in_middle(points, placement%weights, active(k))
-      end do
+      has_middles = any([(is_in_middle(points, placement%weights, active(k)), k=1, size(active))])
     end function has_middles
 
     !> A pin is an unknown to iteration: it gives way as the others of its point do.

@@ -362,10 +362,9 @@ contains
     do step = 1, size(scene%steps)
       prescribed = prescribed_dofs(scene, step)
       call resolve_loads(scene, step, u, loads)
-      ok = all(prescribed(:, nodes) .eqv. prescribed(:, image(nodes)))
-      do g = 1, loads%n_patterns
-        ok = ok .and. is_even(loads%displacement(:, :, g)) .and. is_even(loads%force(:, :, g))
-      end do
+      ok = all(prescribed(:, nodes) .eqv. prescribed(:, image(nodes))) .and. &
+        all([(is_even(loads%displacement(:, :, g)) .and. is_even(loads%force(:, :, g)), g=1, &
+        loads%n_patterns)])
       if (allocated(loads%turns%held)) then
         do node = 1, 3
           if (node == axis) cycle

@@ -163,10 +163,7 @@ contains
 
       has_node = .false.
       has_node(scene%surfaces(surface)%nodes) = .true.
-      has_gap = .false.
-      do g = 1, size(scene%gaps)
-        has_gap = has_gap .or. any(has_node(scene%gaps(g)%nodes))
-      end do
+      has_gap = any([(any(has_node(scene%gaps(g)%nodes)), g=1, size(scene%gaps))])
     end function has_gap
 
   end function why_no_pair

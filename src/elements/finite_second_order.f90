@@ -51,10 +51,8 @@ contains
     integer :: g
 
     call find_jacobians_at_nodes(place, element, determinants)
-    is_inside_out = any(determinants <= 0.0_wp)
-    do g = 1, size(h, 3)
-      is_inside_out = is_inside_out .or. growth_of(h(:, :, g)) <= -1.0_wp
-    end do
+    is_inside_out = any(determinants <= 0.0_wp) .or. any([(growth_of(h(:, :, g)) <= -1.0_wp, g=1, &
+      size(h, 3))])
   end subroutine look_inside_out
 
   !> What the stresses do on the nodes.

@@ -77,10 +77,7 @@ contains
     type(finite_element_t), intent(in) :: element
     integer :: g
 
-    is_inverted = .false.
-    do g = 1, 8
-      is_inverted = is_inverted .or. growth_of(element%h(:, :, g)) <= -1.0_wp
-    end do
+    is_inverted = any([(growth_of(element%h(:, :, g)) <= -1.0_wp, g=1, 8)])
   end function is_inverted
 
   !> The displacement gradients at the Gauss points that the law is asked at:

@@ -195,10 +195,8 @@ contains
     integer, intent(in) :: opposite(:) !! (n_nodes) 0: of no element
     integer :: dof
 
-    same = .not. any(opposite(step%forces%node) > 0)
-    do dof = 1, 3
-      same = same .and. same_values(step%boundary, dof)
-    end do
+    same = .not. any(opposite(step%forces%node) > 0) .and. all([(same_values(step%boundary, dof), &
+      dof=1, 3)])
     if (allocated(step%temperatures)) same = same .and. same_values(step%temperatures, 1)
 
   contains

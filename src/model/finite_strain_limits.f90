@@ -96,11 +96,8 @@ contains
     integer, intent(in) :: node
     integer :: k
 
-    is_loaded = .false.
-    do k = 1, size(scene%steps)
-      is_loaded = is_loaded .or. any(scene%steps(k)%forces%node == node) .or. &
-        any(scene%steps(k)%boundary%node == node)
-    end do
+    is_loaded = any([(any(scene%steps(k)%forces%node == node) .or. &
+      any(scene%steps(k)%boundary%node == node), k=1, size(scene%steps))])
   end function is_loaded
 
 end module finite_strain_limits_mod

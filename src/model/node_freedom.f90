@@ -57,10 +57,8 @@ contains
     can_move = can_move .and. .not. prescribed
     do c = 1, active%n
       associate (moves => can_move(active%dof(c), active%node(c)))
-        moves = .false.
-        do k = active%first(c), active%first(c + 1) - 1
-          moves = moves .or. can_move(active%master_dof(k), active%master(k))
-        end do
+        moves = any([(can_move(active%master_dof(k), active%master(k)), k=active%first(c), &
+          active%first(c + 1) - 1)])
       end associate
     end do
   end function can_move

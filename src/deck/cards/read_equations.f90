@@ -135,10 +135,7 @@ contains
     integer, intent(in) :: first
     integer :: i
 
-    is_rest_empty = .true.
-    do i = first, fields%n
-      is_rest_empty = is_rest_empty .and. is_empty_field(fields, i)
-    end do
+    is_rest_empty = all([(is_empty_field(fields, i), i=first, fields%n)])
   end function is_rest_empty
 
   !> A term, from field `i` on.

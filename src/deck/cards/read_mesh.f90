@@ -201,10 +201,8 @@ contains
       'SPRING', 'DASHPOT', 'GAP', 'MASS', 'ROTARYI', 'U', 'CONN', 'COH']
     integer :: i
 
-    is_of_other_field = name == 'D' .or. name == 'F'
-    do i = 1, size(beginnings)
-      is_of_other_field = is_of_other_field .or. index(name, trim(beginnings(i))) == 1
-    end do
+    is_of_other_field = name == 'D' .or. name == 'F' .or. any([(index(name, trim(beginnings(i))) &
+      == 1, i=1, size(beginnings))])
   end function is_of_other_field
 
   !> What to mesh with where a type of elements is not available.
@@ -261,10 +259,7 @@ contains
       'DS  ']
     integer :: i
 
-    is = .false.
-    do i = 1, size(beginnings)
-      is = is .or. index(name, trim(beginnings(i))) == 1
-    end do
+    is = any([(index(name, trim(beginnings(i))) == 1, i=1, size(beginnings))])
   end function is_skipped
 
   !> Read the elements of a card. An id and nodes may go over several lines.
