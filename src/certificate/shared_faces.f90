@@ -322,7 +322,9 @@ contains
     low = minval(x, 2) - along*abs(axes(:, 3)) - aside
     high = maxval(x, 2) + along*abs(axes(:, 3)) + aside
     first = n + 1
-    do i = first_from(sides, low(sides%axis) - sides%widest), size(sides%sorted)
+    ! Before the first of these all lowest coordinates are below what could be near.
+    do i = 1 + count_below(key_of(sides, low(sides%axis) - sides%widest), sides%key), &
+        size(sides%sorted)
       f = sides%sorted(i)
       if (sides%low(sides%axis, f) > high(sides%axis)) exit
       if (any(sides%low(:, f) > high) .or. any(sides%high(:, f) < low)) cycle
@@ -475,14 +477,6 @@ contains
     if (sides%extent > 0.0_wp) key = int(parts*max(0.0_wp, min(1.0_wp, (coordinate - &
       sides%lowest)/sides%extent)))
   end function key_of
-
-  !> A place among the sorted master faces; before it all lowest coordinates are below a value.
-  pure integer function first_from(sides, value) result(first)
-    type(two_sides_t), intent(in) :: sides
-    real(wp), intent(in) :: value !! [length]
-
-    first = 1 + count_below(key_of(sides, value), sides%key)
-  end function first_from
 
   pure subroutine append(entry, rows)
     type(entry_t), intent(in) :: entry

@@ -190,7 +190,9 @@ contains
     call mark_followers(constraints)
     call mark_followers(equations%list)
     do step = 1, size(steps)
-      call turn_supports(steps(step)%boundary, lines%angle)
+      associate (boundary => steps(step)%boundary)
+        where (boundary%dof == 1) boundary%value = boundary%value*cos(lines%angle(boundary%node))
+      end associate
       if (step == 1 .or. steps(step)%replace_boundary) call hold_across(model, lines, follows, &
         steps(step)%boundary)
       call share_forces(lines, model%mesh%parts, steps(step)%forces)
@@ -310,14 +312,6 @@ contains
     end function held
 
   end subroutine hold_across
-
-  !> Displacements along x of nodes at an angle are those of the radius.
-  pure subroutine turn_supports(boundary, angle)
-    type(nodal_value_t), intent(inout) :: boundary(:)
-    real(wp), intent(in) :: angle(:) !! (n_nodes) [rad]
-
-    where (boundary%dof == 1) boundary%value = boundary%value*cos(angle(boundary%node))
-  end subroutine turn_supports
 
   !> Forces on nodes of the plane act all along the thickness, each share so as the work of the mean
   !> displacement has it.

@@ -283,7 +283,9 @@ contains
       call join_equations(reader, model, equations, scene%constraints)
     end if
     call mark_turning(scene%steps, scene%obstacles)
-    call note_useless_temperatures(reader, scene)
+    if (all(abs(scene%materials%expansion) <= 0.0_wp) .and. any(reader%cards(: &
+      reader%n_cards)%keyword == 'TEMPERATURE')) call note(reader, &
+      '*TEMPERATURE changes nothing: no material has an *EXPANSION')
     if (.not. scene%finite_strain) call keep_to_small_strain(reader, scene%output)
     if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report_missing_element(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
@@ -329,16 +331,6 @@ contains
     end do
     blocks = model%mesh%counts
   end function free_blocks
-
-  !> Note temperatures where nothing expands.
-  subroutine note_useless_temperatures(reader, scene)
-    type(reader_t), intent(inout) :: reader
-    type(scene_t), intent(in) :: scene
-
-    if (any(abs(scene%materials%expansion) > 0.0_wp)) return
-    if (any(reader%cards(:reader%n_cards)%keyword == 'TEMPERATURE')) call note(reader, &
-      '*TEMPERATURE changes nothing: no material has an *EXPANSION')
-  end subroutine note_useless_temperatures
 
   !> Note what a run at small strain leaves out.
   subroutine keep_to_small_strain(reader, output)

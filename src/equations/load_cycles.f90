@@ -84,7 +84,8 @@ contains
 
     associate (a => scene%steps(one), b => scene%steps(other))
       repeats = a%n_increments == b%n_increments .and. (a%direct .eqv. b%direct) .and. &
-        is_equal(a%period, b%period) .and. (a%replace_boundary .eqv. b%replace_boundary) .and. &
+        .not. abs(a%period - b%period) > 0.0_wp .and. &
+        (a%replace_boundary .eqv. b%replace_boundary) .and. &
         (a%replace_forces .eqv. b%replace_forces) .and. &
         (a%replace_pressures .eqv. b%replace_pressures) .and. &
         (a%replace_element_loads .eqv. b%replace_element_loads) .and. &
@@ -101,12 +102,6 @@ contains
         scene%amplitudes, scene%steps, other))
     end associate
   end function repeats
-
-  pure logical function is_equal(a, b)
-    real(wp), intent(in) :: a, b
-
-    is_equal = .not. abs(a - b) > 0.0_wp
-  end function is_equal
 
   pure logical function same_values(a, b) result(same)
     type(nodal_value_t), allocatable, intent(in) :: a(:), b(:)
@@ -222,10 +217,9 @@ contains
       same = size(a) == size(b)
       if (.not. same) return
       do i = 1, size(a)
-        same = same .and. abs((a(i) - b(i)) - (one - other)*whole_increment) < smallest_increment
-        do k = 1, size(followed)
-          same = same .and. .not. abs(value_at(k, a(i)) - value_at(k, b(i))) > bent*largest(k)
-        end do
+        same = same .and. abs((a(i) - b(i)) - (one - other)*whole_increment) < smallest_increment &
+          .and. all([(.not. abs(value_at(k, a(i)) - value_at(k, b(i))) > bent*largest(k), k=1, &
+          size(followed))])
       end do
     end function same_path
 

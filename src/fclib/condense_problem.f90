@@ -172,6 +172,7 @@ contains
     real(wp), allocatable :: schur(:, :)
     real(wp) :: probe(m%m), difference
     integer :: i
+    integer, allocatable :: start(:), neighbours(:)
 
     call lower_triangle(m, lower)
     if (any(m%row > m%column .and. abs(m%value) > 0.0_wp) .and. &
@@ -183,24 +184,14 @@ contains
         return
       end if
     end if
-    call order_by_graph(lower, position, error)
+    call list_neighbours(lower, start, neighbours)
+    call order_equations(map_of_matrix(lower%n), start, neighbours, position, error)
     if (allocated(error)) return
     call factorise(lower, position, 0, factor, schur, error)
     if (.not. allocated(error)) return
     if (error%exit_status == exit_not_solved) call raise(error, exit_wrong_input, &
       path//': error: the matrix M is not positive definite')
   end subroutine factorise_m
-
-  !> The order of elimination of a matrix without nodes: each equation is its own.
-  subroutine order_by_graph(lower, position, error)
-    type(triplets_t), intent(in) :: lower
-    integer, allocatable, intent(out) :: position(:)
-    type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: start(:), neighbours(:)
-
-    call list_neighbours(lower, start, neighbours)
-    call order_equations(map_of_matrix(lower%n), start, neighbours, position, error)
-  end subroutine order_by_graph
 
   !> The neighbours of each equation, each once: METIS takes no edge twice.
   subroutine list_neighbours(lower, start, neighbours)

@@ -201,7 +201,9 @@ contains
     end do
     ! Of flat faces what is nearest is a corner.
     do i = 1, n
-      call take_gap(faces, polygon(:, i), overlap)
+      overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, &
+        shape_at(faces%slave, faces%slave_is_triangle, polygon(:, i))) - dot_product( &
+        faces%master_height, shape_at(faces%master, faces%master_is_triangle, polygon(:, i))))
     end do
     faces%slave_jacobian = jacobians(plane%corner(:, :plane%n))
     faces%master_jacobian = jacobians(flat)
@@ -343,16 +345,6 @@ contains
       end associate
     end do
   end subroutine add_points
-
-  pure subroutine take_gap(faces, x, overlap)
-    type(two_faces_t), intent(in) :: faces
-    real(wp), intent(in) :: x(2)          !! in the plane [length]
-    type(overlap_t), intent(inout) :: overlap
-
-    overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, &
-      shape_at(faces%slave, faces%slave_is_triangle, x)) - dot_product(faces%master_height, &
-      shape_at(faces%master, faces%master_is_triangle, x)))
-  end subroutine take_gap
 
   !> The part of a convex polygon that lies in another one, both anticlockwise: edge by edge of the
   !> window what is outside is cut off (Sutherland and Hodgman).

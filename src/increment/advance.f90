@@ -22,7 +22,7 @@ module advance_mod
   use contact_points_mod, only: contact_points_t, master_nodes
   use increments_mod, only: increment_t, next_increment, mark_end
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, contact_fields_t, worst_entry, &
+  use increment_report_mod, only: increment_report_t, worst_entry, &
     ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
     ended_inverted, ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
@@ -217,8 +217,11 @@ contains
         new%reaction)
       call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
         report%contact)
-      if (.not. is_linear(scene)) call cover_deformed(scene, points, new%displacement, &
-        report%contact)
+      ! Pressures before obstacles are over the faces as they are deformed.
+      if (.not. is_linear(scene)) then
+        where (.not. points%on_surface) report%contact%covered_area = areas_at(scene, points, &
+          new%displacement)
+      end if
       call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &
         maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)
       call watch_inactive(scene, points, solver, new, report, error)
@@ -266,16 +269,6 @@ contains
     has_no_result = any(report%ending == [ended_unbalanced, ended_passed, ended_inverted, &
       ended_out_of_balance, ended_indefinite])
   end function has_no_result
-
-  !> Pressures before obstacles are over the faces as they are deformed.
-  pure subroutine cover_deformed(scene, points, u, contact)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: u(:, :)                 !! (3,n_nodes) [length]
-    type(contact_fields_t), intent(inout) :: contact !! its covered areas, but those before faces
-
-    where (.not. points%on_surface) contact%covered_area = areas_at(scene, points, u)
-  end subroutine cover_deformed
 
   !> 7. Energies, and what the state keeps beside displacements and reactions.
   subroutine finish(scene, points, solver, old, trial, new, report)

@@ -15,7 +15,6 @@ module place_and_solve_mod
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
   use rigid_modes_mod, only: free_motions_t, add_motions, follow_turns
-  use turning_couplings_mod, only: turned_constraints
   use condensed_contact_mod, only: condensed_contact_t, count_rows, is_on_bodies, &
     neutral_motions, are_left_out
   use condense_contact_mod, only: condense_contact

@@ -157,7 +157,8 @@ contains
 
     if (all(runs%lost_in > 0)) return
     old = followed
-    increment = increment_between(scene, old, new)
+    increment = next_increment(scene%steps, old, new%position - merge(old%position, 0_i8, &
+      old%step == new%step))
     call follow_linearly(scene, points, before, new, increment, solver, followed)
     motions = solver%body%motions
     solver%body%motions%are_finite = .true.
@@ -245,15 +246,6 @@ contains
     call equilibrate(scene, now, solver, old, trial, state, report, error)
     if (allocated(error) .or. .not. report%converged) state = new
   end subroutine follow_linearly
-
-  !> The increment from one state of the linear run to the next.
-  pure type(increment_t) function increment_between(scene, old, new) result(increment)
-    type(scene_t), intent(in) :: scene
-    type(state_t), intent(in) :: old, new
-
-    increment = next_increment(scene%steps, old, new%position - merge(old%position, 0_i8, &
-      old%step == new%step))
-  end function increment_between
 
   !> Give materials other laws.
   pure subroutine take_laws(law, materials)

@@ -31,7 +31,7 @@ module stability_mod
   use scene_mod, only: scene_t
   use obstacles_mod, only: obstacle_t
   use mesh_mod, only: kind_c3d8b
-  use contact_points_mod, only: contact_points_t, weights_t, contact_nodes, list_slave
+  use contact_points_mod, only: contact_points_t, contact_nodes, list_slave
   use state_mod, only: state_t, modes_t
   use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t
@@ -260,7 +260,11 @@ contains
         do k = 1, n_slave
           call add_entries(map, slave(k), factor(k)*direction, rows)
         end do
-        call add_masters(map, contact%placement%weights, i, direction, rows)
+        associate (weights => contact%placement%weights)
+          do k = weights%first(i), weights%first(i + 1) - 1
+            call add_entries(map, weights%node(k), -weights%weight(k)*direction, rows)
+          end do
+        end associate
         call put(rows%entries, rows%n_entries, spread(rows%n, 1, size(free)), map%n_free + free, &
           [(-dot_product(motions%translation(:, free(j)), direction), j=1, size(free))])
         ! Where supports hold both sides in this direction there is no row.
@@ -282,7 +286,9 @@ contains
         call put(rows%entries, rows%n_entries, [rows%n], [pin], unturned(j:j, k))
       end do
     end do
-    call trim_to(rows%entries, rows%n_entries)
+    rows%entries%row = rows%entries%row(:rows%n_entries)
+    rows%entries%column = rows%entries%column(:rows%n_entries)
+    rows%entries%value = rows%entries%value(:rows%n_entries)
   end subroutine find_rows
 
   !> The neutral motions with whose turns no force on their bodies would turn.
@@ -354,15 +360,6 @@ contains
     n = n + size(row)
   end subroutine put
 
-  pure subroutine trim_to(list, n)
-    type(triplets_t), intent(inout) :: list
-    integer, intent(in) :: n
-
-    list%row = list%row(:n)
-    list%column = list%column(:n)
-    list%value = list%value(:n)
-  end subroutine trim_to
-
   !> The motions of the obstacle of a pair; none where it is held, or where the master is a body.
   pure function free_obstacle(scene, motions, pair) result(free)
     type(scene_t), intent(in) :: scene
@@ -377,20 +374,6 @@ contains
       free = pack([(j, j=1, motions%n)], motions%body == 0 .and. motions%node == ref_node)
     end associate
   end function free_obstacle
-
-  !> Add the masters of a point to its last row.
-  pure subroutine add_masters(map, weights, i, direction, rows)
-    type(dof_map_t), intent(in) :: map
-    type(weights_t), intent(in) :: weights
-    integer, intent(in) :: i
-    real(wp), intent(in) :: direction(3)
-    type(rows_t), intent(inout) :: rows
-    integer :: k
-
-    do k = weights%first(i), weights%first(i + 1) - 1
-      call add_entries(map, weights%node(k), -weights%weight(k)*direction, rows)
-    end do
-  end subroutine add_masters
 
   !> Add the unknowns of a node to the last row, those of its masters where it depends on others.
   pure subroutine add_entries(map, node, coefficient, rows)

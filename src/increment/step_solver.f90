@@ -66,8 +66,8 @@ contains
     if (allocated(solver%body%prescribed) .and. .not. allocated(solver%body%tangent)) then
       changed = prescribed .neqv. solver%body%prescribed
       if (.not. any(changed)) then
-        if (has_same_contact(points, solver)) return
-        call make_contact(scene, points, solver, work)
+        if (any(abs(points%mu - solver%mu) > 0.0_wp) .or. any(are_removed(points) .neqv. &
+          solver%is_removed)) call make_contact(scene, points, solver, work)
         return
       end if
       if (.not. any(changed .and. spread(scene%mesh%body > 0, 1, 3))) then
@@ -249,15 +249,6 @@ contains
     solver%is_removed = are_removed(points)
     call lap(clock, work%condense)
   end subroutine make_contact
-
-  !> Whether contact was made with the coefficients that the points have, and with their pairs.
-  pure logical function has_same_contact(points, solver) result(is_same)
-    type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(in) :: solver
-
-    is_same = .not. any(abs(points%mu - solver%mu) > 0.0_wp) .and. &
-      all(are_removed(points) .eqv. solver%is_removed)
-  end function has_same_contact
 
   !> Which points are of pairs that are removed.
   pure function are_removed(points)

@@ -324,20 +324,11 @@ contains
     if (index > 0) return
     set = find_set(model%node_sets, name)
     if (set == 0) then
-      call report_unknown_surface(reader, surfaces, position, name)
+      call report(reader, position, 'surface '//quoted(name)//' is not defined', &
+        guess(name, surfaces%names(:surfaces%n_named)))
     else if (allocated(model%node_sets%list(set)%members)) then
       call add_node_surface(reader, model, set, surfaces, index)
     end if
   end subroutine find_surface_or_set
-
-  subroutine report_unknown_surface(reader, surfaces, position, name)
-    type(reader_t), intent(inout) :: reader
-    type(surface_list_t), intent(in) :: surfaces
-    integer, intent(in) :: position
-    character(*), intent(in) :: name
-
-    call report(reader, position, 'surface '//quoted(name)//' is not defined', &
-      guess(name, surfaces%names(:surfaces%n_named)))
-  end subroutine report_unknown_surface
 
 end module surface_list_mod

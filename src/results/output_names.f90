@@ -1,7 +1,7 @@
 !> What files that the program writes are called, and what they must not take the place of.
 module output_names_mod
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use text_mod, only: string_t
+  use text_mod, only: string_t, upper
   implicit none
   private
 
@@ -31,17 +31,10 @@ contains
     if (is_there .or. is_folder .or. slash == len(path)) return
     point = index(path, '.', back=.true.)
     if (point > slash + 1 .and. point < len(path)) then
-      if (is_letter(path(point + 1:point + 1))) return
+      if (verify(upper(path(point + 1:point + 1)), 'ABCDEFGHIJKLMNOPQRSTUVWXYZ') == 0) return
     end if
     path = path//ending
   end function output_name
-
-  pure logical function is_letter(character)
-    character, intent(in) :: character
-
-    is_letter = (character >= 'a' .and. character <= 'z') .or. &
-      (character >= 'A' .and. character <= 'Z')
-  end function is_letter
 
   !> Refuse to write where a file stands that is read, under whatever name, be it a link.
   subroutine keep_inputs(inputs, outputs, error)

@@ -68,6 +68,7 @@ contains
     integer(i8) :: n_rows, of_energy
     real(wp) :: of_forces
     integer :: i, j, k
+    real(wp) :: errors(n_errors)
 
     call read_attribute(file, '/history', 'finished', n_rows, error)
     call read_attribute(file, '/history/error', 'of_energy', of_energy, error)
@@ -91,22 +92,15 @@ contains
         maxval([(norm2(pairs(i)%normal + pairs(i)%friction), i=1, size(pairs))])
       do i = 1, size(groups)
         k = index(groups(i)%text, '/', back=.true.) + 1
-        call fill_cells(step(ends(j)), groups(i)%text(k:), pairs(i), errors_of(by_runs(:, i), &
-          of_forces), cells(:, (j - 1)*size(groups) + i))
+        ! What several runs say, and else what the run says itself, which is of forces alone.
+        errors = by_runs(:, i)
+        where (errors(:of_friction) < 0.0_wp) errors(:of_friction) = of_forces
+        call fill_cells(step(ends(j)), groups(i)%text(k:), pairs(i), errors, &
+          cells(:, (j - 1)*size(groups) + i))
       end do
     end do
     call align(cells, lines)
   end subroutine list_lines
-
-  !> What several runs say, and else what the run says itself, which is of forces alone.
-  pure function errors_of(by_runs, of_forces) result(errors)
-    real(wp), intent(in) :: by_runs(:) !! (n_errors)
-    real(wp), intent(in) :: of_forces  !! [force]
-    real(wp) :: errors(n_errors)
-
-    errors = by_runs
-    where (errors(:of_friction) < 0.0_wp) errors(:of_friction) = of_forces
-  end function errors_of
 
   !> What the file has of a pair in a row.
   subroutine read_pair(file, group, row, pair, error)
@@ -140,7 +134,9 @@ contains
     cells(7)%text = in_known_digits(pair%pressure, errors(of_pressure))
     cells(9)%text = in_known_digits(pair%slip, errors(of_slip))
     do k = 1, n_errors
-      cells(2 + 2*k)%text = error_in_words(errors(k))
+      cells(2 + 2*k)%text = '-'
+      ! In two digits.
+      if (errors(k) >= 0.0_wp) cells(2 + 2*k)%text = in_known_digits(errors(k), 0.1_wp*errors(k))
     end do
   end subroutine fill_cells
 
@@ -155,14 +151,6 @@ contains
     text = '('//in_known_digits(x(1), rounding)//', '//in_known_digits(x(2), rounding)//', '// &
       in_known_digits(x(3), rounding)//')'
   end function vector
-
-  pure function error_in_words(error) result(words)
-    real(wp), intent(in) :: error !! negative: not known
-    character(:), allocatable :: words
-
-    words = '-'
-    if (error >= 0.0_wp) words = in_known_digits(error, 0.1_wp*error) ! two digits
-  end function error_in_words
 
   !> Columns below their heads, two blanks apart: numbers at their right end, the pairs at their
   !> left.

@@ -119,27 +119,20 @@ contains
     integer, intent(in) :: nodes(:) !! of all elements, element by element
     integer, allocatable :: numbers(:)
     integer :: e, n, first
+    integer, parameter :: vtk(7) = [10, 14, 13, 12, 24, 26, 25], xdmf(7) = [6, 7, 8, 9, 38, 40, 48]
 
     allocate (numbers(size(cell) + size(nodes)))
     n = 0
     first = 1
     do e = 1, size(cell)
       associate (its => nodes(first:first + cells(cell(e))%n_nodes - 1))
-        numbers(n + 1:n + 1 + size(its)) = [xdmf_number(cells(cell(e))%vtk_type), its]
+        numbers(n + 1:n + 1 + size(its)) = [xdmf(findloc(vtk, cells(cell(e))%vtk_type, &
+          dim=1)), its]
         n = n + 1 + size(its)
         first = first + size(its)
       end associate
     end do
   end function mixed_topology
-
-  !> The number of a cell in XDMF.
-  pure integer function xdmf_number(vtk_type) result(number)
-    integer, intent(in) :: vtk_type
-    integer, parameter :: vtk(7) = [10, 14, 13, 12, 24, 26, 25]
-    integer, parameter :: xdmf(7) = [6, 7, 8, 9, 38, 40, 48]
-
-    number = xdmf(findloc(vtk, vtk_type, dim=1))
-  end function xdmf_number
 
   !> Cut an increment's XML where something follows that differs from one to the next. A mark, the
   !> rows of a block and a mark stand for where the block begins; two marks for the time.

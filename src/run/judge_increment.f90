@@ -107,13 +107,17 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! not solved, not certified, contact that the nodes do not see
     real(wp) :: clock
+    integer :: surface, nodes(face_corners)
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, solver%choices, increment, report, &
         solver%body%inverse%condition, solved%met_tolerance, error)
       if (allocated(error)) call explain_by_instability(scene, plan, solver, progress, solved, &
         error)
-      if (.not. allocated(error)) call judge_faces(scene, plan, solved, error)
+      if (allocated(error)) return
+      call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, &
+        surface, nodes)
+      if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
       if (allocated(error)) return
       clock = wall_seconds()
       call judge_shape(scene, plan, solver%first_gap, watch%reach, progress%state, solved, error)
@@ -155,19 +159,6 @@ contains
       call count_events(scene, plan, solver, increment, progress, notes)
     end associate
   end subroutine judge_increment
-
-  !> A contact face that has folded ends the run.
-  subroutine judge_faces(scene, plan, solved, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(solved_t), intent(in) :: solved
-    type(error_t), allocatable, intent(out) :: error
-    integer :: surface, nodes(face_corners)
-
-    call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, &
-      surface, nodes)
-    if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
-  end subroutine judge_faces
 
   !> Elements that are inside out end the run, and so do bodies that are deeper in one another than
   !> an element as the run begins, or as a pair is added.

@@ -5,7 +5,6 @@ module refuse_unsolved_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text, counted
   use choices_mod, only: choices_t
-  use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, master_name
   use bodies_mod, only: is_linear
   use controls_mod, only: stop_at_change, local_uzawa, solver_sweeps, solver_auto, &

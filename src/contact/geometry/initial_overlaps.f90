@@ -3,9 +3,8 @@ module initial_overlaps_mod
   use kinds_mod, only: wp, i8
   use cells_mod, only: face_nodes
   use connectivity_mod, only: all_nodes_of_face, nodes_of_hexahedron
-  use mesh_mod, only: deck_rounding
   use text_mod, only: string_t, to_text
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, is_pair_removed
   use increment_report_mod, only: contact_fields_t, status_open

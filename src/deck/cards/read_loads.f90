@@ -246,24 +246,15 @@ contains
     if (.not. ok .or. (dof >= 1 .and. dof <= highest)) return
     ok = .false.
     if (highest == max_dof) then
-      call report_rotation(reader, fields, i, what)
+      call report_in_field(reader, field_position(reader, fields, i), what// &
+        ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles and couplings), not '// &
+        quoted(field_text(reader, fields, i)))
     else
       call report_in_field(reader, field_position(reader, fields, i), what// &
         ' must be 1, 2 or 3 (moments turn nothing: *BOUNDARY turns obstacles), not '// &
         quoted(field_text(reader, fields, i)))
     end if
   end subroutine read_dof
-
-  subroutine report_rotation(reader, fields, i, what)
-    type(reader_t), intent(inout) :: reader
-    type(fields_t), intent(in) :: fields
-    integer, intent(in) :: i
-    character(*), intent(in) :: what
-
-    call report_in_field(reader, field_position(reader, fields, i), what// &
-      ' must be 1, 2 or 3 (4 to 6 on reference nodes of obstacles and couplings), not '// &
-      quoted(field_text(reader, fields, i)))
-  end subroutine report_rotation
 
   !> Report motions that leave the plane of plane elements, or are none of a body of revolution.
   subroutine check_plane(reader, model, fields, nodes, turned, with, value)

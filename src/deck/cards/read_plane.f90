@@ -87,8 +87,9 @@ contains
   subroutine read_plane(reader, draft)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(inout) :: draft
+    real(wp), parameter :: of_edge = 0.03_wp !! that of a plate which is computed [-]
     type(card_t) :: card
-    real(wp) :: thickness
+    real(wp) :: thickness, shortest, longest
     integer :: k, i
     logical :: ok
 
@@ -109,7 +110,10 @@ contains
       thickness = 1.0_wp
     end if
     if (draft%plane == plane_stress) then
-      draft%parts = thickness/slice_of_plate(draft, thickness)
+      ! So little of a plate is computed that strains across it cost no shear, and what friction
+      ! acts along it is none. docs/theory.md section 8.
+      call find_edges(draft, shortest, longest)
+      draft%parts = thickness/merge(of_edge*shortest, thickness, longest > 0.0_wp)
       thickness = thickness/draft%parts
     end if
     call expand_plane(draft, thickness, 0, ok)
@@ -218,18 +222,6 @@ contains
       ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one '// &
       'within 1e4 times the edges (forces are in proportion to it)')
   end subroutine check_thickness
-
-  !> How much of the thickness of a plate is computed: so little that strains across it cost no
-  !> shear, and what friction acts along it is none. docs/theory.md section 8.
-  pure real(wp) function slice_of_plate(draft, thickness) result(slice)
-    type(mesh_draft_t), intent(in) :: draft
-    real(wp), intent(in) :: thickness !! [length]
-    real(wp), parameter :: of_edge = 0.03_wp !! [-]
-    real(wp) :: shortest, longest
-
-    call find_edges(draft, shortest, longest)
-    slice = merge(of_edge*shortest, thickness, longest > 0.0_wp)
-  end function slice_of_plate
 
   !> The shortest and the longest edge of the elements in the plane, but for those of no length.
   pure subroutine find_edges(draft, shortest, longest)

@@ -101,6 +101,7 @@ contains
     real(wp) :: young, poisson
     integer :: kind, law
     logical :: found, ok
+    character(:), allocatable :: hint
 
     young = 0.0_wp
     poisson = 0.0_wp
@@ -119,10 +120,13 @@ contains
     if (ok .and. young <= 0.0_wp) call report(reader, fields%start, &
       "Young's modulus must be positive, not "//quoted(field_text(reader, fields, 1)))
     call real_field(reader, fields, 2, "Poisson's ratio", poisson, ok)
+    hint = ''
+    if (abs(poisson - 0.5_wp) < 0.01_wp) hint = 'nearly incompressible: 0.499 or 0.4999, with '// &
+      'elements of TYPE=C3D8B'
     if (ok .and. (poisson <= -1.0_wp .or. poisson >= 0.5_wp)) then
       call report(reader, field_position(reader, fields, 2), &
       "Poisson's ratio must lie between -1 and 0.5, not "//quoted(field_text(reader, fields, 2)), &
-      hint_at(poisson))
+      hint)
     end if
     call skip_temperature(reader, fields, 3)
     call end_data(reader, card, fields, &
@@ -268,16 +272,6 @@ contains
         'holds at all temperatures')
     end if
   end subroutine skip_temperature
-
-  !> What may have been meant by a Poisson's ratio that is none; may be empty.
-  pure function hint_at(poisson) result(hint)
-    real(wp), intent(in) :: poisson
-    character(:), allocatable :: hint
-
-    hint = ''
-    if (abs(poisson - 0.5_wp) < 0.01_wp) hint = 'nearly incompressible: 0.499 or 0.4999, with '// &
-      'elements of TYPE=C3D8B'
-  end function hint_at
 
   !> *DENSITY: a number greater than 0.
   subroutine read_density(reader, card, density)

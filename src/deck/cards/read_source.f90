@@ -150,7 +150,9 @@ contains
         return
       end if
       if (path(1:1) /= '/') then
-        inner = folder_of(chain(depth)%text)//path
+        associate (including => chain(depth)%text)
+          inner = including(:index(including, '/', back=.true.))//path
+        end associate
         inquire (file=inner, exist=exists)
         if (exists) path = inner
       end if
@@ -282,14 +284,6 @@ contains
       problem = 'a path to include takes no parameters <...>'
     end if
   end subroutine included_path
-
-  !> The folder part of a path, with its last slash; nothing when there is none.
-  pure function folder_of(path) result(folder)
-    character(*), intent(in) :: path
-    character(:), allocatable :: folder
-
-    folder = path(:index(path, '/', back=.true.))
-  end function folder_of
 
   !> The first byte that does not belong in a text: a control character, or not UTF-8.
   pure subroutine first_bad_byte(raw, bad, reason)

@@ -160,7 +160,9 @@ contains
       card = card_place_t(header=line, first=line + 1)
       call find_keyword(reader%source%text(first:last), keyword, found)
       if (.not. found) then
-        call unknown_keyword(reader, star, reader%source%text(star:last))
+        associate (word => reader%source%text(star:last))
+          call report(reader, star, 'unknown keyword '//quoted(word), guess(word, keyword_names()))
+        end associate
       else if (keyword%reading == is_missing) then
         call refuse(keyword, star, '*'//trim(keyword%name)//' is not available in this version', &
           remedy(keyword%name))
@@ -302,14 +304,6 @@ contains
     end if
   end function other_format
 
-  subroutine unknown_keyword(reader, star, word)
-    type(reader_t), intent(inout) :: reader
-    integer, intent(in) :: star
-    character(*), intent(in) :: word
-
-    call report(reader, star, 'unknown keyword '//quoted(word), guess(word, keyword_names()))
-  end subroutine unknown_keyword
-
   !> Move card%first over the lines that continue the keyword line.
   !>
   !> A keyword line that ends with a comma goes on in the next line that is not a comment, if that
@@ -339,10 +333,7 @@ contains
     character(*), intent(in) :: text
     integer :: i
 
-    is = index(text, '=') > 0
-    do i = 1, size(flags)
-      is = is .or. same_word(text, flags(i))
-    end do
+    is = index(text, '=') > 0 .or. any([(same_word(text, flags(i)), i=1, size(flags))])
   end function is_option
 
   !> Put the parameters of all *PARAMETER cards into the table, in the order of the deck.
