@@ -92,7 +92,7 @@ contains
     real(wp) :: clock, on_tangents
     logical :: is_held
     integer :: i
-    logical :: is_given !! where to start from
+    logical :: is_elsewhere, is_given !! where to start from
 
     clock = wall_seconds()
     on_tangents = seconds_of(solver%on_tangents)
@@ -106,7 +106,8 @@ contains
     end associate
     where (.not. trial%forces%prescribed) trial%placed_at = new%displacement
     reaction = new%reaction
-    is_given = .not. is_linear(scene) .and. any(abs(new%displacement - old%displacement) > 0.0_wp)
+    is_elsewhere = any(abs(new%displacement - old%displacement) > 0.0_wp)
+    is_given = is_elsewhere .and. .not. is_linear(scene)
     if (is_given) call begin_from(scene, points, solver, new, trial)
     new = old
     call mark_end(increment, new)
@@ -114,7 +115,7 @@ contains
     if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
-    if (.not. (is_given .or. trial%has_turned)) call begin_extrapolated(scene, now, solver, old, &
+    if (.not. (is_elsewhere .or. trial%has_turned)) call begin_extrapolated(scene, now, solver, old, &
       increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
     if (trial%is_extrapolated .and. has_no_result(report) .and. .not. allocated(error)) then
@@ -128,8 +129,8 @@ contains
     end if
     call end_turned(scene, now, solver)
     new%trend = trend_of(increment, old%reaction, new%reaction)
-    if (.not. is_linear(scene)) new%displacement_trend = trend_of(increment, old%displacement, &
-      new%displacement)
+    if (any(points%is_curved) .or. .not. is_linear(scene)) new%displacement_trend = trend_of( &
+      increment, old%displacement, new%displacement)
     if (allocated(trial%u_contact_before)) new%displacement_trend = trend_of(increment, &
       trial%u_contact_before, new%displacement - trial%u_free)
     report%wall_time = wall_seconds() - clock - (seconds_of(solver%on_tangents) - on_tangents)

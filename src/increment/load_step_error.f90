@@ -221,6 +221,7 @@ contains
       integer, intent(in) :: n_run
       integer(i8) :: start, finish, behind
       integer :: n_pieces
+      type(state_t) :: half_way
 
       behind = beginning(old, new%step)
       other = coarse%state
@@ -231,7 +232,14 @@ contains
         finish = new%position
         if (in_halves .and. start < behind) finish = behind
         finish = event_before(scene, points, solver, other, finish)
-        call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
+        if (finish < new%position) then
+          call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
+        else
+          half_way = other
+          half_way%displacement = 0.5_wp*(other%displacement + new%displacement)
+          half_way%reaction = 0.5_wp*(other%reaction + new%reaction)
+          call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok, half_way)
+        end if
         if (.not. ok) exit pieces
         call add_left_over(other, middle)
         if (finish < new%position) then
@@ -392,6 +400,9 @@ contains
     trial%controls%tolerance = max(trial%controls%tolerance, sharp_enough)
     to = from
     if (allocated(to%displacement_trend)) deallocate (to%displacement_trend)
+    if (present(near) .and. is_linear(scene)) then
+      where (.not. trial%forces%prescribed) trial%placed_at = near%displacement
+    end if
     ! Where bodies are free these reactions are not those of the place it begins at.
     if (present(near) .and. solver%body%motions%n == 0) then
       to%reaction = near%reaction

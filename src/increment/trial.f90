@@ -190,9 +190,9 @@ contains
     where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
   end subroutine begin_from
 
-  !> At finite strain: begin with displacements extrapolated from the increment before, and the
-  !> reactions to start from. Not behind a breakpoint of the loads, nor where bodies are free, nor
-  !> where a *STEP begins. docs/theory.md (8.21).
+  !> Begin with displacements extrapolated from the increment before: where the points are placed
+  !> first, and at finite strain with the reactions to start from. Not behind a breakpoint of the
+  !> loads, nor where a *STEP begins. docs/theory.md (8.21).
   subroutine begin_extrapolated(scene, points, solver, old, increment, reaction, trial)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -204,16 +204,21 @@ contains
     type(state_t) :: start
     integer(i8) :: before !! where the increment before began, if it was as long
 
-    if (is_linear(scene) .or. solver%choices%precision%renews_tangent) return
-    if (solver%body%motions%n > 0 .or. increment%begin <= 0.0_wp) return
-    if (.not. allocated(old%displacement_trend)) return
+    if (increment%begin <= 0.0_wp .or. .not. allocated(old%displacement_trend)) return
+    if (solver%choices%precision%renews_tangent .or. allocated(trial%u_contact_before)) return
     before = increment%start - (increment%position - increment%start)
     if (count_between(solver%response%loads%kinks, before, increment%position) > 0) return
     start = old
     start%displacement = old%displacement + (increment%fraction - increment%begin)* &
       old%displacement_trend
     start%reaction = reaction
-    call begin_from(scene, points, solver, start, trial)
+    if (is_linear(scene)) then
+      where (.not. trial%forces%prescribed) trial%placed_at = start%displacement
+    else if (solver%body%motions%n > 0) then
+      return
+    else
+      call begin_from(scene, points, solver, start, trial)
+    end if
     trial%is_extrapolated = .true.
   end subroutine begin_extrapolated
 
