@@ -285,9 +285,7 @@ class Runs(unittest.TestCase):
         for deck in (block(drag(0.1), change(0.5) + drag(0.2), drag(0.3)),
                      two(push(0.002, "UP"), turn(REMOVE, UPON), turn(ADD, UPON)),
                      two(push(0.002, "UP"), turn(REMOVE, UPON), turn(ADD, UPON), nlgeom=True)):
-            # Large enough for a signal to come in time.
-            deck = deck.replace("0.5, 1.", "0.1, 1.").replace("NX=2, NY=2, NZ=2",
-                                                              "NX=9, NY=9, NZ=6")
+            deck = deck.replace("0.5, 1.", "0.1, 1.")
             whole = Run(deck, name="b")
             for place in (("2", "2"), ("2", "9")):
                 part = Run(deck, "--continue", name="b", ended_at=place)

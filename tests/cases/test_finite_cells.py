@@ -54,8 +54,11 @@ class FiniteCells(BoxCase):
     def test_one_gradient(self):
         """Any gradient of the displacement at the rim is the one inside, and stress is uniform."""
         gradient = np.array([[0.2, 0.3, -0.2], [-0.3, -0.15, 0.2], [0.2, -0.3, 0.1]])
+        # Every element, and every law in one of each order.
         for kind in KINDS:
             for name, law in LAWS.items():
+                if name != "mooney" and kind not in ("C3D4", "C3D20"):
+                    continue
                 with self.subTest(kind=kind, law=name):
                     box = Box("B", (2, 2, 2), (kind,))
                     rim = [
@@ -90,7 +93,7 @@ class FiniteCells(BoxCase):
     def test_pressed_on_a_plane(self):
         """Uniaxial stress, the force in closed form, areas that grow."""
         for kind in KINDS:
-            for law in (SVK, NEO):
+            for law in (SVK, NEO) if kind == "C3D20" else (NEO,):
                 with self.subTest(kind=kind, law=law):
                     box = Box("B", (2, 2, 2), (kind,))
                     result = self.solve(
@@ -183,7 +186,7 @@ class FiniteCells(BoxCase):
     def test_free_expansion(self):
         """A warmer box is without stress for every law."""
         for kind in ("C3D4", "C3D10", "C3D20"):
-            for law in LAWS.values():
+            for law in LAWS.values() if kind == "C3D10" else (SVK,):
                 with self.subTest(kind=kind, law=law):
                     box = Box("B", (2, 2, 2), (kind,))
                     more = "*EXPANSION\n1e-4\n"
@@ -212,18 +215,17 @@ class FiniteCells(BoxCase):
         """Uniaxial stress of two blocks that touch or are tied, of any types."""
         across = stretch_across(NEO, 0.85)
         force = cauchy_stress(NEO, (0.85, across, across))[0] * across**2
-        for kinds in (
-            ("C3D10", "C3D20"),
-            ("C3D20", "C3D10"),
-            ("C3D10", "C3D8"),
-            ("C3D4", "C3D10"),
-            ("C3D20R", "C3D15"),
-            ("C3D8", "C3D20"),
+        touch = DRY + "*CONTACT PAIR, INTERACTION=DRY\nUP-Z0, LOW-Z1\n" + TIGHT
+        tie = "*TIE, NAME=T\nUP-Z0, LOW-Z1\n"
+        for kinds, joints in (
+            (("C3D10", "C3D20"), (touch, tie)),
+            (("C3D20", "C3D10"), (touch,)),
+            (("C3D10", "C3D8"), (touch,)),
+            (("C3D4", "C3D10"), (tie,)),
+            (("C3D20R", "C3D15"), (touch,)),
+            (("C3D8", "C3D20"), (touch, tie)),
         ):
-            for joint in (
-                DRY + "*CONTACT PAIR, INTERACTION=DRY\nUP-Z0, LOW-Z1\n" + TIGHT,
-                "*TIE, NAME=T\nUP-Z0, LOW-Z1\n",
-            ):
+            for joint in joints:
                 with self.subTest(kinds=kinds, joint=joint):
                     result = self.solve(
                         self.bodies(kinds)
@@ -257,32 +259,32 @@ class FiniteCells(BoxCase):
 
     def test_other_factors_and_compliances(self):
         """Products, a factor in single precision and a compressed one give the same forces."""
-        for kind in ("C3D4", "C3D10", "C3D20"):
+        # Neither knows which elements the stiffness is of.
+        for kind, nlgeom, size in (("C3D10", ", NLGEOM", 1), ("C3D20", "", 0.1)):
             box = Box("B", (2, 2, 1), (kind,), size=(1, 1, 0.5))
-            for nlgeom, size in ((", NLGEOM", 1), ("", 0.1)):
-                found = {}
-                for contact, cards in (
-                    ("", ""),
-                    (", COMPLIANCE=PRODUCTS", ""),
-                    ("", "*PRECISION, FACTOR=SINGLE\n"),
-                    ("", "*PRECISION, BLOCK LOW RANK=1e-9\n"),
-                ):
-                    deck = box.cards() + material() + ROUGH + FLOOR + cards
-                    deck += f"*CONTACT SOLVER, TOLERANCE=1e-10{contact}\n"
-                    deck += step(f"*BOUNDARY\nB-Z1, 1, 2, 0.\nB-Z1, 3, 3, {-0.1 * size}\n")
-                    deck += step(
-                        f"*BOUNDARY\nB-Z1, 1, 1, {0.1 * size}\nB-Z1, 2, 2, {0.05 * size}\n",
-                        first=False,
+            found = {}
+            for contact, cards in (
+                ("", ""),
+                (", COMPLIANCE=PRODUCTS", ""),
+                ("", "*PRECISION, FACTOR=SINGLE\n"),
+                ("", "*PRECISION, BLOCK LOW RANK=1e-9\n"),
+            ):
+                deck = box.cards() + material() + ROUGH + FLOOR + cards
+                deck += f"*CONTACT SOLVER, TOLERANCE=1e-10{contact}\n"
+                deck += step(f"*BOUNDARY\nB-Z1, 1, 2, 0.\nB-Z1, 3, 3, {-0.1 * size}\n")
+                deck += step(
+                    f"*BOUNDARY\nB-Z1, 1, 1, {0.1 * size}\nB-Z1, 2, 2, {0.05 * size}\n",
+                    first=False,
+                )
+                found[contact, cards] = (
+                    self.solve(deck.replace(", NLGEOM", nlgeom)).pairs[0].force[-1]
+                )
+            wanted = found["", ""]
+            for name, force in found.items():
+                with self.subTest(kind=kind, nlgeom=nlgeom, what=name):
+                    np.testing.assert_allclose(
+                        force, wanted, rtol=0, atol=1e-8 * abs(wanted).max()
                     )
-                    found[contact, cards] = (
-                        self.solve(deck.replace(", NLGEOM", nlgeom)).pairs[0].force[-1]
-                    )
-                wanted = found["", ""]
-                for name, force in found.items():
-                    with self.subTest(kind=kind, nlgeom=nlgeom, what=name):
-                        np.testing.assert_allclose(
-                            force, wanted, rtol=0, atol=1e-8 * abs(wanted).max()
-                        )
 
 
 if __name__ == "__main__":
