@@ -172,7 +172,7 @@ class FiniteCells(BoxCase):
         """A bent plate under pressure: forces and moments of loads and supports balance."""
         for kind in ("C3D6", *SECOND):
             with self.subTest(kind=kind):
-                box = Box("B", (3, 1, 1), (kind,), size=(4, 1, 0.5))
+                box = Box("B", (2, 1, 1), (kind,), size=(4, 1, 0.5))
                 result = self.solve(
                     box.cards()
                     + material()
