@@ -4,11 +4,12 @@ import os
 import resource
 import shutil
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
 import h5py
-from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Folder, Whole, rows_in
+from result_checks import HERE, INPUT, NAME, PROGRAM, Case, Folder, Whole, fresh_folder, rows_in
 
 sys.path.append(str(HERE.parent / "cases"))
 from boxes import DRY, FLOOR, MATERIAL, Box
@@ -512,15 +513,26 @@ def sum_of_storage(group):
 class Refusals(Folder):
     """What cannot be continued is left as it is, and the reason is told."""
 
+    @classmethod
+    def setUpClass(cls):
+        """Run a deck, and kill it in the middle: the tests begin with copies of both results."""
+        made = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(made.cleanup)
+        cls.made = Path(made.name)
+        whole, killed = (fresh_folder(cls.made / name) for name in ("whole", "killed"))
+        deck = cls.made / "run.inp"
+        deck.write_text((INPUT / "block.inp").read_text())
+        case = Case(deck, n=2, steps=10)
+        cls.n = case.count_changes(whole)
+        case.kill_at(killed, cls.n // 2)
+
     def setUp(self):
         super().setUp()
-        self.deck = self.folder / "run.inp"
-        self.deck.write_text((INPUT / "block.inp").read_text())
+        shutil.copytree(self.made, self.folder, dirs_exist_ok=True)
+        self.deck, self.whole, self.killed = (
+            self.folder / name for name in ("run.inp", "whole", "killed")
+        )
         self.case = Case(self.deck, n=2, steps=10)
-        self.whole = self.fresh("whole")
-        self.n = self.case.count_changes(self.whole)
-        self.killed = self.fresh("killed")
-        self.case.kill_at(self.killed, self.n // 2)
 
     def refused(self, reason, case=None, folder=None, *more):
         """Check that --continue ends with 1, tells the reason and leaves the file."""
