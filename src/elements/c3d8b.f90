@@ -8,12 +8,12 @@
 !> Rice (1974), T.J.R. Hughes (1980), docs/theory.md (8.8) to (8.10).
 module c3d8b_mod
   use kinds_mod, only: wp
-  use elasticity_mod, only: elasticity_t, stress_of
+  use elasticity_mod, only: elasticity_t
   use hexahedron8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
   implicit none
   private
 
-  public :: stiffness, nodal_force, gauss_strain, mean_dilatation_strain
+  public :: stiffness, mean_dilatation_force, mean_dilatation_strain
 
 contains
 
@@ -36,33 +36,22 @@ contains
     end do
   end function stiffness
 
-  !> Internal force of the element, from the displacements themselves (no stiffness matrix).
-  pure function nodal_force(x, u, elastic) result(f)
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    type(elasticity_t), intent(in) :: elastic
-    real(wp) :: f(3, 8)                      !! [force]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), stress(6, 8), pressure(8)
+  !> The forces of stresses at the Gauss points: their mean acts on the mean dilatation.
+  pure function mean_dilatation_force(gradient, weight, stress) result(f)
+    real(wp), intent(in) :: gradient(3, 8, 8), weight(8)
+    real(wp), intent(in) :: stress(6, 8) !! [force/length^2]
+    real(wp) :: f(3, 8)                  !! [force]
+    real(wp) :: deviator(6, 8), pressure(8)
     integer :: g
 
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    stress = stress_of(mean_dilatation_strain(inverse_jacobian, weight, u), elastic)
+    deviator = stress
     do g = 1, 8
       pressure(g) = (stress(1, g) + stress(2, g) + stress(3, g))/3.0_wp
-      stress(:3, g) = stress(:3, g) - pressure(g)
+      deviator(:3, g) = stress(:3, g) - pressure(g)
     end do
-    f = force_of(8, gradient, weight, stress) + sum(weight*pressure)* &
+    f = force_of(8, gradient, weight, deviator) + sum(weight*pressure)* &
       mean_gradient(gradient, weight)
-  end function nodal_force
-
-  !> Strain at the Gauss points; its trace is the same at all of them.
-  pure function gauss_strain(x, u) result(strain)
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
-
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    strain = mean_dilatation_strain(inverse_jacobian, weight, u)
-  end function gauss_strain
+  end function mean_dilatation_force
 
   !> Gradients of the shape functions averaged over the volume.
   pure function mean_gradient(gradient, weight) result(mean)

@@ -17,7 +17,7 @@ module c3d8i_mod
   implicit none
   private
 
-  public :: stiffness, nodal_force, gauss_strain, mode_gradients, mode_amplitudes
+  public :: stiffness, relaxed_strain, mode_gradients, mode_amplitudes
 
 contains
 
@@ -42,29 +42,6 @@ contains
     end do
     k = full(10:, 10:)
   end function stiffness
-
-  !> Internal force of the element, from the displacements themselves (no stiffness matrix).
-  pure function nodal_force(x, u, elastic) result(f)
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    type(elasticity_t), intent(in) :: elastic
-    real(wp) :: f(3, 8)                      !! [force]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), strain(6, 8)
-
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    strain = relaxed_strain(x, inverse_jacobian, weight, u, elastic)
-    f = force_of(8, gradient, weight, stress_of(strain, elastic))
-  end function nodal_force
-
-  !> Strain at the Gauss points, that of the incompatible modes included.
-  pure function gauss_strain(x, u, elastic) result(strain)
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    type(elasticity_t), intent(in) :: elastic
-    real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ [-]
-    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
-
-    call shape_gradients(x, gradient, weight, inverse_jacobian)
-    strain = relaxed_strain(x, inverse_jacobian, weight, u, elastic)
-  end function gauss_strain
 
   !> The strain with the alpha for which the modes' forces vanish.
   pure function relaxed_strain(x, inverse_jacobian, weight, u, elastic) result(strain)

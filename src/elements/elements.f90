@@ -4,14 +4,12 @@
 !> procedure here.
 module elements_mod
   use kinds_mod, only: wp
-  use elasticity_mod, only: elasticity_t
+  use elasticity_mod, only: elasticity_t, stress_of
   use mesh_mod, only: kind_c3d8i, kind_c3d8b
-  use c3d8_mod, only: c3d8_stiffness => stiffness, c3d8_force => nodal_force, &
-    c3d8_strain => gauss_strain
-  use c3d8i_mod, only: c3d8i_stiffness => stiffness, c3d8i_force => nodal_force, &
-    c3d8i_strain => gauss_strain
-  use c3d8b_mod, only: c3d8b_stiffness => stiffness, c3d8b_force => nodal_force, &
-    c3d8b_strain => gauss_strain
+  use hexahedron8_mod, only: shape_gradients, strain_of, force_of
+  use c3d8_mod, only: c3d8_stiffness => stiffness
+  use c3d8i_mod, only: c3d8i_stiffness => stiffness, relaxed_strain
+  use c3d8b_mod, only: c3d8b_stiffness => stiffness, mean_dilatation_strain, mean_dilatation_force
   implicit none
   private
 
@@ -36,21 +34,22 @@ contains
     end select
   end function stiffness
 
-  !> Internal force of an element, f_a = int sigma g_a.
+  !> Internal force of an element, f_a = int sigma g_a, from the displacements themselves (no
+  !> stiffness matrix).
   pure function nodal_force(kind, x, u, elastic) result(f)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     type(elasticity_t), intent(in) :: elastic
     real(wp) :: f(3, 8)                      !! [force]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), stress(6, 8)
 
-    select case (kind)
-    case (kind_c3d8i)
-      f = c3d8i_force(x, u, elastic)
-    case (kind_c3d8b)
-      f = c3d8b_force(x, u, elastic)
-    case default
-      f = c3d8_force(x, u, elastic)
-    end select
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    stress = stress_of(strain_at_points(kind, x, inverse_jacobian, weight, u, elastic), elastic)
+    if (kind == kind_c3d8b) then
+      f = mean_dilatation_force(gradient, weight, stress)
+    else
+      f = force_of(8, gradient, weight, stress)
+    end if
   end function nodal_force
 
   !> Strain of an element at its Gauss points.
@@ -59,15 +58,27 @@ contains
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     type(elasticity_t), intent(in) :: elastic
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ, shear as tensor [-]
+    real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
+
+    call shape_gradients(x, gradient, weight, inverse_jacobian)
+    strain = strain_at_points(kind, x, inverse_jacobian, weight, u, elastic)
+  end function gauss_strain
+
+  !> The same with the inverse Jacobians at the Gauss points, and their weights.
+  pure function strain_at_points(kind, x, inverse_jacobian, weight, u, elastic) result(strain)
+    integer,  intent(in) :: kind
+    real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8)
+    type(elasticity_t), intent(in) :: elastic
+    real(wp) :: strain(6, 8)
 
     select case (kind)
     case (kind_c3d8i)
-      strain = c3d8i_strain(x, u, elastic)
+      strain = relaxed_strain(x, inverse_jacobian, weight, u, elastic)
     case (kind_c3d8b)
-      strain = c3d8b_strain(x, u)
+      strain = mean_dilatation_strain(inverse_jacobian, weight, u)
     case default
-      strain = c3d8_strain(x, u)
+      strain = strain_of(inverse_jacobian, u)
     end select
-  end function gauss_strain
+  end function strain_at_points
 
 end module elements_mod

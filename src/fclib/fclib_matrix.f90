@@ -322,12 +322,8 @@ contains
     type(sparse_matrix_t), intent(in) :: a
     real(wp), intent(in) :: v(:)  !! (m)
     real(wp) :: product(a%n)
-    integer :: k
 
-    product = 0.0_wp
-    do k = 1, size(a%value)
-      product(a%column(k)) = product(a%column(k)) + a%value(k)*v(a%row(k))
-    end do
+    product = times(sparse_matrix_t(m=a%n, n=a%m, row=a%column, column=a%row, value=a%value), v)
   end function transposed_times
 
 end module fclib_matrix_mod

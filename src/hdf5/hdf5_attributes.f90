@@ -77,12 +77,10 @@ contains
   subroutine write_long_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
-    integer(i8), intent(in) :: value
+    integer(i8), intent(in), target :: value
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8), target :: copy
 
-    copy = value
-    call put_attribute(file, object, name, of_long, c_loc(copy), [integer ::], error)
+    call put_attribute(file, object, name, of_long, c_loc(value), [integer ::], error)
   end subroutine write_long_attribute
 
   !> Write a whole number again and hand it, it alone, to the operating system.
@@ -125,23 +123,19 @@ contains
   subroutine write_longs_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
-    integer(i8), intent(in) :: value(:)
+    integer(i8), intent(in), contiguous, target :: value(:)
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8), target :: copy(size(value))
 
-    copy = value
-    call put_attribute(file, object, name, of_long, c_loc(copy), shape(value), error)
+    call put_attribute(file, object, name, of_long, c_loc(value), shape(value), error)
   end subroutine write_longs_attribute
 
   subroutine write_real_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
-    real(wp), intent(in) :: value
+    real(wp), intent(in), target :: value
     type(error_t), allocatable, intent(inout) :: error
-    real(wp), target :: copy
 
-    copy = value
-    call put_attribute(file, object, name, of_real, c_loc(copy), [integer ::], error)
+    call put_attribute(file, object, name, of_real, c_loc(value), [integer ::], error)
   end subroutine write_real_attribute
 
   subroutine put_text(file, object, name, address, extents, error)
@@ -279,25 +273,21 @@ contains
   subroutine read_long_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
-    integer(i8), intent(out) :: value
+    integer(i8), intent(out), target :: value
     type(error_t), allocatable, intent(inout) :: error
-    integer(i8), target :: copy
 
-    copy = 0
-    call get_attribute(file, object, name, of_long, c_loc(copy), error)
-    value = copy
+    value = 0
+    call get_attribute(file, object, name, of_long, c_loc(value), error)
   end subroutine read_long_attribute
 
   subroutine read_real_attribute(file, object, name, value, error)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: object, name
-    real(wp), intent(out) :: value
+    real(wp), intent(out), target :: value
     type(error_t), allocatable, intent(inout) :: error
-    real(wp), target :: copy
 
-    copy = 0.0_wp
-    call get_attribute(file, object, name, of_real, c_loc(copy), error)
-    value = copy
+    value = 0.0_wp
+    call get_attribute(file, object, name, of_real, c_loc(value), error)
   end subroutine read_real_attribute
 
   subroutine get_attribute(file, object, name, kind, address, error)
