@@ -5,27 +5,36 @@ module rotations_mod
   implicit none
   private
 
-  public :: rotation_matrix, turn_between, fit_motion, spin_matrix, compose_turns
+  public :: rotation_matrix, change_of_place, turn_between, fit_motion, spin_matrix, compose_turns
 
 contains
 
-  !> The matrix of a rotation, by Rodrigues' formula. docs/theory.md (9.7).
+  !> The matrix of a rotation. docs/theory.md (9.7).
   pure function rotation_matrix(vector) result(r)
     real(wp), intent(in) :: vector(3)  !! [rad]
     real(wp) :: r(3, 3)
-    real(wp) :: k(3, 3), angle
     integer :: i
 
-    r = 0.0_wp
+    r = change_of_place(vector)
     do i = 1, 3
-      r(i, i) = 1.0_wp
+      r(i, i) = r(i, i) + 1.0_wp
     end do
+  end function rotation_matrix
+
+  !> What a rotation changes arms by, R - 1 by Rodrigues' formula: rounded as the change is, not as
+  !> the arm is.
+  pure function change_of_place(vector) result(change)
+    real(wp), intent(in) :: vector(3)  !! [rad]
+    real(wp) :: change(3, 3)
+    real(wp) :: k(3, 3), angle
+
+    change = 0.0_wp
     angle = norm2(vector)
     if (angle <= 0.0_wp) return
     k = reshape([0.0_wp, vector(3), -vector(2), -vector(3), 0.0_wp, vector(1), vector(2), &
       -vector(1), 0.0_wp], [3, 3])/angle
-    r = r + sin(angle)*k + 2.0_wp*sin(0.5_wp*angle)**2*matmul(k, k)
-  end function rotation_matrix
+    change = sin(angle)*k + 2.0_wp*sin(0.5_wp*angle)**2*matmul(k, k)
+  end function change_of_place
 
   !> The rotation vector, in space, that takes one orientation to another.
   !>

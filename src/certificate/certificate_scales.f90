@@ -68,7 +68,7 @@ contains
     force(0) = maxval(force(1:))
     ! Of obstacles' reference nodes the forces are resultants: a scale where there is no other.
     if (force(0) <= 0.0_wp) force(0) = of_obstacles
-    scales%of_body = max(force, floor_of_forces)
+    allocate (scales%of_body(0:mesh%n_bodies), source=max(force, floor_of_forces))
     do body = 1, mesh%n_bodies
       force(group(body)) = max(force(group(body)), force(body))
     end do

@@ -6,7 +6,7 @@
 !> theta. docs/theory.md (8.37).
 module grip_motion_mod
   use kinds_mod, only: wp
-  use rotations_mod, only: rotation_matrix
+  use rotations_mod, only: change_of_place
   use small_matrix_mod, only: cross
   use scene_mod, only: scene_t
   use grips_mod, only: is_grip, nodes_of_grip
@@ -32,8 +32,8 @@ contains
       associate (of => scene%rotations(i), x => scene%mesh%coordinates)
         do k = 1, size(nodes)
           arm = x(:, nodes(k)) - x(:, of%node)
-          u(:, nodes(k)) = u(:, of%node) + (matmul(rotation_matrix(u(:, of%rotation_node)/ &
-            of%length), arm) - arm)
+          u(:, nodes(k)) = u(:, of%node) + matmul(change_of_place(u(:, of%rotation_node)/ &
+            of%length), arm)
         end do
       end associate
     end do

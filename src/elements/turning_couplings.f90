@@ -8,7 +8,7 @@
 !> increment, turned further: no angle is singular. docs/theory.md (8.38).
 module turning_couplings_mod
   use kinds_mod, only: wp
-  use rotations_mod, only: rotation_matrix, spin_matrix, turn_between, compose_turns
+  use rotations_mod, only: change_of_place, spin_matrix, turn_between, compose_turns
   use small_matrix_mod, only: cross
   use constraints_mod, only: constraints_t, add_constraint
   use scene_mod, only: scene_t
@@ -119,7 +119,7 @@ contains
     !! (3,n_rotations) of rotations that are free, where the increment began [length]
     real(wp), intent(inout) :: u(:, :)       !! (3,n_nodes) [length]
     logical :: goes_along(scene%mesh%n_nodes), moves
-    real(wp) :: arm(3), r(3, 3), here
+    real(wp) :: arm(3), change(3, 3), first(3, 3), here
     integer, allocatable :: nodes(:)
     integer :: i, k, c, round
 
@@ -135,15 +135,15 @@ contains
           nodes = nodes_of_grip(scene, i)
           goes_along(nodes) = .true.
           associate (of => scene%rotations(i))
-            if (any(prescribed(:, of%rotation_node))) then
-              r = rotation_matrix(u(:, of%rotation_node)/of%length)
-            else
-              r = matmul(rotation_matrix((u(:, of%rotation_node) - began(:, i))/of%length), &
-                rotation_matrix(began(:, i)/of%length))
+            change = change_of_place(u(:, of%rotation_node)/of%length)
+            if (.not. any(prescribed(:, of%rotation_node))) then
+              first = change_of_place(began(:, i)/of%length)
+              change = change_of_place((u(:, of%rotation_node) - began(:, i))/of%length)
+              change = change + first + matmul(change, first)
             end if
             do k = 1, size(nodes)
               arm = x(:, nodes(k)) - x(:, of%node)
-              arm = u(:, of%node) + (matmul(r, arm) - arm)
+              arm = u(:, of%node) + matmul(change, arm)
               moves = moves .or. any(abs(arm - u(:, nodes(k))) > 0.0_wp)
               u(:, nodes(k)) = arm
             end do
