@@ -42,7 +42,7 @@ module stability_mod
   use transfer_mod, only: nodal_forces
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: is_linear, tangent_at, find_internal_force
-  use assembly_mod, only: triplets_t, assemble_stiffness, scales_of
+  use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_of
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: count_negative
   use definiteness_mod, only: is_surely_positive
@@ -57,6 +57,7 @@ module stability_mod
   public :: stability_t, find_stability, is_hint
 
   real(wp), parameter :: neutral = 1.0e-9_wp !! of the diagonal of K: rounding, no instability [-]
+  real(wp), parameter :: softest = 1.0e-6_wp !! of the largest of it: a diagonal that is a scale [-]
   real(wp), parameter :: cone = 1.0e-6_wp    !! of friction's limit: what is so near it slides [-]
   real(wp), parameter :: tilt = 1.0e-2_wp
   !! of a post that is not plumb, which friction below it does not hold; 1/200 to 1/500 is built [-]
@@ -132,8 +133,6 @@ contains
       call coupled_nodes(scene%mesh, active, start, neighbours)
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
         tangent=tangent)
-      d = scales_of(k)
-      d = [d, spread(minval(d), 1, motions%n)]
       k%n = map%n_free + motions%n
       call add_curvature(scene, points, map, motions, state, contact, k)
       call add_load_stiffness(scene, map, pressure, state%displacement, k, has_energy)
@@ -145,6 +144,9 @@ contains
       call order_equations(map, start, neighbours, position, error, 0)
       if (allocated(error)) return
       position = [position, (i, i=map%n_free + 1, k%n)]
+      ! Of rigid bodies the diagonal is rounding, or the part of forces that turn: no scale.
+      d = abs(diagonal_of(k))
+      d = scale(1.0_wp, -exponent(max(d, softest*maxval(d)))/2)
       k%value = d(k%row)*k%value*d(k%column)
       ! What is negative by less is rounding.
       k%row = [k%row, (i, i=1, k%n)]
@@ -476,7 +478,7 @@ contains
   !> each other, as those of many points before a rigid body: each gives way a little.
   pure subroutine border(rows, d, k, position)
     type(rows_t), intent(in) :: rows
-    real(wp), intent(in) :: d(:)           !! (n) scales of the unknowns, as of scales_of
+    real(wp), intent(in) :: d(:)           !! (n) scales of the unknowns [sqrt(length/force)]
     type(triplets_t), intent(inout) :: k   !! scaled
     integer, allocatable, intent(inout) :: position(:)
     real(wp) :: largest(rows%n), value(size(rows%entries%value))
