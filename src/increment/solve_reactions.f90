@@ -117,8 +117,11 @@ contains
           along_neutral = 0.0_wp
         end if
         drift%load = drift%load - matmul(group%floating%neutral, along_neutral)
-        call move_alloc(group%response, drift%response)
-        call move_alloc(group%resistance, drift%resistance)
+        ! Not that of the increment before: a continued run does not know it.
+        if (trial%has_begun) then
+          call move_alloc(group%response, drift%response)
+          call move_alloc(group%resistance, drift%resistance)
+        end if
       end if
       ! Another placement has another compliance.
       if (allocated(group%body) .and. trial%by_compliance) call form_floating(group, &
