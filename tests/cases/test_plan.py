@@ -144,10 +144,14 @@ class Foreseen(unittest.TestCase):
         (ODD / "gmsh_hexahedra.inp", {}),
     )
 
+    @classmethod
+    def setUpClass(cls):
+        cls.runs = [(deck, settings, plan_and_run(deck, **settings))
+                    for deck, settings in cls.CASES]  # fmt: skip
+
     def test_memory_and_file_within_a_quarter(self):
-        for deck, settings in self.CASES:
+        for deck, settings, (estimates, _, counters, run) in self.runs:
             with self.subTest(deck=deck.name, **settings):
-                estimates, _, counters, run = plan_and_run(deck, **settings)
                 self.assertAlmostEqual(
                     estimates["peak_memory_bytes"] / counters["peak_memory_bytes"], 1, delta=0.25
                 )
@@ -157,9 +161,8 @@ class Foreseen(unittest.TestCase):
 
     def test_what_takes_the_time_is_counted_right(self):
         # The time itself is the machine's: studies/run plan, where nobody else works.
-        for deck, settings in self.CASES:
+        for deck, settings, (estimates, _, counters, _) in self.runs:
             with self.subTest(deck=deck.name, **settings):
-                estimates, _, counters, _ = plan_and_run(deck, **settings)
                 self.assertGreater(estimates["cpu_seconds"], 0)
                 for name, within in (("solutions", 3), ("compliance_products", 10)):
                     ratio = estimates[name] / counters[name]
