@@ -523,7 +523,7 @@ class Hostile(Folder):
         write_local(self.path, w, q, mu)
         whole = bytearray(self.path.read_bytes())
         random = np.random.default_rng(11)
-        for _ in range(150):
+        for _ in range(60):
             damaged = bytearray(whole)
             for place in random.integers(8, len(whole), 3):
                 damaged[place] = random.integers(0, 256)

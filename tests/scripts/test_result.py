@@ -2,6 +2,7 @@
 
 import importlib.util
 import io
+import os
 import subprocess
 import sys
 import tempfile
@@ -194,11 +195,12 @@ class ForeignFileTest(WithFolder):
 
 
 class ShowTest(WithFolder):
-    def show(self, *arguments):
+    def show(self, *arguments, **environment):
         """Run scripts/show in the test's folder."""
         return subprocess.run(
             [sys.executable, SCRIPTS / "show", *arguments],
             cwd=self.folder,
+            env={**os.environ, **environment},
             capture_output=True,
             text=True,
             stdin=subprocess.DEVNULL,
@@ -225,7 +227,7 @@ class ShowTest(WithFolder):
 
     def test_one_increment_is_enough(self):
         synthetic_result.write(self.path, finished=1)
-        done = self.show("small.vtkhdf")
+        done = self.show("small.vtkhdf", BIPOT_PICTURES="matplotlib")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue((self.folder / "small-pictures" / "animation.gif").exists())
 
