@@ -183,11 +183,8 @@ contains
     real(wp), intent(in) :: part !! [-]
     character(:), allocatable :: words
 
-    if (part >= 1.0e-5_wp) then
-      words = to_text(100.0_wp*part, 2)//' %'
-    else
-      words = to_text(part, 2)
-    end if
+    words = to_text(part, 2)
+    if (part >= 1.0e-5_wp) words = to_text(100.0_wp*part, 2)//' %'
   end function percent
 
   !> `number` in the digits that are known: down to the first one of its error, with zeros where

@@ -185,11 +185,8 @@ contains
     integer, intent(in) :: vertex, steps
     integer :: b(size(x, 2))
 
-    if (vertex == 1) then
-      b = steps - sum(x, dim=1)
-    else
-      b = x(vertex - 1, :)
-    end if
+    b = steps - sum(x, dim=1)
+    if (vertex > 1) b = x(vertex - 1, :)
   end function barycentric
 
   !> The pieces of a line, a triangle or a tetrahedron.
@@ -264,11 +261,7 @@ contains
     ! Three of them have a barycentric coordinate of 0, that of the vertex opposite to the face.
     corner = nodes
     do i = 1, 4
-      if (i == 1) then
-        height = 2 - sum(nodes, dim=1)
-      else
-        height = nodes(i - 1, :)
-      end if
+      height = barycentric(nodes, i, 2)
       if (count(height == 0) /= 3) cycle
       corner(:, i) = nodes(:, maxloc(height, dim=1))
       associate (left => pack([1, 2, 3, 4], [1, 2, 3, 4] /= i), &

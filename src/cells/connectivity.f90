@@ -6,7 +6,7 @@ module connectivity_mod
   private
 
   public :: connectivity_t, make_connectivity, make_hexahedra, add_elements, some_elements
-  public :: nodes_of_element, nodes_of_hexahedron, table_of_hexahedra, nodes_of_face, corners_in, &
+  public :: nodes_of_element, nodes_of_hexahedron, nodes_of_face, corners_in, &
     all_nodes_of_face, first_points
 
   !> The nodes of element e are node(first(e):first(e + 1) - 1), in the order of its cell. There may
@@ -113,15 +113,6 @@ contains
       first(e + 1) = first(e) + cells(computed_as(connectivity%cell(e)))%n_points
     end do
   end function first_points
-
-  !> The nodes of the first n elements of a mesh of 8-node hexahedra alone.
-  pure function table_of_hexahedra(connectivity, n) result(nodes)
-    type(connectivity_t), intent(in) :: connectivity
-    integer, intent(in) :: n
-    integer :: nodes(hexahedron_nodes, n)
-
-    nodes = reshape(connectivity%node(:hexahedron_nodes*n), shape(nodes))
-  end function table_of_hexahedra
 
   !> The corners of a face, anticlockwise from outside; zeros behind those of a triangle.
   pure function nodes_of_face(connectivity, element, face) result(nodes)

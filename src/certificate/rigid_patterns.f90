@@ -141,11 +141,8 @@ contains
     angle = norm2(theta)
     q = quaternion(theta)
     ! q = (cos(t/2), s theta) with s = sin(t/2)/t; slope = s'/t.
-    if (angle > 1.0e-2_wp) then
-      slope = (0.5_wp*cos(0.5_wp*angle) - sin(0.5_wp*angle)/angle)/angle**2
-    else
-      slope = -1.0_wp/24.0_wp + angle**2/960.0_wp - angle**4/107520.0_wp
-    end if
+    slope = -1.0_wp/24.0_wp + angle**2/960.0_wp - angle**4/107520.0_wp
+    if (angle > 1.0e-2_wp) slope = (0.5_wp*cos(0.5_wp*angle) - sin(0.5_wp*angle)/angle)/angle**2
     dq(0) = -0.5_wp*q(i)
     dq(1:) = slope*theta(i)*theta
     dq(i) = dq(i) + half_sine(angle)

@@ -10,8 +10,8 @@
 !> or contact that begins. So where there is such an event the run beside ends at it, and goes from
 !> one to the next in halves. Where they are too many to end at, nothing is said.
 !>
-!> Where nothing remembers the path, increments of any size end in the same place: there is no error,
-!> and no run beside.
+!> Where nothing remembers the path, increments of any size end in the same place: there is no
+!> error, and no run beside.
 !> docs/theory.md section 10.
 module load_step_error_mod
   use kinds_mod, only: wp, i8
@@ -277,8 +277,9 @@ contains
 
   end subroutine follow_coarsely
 
-  !> Whether a state follows from the loads at its end alone, wherever they came from: elastic bodies
-  !> that supports hold, before flat obstacles without friction, are where their energy is least.
+  !> Whether a state follows from the loads at its end alone, wherever they came from: elastic
+  !> bodies that supports hold, before flat obstacles without friction, are where their energy is
+  !> least.
   pure logical function forgets_path(scene, points, solver)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

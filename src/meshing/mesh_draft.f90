@@ -253,11 +253,8 @@ contains
     integer, intent(in) :: face        !! 1..6
     integer, allocatable :: chosen(:)
 
-    if (allocated(draft%outer)) then
-      chosen = pack(elements, draft%outer(face, elements))
-    else
-      chosen = elements
-    end if
+    chosen = elements
+    if (allocated(draft%outer)) chosen = pack(elements, draft%outer(face, elements))
   end function with_outer
 
   !> The faces of solid elements that faces of the deck's elements consist of.

@@ -190,11 +190,8 @@ contains
 
     n = model%mesh%n_elements
     n_nodes = model%mesh%n_nodes
-    if (allocated(model%mesh%piece_id)) then
-      ids = model%mesh%piece_id
-    else
-      ids = model%mesh%element_id(:n)
-    end if
+    ids = model%mesh%element_id(:n)
+    if (allocated(model%mesh%piece_id)) ids = model%mesh%piece_id
     highest = maxval(ids)
     ok = has_memory(8*bytes_of_element*count(chosen)) .and. n + 7*count(chosen) < &
       max_nodes .and. highest < huge(highest) - 8*count(chosen) .and. &

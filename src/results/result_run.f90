@@ -77,7 +77,13 @@ contains
     call write_attribute(hdf5, '/run', 'tangent', tangent_of(scene, plan), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
-    if (allocated(provenance%counters)) call write_counters(hdf5, provenance%counters, error)
+    if (allocated(provenance%counters)) then
+      ! Zeros: the end of the run knows them.
+      call write_dataset(hdf5, '/run/counters', spread(0.0_wp, 1, size(provenance%counters)), &
+        'sizes, times in seconds and memory of the run; their names are in the attribute "name"', &
+        'number', error)
+      call write_attribute(hdf5, '/run/counters', 'name', provenance%counters, error)
+    end if
 
     call write_text(hdf5, '/run/deck', text_of(scene%deck), 'the deck as read, includes put in', &
                     error)
@@ -212,18 +218,6 @@ contains
     call write_attribute(hdf5, '/run/estimates', 'name', names, error)
     call write_attribute(hdf5, '/run/estimates', 'bound', bounds, error)
   end subroutine write_estimates
-
-  !> Zeros in place of the counters, which the end of the run knows.
-  subroutine write_counters(hdf5, names, error)
-    type(hdf5_file_t), intent(in) :: hdf5
-    type(string_t), intent(in) :: names(:)
-    type(error_t), allocatable, intent(inout) :: error
-
-    call write_dataset(hdf5, '/run/counters', spread(0.0_wp, 1, size(names)), &
-                       'sizes, times in seconds and memory of the run; their names are in the '// &
-                       'attribute "name"', 'number', error)
-    call write_attribute(hdf5, '/run/counters', 'name', names, error)
-  end subroutine write_counters
 
   !> Say that the run goes on, with a line among the sessions that continued it; where there is no
   !> room the oldest go.

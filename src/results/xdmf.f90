@@ -179,11 +179,8 @@ contains
     do i = 1, size(pieces)
       call add(pieces(i)%text)
       if (i == size(pieces)) exit
-      if (pieces(i)%rows < 0) then
-        number = to_text(time, 17)
-      else
-        number = to_text((step - 1)*pieces(i)%rows)
-      end if
+      number = to_text((step - 1)*pieces(i)%rows)
+      if (pieces(i)%rows < 0) number = to_text(time, 17)
       call add(number)
     end do
     xml = room(:n)

@@ -393,7 +393,8 @@ contains
     master = master_name(scene, pair)
     call raise_at(increment, error, slave//' presses '//to_text(beyond, 3)// &
       ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
-      'nothing else keeps '//body_name(scene, body)//' from tipping over; use '//master// &
+      'nothing else keeps body '//to_text(body)//' (of node '//to_text(scene%mesh%node_id( &
+      findloc(scene%mesh%body, body, dim=1)))//') from tipping over; use '//master// &
       ' as the slave, or smaller elements, to see whether it does')
   end subroutine refuse_leaning
 
@@ -542,16 +543,6 @@ contains
         'the stable equilibrium'
     end if
   end function unstable_in_words
-
-  !> "body 2 (of node 132)".
-  pure function body_name(scene, body) result(words)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: body
-    character(:), allocatable :: words
-
-    words = 'body '//to_text(body)//' (of node '// &
-      to_text(scene%mesh%node_id(findloc(scene%mesh%body, body, dim=1)))//')'
-  end function body_name
 
   !> "nodes 1, 2, 11 and 10".
   pure function nodes_in_words(scene, nodes) result(words)

@@ -69,7 +69,9 @@ contains
     lines(2)%text = 'penetration '//to_text(certificate%penetration, 2)//', adhesion '// &
       to_text(certificate%adhesion, 2)//', complementarity '// &
       to_text(certificate%complementarity, 2)//', cone '//to_text(certificate%cone, 2)// &
-      ', law '//to_text(certificate%law, 2)//equilibrium_in_words(given, certificate)
+      ', law '//to_text(certificate%law, 2)
+    if (given%is_global) lines(2)%text = lines(2)%text//', equilibrium '// &
+      to_text(certificate%equilibrium, 2)
     call print_lines(console, lines)
     labels(1)%text = file_name(options%deck)
     labels(2)%text = 'bipot '//version//': the problem of '//file_name(options%deck)//', solved'
@@ -283,14 +285,5 @@ contains
     if (report%ending == ended_at_limit) words = 'reached its limit'
     if (report%ending == ended_diverging) words = 'diverged'
   end function ending_in_words
-
-  pure function equilibrium_in_words(given, certificate) result(words)
-    type(fclib_problem_t), intent(in) :: given
-    type(certificate_t), intent(in) :: certificate
-    character(:), allocatable :: words
-
-    words = ''
-    if (given%is_global) words = ', equilibrium '//to_text(certificate%equilibrium, 2)
-  end function equilibrium_in_words
 
 end module solve_problem_mod

@@ -198,11 +198,8 @@ contains
     integer, intent(in) :: n        !! elements
     real(wp) :: position(0:n)
 
-    if (box%middle(axis)) then
-      position = graded_from_middle(n, box%ratio(axis))
-    else
-      position = graded_positions(n, box%ratio(axis))
-    end if
+    position = graded_positions(n, box%ratio(axis))
+    if (box%middle(axis)) position = graded_from_middle(n, box%ratio(axis))
   end function positions
 
   !> Add the nodes and elements of the box, with ids that follow the highest so far.

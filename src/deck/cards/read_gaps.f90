@@ -210,11 +210,8 @@ contains
     type(reference_t), intent(in) :: reference
     character(:), allocatable :: name
 
-    if (reference%id > 0) then
-      name = 'node '//to_text(reference%id)
-    else
-      name = quoted(reference%name)
-    end if
+    name = 'node '//to_text(reference%id)
+    if (reference%id <= 0) name = quoted(reference%name)
   end function name_of
 
 end module read_gaps_mod

@@ -465,11 +465,9 @@ contains
 
     if (abs(value) <= 0.0_wp .or. size(nodes) == 0 .or. left_over) return
     if (any(model%used(nodes) .or. model%reference(nodes) .or. model%joined(nodes))) return
-    if (reference%id > 0) then
-      what = 'node '//to_text(reference%id)//' belongs to no element and is'
-    else
-      what = 'the nodes of set '//quoted(reference%name)//' belong to no element and are'
-    end if
+    what = 'node '//to_text(reference%id)//' belongs to no element and is'
+    if (reference%id <= 0) what = 'the nodes of set '//quoted(reference%name)// &
+      ' belong to no element and are'
     call report_missing_element(reader, reference%position, what// &
       ' not the reference node of an obstacle: '// &
       'this moves nothing', 'an obstacle is moved through the node named by its REF NODE=')

@@ -60,11 +60,8 @@ contains
   pure logical function is_in_plane(transform)
     type(transform_t), intent(in) :: transform
 
-    if (transform%cylindrical) then
-      is_in_plane = all(abs(transform%a(:2) - transform%b(:2)) <= 0.0_wp)
-    else
-      is_in_plane = all(abs([transform%a(3), transform%b(3)]) <= 0.0_wp)
-    end if
+    is_in_plane = all(abs([transform%a(3), transform%b(3)]) <= 0.0_wp)
+    if (transform%cylindrical) is_in_plane = all(abs(transform%a(:2) - transform%b(:2)) <= 0.0_wp)
   end function is_in_plane
 
   !> NSET= and TYPE=.
