@@ -125,21 +125,13 @@ contains
   pure logical function is_held_at_0(scene, node) result(is_held)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: node
-    logical :: held(3)
-    integer :: k, i
+    integer :: k
 
-    held = .false.
-    is_held = .true.
+    is_held = is_prescribed(scene, node) .or. size(scene%steps) == 0
     do k = 1, size(scene%steps)
-      if (scene%steps(k)%replace_boundary) held = .false.
-      do i = 1, size(scene%steps(k)%boundary)
-        associate (b => scene%steps(k)%boundary(i))
-          if (b%node /= node) cycle
-          held(b%dof) = .true.
-          is_held = is_held .and. .not. abs(b%value) > 0.0_wp
-        end associate
-      end do
-      is_held = is_held .and. all(held)
+      associate (b => scene%steps(k)%boundary)
+        is_held = is_held .and. .not. any(b%node == node .and. abs(b%value) > 0.0_wp)
+      end associate
     end do
   end function is_held_at_0
 
