@@ -66,6 +66,7 @@ module output_field_mod
     type(contact_points_t), pointer :: points => null()
     type(state_t), pointer :: state => null()        !! at the end of the increment
     type(increment_report_t), pointer :: report => null()
+    character(:), allocatable :: name   !! of the field that is computed
     integer :: pair = 0                 !! whose fields are computed
     integer :: first = 1, last = 0      !! its points
     integer :: print = 0                !! set whose fields are computed, of the output controls
@@ -101,14 +102,9 @@ contains
   subroutine add_field(list, field)
     type(field_list_t), intent(inout) :: list
     type(field_t), intent(in) :: field
-    type(field_t), allocatable :: longer(:)
 
     if (.not. allocated(list%fields)) allocate (list%fields(16))
-    if (list%n == size(list%fields)) then
-      allocate (longer(2*list%n))
-      longer(:list%n) = list%fields
-      call move_alloc(longer, list%fields)
-    end if
+    if (list%n == size(list%fields)) list%fields = [list%fields, list%fields]
     list%n = list%n + 1
     list%fields(list%n) = field
   end subroutine add_field
@@ -149,6 +145,7 @@ contains
     real(wp), allocatable :: of_all(:, :)
     integer, allocatable :: nodes(:)
 
+    source%name = field%name
     source%element_type = field%element_type
     source%tensor_row = field%tensor_row
     source%place = field%place

@@ -1,6 +1,7 @@
 !> The fields of a contact pair, at its points: entries, and how each is computed.
 module pair_fields_mod
   use kinds_mod, only: wp
+  use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: element_rows
   use small_matrix_mod, only: cross
@@ -35,43 +36,43 @@ contains
     of_frame = every_time
     if (has_fixed_normals(scene, i)) of_frame = first_time
     call add_field(list, field_t('node', of_long, [n], 'number', &
-      'slave node of each point: index into Points, from 0', at_start, compute=node))
+      'slave node of each point: index into Points, from 0', at_start, compute=of_points))
     call add_field(list, field_t('coordinates', of_real, [3, n], 'length', &
-      'where each point is in the undeformed mesh', at_start, compute=coordinates))
+      'where each point is in the undeformed mesh', at_start, compute=of_points))
     call add_field(list, field_t('area', of_real, [n], 'area', &
-      'share of the slave surface; 0 where no face of it is', at_start, compute=area))
+      'share of the slave surface; 0 where no face of it is', at_start, compute=of_points))
     call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
       'what *CONTACT GAP and *CLEARANCE add to the distance that the mesh says, and an overlap '// &
-      'that constraints keep as it is', at_start, compute=extra_gap))
+      'that constraints keep as it is', at_start, compute=of_points))
     if (has_interference(scene)) then
       call add_field(list, field_t('allowed_interference', of_real, [n], 'length', &
         'what *CONTACT INTERFERENCE lets each point overlap by; the gap has it added', &
-        compute=allowed))
+        compute=of_pair))
     end if
     if (changes_friction(scene)) call add_field(list, field_t('friction', of_real, one_number, &
-      'ratio', 'coefficient of friction', compute=friction))
+      'ratio', 'coefficient of friction', compute=of_pair))
     if (changes_pairs(scene)) call add_field(list, field_t('is_removed', of_byte, one_number, &
       'code', '1: *MODEL CHANGE has removed the pair, whose points face nothing; else 0', &
-      compute=is_removed))
+      compute=of_pair))
     call add_field(list, field_t('frame', of_real, [3, 3, n], 'ratio', &
       'local frame: rows n (from the master to the slave body), t1, t2; one for the whole run '// &
-      'where it is fixed', of_frame, compute=frame))
+      'where it is fixed', of_frame, compute=of_pair))
     call add_field(list, field_t('reaction', of_real, [3, n], 'force', &
-      'on the slave body, local', compute=reaction))
+      'on the slave body, local', compute=of_pair))
     call add_field(list, field_t('gap', of_real, [n], 'length', &
-      'distance along n; 1e30 where no master is', compute=gap))
+      'distance along n; 1e30 where no master is', compute=of_pair))
     call add_field(list, field_t('slip_increment', of_real, [2, n], 'length', &
-      'slip in the increment, along t1, t2', compute=slip_increment))
+      'slip in the increment, along t1, t2', compute=of_pair))
     call add_field(list, field_t('slip', of_real, [2, n], 'length', &
-      'sum of the slip increments', compute=slip))
+      'sum of the slip increments', compute=of_pair))
     call add_field(list, field_t('status', of_byte, [n], 'code', &
-      '0: open, 1: stick, 2: slide', compute=status))
+      '0: open, 1: stick, 2: slide', compute=of_pair))
     if (scene%constraints%n > 0) then
       call add_field(list, field_t('redundant', of_byte, [n], 'code', &
-        '1: constraints can carry the reaction; the least is given', compute=redundant))
+        '1: constraints can carry the reaction; the least is given', compute=of_pair))
     end if
     call add_field(list, field_t('resultant', of_real, [3], 'force', &
-      'sum of the reactions on the slave body, x, y, z', compute=resultant))
+      'sum of the reactions on the slave body, x, y, z', compute=of_pair))
     call add_field(list, field_t('moment', of_real, [3], 'moment', &
       'moment of the reactions on the slave body about the origin, undeformed arms', &
       compute=moment))
@@ -79,26 +80,26 @@ contains
       'sum of the normal reactions and sum of the friction on the slave body, each x, y, z', &
       compute=forces))
     call add_field(list, field_t('largest_pressure', of_real, one_number, 'pressure', &
-      'normal reaction over the area of its point, the largest', compute=pair_pressure))
+      'normal reaction over the area of its point, the largest', compute=of_pair))
     call add_field(list, field_t('largest_slip', of_real, one_number, 'length', &
-      'sum of the slip increments of a point, the longest', compute=pair_slip))
+      'sum of the slip increments of a point, the longest', compute=of_pair))
     call add_master_fields(scene, i, list)
     if (scene%finite_strain .or. is_before_faces(scene%pairs(i), scene%obstacles)) call add_field( &
       list, field_t('covered_area', of_real, [n], 'area', &
       'of the node''s share what the master covers; 0: no gap, no reaction', &
-      compute=covered_area))
+      compute=of_pair))
     if (is_before_faces(scene%pairs(i), scene%obstacles)) then
       call add_field(list, field_t('is_partly_covered', of_byte, [n], 'code', &
         '1: the master covers less than half of what of the node''s share is turned towards '// &
         'it; the pressure there is left out of largest_pressure, else 0', &
-        compute=is_partly_covered))
+        compute=of_pair))
       call add_field(list, field_t('master_side', of_long, [n], 'number', &
         'side of the master that the point is before, from 1: concave edges of more than 30 '// &
         'degrees divide it into sides, and a slave node has a point before each', at_start, &
         compute=master_side))
       call add_field(list, field_t('least_gap', of_real, [n], 'length', &
         'least distance along the master''s normals in the faces about the node, at '// &
-        'points of the quadrature and corners of what two faces share', compute=least_gap))
+        'points of the quadrature and corners of what two faces share', compute=of_pair))
       call add_field(list, field_t('moment_left', of_real, [3], 'moment', &
         'moment about the origin of all forces of the pair, on both sides, deformed arms', &
         compute=moment_left))
@@ -111,154 +112,89 @@ contains
     if (scene%output%contact_table) then
       call add_field(list, field_t('contact_area', of_real, one_number, 'area', &
         'of the points that do not stand open, as far as the master covers it', &
-        compute=contact_area))
+        compute=of_pair))
     end if
     call get_fields(list, fields)
   end subroutine list_pair_fields
 
-  subroutine contact_area(source, values)
+  !> A field of the points that is written before there is an increment, by its name.
+  subroutine of_points(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-
-    associate (contact => source%report%contact, first => source%first, last => source%last)
-      values = sum(contact%covered_area(first:last), mask=contact%status(first:last) /= status_open)
-    end associate
-  end subroutine contact_area
-
-  subroutine pair_pressure(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-
-    values = largest_pressure(source%report%contact, source%first, source%last)
-  end subroutine pair_pressure
-
-  subroutine pair_slip(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-
-    values = largest_slip(source%state, source%first, source%last)
-  end subroutine pair_slip
-
-  subroutine node(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+    real(wp), intent(inout) :: values(:, :) !! a column a point
     integer :: row(source%scene%mesh%n_nodes)
 
-    row = element_rows(source%scene%mesh)
-    values(1, :) = row(source%points%node(source%first:source%last)) - 1
-  end subroutine node
-
-  subroutine coordinates(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, its points)
-
-    associate (mesh => source%scene%mesh, nodes => source%points%node(source%first:source%last))
-      values = mesh%coordinates(:, nodes) + spread(mesh%origin, 2, size(nodes))
+    associate (mesh => source%scene%mesh, points => source%points, first => source%first, &
+               last => source%last)
+      select case (source%name)
+      case ('node')
+        row = element_rows(mesh)
+        values(1, :) = row(points%node(first:last)) - 1
+      case ('coordinates')
+        values = mesh%coordinates(:, points%node(first:last)) + spread(mesh%origin, 2, &
+          last - first + 1)
+      case ('area')
+        values(1, :) = points%area(first:last)
+      case default ! extra_gap
+        if (.not. allocated(points%extra_gap)) return
+        values(1, :) = points%extra_gap(first:last)
+        if (allocated(points%constant_gap)) values(1, :) = points%constant_gap(first:last)
+      end select
     end associate
-  end subroutine coordinates
+  end subroutine of_points
 
-  subroutine area(source, values)
+  !> A field of the points or of the pair at the end of an increment, by its name.
+  subroutine of_pair(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    values(1, :) = source%points%area(source%first:source%last)
-  end subroutine area
-
-  subroutine extra_gap(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    if (.not. allocated(source%points%extra_gap)) return
-    values(1, :) = source%points%extra_gap(source%first:source%last)
-    if (allocated(source%points%constant_gap)) values(1, :) = &
-      source%points%constant_gap(source%first:source%last)
-  end subroutine extra_gap
-
-  subroutine allowed(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-    real(wp) :: at_points(source%points%n)
-
-    at_points = allowed_interference(source%scene, source%points, source%state%step, &
-      source%state%position)
-    values(1, :) = at_points(source%first:source%last)
-  end subroutine allowed
-
-  subroutine friction(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-    real(wp) :: mu(size(source%scene%pairs))
-
-    mu = friction_in(source%scene, source%state%step)
-    values = mu(source%pair)
-  end subroutine friction
-
-  subroutine is_removed(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-
-    values = merge(1.0_wp, 0.0_wp, is_pair_removed(source%points, source%pair))
-  end subroutine is_removed
-
-  subroutine frame(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (9, its points): n, t1, t2, each in x, y, z
-
-    values = reshape(source%report%contact%frame(:, :, source%first:source%last), shape(values))
-  end subroutine frame
-
-  subroutine reaction(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (3, its points)
-
-    values = source%report%contact%reaction(:, source%first:source%last)
-  end subroutine reaction
-
-  subroutine gap(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    values(1, :) = source%report%contact%gap(source%first:source%last)
-  end subroutine gap
-
-  subroutine slip_increment(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (2, its points)
-
-    values = source%report%contact%slip_increment(:, source%first:source%last)
-  end subroutine slip_increment
-
-  subroutine slip(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (2, its points)
-
-    values = source%state%slip(:, source%first:source%last)
-  end subroutine slip
-
-  subroutine status(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    values(1, :) = source%report%contact%status(source%first:source%last)
-  end subroutine status
-
-  subroutine redundant(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
+    real(wp), intent(inout) :: values(:, :) !! a column a point, or (1, 1) or (1, 3) of the pair
+    real(wp) :: mu(size(source%scene%pairs)), overlap(source%points%n)
     integer :: i
 
-    do i = source%first, source%last
-      values(1, i - source%first + 1) = merge(1, 0, is_redundant_at(source%report%contact, i))
-    end do
-  end subroutine redundant
-
-  subroutine resultant(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 3)
-
-    values(1, :) = turn_sum_into_plane(source%scene%mesh, sum(source%state%reaction(:, &
-      source%first:source%last), dim=2))
-  end subroutine resultant
+    associate (scene => source%scene, points => source%points, state => source%state, &
+               contact => source%report%contact, first => source%first, last => source%last)
+      select case (source%name)
+      case ('allowed_interference')
+        overlap = allowed_interference(scene, points, state%step, state%position)
+        values(1, :) = overlap(first:last)
+      case ('friction')
+        mu = friction_in(scene, state%step)
+        values = mu(source%pair)
+      case ('is_removed')
+        values = merge(1.0_wp, 0.0_wp, is_pair_removed(points, source%pair))
+      case ('frame')
+        values = reshape(contact%frame(:, :, first:last), shape(values))
+      case ('reaction')
+        values = contact%reaction(:, first:last)
+      case ('gap')
+        values(1, :) = contact%gap(first:last)
+      case ('slip_increment')
+        values = contact%slip_increment(:, first:last)
+      case ('slip')
+        values = state%slip(:, first:last)
+      case ('status')
+        values(1, :) = contact%status(first:last)
+      case ('redundant')
+        values(1, :) = [(merge(1, 0, is_redundant_at(contact, i)), i=first, last)]
+      case ('resultant')
+        values(1, :) = turn_sum_into_plane(scene%mesh, sum(state%reaction(:, first:last), &
+          dim=2))
+      case ('largest_pressure')
+        values = largest_pressure(contact, first, last)
+      case ('largest_slip')
+        values = largest_slip(state, first, last)
+      case ('covered_area')
+        values(1, :) = contact%covered_area(first:last)
+      case ('is_partly_covered')
+        values(1, :) = merge(1.0_wp, 0.0_wp, contact%is_partly_covered(first:last))
+      case ('least_gap')
+        values(1, :) = contact%least_gap(first:last)
+      case ('contact_area')
+        values = sum(contact%covered_area(first:last), mask=contact%status(first:last) /= &
+          status_open)
+      case default
+        call raise(source%error, exit_machine, 'internal error: '//source%name//' of a pair')
+      end select
+    end associate
+  end subroutine of_pair
 
   subroutine forces(source, values)
     type(field_source_t), intent(inout) :: source
@@ -284,21 +220,6 @@ contains
       source%first:source%last), dim=2))
   end subroutine moment
 
-  subroutine covered_area(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    values(1, :) = source%report%contact%covered_area(source%first:source%last)
-  end subroutine covered_area
-
-  subroutine is_partly_covered(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    values(1, :) = merge(1.0_wp, 0.0_wp, source%report%contact%is_partly_covered( &
-      source%first:source%last))
-  end subroutine is_partly_covered
-
   subroutine master_side(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, its points)
@@ -309,13 +230,6 @@ contains
       values(1, first - source%first + 1:last - source%first + 1) = side
     end do
   end subroutine master_side
-
-  subroutine least_gap(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, its points)
-
-    values(1, :) = source%report%contact%least_gap(source%first:source%last)
-  end subroutine least_gap
 
   !> What the arms of slave nodes and of what they face differ by: (11.9) of docs/theory.md.
   subroutine moment_left(source, values)

@@ -30,13 +30,13 @@ contains
     associate (asked => scene%output%prints(k))
       if (asked%of_elements) then
         call add_field(list, field_t('element_id', of_long, [size(asked%members)], 'number', &
-          'ids of the elements in the deck', at_start, compute=element_id))
+          'ids of the elements in the deck', at_start, compute=of_this_set))
       else
         call add_field(list, field_t('node_id', of_long, [size(asked%members)], 'number', &
           'ids of the nodes in the deck', at_start, everywhere, of_set, compute=node_id))
       end if
       call add_field(list, field_t('is_due', of_byte, one_number, 'code', &
-        '1 where FREQUENCY asks for lines in the table of text, else 0', compute=is_due))
+        '1 where FREQUENCY asks for lines in the table of text, else 0', compute=of_this_set))
       if (asked%of_elements) then
         call list_tensors(asked, max(1, maxval(gauss_points_of(scene%mesh, asked%members))), list)
       else
@@ -58,9 +58,9 @@ contains
     if (asked%each .and. asked%loads) call add('applied_force', 'force', &
       'of the loads on the bodies, thermal expansion included, x, y, z', applied_force)
     if (asked%totals .and. asked%reaction) call add_field(list, field_t('total_reaction_force', &
-      of_real, [3], 'force', 'sum over the set, x, y, z', compute=total_reaction))
+      of_real, [3], 'force', 'sum over the set, x, y, z', compute=of_this_set))
     if (asked%totals .and. asked%loads) call add_field(list, field_t('total_applied_force', &
-      of_real, [3], 'force', 'sum over the set, x, y, z', compute=total_loads))
+      of_real, [3], 'force', 'sum over the set, x, y, z', compute=of_this_set))
 
   contains
 
@@ -84,7 +84,7 @@ contains
 
     if (asked%at_gauss_points) call add_field(list, field_t('n_points', of_long, &
       [size(asked%members)], 'number', 'Gauss points of the element; 0 stands behind them', &
-      at_start, compute=n_points_of_set))
+      at_start, compute=of_this_set))
     extents = [size(asked%members)]
     place = '; mean of the element'
     if (asked%at_gauss_points) then
@@ -95,46 +95,27 @@ contains
       asked%principal_stress, asked%principal_strain], '', extents, in_set, [place, place], 0)
   end subroutine list_tensors
 
-  subroutine element_id(source, values)
+  !> A field of the set, by its name.
+  subroutine of_this_set(source, values)
     type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, members)
+    real(wp), intent(inout) :: values(:, :) !! a column a member; (1, 1), or (1, 3) of all
 
-    values(1, :) = source%scene%mesh%element_id(source%scene%output%prints(source%print)%members)
-  end subroutine element_id
-
-  subroutine n_points_of_set(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, members)
-
-    values(1, :) = gauss_points_of(source%scene%mesh, &
-      source%scene%output%prints(source%print)%members)
-  end subroutine n_points_of_set
-
-  subroutine is_due(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 1)
-
-    associate (asked => source%scene%output%prints(source%print))
-      if (fields_due(asked%frequency, asked_number(source%state%position), &
-        ends_step(source%scene%steps, source%state))) then
-        values = 1.0_wp
-      end if
+    associate (asked => source%scene%output%prints(source%print), mesh => source%scene%mesh)
+      select case (source%name)
+      case ('element_id')
+        values(1, :) = mesh%element_id(asked%members)
+      case ('n_points')
+        values(1, :) = gauss_points_of(mesh, asked%members)
+      case ('is_due')
+        if (fields_due(asked%frequency, asked_number(source%state%position), &
+          ends_step(source%scene%steps, source%state))) values = 1.0_wp
+      case ('total_reaction_force')
+        call add_up(source, reaction_force, values)
+      case default ! total_applied_force
+        call add_up(source, applied_force, values)
+      end select
     end associate
-  end subroutine is_due
-
-  subroutine total_reaction(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 3)
-
-    call add_up(source, reaction_force, values)
-  end subroutine total_reaction
-
-  subroutine total_loads(source, values)
-    type(field_source_t), intent(inout) :: source
-    real(wp), intent(inout) :: values(:, :) !! (1, 3)
-
-    call add_up(source, applied_force, values)
-  end subroutine total_loads
+  end subroutine of_this_set
 
   !> The sum of what nodes have over the set.
   subroutine add_up(source, field, values)
