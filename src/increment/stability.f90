@@ -57,12 +57,12 @@ module stability_mod
   public :: stability_t, find_stability, is_hint
 
   real(wp), parameter :: neutral = 1.0e-9_wp !! of the diagonal of K: rounding, no instability [-]
-  real(wp), parameter :: softest = 1.0e-6_wp !! of the largest of it: a diagonal that is a scale [-]
+  real(wp), parameter :: softest = 1.0e-6_wp !! of the largest: a diagonal that is a scale [-]
   real(wp), parameter :: cone = 1.0e-6_wp    !! of friction's limit: what is so near it slides [-]
   real(wp), parameter :: tilt = 1.0e-2_wp
   !! of a post that is not plumb, which friction below it does not hold; 1/200 to 1/500 is built [-]
   real(wp), parameter :: independent = 1.0e-6_wp
-  !! of a row beside the others, which dependent ones give way by; of a direction beside supports [-]
+  !! of a row: what it gives way by, and what is none of it [-]
 
   type :: stability_t
     logical :: is_known = .false.  !! the matrix could be factorised
