@@ -264,6 +264,25 @@ class LargeTurns(unittest.TestCase):
         self.check_pattern(result, [1.0, 1.0, 1.0])
         np.testing.assert_allclose(reference(result)["rotation"], [self.QUARTER, 0, 0], atol=1e-12)
 
+    def test_both_sides_turn_together(self):
+        """The block's foot goes with a coupling, the plate with it, about a place beside both: the
+        forces turn, and what the rigid plate's elements are out of balance by is rounding."""
+        foot = WHOLE + ("\n*NODE\n9002, -3., 1., 2.\n*COUPLING, CONSTRAINT NAME=FOOT, "
+                        "REF NODE=9002, SURFACE=LOW-ZMIN\n*KINEMATIC\n1, 6")
+        turn = [0.004, 0.001, -0.01]
+        vector = "\n".join(f"9001, {k}, {k}, {w}\n9002, {k + 3}, {k + 3}, {w}"
+                           for k, w in enumerate(turn, 1))
+        # The plate is pressed in by 0.02; as it turns that turns, too: in one increment.
+        pressed = Rotation.from_rotvec(turn).apply([0.0, 0.0, -0.02])
+        then = "\n".join(f"9000, {k}, {k}, {u!r}" for k, u in enumerate(pressed.tolist(), 1))
+        result = solved(self, step=", NLGEOM", mu=0.5, body=foot, at="-3., 1., 2.",
+                        static="1., 1.", held="9000, 1, 6\n9002, 1, 6\n9000, 3, 3, -0.02",
+                        loads="*END STEP\n*STEP, NLGEOM\n*STATIC, DIRECT\n*BOUNDARY\n"
+                        f"{then}\n{vector}")
+        pair = next(iter(result.pairs.values()))
+        turned = Rotation.from_rotvec(turn).apply(pair.resultant[0])
+        np.testing.assert_allclose(pair.resultant[-1], turned, atol=1e-5 * np.abs(turned).max())
+
     def test_a_moment_turns_a_plate(self):
         """The plate is free about y: what turns it is the moment that holds it where it is."""
         common = {"step": ", NLGEOM", "held": CLAMPED, "static": "0.25, 1.",
