@@ -33,7 +33,7 @@ module solve_reactions_mod
 
   public :: solve_reactions
 
-  real(wp), parameter :: all_of_it = 1.0e-14_wp !! of loads is their rounding, no more [-]
+  real(wp), parameter :: all_of_it = 1.0e-14_wp !! of loads or gaps is rounding, no more [-]
   real(wp), parameter :: no_part = 1.0e-3_wp !! of the tolerance: softness that counts for none [-]
 
 contains
@@ -250,8 +250,8 @@ contains
         group%softness*matmul(group%null, found - centre)
       if (.not. report%converged) exit rounds
       slack = nothing*controls%tolerance*group%flexibility*norm2(r)
-      if (group%softness*norm2(found - centre) <= no_part*controls%tolerance*norm2(r)* &
-        group%flexibility) exit rounds
+      if (group%softness*norm2(found - centre) <= max(no_part*controls%tolerance, all_of_it)* &
+        norm2(r)*group%flexibility) exit rounds
       if (i == 1) call keep_open(group, gaps, r, group%softness*norm2(found), beyond* &
         (maxval(abs(gaps)) + group%flexibility*norm2(r)), away)
       report%converged = norm2(found - centre) < last .and. i < max_rounds
