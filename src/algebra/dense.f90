@@ -6,8 +6,9 @@ module dense_mod
   implicit none
   private
 
-  public :: begin_blas, invert_spd, mirror_lower, times_symmetric, times_transposed, solve_dense, solve_least_squares, &
-    invert_general, symmetric_eigenvectors, singular_values, null_space, range_basis, norm_1
+  public :: begin_blas, invert_spd, mirror_lower, times_symmetric, times_transposed, solve_dense, &
+    solve_least_squares, invert_general, symmetric_eigenvectors, singular_values, null_space, &
+    range_basis, norm_1
 
   integer, parameter :: tile = 64              !! columns at once
   real(wp), parameter :: singular = 1.0e-14_wp !! reciprocal condition taken for 0 [-]

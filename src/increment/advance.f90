@@ -115,10 +115,11 @@ contains
     if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
-    if (.not. (is_elsewhere .or. trial%has_turned)) call begin_extrapolated(scene, now, solver, old, &
-      increment, reaction, trial)
+    if (.not. (is_elsewhere .or. trial%has_turned)) call begin_extrapolated(scene, now, solver, &
+      old, increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
-    if (trial%is_extrapolated .and. has_no_result(report) .and. .not. allocated(error)) then
+    if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
+      (is_linear(scene) .and. .not. report%converged))) then
       ! The path may have bent.
       call begin_trial(scene, now, solver, old, increment, trial)
       new = old

@@ -22,9 +22,9 @@ module settled_places_mod
 
 contains
 
-  !> Whether the points stay where they were placed, as far as that goes: the last of some
-  !> iterations that gained nothing ends it. At the top of a tower of bodies reactions move points by
-  !> more than their own tolerance, for as long as it is asked for.
+  !> Whether the points stay where they were placed, as far as that goes: iterations that gain
+  !> nothing end it. At the top of a tower of bodies reactions move points by more than their own
+  !> tolerance, for as long as it is asked for.
   pure logical function are_places_settled(loop, tolerance) result(are_settled)
     type(newton_raphson_t), intent(in) :: loop
     real(wp), intent(in) :: tolerance !! [-]
