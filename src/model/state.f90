@@ -39,8 +39,8 @@ module state_mod
     real(wp), allocatable :: trend(:, :)
     !! (3, n_points) how reactions went in the last increment, for a whole *STEP [force]
     real(wp), allocatable :: displacement_trend(:, :)
-    !! (3, n_nodes) the same of the displacement, before curved obstacles and at finite strain; where
-    !! bodies are solved for by iteration of what contact adds to it [length]
+    !! (3, n_nodes) the same of the displacement, where points are placed anew and at finite strain;
+    !! where bodies are solved for by iteration of what contact adds to it [length]
     integer  :: tangent_of = 0
     !! at finite strain: the increments that were done where the tangent of the factor is taken
     integer  :: first_forces = 0

@@ -4,6 +4,7 @@ import unittest
 
 import numpy as np
 from program import Run
+
 from studies.requires import wedge
 
 
