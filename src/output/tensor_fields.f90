@@ -77,7 +77,10 @@ contains
       if (row%n > 1) of_row = [row%n, extents]
       name = group//trim(row%name)
       quantity = trim(row%quantity)
-      description = trim(row%description)//trim(words(merge(1, 2, row%n == 6)))
+      description = trim(row%description)
+      associate (further => words(merge(1, 2, row%n == 6)))
+        if (further /= '') description = description//trim(further)
+      end associate
       call add_field(list, field_t(name, of_real, of_row, quantity, description, &
         element_type=element_type, tensor_row=k, place=place, compute=compute_tensor))
     end do
