@@ -30,8 +30,6 @@ module condensed_contact_mod
     integer, allocatable :: far(:)     !! points in reach that have none, though they can move: open
     type(contact_problem_t) :: problem !! over the active points
     type(floating_t) :: floating       !! what the motions do to it
-    real(wp), allocatable :: response(:, :), resistance(:, :)
-    !! how reactions answered the motions in the iteration before, as of drift_t
     real(wp), allocatable :: null(:, :)
     !! (n_rows,k) orthonormal reactions that constraints take and no body feels [-]
     real(wp) :: flexibility = 0.0_wp   !! then: the largest of W_ii [length/force]

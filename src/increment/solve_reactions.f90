@@ -117,11 +117,6 @@ contains
           along_neutral = 0.0_wp
         end if
         drift%load = drift%load - matmul(group%floating%neutral, along_neutral)
-        ! Not that of the increment before: a continued run does not know it.
-        if (trial%has_begun) then
-          call move_alloc(group%response, drift%response)
-          call move_alloc(group%resistance, drift%resistance)
-        end if
       end if
       ! Another placement has another compliance.
       if (allocated(group%body) .and. trial%by_compliance) call form_floating(group, &
@@ -139,8 +134,6 @@ contains
           gaps, of_group)
       end if
       if (size(group%motion) > 0) then
-        call move_alloc(drift%response, group%response)
-        call move_alloc(drift%resistance, group%resistance)
         trial%motion(group%motion) = drift%a
         trial%neutral_residual = [trial%neutral_residual, drift%turned + along_neutral]
         rows = resisting_rows(group%problem, group%floating, r, gaps, of_group%converged)

@@ -31,8 +31,6 @@ module floating_centre_mod
     real(wp), allocatable :: unbalanced(:) !! (n) out: direction in which nothing balances the loads
     real(wp), allocatable :: turned(:)
     !! (k) out: what turned normals leave on the neutral motions [force]
-    real(wp), allocatable :: response(:, :), resistance(:, :)
-    !! (n_rows,n_seen), (n_seen,n_seen) of the last search in, of this one out [force/length]
   end type drift_t
 
   !> A centre, and what its proximal problem says.

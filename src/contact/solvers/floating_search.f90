@@ -40,8 +40,6 @@ module floating_search_mod
   real(wp), parameter :: progress = 0.99_wp    !! what is out of balance then, of what was
   real(wp), parameter :: longest_leap = 1000.0_wp   !! of the way and a plain step
   real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
-  real(wp), parameter :: unopposed = 100.0_wp*least_damping !! by contact: the resistance [-]
-  real(wp), parameter :: gains = 0.1_wp             !! of e, left where an old derivative does [-]
   real(wp), parameter :: most_damping = 1.0_wp
   real(wp), parameter :: far_off = 100.0_wp         !! times as much out of balance as at the best
   ! How many times more the next leap is damped after one that gained nothing, one that led far off,
@@ -80,8 +78,6 @@ module floating_search_mod
     integer  :: since_best = 0                 !! trials
     integer  :: idle = 0                       !! trials without progress
     logical  :: is_flying = .false.            !! nothing resists at the best
-    logical  :: is_kept = .false.              !! dr/dc, from an earlier search
-    real(wp) :: last_e = huge(1.0_wp)          !! size of e at the best before this one [force]
     real(wp) :: unsolved = 0.0_wp              !! residual of the last trial that was not solved [-]
   end type search_t
 
@@ -110,12 +106,6 @@ contains
     search%now%centre = search%first
     search%r_first = r
     search%now%r = r
-    if (allocated(drift%resistance)) search%is_kept = all(shape(drift%response) == &
-      shape(floating%q)) .and. any(abs(drift%resistance)*floating%theta > unopposed)
-    if (search%is_kept) then
-      search%response = drift%response
-      search%resistance = drift%resistance
-    end if
     allocate (search%leap(floating%n_seen), source=0.0_wp)
     n_lines = 0
     may_part = .not. any(abs(drift%load) > drift%rounding) .and. any(abs(r) > 0.0_wp)
@@ -163,10 +153,6 @@ contains
     end if
     x_free = search%x_start + matmul(floating%q, search%now%centre)
     r = search%now%r
-    if (allocated(search%resistance)) then
-      call move_alloc(search%response, drift%response)
-      call move_alloc(search%resistance, drift%resistance)
-    end if
     associate (now => search%now)
       drift%turned = now%turned
       drift%unbalanced = now%left - now%left_seen
@@ -423,23 +409,12 @@ contains
 
     associate (now => search%now, best => search%best)
       resistance = 0.0_wp
-      ! The derivative of an earlier search serves for as long as it gains much.
-      if (search%is_kept .and. (search%since_best > 0 .or. norm2(best%e) > gains* &
-        search%last_e)) then
-        search%is_kept = .false.
-        search%since_best = 0
-        now = best
-      end if
-      search%last_e = norm2(best%e)
       if (search%since_best == 0) then
         search%damping = max(least_damping, search%damping/30.0_wp)
-        if (.not. search%is_kept) then
-          call find_resistance(problem, floating, search%x_start + matmul(floating%q, &
-            best%centre), controls, best%r, response, resistance)
-          search%response = response
-          search%resistance = resistance
-          search%is_flying = all(abs(resistance)*floating%theta <= unopposed)
-        end if
+        call find_resistance(problem, floating, x_free, controls, now%r, response, resistance)
+        search%response = response
+        search%resistance = resistance
+        search%is_flying = all(abs(resistance)*floating%theta <= 100.0_wp*least_damping)
       end if
       if (search%is_flying .and. search%since_best < max_worse .and. now%is_solved) then
         ! From free flight the first leap goes too far into an obstacle; the next bring it back.
