@@ -211,6 +211,7 @@ contains
     integer, allocatable :: bodies(:) !! of the nodes that a point depends on
 
     allocate (g(count(row > 0), motions%n), source=0.0_wp)
+    allocate (bodies(0))
     do i = 1, points%n
       if (row(1, i) == 0) cycle
       call list_slave(points, placement%weights, i, n, node, factor)
