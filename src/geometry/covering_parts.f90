@@ -63,6 +63,7 @@ contains
     type(part_t), allocatable, intent(out) :: parts(:)
     integer, allocatable :: near(:)
     type(part_t) :: part
+    type(part_t), allocatable :: larger(:)
     type(whole_face_t) :: slave
     real(wp) :: low(3), high(3), height(face_corners), sideways, along
     integer :: i, k, n
@@ -98,7 +99,11 @@ contains
         end if
       end associate
       if (.not. part%overlap%area > 0.0_wp) cycle
-      if (n == size(parts)) parts = [parts, parts]
+      if (n == size(parts)) then
+        allocate (larger(2*n))
+        larger(:n) = parts
+        call move_alloc(larger, parts)
+      end if
       n = n + 1
       parts(n) = part
     end do

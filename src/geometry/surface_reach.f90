@@ -35,13 +35,19 @@ contains
   pure real(wp) function largest_face(faces, x) result(length)
     integer, intent(in) :: faces(:, :)   !! (4,n_faces)
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
-    integer :: f
+    real(wp) :: low(3), high(3)
+    integer :: f, k
 
+    ! Of 10^5 facets, in each placement: sections by vector subscripts would be copied.
     length = 0.0_wp
     do f = 1, size(faces, 2)
-      associate (corner => x(:, faces(:corners_in(faces(:, f)), f)))
-        length = max(length, sum((maxval(corner, 2) - minval(corner, 2))**2))
-      end associate
+      low = x(:, faces(1, f))
+      high = low
+      do k = 2, corners_in(faces(:, f))
+        low = min(low, x(:, faces(k, f)))
+        high = max(high, x(:, faces(k, f)))
+      end do
+      length = max(length, sum((high - low)**2))
     end do
     length = sqrt(length)
   end function largest_face
