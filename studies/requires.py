@@ -485,7 +485,11 @@ def profile_lines(rows):
         f"products, and the factor read twice for every {TOGETHER} solutions at the rate of "
         "memory, both as this", "machine did them right after. Other: the certificate, energies "
         "and all that no phase counts.", "",
-        table(["scene", "total", "floor", "times", *names, "other"], lines),
+        table(["scene", "total", "floor", "times", *names, "other"], lines), "",
+        "What stands above the floor is geometry where little is to be solved: points are placed "
+        "on faces in",
+        "each iteration (`recover`), again for the estimate of load steps, and by the "
+        "certificate's own code", "(`other`).",
     ]
 
 
