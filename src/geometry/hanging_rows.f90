@@ -11,8 +11,8 @@ module hanging_rows_mod
 
 contains
 
-  !> Give what nodes have that hang to those that they lie between, in equal parts: each of these
-  !> then stands for its own place and for theirs, by what it has of both.
+  !> Share the contributions of each hanging node equally among the nodes between which it lies.
+  !> These then stand for their own place and for those of hanging nodes, by what they have of each.
   pure subroutine fold_rows(slave, number, has_own, mortar, entries)
     type(slave_t), intent(in) :: slave   !! with nodes that hang
     integer, intent(in) :: number(:)     !! (n_nodes) rows of the surface's

@@ -50,8 +50,8 @@ contains
     call settle(scene, solver%body%motions, trial, new%displacement)
   end subroutine displace
 
-  !> The displacement of the interface with the reactions of `new`; that of the interior is without
-  !> what they have changed.
+  !> The displacement of the interface with the reactions of `new`. The interior still has that of
+  !> the reactions before.
   subroutine displace_interface(scene, points, solver, trial, new)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -120,7 +120,8 @@ contains
       end associate
       return
     end if
-    ! Contact sees the correction of the interface; that of the interior comes with its answer.
+    ! Contact sees the correction of the interface. The interior is corrected when the reactions
+    ! that follow from it are known, in one solution with the factor.
     call begin_inverse(solver%body%inverse, residual, loop%begun, correction, error)
     if (allocated(error)) return
     trial%u_free = trial%u_free + correction

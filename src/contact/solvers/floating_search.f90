@@ -58,7 +58,8 @@ module floating_search_mod
   !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
   real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
   real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
-  real(wp), parameter :: vanished = 1.0e-3_wp       !! reactions, of those it began with [-]
+  real(wp), parameter :: vanished = 1.0e-3_wp
+  !! reactions, of those it began with: wedges that lock (mu = 1 and 5) keep more [-]
   real(wp), parameter :: halved = 0.5_wp            !! of e along the line: found
   real(wp), parameter :: gaps_away = 10.0_wp        !! of the largest gap: as far as places allow
   real(wp), parameter :: spoilt = 0.1_wp !! of the tolerance: by the rounding of a far centre
@@ -163,10 +164,9 @@ contains
   end subroutine solve_floating
 
   !> Try a place near the best centre at which no point touches: where no load drives the motions,
-  !> that is a solution. Towards it reactions fall with what they leave out of balance, so that the
-  !> search comes nearer for ever. Points that touch are mirrored in their obstacles, one after the
-  !> other, until none does. Not before reactions have all but vanished: what friction locks stays
-  !> locked.
+  !> that is a solution. Near it reactions fall as fast as the imbalance, and the search alone would
+  !> never end. Each point that touches is mirrored in its obstacle, until none touches. This waits
+  !> until reactions have all but vanished, for a body that friction locks must stay locked.
   subroutine part_bodies(problem, floating, controls, drift, search, x_free, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
