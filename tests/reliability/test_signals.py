@@ -13,7 +13,7 @@ from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
 # Runs on several meshes, one after the other.
 LONG_FORM = os.environ.get("BIPOT_LONG", "") not in ("", "0")
-ACCURACY, SEARCHED = ("0.02", 10) if LONG_FORM else ("0.05", 7)
+ACCURACY = "0.02" if LONG_FORM else "0.05"
 SOUGHT = Case(
     INPUT / "block.inp", "--nlgeom", "no", "--accuracy", ACCURACY, steps=25, solver="AUTO",
     local="AUTO"
@@ -76,20 +76,20 @@ class Signals(Folder):
 
     def test_a_search_for_a_mesh_goes_on(self):
         """Killed at any change of the file, on any mesh: in the end the same to the last bit."""
-        self.check_search(SOUGHT, SEARCHED, 0)
+        self.check_search(SOUGHT, 0)
 
     def test_a_search_that_cuts_elements_at_contact_goes_on(self):
-        self.check_search(SMALL_CONTACT, 10, 3, (0.5, 0.95))
+        self.check_search(SMALL_CONTACT, 3, (0.5, 0.95))
 
-    def check_search(self, case, n_runs, cuts, parts=(0.2, 0.5, 0.9)):
+    def check_search(self, case, cuts, parts=(0.2, 0.5, 0.9)):
         other = self.elsewhere()
         n_changes = case.count_changes(other)
         whole = Whole(other / NAME)
         with h5py.File(other / NAME) as file:
             names = [n for n in file["accuracy"] if n != "processor_time"]
             accuracy = {n: file["accuracy"][n][()] for n in names}
-            self.assertEqual(len(accuracy["element_size"]), n_runs)
             self.assertGreater(len(set(accuracy["element_size"])), 2)
+            self.assertGreater(len(accuracy["element_size"]), 6)
             self.assertEqual(accuracy["cuts"][-1], cuts)
         for part in parts:
             self.path.unlink(missing_ok=True)
