@@ -42,7 +42,7 @@ contains
           'of the points; those of a hexahedron where a linear element is computed as one', &
           natural_coordinates)
         call add_tensor_fields(list, asked_tensors(asked), names(k)%text//'/', [n_points, n], &
-          at_gauss_points, ['', ''], k)
+          at_gauss_points, [' ', ' '], k)
       end do
     end associate
     call get_fields(list, fields)

@@ -62,7 +62,7 @@ contains
     character(*), intent(in) :: group      !! before the names
     integer, intent(in) :: extents(:)      !! of one number at each place
     integer, intent(in) :: place           !! at_nodes, ...
-    character(*), intent(in) :: words(2)   !! where components are, and what follows from them
+    character(*), intent(in) :: words(2)   !! where components are, and what follows from them, or ' '
     integer, intent(in) :: element_type    !! of gauss_types, or 0
     type(tensor_row_t) :: row
     integer, allocatable :: of_row(:)
@@ -77,10 +77,8 @@ contains
       if (row%n > 1) of_row = [row%n, extents]
       name = group//trim(row%name)
       quantity = trim(row%quantity)
-      description = trim(row%description)
-      associate (further => words(merge(1, 2, row%n == 6)))
-        if (further /= '') description = description//trim(further)
-      end associate
+      ! (What UBSan calls a null pointer is a blank text trimmed.)
+      description = trim(trim(row%description)//words(merge(1, 2, row%n == 6)))
       call add_field(list, field_t(name, of_real, of_row, quantity, description, &
         element_type=element_type, tensor_row=k, place=place, compute=compute_tensor))
     end do
