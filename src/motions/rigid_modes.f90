@@ -502,18 +502,24 @@ contains
     real(wp), allocatable, intent(out) :: load(:)      !! (n) [force]
     real(wp), allocatable, intent(out) :: rounding(:)  !! (n) [force]
     real(wp), parameter :: operations = 45.0_wp ! rounded ones that add up
-    real(wp) :: motion(3)
+    real(wp) :: motion(3), largest, magnitude
     integer :: j, node
 
     allocate (load(motions%n), rounding(motions%n), source=0.0_wp)
-    do node = 1, mesh%n_nodes
-      do j = 1, motions%n
+    do j = 1, motions%n
+      largest = 0.0_wp
+      magnitude = 0.0_wp
+      do node = 1, mesh%n_nodes
         if (motions%body(j) > 0 .and. motions%body(j) /= mesh%body(node)) cycle
         motion = motion_at(motions, mesh, j, node)
         load(j) = load(j) + dot_product(motion, force(:, node))
         rounding(j) = rounding(j) + operations*epsilon(1.0_wp)*norm2(motion)* &
           norm2(summed(:, node))
+        largest = max(largest, norm2(motion))
+        magnitude = magnitude + norm2(summed(:, node))
       end do
+      ! Where a motion leaves a node at rest it is known no better than elsewhere.
+      rounding(j) = rounding(j) + epsilon(1.0_wp)*largest*magnitude
     end do
   end subroutine generalised_loads
 
