@@ -22,7 +22,8 @@ module face_integrals_mod
   end type shared_t
 
   integer, parameter :: most = 16 !! corners that are collected
-  real(wp), parameter :: speck = 1.0e-6_wp !! of a face: a triangle that is not cut any more [-]
+  real(wp), parameter :: speck = 1.0e-6_wp
+  !! of a face: a triangle that is not cut any more, but where cutting ends by itself [-]
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of a face [-]
   ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions.
   real(wp), parameter :: point_3(3) = 0.5_wp + 0.5_wp*sqrt(0.6_wp)*[-1, 0, 1]
@@ -53,8 +54,9 @@ contains
     call collect_corners(slave_part, master_part, corner, n)
     if (n < 3) return
     n_corners = merge(size(slave, 2), size(slave, 2)/2, size(slave, 2) <= 4)
-    least = speck*(area_of(slave(:2, 1), slave(:2, 2), slave(:2, 3)) + area_of(slave(:2, 1), &
-      slave(:2, 3), slave(:2, n_corners)))
+    least = area_of(slave(:2, 1), slave(:2, 2), slave(:2, 3)) + area_of(slave(:2, 1), &
+      slave(:2, 3), slave(:2, n_corners))
+    least = merge(epsilon(1.0_wp), speck, opens(slave) .and. opens(master))*least
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
@@ -80,6 +82,20 @@ contains
       is = maxval(abs(bow)) <= off*maxval(abs(x(:, 2:3) - spread(x(:, 1), 2, 2)))
     end associate
   end function has_one_jacobian
+
+  !> Whether a face lies in the plane, and all its corners point outwards.
+  pure logical function opens(x)
+    real(wp), intent(in) :: x(:, :)     !! as of `integrate_shared` [length]
+    real(wp), dimension(2, size(x, 2)) :: to, from
+    real(wp) :: turn(size(x, 2))
+
+    opens = size(x, 1) == 2
+    if (.not. opens) return
+    from = x - cshift(x, -1, dim=2)
+    to = cshift(x, 1, dim=2) - x
+    turn = from(1, :)*to(2, :) - from(2, :)*to(1, :)
+    opens = minval(turn) > 0.0_wp .or. maxval(turn) < 0.0_wp
+  end function opens
 
   pure logical function is_parallelogram(x)
     real(wp), intent(in) :: x(:, :) !! (2,4) [length]

@@ -55,8 +55,8 @@ module face_overlap_mod
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
   ! Where a face is nearly a triangle its shape functions are fractions with a pole close by: a
-  ! triangle is halved where the least over the largest Jacobian at its corners is less than this,
-  ! down to this part of the face.
+  ! triangle is halved where the least over the largest Jacobian at its corners is less than this.
+  ! That ends by itself where no Jacobian of the faces is 0, however small; else at this part.
   real(wp), parameter :: even_enough = 0.6_wp, speck = 1.0e-6_wp !! [-]
 
   ! What a rule leaves of integrals of two shape functions over a face, beside its area, by how far
@@ -183,6 +183,7 @@ contains
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     real(wp) :: normal(3), defect
+    logical :: is_open
     integer :: n, i
 
     flat = in_plane(plane, master)
@@ -215,11 +216,12 @@ contains
       else if (of_some*defect**3*share <= negligible) then
         call add_fan(faces, polygon(:, :n), some_points, some_weights, overlap)
       else
+        is_open = min(minval(faces%slave_jacobian), minval(faces%master_jacobian)) > 0.0_wp
         centre = sum(polygon(:, :n), 2)/real(n, wp)
         do i = 1, n
           corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
-          if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, speck*plane%area, &
-            overlap)
+          if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
+            speck, is_open)*plane%area, overlap)
         end do
       end if
     end associate
@@ -297,7 +299,8 @@ contains
     call add_halved(faces, middle, least, overlap)
   end subroutine add_halved
 
-  !> The Jacobians at the corners of a flat face, 1 of a triangle.
+  !> The Jacobians at the corners of a flat face, either way round; 1 of a triangle, below 0 where
+  !> a face is folded.
   pure function jacobians(corner) result(jacobian)
     real(wp), intent(in) :: corner(:, :) !! (2,3) or (2,4) [length]
     real(wp) :: jacobian(face_corners)   !! [length^2]
@@ -308,7 +311,8 @@ contains
     if (size(corner, 2) == 3) return
     along = corner(:, next) - corner
     back = corner(:, last) - corner
-    jacobian = abs(along(1, :)*back(2, :) - along(2, :)*back(1, :))
+    jacobian = along(1, :)*back(2, :) - along(2, :)*back(1, :)
+    jacobian = jacobian*sign(1.0_wp, sum(jacobian))
   end function jacobians
 
   !> The least over the largest Jacobian: 1 of a parallelogram, 0 of what is a triangle.
