@@ -54,6 +54,7 @@ contains
     type(turned_slips_t), intent(in), optional :: turned !! take the place of those of `contact`
     type(certificate_t) :: certificate
     type(scales_t) :: scales
+    type(acting_t) :: acting
     real(wp), dimension(3, points%n) :: x, reaction
     real(wp) :: pressed(3, mesh%n_nodes, 2)         !! before and after the increment [force]
     real(wp), dimension(3, mesh%n_nodes) :: residual, support
@@ -110,13 +111,20 @@ contains
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
       new%displacement, forces%constraints, forces%prescribed, forces%patterns), &
       broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed))
+    acting = acting_t(forces%external, pressed(:, :, 2), support)
+    if (forces%constraints%n_equations > 0) acting%contact = acting%contact + joining
+    ! What acts on bodies at rest is rounding, and has no sum that means anything.
+    do i = 1, mesh%n_nodes
+      if (.not. at_rest(mesh%body(i))) cycle
+      acting%contact(:, i) = 0.0_wp
+      acting%support(:, i) = 0.0_wp
+    end do
     if (forces%constraints%n_equations == 0) then
       certificate%balance = worst_balance(shape_of(mesh, new%displacement, forces%is_finite), &
-        acting_t(forces%external, pressed(:, :, 2), support), forces%prescribed, rounding, &
-        scales%of_body)
+        acting, forces%prescribed, rounding, scales%of_body)
     else
-      certificate%balance = balance_of_pieces(mesh, new%displacement, forces, &
-        acting_t(forces%external, pressed(:, :, 2) + joining, support), rounding, scales%of_body)
+      certificate%balance = balance_of_pieces(mesh, new%displacement, forces, acting, rounding, &
+        scales%of_body)
     end if
     certificate%equilibrium = worst_imbalance(mesh, residual, forces, rounding, at_rest .or. &
       scales%is_carried, scales%of_body, 10.0_wp*tolerance)
