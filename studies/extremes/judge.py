@@ -26,6 +26,7 @@ CAUSES = {
     "prescribed into an obstacle": r"is prescribed to move \S+ into",
     "contact missed": r"deep into the face of nodes .*contact is missed",
     "inside out": r"element \d+ is turned inside out, det\(I \+ grad u\) = -\S+: the body would go",
+    "contact has energy": r"contact gains or loses \S+ of energy that is neither work nor friction",
     "begins too deep": r"begins \S+ inside its master, which is more than element \d+ behind it is",
     "tips over an edge": r"presses \S+ beyond the edge of .* from tipping over",
     "deck refused": r"\.inp:\d+.*: error: ",

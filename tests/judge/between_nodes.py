@@ -26,7 +26,7 @@ def unfelt_overlap(scene, stored):
         x, size = stored.places + u, np.abs(u).max()
         for pair in scene.pairs:
             surface = Surface(scene, pair)
-            if size == 0 or pair.small or not surface.has_faces:
+            if size == 0 or not surface.has_faces:
                 continue
             held = stored.pairs[scene.key_of(pair)]
             touches = np.abs(held["reaction"][row]).max(axis=1) > 0
