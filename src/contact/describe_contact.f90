@@ -2,12 +2,13 @@
 !> point, from the displacements and reactions as they came out.
 module describe_contact_mod
   use kinds_mod, only: wp
+  use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, is_covered
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
     status_slide
   use problem_mod, only: natural_map
-  use placement_mod, only: placement_t, no_gap, find_partly_covered
+  use placement_mod, only: placement_t, no_gap, place, find_partly_covered
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
   use dependent_rows_mod, only: redundant_points
@@ -19,7 +20,9 @@ module describe_contact_mod
 contains
 
   !> Gaps, slips, reactions and status from the displacements as they came out.
-  pure subroutine describe_contact(points, condensed, undeformed, placement, old, new, contact)
+  pure subroutine describe_contact(scene, points, condensed, undeformed, placement, old, new, &
+    contact)
+    type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(condensed_contact_t), intent(in) :: condensed
     type(placement_t), intent(in) :: undeformed, placement
@@ -57,6 +60,7 @@ contains
       end if
       contact%reaction(:, i) = matmul(new%reaction(:, i), contact%frame(:, :, i))
     end do
+    call find_gaps_of_small_sliding(scene, points, placement, new%displacement, contact)
     has_rows = .not. points%in_reach
     do i = 1, size(condensed%group)
       call find_status(condensed%group(i), contact)
@@ -65,6 +69,30 @@ contains
     end do
     contact%kept_overlap = merge(0.0_wp, max(0.0_wp, -undeformed%gap), has_rows)
   end subroutine describe_contact
+
+  !> Least gaps with small sliding: what lies opposite stays as it is in the undeformed mesh, and
+  !> each place of a face parts from it by what both sides move there.
+  pure subroutine find_gaps_of_small_sliding(scene, points, placement, u, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) [length]
+    type(contact_fields_t), intent(inout) :: contact
+    type(placement_t) :: there
+    integer :: pair
+
+    if (.not. any(scene%pairs%small_sliding .and. scene%pairs%master == 0)) return
+    there = placement
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair), first => points%first(pair), &
+                 last => points%first(pair + 1) - 1)
+        if (of%master > 0 .or. .not. of%small_sliding) cycle
+        call place(scene, points, pair, u, there)
+        contact%least_gap(first:last) = there%least_gap(first:last)
+        contact%unplaced_gap(first:last) = there%unplaced_gap(first:last)
+      end associate
+    end do
+  end subroutine find_gaps_of_small_sliding
 
   !> The points whose reactions are not determined: what touches nearly is taken to touch.
   subroutine find_redundant(condensed, slack, contact)

@@ -54,18 +54,20 @@ contains
   end function cut_master
 
   !> The parts of the master that cover a part of a slave face, and what they cover of it.
-  pure subroutine find_parts(master, x, face, plane, reach, parts)
+  pure subroutine find_parts(master, x, face, plane, reach, parts, u)
     type(master_t), intent(in) :: master
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(face_t), intent(in) :: face      !! the whole of it
     type(plane_t), intent(in) :: plane    !! of the part
     real(wp), intent(in) :: reach(2)      !! before the slave's plane, and behind it [length]
     type(part_t), allocatable, intent(out) :: parts(:)
+    real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) as of slave_t [length]
     integer, allocatable :: near(:)
     type(part_t) :: part
     type(part_t), allocatable :: larger(:)
     type(whole_face_t) :: slave
     real(wp) :: low(3), high(3), height(face_corners), sideways, along
+    real(wp), dimension(3, face_nodes) :: by_slave, by_master !! [length]
     integer :: i, k, n
 
     ! What covers the face lies in the prism over it.
@@ -74,7 +76,10 @@ contains
     low = minval(face%x(:, :face%n), 2) - along*abs(plane%axis(:, 3)) - sideways
     high = maxval(face%x(:, :face%n), 2) + along*abs(plane%axis(:, 3)) + sideways
     call faces_near(master%grid, low, high, near)
-    if (face%n > face_corners) slave = whole_face(face%x(:, :face%n))
+    by_slave = 0.0_wp
+    by_master = 0.0_wp
+    if (present(u)) by_slave(:, :face%n) = u(:, face%node(:face%n))
+    if (face%n > face_corners) slave = whole_face(face%x(:, :face%n), by_slave(:, :face%n))
     allocate (parts(face_corners))
     n = 0
     do i = 1, size(near)
@@ -91,11 +96,14 @@ contains
         part%plane = plane
         part%distance = abs(sum(height(:k)))/real(k, wp)
         if (max(face%n, part%n) <= face_corners) then
-          part%overlap = find_overlap(plane, face%x(:, :face%n), corner)
+          if (present(u)) by_master(:, :k) = u(:, part%corner(:k))
+          part%overlap = find_overlap(plane, face%x(:, :face%n) + by_slave(:, :face%n), corner, &
+            by_master(:, :k))
         else
-          if (slave%n == 0) slave = whole_face(face%x(:, :face%n))
+          if (slave%n == 0) slave = whole_face(face%x(:, :face%n), by_slave(:, :face%n))
+          if (present(u)) by_master(:, :part%n) = u(:, of(:part%n))
           part%overlap = find_curved_overlap(plane, slave, corner, whole_face(x(:, &
-            of(:part%n))))
+            of(:part%n)), by_master(:, :part%n)))
         end if
       end associate
       if (.not. part%overlap%area > 0.0_wp) cycle

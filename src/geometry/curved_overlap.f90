@@ -20,6 +20,7 @@ module curved_overlap_mod
   type :: whole_face_t
     integer :: n = 0                            !! nodes
     real(wp) :: x(3, face_nodes) = 0.0_wp       !! where they are [length]
+    real(wp) :: moved(3, face_nodes) = 0.0_wp   !! how far from there they are, for gaps [length]
     real(wp) :: flat(2, face_nodes) = 0.0_wp    !! the same in a plane [length]
     logical :: is_affine = .false.
     !! shape functions are nearly polynomials in the plane: edges are nearly straight, and opposite
@@ -36,14 +37,16 @@ module curved_overlap_mod
 contains
 
   !> A face from its nodes.
-  pure type(whole_face_t) function whole_face(x) result(face)
+  pure type(whole_face_t) function whole_face(x, moved) result(face)
     real(wp), intent(in) :: x(:, :) !! (3,n) corners, then the middles of edges [length]
+    real(wp), intent(in), optional :: moved(:, :) !! (3,n) of the face; left out: 0 [length]
     ! Of an edge. Rules for polynomials then give weights to 1e-6 [-]
     real(wp), parameter :: straight = 1.0e-2_wp
     integer :: k, next, corners
 
     face%n = size(x, 2)
     face%x(:, :face%n) = x
+    if (present(moved)) face%moved(:, :face%n) = moved
     face%is_affine = is_triangle(face%n)
     if (.not. face%is_affine) face%is_affine = norm2(x(:, 1) - x(:, 2) + x(:, 3) - x(:, 4)) <= &
       straight*min(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)))
@@ -210,8 +213,8 @@ contains
       overlap%moments = overlap%moments + here*[1.0_wp, xi, xi(1)*xi, xi(2)**2]
       call locate(master, x, eta, m, normal, unused)
       normal = normal/norm2(normal)
-      gap = dot_product(normal, matmul(slave%x(:, :slave%n), n) - matmul(master%x(:, :master%n), &
-        m))
+      gap = dot_product(normal, matmul(slave%x(:, :slave%n) + slave%moved(:, :slave%n), n) - &
+        matmul(master%x(:, :master%n) + master%moved(:, :master%n), m))
       overlap%least_gap = min(overlap%least_gap, gap)
       associate (s => slave%n)
         overlap%lumped(:s) = overlap%lumped(:s) + part

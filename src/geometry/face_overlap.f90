@@ -176,10 +176,12 @@ contains
   end subroutine find_common
 
   !> Where a master face covers a slave face, and the integrals over that.
-  pure type(overlap_t) function find_overlap(plane, slave, master) result(overlap)
+  pure type(overlap_t) function find_overlap(plane, slave, master, moved) result(overlap)
     type(plane_t), intent(in) :: plane     !! of the slave face
-    real(wp), intent(in) :: slave(:, :)    !! (3,3) or (3,4) its nodes [length]
+    real(wp), intent(in) :: slave(:, :)    !! (3,3) or (3,4) its nodes, for gaps [length]
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
+    real(wp), intent(in), optional :: moved(:, :)
+    !! (3,3) or (3,4) how far from there its nodes are, for gaps; left out: not [length]
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     real(wp) :: normal(3), defect
@@ -199,6 +201,8 @@ contains
     end do
     do i = 1, size(master, 2)
       faces%master_height(i) = dot_product(normal, master(:, i) - plane%origin)
+      if (present(moved)) faces%master_height(i) = faces%master_height(i) + dot_product(normal, &
+        moved(:, i))
     end do
     ! Of flat faces what is nearest is a corner.
     do i = 1, n

@@ -76,7 +76,7 @@ contains
           associate (mine => corners(:corners_in(corners(:, s)), s))
             plane = plane_of_face(x(:, mine))
             face%area = face%area + plane%area
-            call find_parts(in_parts, x, face, plane, reaches, more)
+            call find_parts(in_parts, x, face, plane, reaches, more, slave%moved)
             if (allocated(slave%asks)) call look_opposite(slave%asks(number(mine)), plane, x, &
               in_parts, more, number(mine), mortar%opposite)
           end associate

@@ -36,7 +36,8 @@ module mortar_rows_mod
     !! (n) integral of the gap over the node's faces where it is below 0, with the node's shape
     !! function [length^3]
     real(wp), allocatable :: least_gap(:)
-    !! (n) at the points of the quadrature on the node's faces, huge where there are none [length]
+    !! (n) at corners of overlaps and the points of the quadrature on the node's faces, huge where
+    !! there are none [length]
     logical :: has_middles = .false.        !! faces of the slave have mid-side nodes
     type(opposite_t), allocatable :: opposite(:)
     !! (n) where the slave asks for it, else not allocated
@@ -54,6 +55,9 @@ module mortar_rows_mod
     logical, allocatable :: asks(:)     !! (n) for what lies opposite; not allocated: none does
     logical, allocatable :: is_fixed(:)
     !! (n) the node has no multiplier: its neighbours get what it has; not allocated: none
+    real(wp), allocatable :: moved(:, :)
+    !! (3,n_nodes) how far nodes of both sides have moved since what lies opposite was found, for the
+    !! gaps between them; not allocated: they have not [length]
   end type slave_t
 
   ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with

@@ -203,8 +203,8 @@ contains
           exit attempts
         end if
         ! No result, but others may want to try the contact problem: with these frames.
-        call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, &
-          new, report%contact)
+        call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
+          old, new, report%contact)
         exit attempts
       end if
 
@@ -217,8 +217,8 @@ contains
       call drag_points(scene, points, old, new%displacement, new%rotation, trial%placement)
       call drag_along_surfaces(scene, points, trial%began, old, new%displacement, trial%placement, &
         new%reaction)
-      call describe_contact(points, solver%contact, solver%undeformed, trial%placement, old, new, &
-        report%contact)
+      call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
+        old, new, report%contact)
       ! Pressures before obstacles are over the faces as they are deformed.
       if (.not. is_linear(scene)) then
         where (.not. points%on_surface) report%contact%covered_area = areas_at(scene, points, &

@@ -389,6 +389,12 @@ class Decks(unittest.TestCase):
         self.assertEqual({o.kind for s in scenes for o in s.obstacles},
                          {"SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
 
+    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
+    def test_decks_that_once_failed(self):
+        # 219: a crack that opens again, with small sliding and meshes that do not match.
+        done = judge_decks("rims", "--only", "219")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_random_decks(self):
         seed = "1" if RELEASE else "1001"
         done = judge_decks("rims", "--decks", "5", "--seed", seed)

@@ -23,7 +23,7 @@ def unfelt_overlap(scene, stored):
     deepest = 0.0
     for row in ends_of_steps(stored):
         u = stored.u[row]
-        x, size = stored.places + u, np.abs(u).max()
+        size = np.abs(u).max()
         for pair in scene.pairs:
             surface = Surface(scene, pair)
             if size == 0 or not surface.has_faces:
@@ -31,7 +31,10 @@ def unfelt_overlap(scene, stored):
             held = stored.pairs[scene.key_of(pair)]
             touches = np.abs(held["reaction"][row]).max(axis=1) > 0
             touches |= np.abs(held["gap"][row]) <= 10 * scene.tolerance * size
-            slave, master, y = surface.slave, surface.master, x
+            slave, master = surface.slave, surface.master
+            # With small sliding faces stay before what they face in the undeformed mesh.
+            x, way = (stored.places, u) if surface.stays else (stored.places + u, None)
+            y = x
             if surface.obstacle is not None:
                 at = surface.obstacle.reference
                 moved = (0, 0, 0) if at is None else (
@@ -44,7 +47,8 @@ def unfelt_overlap(scene, stored):
             dents = {}
             for face in slave:
                 added = max(scene.added_gaps()[list(face)])
-                depth = -place_surface([face], x, master, y).least.min() - added
+                one = place_surface([face], x, master, y, moved=way)
+                depth = -one.least.min() - added
                 if depth > 10 * scene.tolerance * size and counts & set(face):
                     dents[face] = depth
             grown = True

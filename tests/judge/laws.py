@@ -615,7 +615,7 @@ class Judge:
             off = np.where(p["still"], 0.0, np.abs(p["slip"] - p["own_slip"])).max(axis=1) - lost
             room = 1e-6 * length + doubt * (p["moved"] + length) + TINY
             self.note("slip wrong by", row, (off / room)[seen].max(initial=0.0), 1.0)
-            if p["pair"].small or not seen.any():
+            if not seen.any():
                 continue
             # Between the points of both quadratures bent faces may be farther away, or nearer: by
             # up to 0.45 of the bend times the range of the gaps in 180 decks.

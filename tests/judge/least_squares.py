@@ -22,7 +22,8 @@ def least_squares_in_cone(columns, right, limit=4000):
             bad = passive & (found <= 0)
             if not bad.any():
                 break
-            share = (y[bad] / (y[bad] - found[bad])).min()
+            # A column that comes in with nothing goes again at once.
+            share = (y[bad] / np.maximum(y[bad] - found[bad], np.finfo(float).tiny)).min()
             y = y + share * (found - y)
             passive &= y > 1e-15 * np.abs(y).max(initial=0)
             y[~passive] = 0

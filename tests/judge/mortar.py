@@ -158,12 +158,15 @@ def taken_over(has_none):
     return out
 
 
-def place_surface(slave, x, master, y, none=()):
+def place_surface(slave, x, master, y, none=(), moved=None):
     """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)].
 
     `none`: rows of slave nodes without a multiplier, (11.17); `y` is `x` then, and weights have
-    those of the slave's own nodes for whose place their neighbours stand.
+    those of the slave's own nodes for whose place their neighbours stand. `moved`: displacements
+    that distances in the faces have beyond `x`, which is `y` then, and nothing else has.
     """
+    if moved is None:
+        moved = np.zeros((max(len(x), len(y)), 3))
     rows = np.unique(slave)
     number = {int(r): i for i, r in enumerate(rows)}
     count = len(rows)
@@ -214,7 +217,8 @@ def place_surface(slave, x, master, y, none=()):
                 folded |= {("master", f)} if folds[f] else {("slave", *face)}
             bend = max(bend, bend_of(seen), float(np.abs((there - there.mean(axis=0)) @ m).max()
                                                    / np.ptp(seen, axis=0).max()))  # fmt: skip
-            distance = (values[0] @ places - values[1] @ there) @ m
+            ends = places + moved[face], there + moved[list(master[f])]
+            distance = (values[0] @ ends[0] - values[1] @ ends[1]) @ m
             least[at] = np.minimum(least[at], distance.min())
             most[at] = np.maximum(most[at], distance.max())
         if lumped.sum() < LEAST_KEPT * own[0]:

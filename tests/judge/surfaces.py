@@ -103,10 +103,14 @@ class Surface:
                 return False
         return len(wanted) > 0
 
+    @property
+    def stays(self):
+        """Whether nodes face what they face in the undeformed mesh: with small sliding."""
+        return self.obstacle is None and self.pair.small
+
     def places(self, u):
         """(N, 3) where nodes are when they are placed: displaced, or as with small sliding."""
-        stay = self.obstacle is None and self.pair.small
-        return self.scene.points + (0.0 if stay else u)
+        return self.scene.points + (0.0 if self.stays else u)
 
     def place(self, u, rotation, none=()):
         """Seen at displacements `u` (N, 3), obstacles turned by `rotation` (N, 3).
@@ -121,7 +125,7 @@ class Surface:
             at = obstacle.reference
             turn = (0, 0, 0) if at is None else (u[at], rotation[at], scene.points[at])
             y = corners_at(obstacle, *turn)
-        placed = place_surface(self.slave, x, self.master, y, none)
+        placed = place_surface(self.slave, x, self.master, y, none, u if self.stays else None)
         seen = Seen(**vars(placed), corners=y[np.unique(np.concatenate(
             [np.ravel(f) for f in self.master]))], undeformed=self.area)  # fmt: skip
         for axis, rows in self.mirror_rows:

@@ -72,7 +72,9 @@ contains
       x(:, s) = mesh%coordinates(:, s)
       x(:, m) = mesh%coordinates(:, m)
       reach = reach_of_faces(slave%faces, master, x) + of%overlap
-      if (.not. of%small_sliding) then
+      if (of%small_sliding) then
+        slave%moved = u
+      else
         ! What came to overlap has moved as far.
         reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
           maxval(u(:, m), 2) - minval(u(:, s), 2)))

@@ -383,7 +383,6 @@ contains
         if (scene%pairs(pair)%small_sliding) then
           moved = dot_product(mortar%normal(:, here), placement%reference(:, i))
           placement%gap(i) = placement%gap(i) + moved
-          placement%least_gap(i) = placement%least_gap(i) + moved
         else
           placement%gap(i) = placement%gap(i) + lift_alone(points, placement%weights, i, u, &
             mortar%normal(:, here))

@@ -24,8 +24,7 @@ contains
   !> The deepest overlap of slave faces near which no node touches, of all pairs.
   !>
   !> It is a missed contact where it is more than the faces of hollow sides stand out of them: of a
-  !> pin in a hole only the meshes may overlap. With small sliding faces stay before those that they
-  !> began before, and their overlaps change as the gaps of their nodes do.
+  !> pin in a hole only the meshes may overlap.
   pure subroutine find_unfelt_overlap(scene, points, contact, hollow, allowed, deepest, is_missed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -129,19 +128,16 @@ contains
     real(wp), allocatable :: depth(:)           !! (n_nodes) in the faces about it [length]
     logical, allocatable :: on_it(:)            !! (n_nodes) touching
     real(wp) :: least                           !! depth [length]
-    logical :: follows                          !! nodes that lose their faces
     integer :: i, f, first, last
 
     allocate (dents(0))
-    follows = .not. scene%pairs(pair)%small_sliding
     call find_side_points(points, pair, side, first, last)
     if (.not. any(min(contact%least_gap(first:last), contact%unplaced_gap(first:last)) < &
                   -allowed)) return
     allocate (depth(scene%mesh%n_nodes), source=no_gap)
     allocate (on_it(scene%mesh%n_nodes), source=.false.)
     do i = first, last
-      if (follows .and. contact%unplaced_gap(i) < 0.5_wp*no_gap) depth(points%node(i)) = &
-        -contact%unplaced_gap(i)
+      if (contact%unplaced_gap(i) < 0.5_wp*no_gap) depth(points%node(i)) = -contact%unplaced_gap(i)
       if (.not. contact%gap(i) < 0.5_wp*no_gap) cycle
       depth(points%node(i)) = -contact%least_gap(i)
       ! On it without a force: about to touch, or held there.
