@@ -56,8 +56,8 @@ module mortar_rows_mod
     logical, allocatable :: is_fixed(:)
     !! (n) the node has no multiplier: its neighbours get what it has; not allocated: none
     real(wp), allocatable :: moved(:, :)
-    !! (3,n_nodes) how far nodes of both sides have moved since what lies opposite was found, for the
-    !! gaps between them; not allocated: they have not [length]
+    !! (3,n_nodes) how far nodes of both sides have moved since what lies opposite was found, for
+    !! the gaps between them; not allocated: they have not [length]
   end type slave_t
 
   ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with

@@ -18,7 +18,6 @@ module judge_increment_mod
   use load_stiffness_mod, only: pressures_at
   use stability_mod, only: stability_t, find_stability, is_hint
   use kinks_mod, only: count_between
-  use contact_points_mod, only: master_nodes
   use settled_cycles_mod, only: followed_cycle_t
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
@@ -37,7 +36,8 @@ module judge_increment_mod
   use expansion_mod, only: find_free_strain
   use bodies_mod, only: is_linear
   use law_limits_mod, only: stretched_t, find_limits, find_stretched
-  use leaning_pairs_mod, only: find_leaning, presses
+  use leaning_pairs_mod, only: leaning_t, find_leaning
+  use tipping_bodies_mod, only: may_tip
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t
   use measure_increment_mod, only: estimate_mesh, measure_deformation, measure_stress, &
@@ -259,55 +259,19 @@ contains
     type(step_solver_t), intent(in) :: solver
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: beyond, axis(3)
-    integer :: pair, body
+    type(leaning_t) :: leaning
+    integer :: pair
 
     do pair = 1, size(scene%pairs)
       call find_leaning(scene, plan%points, solved%report%contact, solved%state%displacement, &
-        pair, beyond, axis)
-      if (.not. beyond > 0.0_wp) cycle
-      body = scene%mesh%body(plan%points%node(plan%points%first(pair)))
-      if (may_tip(body) .and. .not. is_pressed_elsewhere(body, pair)) then
-        call refuse_leaning(scene, solved%increment, pair, body, beyond, error)
-        return
-      end if
+        pair, leaning)
+      if (.not. leaning%beyond > 0.0_wp) cycle
+      if (.not. may_tip(scene, plan%points, solved%report%contact, solver%body%motions, pair, &
+        leaning)) cycle
+      call refuse_leaning(scene, solved%increment, pair, scene%mesh%body(plan%points%node( &
+        plan%points%first(pair))), leaning%beyond, error)
+      return
     end do
-
-  contains
-
-    !> Whether no support keeps it, or the piece that touches, from turning over the edge.
-    pure logical function may_tip(body)
-      integer, intent(in) :: body
-      integer :: piece
-
-      associate (motions => solver%body%motions)
-        piece = 0
-        if (allocated(motions%piece)) piece = motions%piece(plan%points%node( &
-          plan%points%first(pair)))
-        if (piece > 0) then
-          may_tip = any(motions%body == body .and. abs(matmul(axis, &
-            motions%piece_rotation(:, piece, :)))*motions%piece_extent(piece) > 1.0e-6_wp)
-        else
-          may_tip = any(motions%body == body .and. &
-            abs(matmul(axis, motions%rotation))*motions%extent > 1.0e-6_wp)
-        end if
-      end associate
-    end function may_tip
-
-    pure logical function is_pressed_elsewhere(body, but)
-      integer, intent(in) :: body, but
-      integer :: other
-
-      is_pressed_elsewhere = .false.
-      do other = 1, size(scene%pairs)
-        if (other == but .or. .not. presses(plan%points, solved%report%contact, other)) cycle
-        associate (first => plan%points%first(other), masters => master_nodes(plan%points, other))
-          is_pressed_elsewhere = is_pressed_elsewhere .or. any(scene%mesh%body( &
-            [plan%points%node(first), masters]) == body)
-        end associate
-      end do
-    end function is_pressed_elsewhere
-
   end subroutine judge_leaning
 
   !> What was not solved may have had no stable equilibrium to begin with.

@@ -613,11 +613,12 @@ class Overhanging(unittest.TestCase):
 
     SURFACES = "UP-ZMIN, LOW-ZMAX"
 
-    def run_block(self, start, elements=2, surfaces=SURFACES, held="", options=(), joined=""):
+    def run_block(self, start, elements=2, surfaces=SURFACES, held="", options=(), joined="",
+                  friction=0.3):
         text = deck(
             block("LOW", 3, (0, 0, -1), (1, 1, 1)),
             block("UP", elements, (start, 0, 0), (1, 1, 1)),
-            pair(surfaces, 0.3), joined,
+            pair(surfaces, friction), joined,
             "*STEP\n*STATIC, DIRECT\n1., 1.\n*DSLOAD\nUP-ZMAX, P, 0.1\n*END STEP\n",
             held=f"LOW-ZMIN, 1, 3\n{held}",
         )
@@ -654,6 +655,12 @@ class Overhanging(unittest.TestCase):
 
     def test_what_supports_keep_upright_may_lean(self):
         self.assertEqual(self.run_block(0.7, held="UP-XMAX, 1, 2").status, 0)
+
+    def test_friction_keeps_upright_what_is_guided_at_its_top(self):
+        # Its middle is 0.48 beyond the edge: so much friction it takes at an arm of 1.
+        for friction, status in ((0.7, 0), (0.4, 2)):
+            run = self.run_block(0.98, 3, held="UP-ZMAX, 1, 2", friction=friction)
+            self.assertEqual(run.status, status, run.errors)
 
 
 class BetweenNodes(unittest.TestCase):
