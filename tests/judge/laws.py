@@ -895,7 +895,7 @@ class Judge:
         """Planes, spheres and cylinders press on the outside of faces; middles are outside."""
         for p in points:
             obstacle = p.get("obstacle")
-            if obstacle is None or obstacle.inner:
+            if obstacle is None:
                 continue
             faces = np.array(self.scene.faces(p["pair"].part, p["pair"].side))
             x = self.scene.points + u
@@ -910,7 +910,7 @@ class Judge:
             along = np.einsum("pi,pi->p", p["normal"], outward)
             self.note("pressed from inside, cosine", row,
                       along[pressed].max(initial=-1.0), 0.2)  # fmt: skip
-            if obstacle.kind not in (SPHERE, CYLINDER):
+            if obstacle.inner or obstacle.kind not in (SPHERE, CYLINDER):
                 continue
             way = unit(outward.sum(axis=0))
             deep = [depth_below(x[face], obstacle, shift_of(obstacle, u), way) for face in faces]
