@@ -13,8 +13,8 @@
 !> brackets the place. Free gaps are closed so, however small the load is. A motion that nothing
 !> drives stays where it is. Where no centre leaves less out of balance, Newton's method on
 !> reactions and motions together has its turn, from the start, from the best centre, from no
-!> reactions and from no friction; then nothing balances it. What contact leaves on a neutral motion
-!> is given back.
+!> reactions and from no friction; then plain proximal steps from the start; then nothing balances
+!> it. What contact leaves on a neutral motion is given back.
 !> docs/theory.md section 9.
 module floating_search_mod
   use kinds_mod, only: wp
@@ -37,6 +37,7 @@ module floating_search_mod
   integer,  parameter :: max_recentrings = 200
   integer,  parameter :: max_worse = 3         !! leaps out of free flight
   integer,  parameter :: patience = 40         !! trials that balance nothing
+  integer,  parameter :: max_idle = 10         !! the same of plain steps
   real(wp), parameter :: progress = 0.99_wp    !! what is out of balance then, of what was
   real(wp), parameter :: longest_leap = 1000.0_wp   !! of the way and a plain step
   real(wp), parameter :: least_damping = 1.0e-12_wp !! of the resistance of the proximal term
@@ -140,6 +141,8 @@ contains
       .not. is_map(problem%compliance) .and. &
       .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
       floating, controls, drift, search, x_free, report)
+    if (.not. report%converged .and. search%now%is_solved .and. .not. sees_nothing(search%now)) &
+      call go_plainly(problem, floating, controls, drift, search, x_free, report)
 
     if (.not. report%converged .and. search%now%is_solved) then
       ! What contact does not see it cannot balance; what it sees it has not balanced anywhere.
@@ -241,11 +244,7 @@ contains
     end do scale
     if (problem%n_rows <= largest_joint) call raise_friction()
     if (report%converged) return
-    ! What was said before stands.
-    report%residual = before%residual
-    report%worst_point = before%worst_point
-    report%solver = before%solver
-    report%ending = before%ending
+    call say_as_before(before, report)
     search%now = last
 
   contains
@@ -278,6 +277,50 @@ contains
     end subroutine try_it
 
   end subroutine try_jointly
+
+  !> Plain proximal steps from where the search began, for as long as they balance more.
+  !>
+  !> Where all points slide at first, nothing resists, and leaps end in another place from which all
+  !> slide on. These steps are too short to miss the one at which friction holds.
+  subroutine go_plainly(problem, floating, controls, drift, search, x_free, report)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(contact_controls_t), intent(in) :: controls
+    type(drift_t), intent(in) :: drift             !! its load and what that is rounded by
+    type(search_t), intent(inout) :: search        !! as it was, where they lead nowhere
+    real(wp), intent(inout) :: x_free(:)           !! (n_rows) at the last centre [length]
+    type(contact_report_t), intent(inout) :: report
+    type(search_t) :: plain
+    type(contact_report_t) :: before
+    integer :: i
+
+    before = report
+    plain = search
+    plain%best = centre_t()
+    plain%damping = most_damping
+    plain%now%centre = search%first
+    plain%now%r = search%r_first
+    steps: do i = 1, max_recentrings
+      x_free = search%x_start + matmul(floating%q, plain%now%centre)
+      call try_centre(problem, floating, x_free, controls, drift, plain, report)
+      if (report%converged) search = plain
+      if (report%converged) return
+      if (.not. plain%now%is_solved .or. plain%idle >= max_idle) exit steps
+      plain%now%centre = plain%now%centre + floating%theta*plain%now%e
+    end do steps
+    call say_as_before(before, report)
+  end subroutine go_plainly
+
+  !> What was said before stands, but for the counts.
+  pure subroutine say_as_before(before, report)
+    type(contact_report_t), intent(in) :: before
+    type(contact_report_t), intent(inout) :: report
+
+    report%residual = before%residual
+    report%worst_point = before%worst_point
+    report%solver = before%solver
+    report%ending = before%ending
+  end subroutine say_as_before
 
   !> Go along what is out of balance at the best centre, further and further until it changes its
   !> sign, then between, until half of it is gone. The best centre is where that is.
