@@ -141,8 +141,10 @@ contains
       .not. is_map(problem%compliance) .and. &
       .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
       floating, controls, drift, search, x_free, report)
-    if (.not. report%converged .and. search%now%is_solved .and. .not. sees_nothing(search%now)) &
-      call go_plainly(problem, floating, controls, drift, search, x_free, report)
+    if (.not. report%converged .and. search%now%is_solved) then
+      if (.not. sees_nothing(search%now)) call go_plainly(problem, floating, controls, drift, &
+        search, x_free, report)
+    end if
 
     if (.not. report%converged .and. search%now%is_solved) then
       ! What contact does not see it cannot balance; what it sees it has not balanced anywhere.
