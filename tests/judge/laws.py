@@ -617,13 +617,15 @@ class Judge:
             self.note("slip wrong by", row, (off / room)[seen].max(initial=0.0), 1.0)
             if not seen.any():
                 continue
-            # Between the points of both quadratures bent faces may be farther away, or nearer: by
-            # up to 0.45 of the bend times the range of the gaps in 180 decks.
+            # Between the points of both quadratures bent faces may be nearer: by up to 0.45 of the
+            # bend times the range of the gaps in 180 decks. At the corners of what they share both
+            # look.
             least, most = placed.least[seen], placed.most[seen]
-            told = (p["least"] - p["added"])[seen]
-            room = 1e-6 * (length + size) + min(placed.bend, 1.0) * (most - least)
+            told, nothing = (p["least"] - p["added"])[seen], 1e-6 * (length + size)
+            room = nothing + min(placed.bend, 1.0) * (most - least)
             self.note("least gap too small by", row, ((least - told) / room).max(), 1.0)
-            self.note("least gap too large by", row, ((told - most) / room).max(), 1.0)
+            off = told - placed.corner[seen]
+            self.note("least gap too large by", row, (off / nothing).max(), 1.0)
 
     def check_contact_forces(self, row, pressed, doubt, points):
         """The forces on the nodes of both surfaces are the reactions and their shares."""

@@ -118,6 +118,15 @@ def bend_of(flat):
     return float(np.abs(flat[0] - flat[1] + flat[2] - flat[3]).max() / np.ptp(flat, axis=0).max())
 
 
+def least_on_edges(corners, middles):
+    """The least value on the edges of a polygon, along which it is a quadratic function."""
+    ends = np.roll(corners, -1)
+    slope, bend = 4 * middles - 3 * corners - ends, 2 * (corners + ends - 2 * middles)
+    inside = (slope < 0) & (slope + 2 * bend > 0)
+    bend = np.where(inside, bend, 1.0)
+    return (corners - np.where(inside, slope, 0.0) ** 2 / (4 * bend)).min()
+
+
 @dataclass
 class Placed:
     """Slave nodes before a master surface. P nodes, M vertices of the master."""
@@ -129,6 +138,7 @@ class Placed:
     normal: np.ndarray  # (P, 3)
     apart: np.ndarray  # (P, 3) from the mean place on the master to the node
     least: np.ndarray  # (P,) least distance in the faces about the node
+    corner: np.ndarray  # (P,) least distance at corners of what faces share
     most: np.ndarray  # (P,) largest
     bend: float  # how far the faces are from parallelograms
     folded: int = 0  # faces in contact of which a corner points inwards
@@ -173,7 +183,7 @@ def place_surface(slave, x, master, y, none=(), moved=None):
     area, covered = np.zeros(count), np.zeros(count)
     weights = np.zeros((count, len(y)))
     normal, bend = np.zeros((count, 3)), 0.0
-    least, most = np.full(count, np.inf), np.full(count, -np.inf)
+    least, corner, most = (np.full(count, sign * np.inf) for sign in (1, 1, -1))
     normals = [normal_of(y[list(f)]) for f in master]
     folds = [is_folded(y[list(f)]) for f in master]
     folded = set()
@@ -219,7 +229,10 @@ def place_surface(slave, x, master, y, none=(), moved=None):
                                                    / np.ptp(seen, axis=0).max()))  # fmt: skip
             ends = places + moved[face], there + moved[list(master[f])]
             distance = (values[0] @ ends[0] - values[1] @ ends[1]) @ m
-            least[at] = np.minimum(least[at], distance.min())
+            at_corners, at_middles = distance[-2 * len(polygon) :].reshape(2, -1)
+            lowest = min(distance.min(), least_on_edges(at_corners, at_middles))
+            corner[at] = np.minimum(corner[at], at_corners.min())
+            least[at] = np.minimum(least[at], lowest)
             most[at] = np.maximum(most[at], distance.max())
         if lumped.sum() < LEAST_KEPT * own[0]:
             continue
@@ -238,14 +251,15 @@ def place_surface(slave, x, master, y, none=(), moved=None):
     length = np.linalg.norm(normal, axis=1)
     normal[some] /= length[some, None]
     apart = np.where(some[:, None], x[rows] - weights @ y, 0.0)
-    return Placed(rows, area, covered, weights, normal, apart, least, most, bend, len(folded))
+    return Placed(rows, area, covered, weights, normal, apart, least, corner, most, bend,
+                  len(folded))  # fmt: skip
 
 
 def integrate(flat, polygon, seen):
     """Area of a polygon in a slave face, int N, int N N^T, int N N_master^T; values at points.
 
-    `flat` and `seen`: slave and master face in the plane. The corners of the polygon are among the
-    points whose values are returned.
+    `flat` and `seen`: slave and master face in the plane. Corners of the polygon and the middles of
+    its edges are the last points whose values are returned.
     """
     a, b = polygon, np.roll(polygon, -1, axis=0)
     middle = np.broadcast_to(polygon.mean(axis=0), a.shape)
@@ -259,7 +273,8 @@ def integrate(flat, polygon, seen):
     points = (middle[:, None] + POINTS[None, :, :1] * (a - middle)[:, None]
               + POINTS[None, :, 1:] * (b - a)[:, None])  # fmt: skip
     w = (twice[:, None] / 2 * WEIGHTS[None]).ravel()
-    every = np.vstack([points.reshape(-1, 2), polygon])
+    edges = (polygon + np.roll(polygon, -1, axis=0)) / 2
+    every = np.vstack([points.reshape(-1, 2), polygon, edges])
     n = shapes(flat, every)
     inner = n[: len(w)]
     lump, mass = w @ inner, inner.T @ (w[:, None] * inner)
