@@ -343,6 +343,12 @@ class Decks(unittest.TestCase):
         self.assertGreater(sum(bool(t.temperatures) for t in steps), 50)
         self.assertTrue(any(b.fixed for t in steps for b in t.boundaries))
 
+    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
+    def test_decks_that_once_failed(self):
+        # 8042: a block that turns far over a warped face, and slides off it.
+        done = judge_decks("joined", "--only", "8042")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_random_decks(self):
         seed = "1" if RELEASE else "1001"
         done = judge_decks("joined", "--decks", "8", "--seed", seed)

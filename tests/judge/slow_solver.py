@@ -318,6 +318,7 @@ class Increment:
             if best is None or done or residual < best.residual:
                 best = Solution(new, self.by_pair(force), done, residual, drift)
             if drift > 0 or time.process_time() > deadline:
+                best.drift = drift
                 break
             u = new
             # Once more from where nothing moves: that is refinement.
@@ -577,9 +578,12 @@ class Problem(Contact):
         """(r, a, residual, drift), the best of several starts."""
         n = len(self.x)
         r, a = self.known, np.zeros(self.g.shape[1])
-        if not self.counts.any():
-            return r, a, self.residual(r, a), 0.0
         goal = 0.01 * tolerance
+        if not self.counts.any():
+            # It has gone so far that nothing faces it any more, and loads push it on.
+            left = self.residual(r, a)
+            far = np.abs(self.base - self.increment.before).max()
+            return r, a, left, float(far) if left > goal else 0.0
         # To rounding: bodies with small forces have no part in the largest.
         best = self.newton(r, a, 1e-3 * goal)
         drift = 0.0
