@@ -31,7 +31,7 @@ from finite_refusals import confirm_finite
 from finite_scenes import random_finite, turn_side
 from laws import Judge, Stored
 from load_path import LoadPath, kinks_of
-from mortar import place_surface
+from mortar import least_on_edges, place_surface
 from obstacles import chords, rotation
 from random_scenes import Builder, random_scene
 from refusals import (
@@ -662,6 +662,23 @@ class Mortar(unittest.TestCase):
             n = share * slope + (0.5 - share) * np.array([0, 0, 1])
             with self.subTest(node=node):
                 np.testing.assert_allclose(placed.normal[node], n / np.linalg.norm(n), atol=1e-13)
+
+    def test_least_values_on_edges(self):
+        # (x - 0.3)^2 on the triangle (0, 0), (1, 0), (0, 1).
+        found = least_on_edges(np.array([0.09, 0.49, 0.09]), np.array([0.04, 0.04, 0.09]))
+        self.assertAlmostEqual(found, 0.0, delta=1e-15)
+
+    def test_what_has_moved_since_changes_distances_alone(self):
+        # The slave rises by x where it is, the other side sinks by a half: 0.1 + x + 0.5.
+        points = np.vstack([self.SQUARE, self.SQUARE[::-1] - (0, 0, 0.1)])
+        moved = np.zeros_like(points)
+        moved[:4, 2], moved[4:, 2] = self.SQUARE[:, 0], -0.5
+        faces = [(0, 1, 2, 3)], points, [(4, 5, 6, 7)], points
+        still, placed = place_surface(*faces), place_surface(*faces, moved=moved)
+        np.testing.assert_array_equal(still.weights, placed.weights)
+        np.testing.assert_array_equal(still.gap, placed.gap)
+        np.testing.assert_allclose(placed.least, 0.6, atol=1e-15)
+        np.testing.assert_allclose(placed.most, 1.6, atol=1e-15)
 
     def test_what_is_turned_away_or_beside_covers_nothing(self):
         towards = self.SQUARE[::-1].copy()

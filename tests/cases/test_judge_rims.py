@@ -391,8 +391,8 @@ class Decks(unittest.TestCase):
 
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
     def test_decks_that_once_failed(self):
-        # 219: a crack that opens again, with small sliding and meshes that do not match. 224: points
-        # that all slide at first, and a search that leaps past where four of them stick.
+        # 219: a crack that opens again, with small sliding and meshes that do not match. 224: all
+        # points slide at first, and a search leaps past where four of them stick.
         done = judge_decks("rims", "--only", "219", "224")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
