@@ -1,14 +1,10 @@
 !> The command line.
 !>
-!>     bipot DECK [-o FILE] [--set name=value ...] [--accuracy X] [--extrapolated] [--time S]
-!>                [--memory SIZE] [--refine K] [--theory] [--nlgeom W]
-!>                [--as-rigid SET ...] [--symmetry] [--until-steady]
-!>                [--plan | --check | --flat] [--force]
-!>                [--export-fclib STEPS]
-!>                [--overwrite | --continue] [--quiet | --verbose]
-!>     bipot PROBLEM.hdf5 [-o FILE] [--solver S] [--tolerance X] ... [--overwrite]
-!>                [--quiet | --verbose]
-!>     bipot --help | --version
+!>     bipot DECK [options]
+!>     bipot PROBLEM.hdf5 [options]
+!>
+!> `known` lists the options, and `help_text` says what they do. Those of *CONTACT SOLVER, which
+!> contact problems have too, are in solver_options.f90.
 module command_line_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_wrong_input
@@ -28,6 +24,41 @@ module command_line_mod
   real(wp), parameter :: most_time = 1.0e9_wp !! some thirty years [s]
   integer, parameter :: n_solver_options = 7 !! the first of the list, which problems have, too
 
+  !> An option that is not one of *CONTACT SOLVER.
+  type :: option_t
+    character(14) :: name
+    logical :: has_value = .false. !! in the next word
+    logical :: of_decks = .false.  !! contact problems do not have it
+  end type option_t
+
+  type(option_t), parameter :: known(*) = [ &
+    option_t('--help'), option_t('-h'), &
+    option_t('--version'), &
+    option_t('--quiet'), option_t('-q'), &
+    option_t('--verbose'), option_t('-v'), &
+    option_t('--output', has_value=.true.), option_t('-o', has_value=.true.), &
+    option_t('--overwrite'), &
+    option_t('--acceleration'), &
+    option_t('--plan', of_decks=.true.), &
+    option_t('--check', of_decks=.true.), &
+    option_t('--flat', of_decks=.true.), &
+    option_t('--force', of_decks=.true.), &
+    option_t('--continue', of_decks=.true.), &
+    option_t('--set', has_value=.true., of_decks=.true.), &
+    option_t('--export-fclib', has_value=.true., of_decks=.true.), &
+    option_t('--accuracy', has_value=.true., of_decks=.true.), &
+    option_t('--extrapolated', of_decks=.true.), &
+    option_t('--time', has_value=.true., of_decks=.true.), &
+    option_t('--memory', has_value=.true., of_decks=.true.), &
+    option_t('--refine', has_value=.true., of_decks=.true.), &
+    option_t('--theory', of_decks=.true.), &
+    option_t('--nlgeom', has_value=.true., of_decks=.true.), &
+    option_t('--as-rigid', has_value=.true., of_decks=.true.), &
+    option_t('--symmetry', of_decks=.true.), &
+    option_t('--until-steady', of_decks=.true.)]
+  !> By themselves: gfortran 12 compares no texts that are components.
+  character(*), parameter :: option_names(*) = known%name
+
   !> What the user asked for.
   type :: options_t
     character(:), allocatable :: deck            !! path of the deck or problem
@@ -36,6 +67,7 @@ module command_line_mod
     character(:), allocatable :: exported        !! --export-fclib: increments, empty for none
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
+    character(:), allocatable :: deck_option     !! the last of decks alone, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
     logical :: extrapolated = .false.            !! --extrapolated: it is that of limits
     real(wp) :: time = 0.0_wp                    !! --time: of the processor; 0: any [s]
@@ -70,18 +102,35 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! an unknown option, a missing value, no deck or two
     character(:), allocatable :: word, value, wanted, sweeps_option
-    integer :: i
+    integer :: i, k
 
     options%deck = ''
     options%output = ''
     options%exported = ''
     options%solver_option = ''
+    options%deck_option = ''
     sweeps_option = ''
     allocate (options%overrides(0), options%rigid(0))
     i = 0
     do while (i < command_argument_count())
       i = i + 1
       word = argument(i)
+      value = ''
+      if (takes_value(word)) call take_value(word, i, value, error)
+      if (allocated(error)) return
+      if (is_solver_option(word)) then
+        options%solver_option = word
+        call take_solver_option(word, value, options%controls, sweeps_option, error)
+        if (allocated(error)) return
+        cycle
+      end if
+      k = findloc(option_names == word, .true., dim=1)
+      if (k == 0) then
+        call take_deck(word, options, error)
+        if (allocated(error)) return
+        cycle
+      end if
+      if (known(k)%of_decks) options%deck_option = word
       select case (word)
       case ('--help', '-h')
         options%help = .true.
@@ -104,60 +153,39 @@ contains
       case ('--verbose', '-v')
         options%verbose = .true.
       case ('-o', '--output')
-        call take_value(word, i, options%output, error)
+        options%output = value
       case ('--set')
-        call take_override(i, options, error)
+        call take_override(value, options, error)
       case ('--export-fclib')
-        call take_value(word, i, options%exported, error)
+        options%exported = value
       case ('--accuracy')
-        call take_value(word, i, value, error)
-        if (allocated(error)) return
         call take_positive(value, 1.0_wp, options%accuracy, wanted)
-        if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--extrapolated')
         options%extrapolated = .true.
       case ('--time')
-        call take_value(word, i, value, error)
-        if (allocated(error)) return
         call take_positive(value, most_time, options%time, wanted)
-        if (allocated(wanted)) call refuse(word, wanted//', in seconds of the processor', value, &
-          error)
+        if (allocated(wanted)) wanted = wanted//', in seconds of the processor'
       case ('--memory')
-        call take_value(word, i, value, error)
-        if (allocated(error)) return
         call take_size(value, options%memory, wanted)
-        if (allocated(wanted)) call refuse(word, wanted, value, error)
       case ('--refine')
-        call take_refinement(word, i, options%refine, error)
+        call take_refinement(value, options%refine, wanted)
       case ('--theory')
         options%theory = .true.
       case ('--as-rigid')
-        call take_value(word, i, value, error)
-        if (.not. allocated(error)) call add_names(value, options%rigid)
+        call add_names(value, options%rigid)
       case ('--symmetry')
         options%symmetry = .true.
       case ('--until-steady')
         options%until_steady = .true.
       case ('--nlgeom')
-        call take_value(word, i, value, error)
-        if (allocated(error)) return
         options%nlgeom = upper(value)
-        if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) call refuse(word, 'no, yes or auto', &
-          value, error)
+        if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) wanted = 'no, yes or auto'
       case ('--acceleration')
         options%solver_option = word
         sweeps_option = word
         options%controls%acceleration = .true.
-      case default
-        if (is_solver_option(word)) then
-          options%solver_option = word
-          call take_value(word, i, value, error)
-          if (.not. allocated(error)) call take_solver_option(word, value, options%controls, &
-            sweeps_option, error)
-        else
-          call take_deck(word, options, error)
-        end if
       end select
+      if (allocated(wanted)) call refuse(word, wanted, value, error)
       if (allocated(error)) return
     end do
     if (options%continues .and. options%overwrite) then
@@ -196,32 +224,12 @@ contains
     type(options_t), intent(in) :: options
     logical, intent(in) :: is_problem !! an FCLIB problem, not a deck
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: misplaced
 
-    misplaced = options%solver_option
-    if (is_problem) then
-      misplaced = ''
-      if (options%plan) misplaced = '--plan'
-      if (options%check) misplaced = '--check'
-      if (options%flat) misplaced = '--flat'
-      if (options%force) misplaced = '--force'
-      if (options%accuracy > 0.0_wp) misplaced = '--accuracy'
-      if (options%extrapolated) misplaced = '--extrapolated'
-      if (options%time > 0.0_wp) misplaced = '--time'
-      if (options%memory > 0.0_wp) misplaced = '--memory'
-      if (options%refine >= 0) misplaced = '--refine'
-      if (options%theory) misplaced = '--theory'
-      if (options%nlgeom /= '') misplaced = '--nlgeom'
-      if (options%until_steady) misplaced = '--until-steady'
-      if (size(options%rigid) > 0) misplaced = '--as-rigid'
-      if (options%symmetry) misplaced = '--symmetry'
-      if (options%continues) misplaced = '--continue'
-      if (options%exported /= '') misplaced = '--export-fclib'
-      if (size(options%overrides) > 0) misplaced = '--set'
-      if (misplaced /= '') call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
+    if (is_problem .and. options%deck_option /= '') then
+      call raise(error, exit_wrong_input, 'bipot: error: '//options%deck_option// &
         " applies to decks, and '"//options%deck//"' is a contact problem")
-    else if (misplaced /= '') then
-      call raise(error, exit_wrong_input, 'bipot: error: '//misplaced// &
+    else if (.not. is_problem .and. options%solver_option /= '') then
+      call raise(error, exit_wrong_input, 'bipot: error: '//options%solver_option// &
         ' applies to contact problems (PROBLEM.hdf5); in a deck use *CONTACT SOLVER')
     end if
   end subroutine check_kind
@@ -295,21 +303,18 @@ contains
   end subroutine take_value
 
   !> The number behind --refine.
-  subroutine take_refinement(option, i, times, error)
-    character(*), intent(in) :: option
-    integer, intent(inout) :: i
-    integer, intent(out) :: times
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: value
-    integer :: status
+  subroutine take_refinement(value, times, wanted)
+    character(*), intent(in) :: value
+    integer, intent(inout) :: times
+    character(:), allocatable, intent(out) :: wanted !! allocated where it is no such number
+    integer :: number, status
 
-    times = 0
-    call take_value(option, i, value, error)
-    if (allocated(error)) return
-    call read_integer(value, times, status)
-    if (status == number_ok .and. times >= 0 .and. times <= max_refinement) return
-    times = 0
-    call refuse(option, 'a whole number from 0 to '//to_text(max_refinement), value, error)
+    call read_integer(value, number, status)
+    if (status == number_ok .and. number >= 0 .and. number <= max_refinement) then
+      times = number
+    else
+      wanted = 'a whole number from 0 to '//to_text(max_refinement)
+    end if
   end subroutine take_refinement
 
   !> Add names between commas to a list, in upper case.
@@ -328,17 +333,16 @@ contains
     end do
   end subroutine add_names
 
-  subroutine take_override(i, options, error)
-    integer, intent(inout) :: i
+  subroutine take_override(text, options, error)
+    character(*), intent(in) :: text !! name=value
     type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error
     type(string_t) :: override
 
-    call take_value('--set', i, override%text, error)
-    if (allocated(error)) return
-    if (index(override%text, '=') < 2) then
+    override%text = text
+    if (index(text, '=') < 2) then
       call raise(error, exit_wrong_input, "bipot: error: --set needs name=value, found '"// &
-        override%text//"'")
+        text//"'")
       return
     end if
     options%overrides = [options%overrides, override]
@@ -351,12 +355,8 @@ contains
     character(:), allocatable :: meant
 
     if (word(:min(1, len(word))) == '-') then
-      meant = meant_option(word, as_list([character(14) :: '--help', '--version', '--plan', &
-        '--check', '--flat', '--force', '--overwrite', '--continue', '--accuracy', '--time', &
-        '--memory', '--refine', '--extrapolated', '--theory', '--nlgeom', &
-        '--until-steady', '--as-rigid', '--symmetry', &
-        '--quiet', '--verbose', '--output', '--set', '--export-fclib', '--acceleration', &
-        as_option(solver_options(:n_solver_options))]))
+      meant = meant_option(word, as_list([character(14) :: pack(option_names, option_names(:)(2:2) &
+        == '-'), as_option(solver_options(:n_solver_options))]))
       call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
     else if (options%deck /= '') then
       call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"// &
@@ -420,13 +420,7 @@ contains
   pure logical function takes_value(option)
     character(*), intent(in) :: option
 
-    select case (option)
-    case ('-o', '--output', '--set', '--export-fclib', '--accuracy', '--time', '--memory', &
-      '--refine', '--nlgeom', '--as-rigid')
-      takes_value = .true.
-    case default
-      takes_value = is_solver_option(option)
-    end select
+    takes_value = is_solver_option(option) .or. any(option_names == option .and. known%has_value)
   end function takes_value
 
   !> A word as a POSIX shell must be given it: bare where every letter stands for itself, else

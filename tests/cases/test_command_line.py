@@ -31,6 +31,17 @@ class CommandLine(unittest.TestCase):
         declared = re.search(r"project\(bipot VERSION (\S+)", project)
         self.assertEqual(self.call("--version").stdout.strip(), f"bipot {declared[1]}")
 
+    def test_every_option_is_read_and_in_the_help(self):
+        source = (SOURCE / "src" / "console" / "command_line.f90").read_text()
+        table = re.findall(r"option_t\('(-[a-z-]+)'", source)
+        self.assertGreater(len(table), 25)
+        cases = re.findall(r"'(-[a-z-]+)'", "".join(re.findall(r"case \('-.*\)", source)))
+        self.assertEqual(sorted(table), sorted(cases))
+        text = self.call("--help").stdout
+        for option in table:
+            with self.subTest(option=option):
+                self.assertRegex(text, rf"(?<!\S){option}(?![\w-])")
+
     def test_wrong_words_end_with_1_and_say_why(self):
         for words, expected in (
             ((), "no deck"),
