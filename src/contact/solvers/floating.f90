@@ -25,7 +25,8 @@ module floating_mod
   implicit none
   private
 
-  public :: floating_t, see_motions, sees_less, free_the_motions, shift_of, resisting_rows
+  public :: floating_t, see_motions, sees_less, free_the_motions, shift_of, part_points, &
+    resisting_rows
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
@@ -119,6 +120,29 @@ contains
 
     shift = matmul(packed - matmul(floating%q, matmul(packed, floating%q)), floating%w_q)
   end function shift_of
+
+  !> Move a centre to a place where no point overlaps its obstacle: each that does is mirrored in
+  !> it, along the motions, until none does.
+  pure subroutine part_points(gap, q, centre, is_parted)
+    real(wp), intent(in) :: gap(:)        !! (n) normal gaps at centre 0 [length]
+    real(wp), intent(in) :: q(:, :)       !! (n,n_seen) what the motions do to them [-]
+    real(wp), intent(inout) :: centre(:)  !! (n_seen) [length]
+    logical, intent(out) :: is_parted     !! else none was found
+    integer, parameter :: most_rounds = 100
+    real(wp) :: overlap
+    integer :: round, i
+
+    do round = 1, most_rounds
+      is_parted = .true.
+      do i = 1, size(gap)
+        overlap = -gap(i) - dot_product(q(i, :), centre)
+        if (overlap <= 0.0_wp .or. .not. norm2(q(i, :)) > 0.0_wp) cycle
+        centre = centre + 2.0_wp*overlap/dot_product(q(i, :), q(i, :))*q(i, :)
+        is_parted = .false.
+      end do
+      if (is_parted) return
+    end do
+  end subroutine part_points
 
   !> What the free motions do where there is resistance: a row a direction in which a point presses
   !> or sticks, and, where asked for, in which one that slides would slide another way.

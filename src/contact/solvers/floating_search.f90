@@ -23,7 +23,7 @@ module floating_search_mod
   use increment_report_mod, only: ended_unbalanced, ended_stalled
   use compliance_mod, only: is_map
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows
-  use floating_mod, only: floating_t, shift_of
+  use floating_mod, only: floating_t, part_points, shift_of
   use newton_iterate_mod, only: residual_at
   use floating_centre_mod, only: drift_t, centre_t, solve_at_centre, sees_nothing, find_resistance
   use growing_friction_mod, only: friction_shares
@@ -170,8 +170,8 @@ contains
 
   !> Try a place near the best centre at which no point touches: where no load drives the motions,
   !> that is a solution. Near it reactions fall as fast as the imbalance, and the search alone would
-  !> never end. Each point that touches is mirrored in its obstacle, until none touches. This waits
-  !> until reactions have all but vanished, for a body that friction locks must stay locked.
+  !> never end. This waits until reactions have all but vanished, for a body that friction locks
+  !> must stay locked.
   subroutine part_bodies(problem, floating, controls, drift, search, x_free, report)
     type(contact_problem_t), intent(in) :: problem
     type(floating_t), intent(in) :: floating
@@ -180,29 +180,16 @@ contains
     type(search_t), intent(inout) :: search
     real(wp), intent(inout) :: x_free(:)           !! (n_rows) at the last centre [length]
     type(contact_report_t), intent(inout) :: report
-    integer, parameter :: most_rounds = 100
     type(search_t) :: before
-    real(wp) :: gap
-    integer :: round, i
-    logical :: touches
+    integer, allocatable :: normal(:) !! rows
+    logical :: is_parted
 
     before = search
     search%now%centre = search%best%centre
     search%now%r = 0.0_wp
-    rounds: do round = 1, most_rounds
-      touches = .false.
-      do i = 1, problem%n_points
-        if (problem%row(1, i) == 0) cycle
-        associate (q => floating%q(problem%row(1, i), :), centre => search%now%centre)
-          gap = search%x_start(problem%row(1, i)) + dot_product(q, centre)
-          if (gap >= 0.0_wp .or. .not. norm2(q) > 0.0_wp) cycle
-          centre = centre - 2.0_wp*gap/dot_product(q, q)*q
-          touches = .true.
-        end associate
-      end do
-      if (.not. touches) exit rounds
-    end do rounds
-    if (.not. touches) then
+    normal = pack(problem%row(1, :), problem%row(1, :) > 0)
+    call part_points(search%x_start(normal), floating%q(normal, :), search%now%centre, is_parted)
+    if (is_parted) then
       x_free = search%x_start + matmul(floating%q, search%now%centre)
       call solve_at_centre(problem, floating, x_free, controls, drift, .true., search%now, report)
     end if
