@@ -5,7 +5,7 @@ module sparse_rows_mod
   implicit none
   private
 
-  public :: rows_t, find_entry, times, times_transposed
+  public :: rows_t, find_entry, times, sum_of_rows
 
   !> Rows of a sparse matrix.
   type :: rows_t
@@ -41,8 +41,8 @@ contains
     end do
   end function times
 
-  !> The product of the transposed matrix with a vector.
-  pure function times_transposed(rows, v, n) result(product)
+  !> The rows, each times its number, added up: the product of the transposed matrix with a vector.
+  pure function sum_of_rows(rows, v, n) result(product)
     type(rows_t), intent(in) :: rows
     real(wp), intent(in) :: v(:)
     integer, intent(in) :: n            !! columns
@@ -55,6 +55,6 @@ contains
         product(rows%column(k)) = product(rows%column(k)) + rows%value(k)*v(i)
       end do
     end do
-  end function times_transposed
+  end function sum_of_rows
 
 end module sparse_rows_mod

@@ -11,7 +11,7 @@ module near_schur_mod
   use errors_mod, only: error_t
   use controls_mod, only: precision_controls_t
   use near_stiffness_mod, only: near_stiffness_t, keep_near
-  use sparse_rows_mod, only: rows_t, find_entry, times, times_transposed
+  use sparse_rows_mod, only: rows_t, find_entry, times, sum_of_rows
   use dof_map_mod, only: dof_map_t
   use assembly_mod, only: triplets_t
   use near_nodes_mod, only: near_nodes_t, find_near_nodes
@@ -65,7 +65,7 @@ contains
       allocate (probe(n_interface, first:last), x(n_interior, last - first + 1))
       do i = first, last
         probe(:, i) = probe_of(nodes, i, n_interface)
-        x(:, i - first + 1) = times_transposed(ci, probe(:, i), n_interior)
+        x(:, i - first + 1) = sum_of_rows(ci, probe(:, i), n_interior)
       end do
       if (n_interior > 0) call factor%solve(x, error)
       if (allocated(error)) return
