@@ -6,7 +6,8 @@ module measured_quantities_mod
   use kinds_mod, only: wp
   use text_mod, only: to_text
   use controls_mod, only: accuracy_of_resultants, accuracy_of_energy, accuracy_of_pressure, &
-    accuracy_of_slip, accuracy_of_displacement, accuracy_of_reaction, accuracy_of_contact_force
+    accuracy_of_slip, accuracy_of_displacement, accuracy_of_reaction, accuracy_of_contact_force, &
+    subjects
   use scene_mod, only: scene_t
   use step_contact_mod, only: most_friction
   implicit none
@@ -123,8 +124,7 @@ contains
     type(quantity_t), allocatable, intent(inout) :: list(:)
     integer :: p
 
-    if (all(scene%accuracy%of /= [accuracy_of_resultants, accuracy_of_pressure, accuracy_of_slip, &
-      accuracy_of_contact_force])) return
+    if (.not. subjects(scene%accuracy%of)%is_of_contact) return
     do p = 1, size(scene%pairs)
       call add(list, quantity_t('used_gap', 'ratio', &
         'longest displacement of the pair''s nodes over itself and the least gap; 1 where it '// &
@@ -153,31 +153,24 @@ contains
         name = accuracy%set//'/'//trim(merge('reaction_force', 'contact_force ', &
           accuracy%of == accuracy_of_reaction))//ending
         call add(list, quantity_t(name, 'force', 'on the set', n=n, scale=1))
-      case (accuracy_of_displacement)
-        call add_nodes('displacement'//ending, 'length', 'of the node', n)
-      case (accuracy_of_pressure)
-        call add_nodes('contact_pressure', 'pressure', &
-          'normal reactions over the areas of the node', 1)
-      case (accuracy_of_slip)
-        call add_nodes('slip', 'length', 'sum of the slip increments, as a vector', 1)
-      case default
-        call add_nodes('von_mises', 'pressure', 'of the stress averaged at the node', 1)
-      end select
-      select case (accuracy%of)
-      case (accuracy_of_reaction, accuracy_of_contact_force)
         name = accuracy%set//'/sum_of_sizes'
         call add_measure(list, quantity_t(name, 'force', 'of the forces on its nodes', scale=2))
       case (accuracy_of_displacement)
+        call add_nodes('displacement'//ending, 'length', 'of the node', n)
         call add_measure(list, quantity_t('largest_displacement', 'length', 'of all nodes', &
           scale=2))
       case (accuracy_of_pressure)
+        call add_nodes('contact_pressure', 'pressure', &
+          'normal reactions over the areas of the node', 1)
         call add_measure(list, quantity_t('largest_contact_pressure', 'pressure', &
           'of all nodes', scale=2))
       case (accuracy_of_slip)
+        call add_nodes('slip', 'length', 'sum of the slip increments, as a vector', 1)
         call add_measure(list, quantity_t('largest_slip', 'length', 'of all nodes', scale=2))
         call add_measure(list, quantity_t('largest_displacement', 'length', 'of all nodes', &
           scale=3))
       case default
+        call add_nodes('von_mises', 'pressure', 'of the stress averaged at the node', 1)
         call add_measure(list, quantity_t('largest_von_mises', 'pressure', 'of all nodes', &
           scale=2))
       end select

@@ -6,7 +6,7 @@ module mesh_sequence_mod
   use kinds_mod, only: wp
   use number_list_mod, only: number_list_t, archive
   use mesh_size_mod, only: mesh_size_t, blocks_t, is_same_size, relative_size
-  use controls_mod, only: accuracy_of_energy
+  use controls_mod, only: subjects
   use scene_mod, only: scene_t
   use step_contact_mod, only: most_friction
   use kinks_mod, only: most_events
@@ -112,7 +112,7 @@ contains
     call list_quantities(scene, sequence%list)
     allocate (sequence%runs(0))
     allocate (sequence%plans(0))
-    sequence%recovers = scene%accuracy%of <= accuracy_of_energy
+    sequence%recovers = subjects(scene%accuracy%of)%is_recovered
     sequence%n_increments = count_increments(scene%steps)
     sequence%n_stretches = sequence%n_increments
     do step = 1, size(scene%steps)

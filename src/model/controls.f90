@@ -6,7 +6,7 @@ module controls_mod
   private
 
   public :: contact_controls_t, output_controls_t, print_t, precision_controls_t, &
-    accuracy_controls_t, is_exact, take_double, precision_in_words, accuracy_names, &
+    accuracy_controls_t, is_exact, take_double, precision_in_words, subjects, &
     subject_in_words, is_bounded, chooses_mesh, allowed_error
   public :: solver_none, solver_auto, solver_sweeps, solver_global_newton
   public :: formulation_bipotential, formulation_pseudopotential
@@ -52,8 +52,30 @@ module controls_mod
   integer, parameter :: accuracy_of_mises = 6        !! the largest mean of an element
   integer, parameter :: accuracy_of_reaction = 7      !! of the supports, the sum over a set
   integer, parameter :: accuracy_of_contact_force = 8 !! the sum over a set
-  character(*), parameter :: accuracy_names(8) = [character(14) :: 'RESULTANTS', 'ENERGY', &
-    'PRESSURE', 'SLIP', 'DISPLACEMENT', 'MISES', 'REACTION FORCE', 'CONTACT FORCE']
+
+  !> What an accuracy may be of.
+  type :: subject_t
+    character(14) :: name                  !! in decks
+    character(29) :: of_all                !! in words; blank: it takes a set
+    character(22) :: of_set                !! in words; blank: it takes none
+    logical :: is_vector = .false.         !! of a set: DIRECTION takes one component
+    logical :: is_sum = .false.            !! over the set, else of each of its nodes
+    logical :: is_of_contact = .false.     !! meshes on which nothing touches say nothing of it
+    logical :: is_recovered = .false.      !! one mesh says how wrong it is, by recovery
+  end type subject_t
+
+  !> By accuracy_of_resultants and its kin.
+  type(subject_t), parameter :: subjects(*) = [ &
+    subject_t('RESULTANTS', 'the contact forces', '', is_of_contact=.true., is_recovered=.true.), &
+    subject_t('ENERGY', 'the energies', '', is_recovered=.true.), &
+    subject_t('PRESSURE', 'the largest contact pressures', 'the contact pressures', &
+      is_of_contact=.true.), &
+    subject_t('SLIP', 'the longest slips', 'the slips', is_of_contact=.true.), &
+    subject_t('DISPLACEMENT', 'the largest displacement', 'the displacements', is_vector=.true.), &
+    subject_t('MISES', 'the largest von Mises stress', 'the von Mises stresses'), &
+    subject_t('REACTION FORCE', '', 'the reaction force', is_vector=.true., is_sum=.true.), &
+    subject_t('CONTACT FORCE', '', 'the contact force', is_vector=.true., is_sum=.true., &
+      is_of_contact=.true.)]
 
   !> *CONTACT SOLVER.
   type :: contact_controls_t
@@ -202,18 +224,10 @@ contains
   function subject_in_words(accuracy) result(words)
     type(accuracy_controls_t), intent(in) :: accuracy
     character(:), allocatable :: words
-    ! By accuracy_of_resultants and its kin: of all, and of a set.
-    character(*), parameter :: of_all(8) = [character(29) :: 'the contact forces', &
-      'the energies', 'the largest contact pressures', 'the longest slips', &
-      'the largest displacement', 'the largest von Mises stress', 'the contact forces', &
-      'the contact forces']
-    character(*), parameter :: of_set(8) = [character(22) :: 'the reaction force', &
-      'the reaction force', 'the contact pressures', 'the slips', 'the displacements', &
-      'the von Mises stresses', 'the reaction force', 'the contact force']
 
-    words = trim(of_all(accuracy%of))
+    words = trim(subjects(accuracy%of)%of_all)
     if (allocated(accuracy%set)) then
-      words = trim(of_set(accuracy%of))//' of '//accuracy%set
+      words = trim(subjects(accuracy%of)%of_set)//' of '//accuracy%set
       if (accuracy%direction > 0) words = words//' along '//'xyz'(accuracy%direction: &
         accuracy%direction)
     end if

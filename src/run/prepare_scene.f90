@@ -6,7 +6,8 @@ module prepare_scene_mod
   use cell_cuts_mod, only: can_be_cut
   use cells_mod, only: cells
   use fresh_file_mod, only: beginning_of
-  use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded
+  use controls_mod, only: accuracy_of_energy, chooses_mesh, is_bounded, &
+    subjects
   use loads_mod, only: start_of_step
   use kinks_mod, only: find_kinks, followed_amplitudes
   use scene_mod, only: scene_t
@@ -87,9 +88,9 @@ contains
         is_bounded(accuracy)))) then
         call keep('--refine '//to_text(options%refine))
         accuracy%keeps_mesh = .true.
-        if (accuracy%wanted > 0.0_wp .and. accuracy%of > accuracy_of_energy) call raise(error, &
-          exit_wrong_input, 'bipot: error: --refine keeps the mesh, and on one mesh only the '// &
-          'errors of RESULTANTS and ENERGY are estimated')
+        if (accuracy%wanted > 0.0_wp .and. .not. subjects(accuracy%of)%is_recovered) call raise( &
+          error, exit_wrong_input, 'bipot: error: --refine keeps the mesh, and on one mesh '// &
+          'only the errors of RESULTANTS and ENERGY are estimated')
         if (allocated(error)) return
       end if
       if (accuracy%extrapolates .and. accuracy%keeps_mesh) call raise(error, exit_wrong_input, &

@@ -9,8 +9,8 @@
 !>     *ACCURACY, ESTIMATE=NO         errors of mesh and load steps are not estimated
 module read_accuracy_mod
   use cards_mod, only: reader_t, report
-  use controls_mod, only: accuracy_controls_t, accuracy_names, accuracy_of_contact_force, &
-    accuracy_of_displacement, accuracy_of_energy, accuracy_of_mises, accuracy_of_reaction
+  use controls_mod, only: accuracy_controls_t, accuracy_of_contact_force, &
+    accuracy_of_displacement, accuracy_of_mises, accuracy_of_reaction, subjects
   use diagnostics_mod, only: quoted
   use fields_mod, only: end_data, field_position, field_text, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
@@ -53,12 +53,12 @@ contains
     theory = 1
     call choice_option(reader, card, 'THEORY', ['BOUND   ', 'ESTIMATE'], theory, ok)
     accuracy%follows_theory = theory == 2
-    call choice_option(reader, card, 'OF', accuracy_names, choice, ok)
+    call choice_option(reader, card, 'OF', subjects%name, choice, ok)
     if (ok) accuracy%of = choice
     mesh = 1
     call choice_option(reader, card, 'MESH', ['REFINE', 'KEEP  '], mesh, ok)
     accuracy%keeps_mesh = mesh == 2
-    if (accuracy%keeps_mesh .and. accuracy%of > accuracy_of_energy) call report(reader, &
+    if (accuracy%keeps_mesh .and. .not. subjects(accuracy%of)%is_recovered) call report(reader, &
       option_position(card, 'OF'), 'on one mesh the errors of RESULTANTS and ENERGY are '// &
       'estimated, others take several: MESH=REFINE')
     value = 1
@@ -105,10 +105,9 @@ contains
     integer :: found
     logical :: ok
 
-    what = trim(accuracy_names(accuracy%of))
+    what = trim(subjects(accuracy%of)%name)
     call integer_option(reader, card, 'DIRECTION', 1, 3, accuracy%direction, ok)
-    if (ok .and. .not. any(accuracy%of == [accuracy_of_displacement, accuracy_of_reaction, &
-      accuracy_of_contact_force])) then
+    if (ok .and. .not. subjects(accuracy%of)%is_vector) then
       call report(reader, option_position(card, 'DIRECTION'), 'DIRECTION is of vectors: OF='// &
         'DISPLACEMENT, REACTION FORCE or CONTACT FORCE of a set, not '//what)
     else if (ok .and. .not. has_option(card, 'NSET')) then
@@ -116,14 +115,13 @@ contains
         'DIRECTION is of the nodes of a set: NSET= is missing')
     end if
     if (.not. has_option(card, 'NSET')) then
-      if (any(accuracy%of == [accuracy_of_reaction, accuracy_of_contact_force])) call report( &
-        reader, option_position(card, 'OF'), 'a '//what//' is that of a set of nodes: NSET= is '// &
-        'missing')
+      if (subjects(accuracy%of)%of_all == '') call report(reader, option_position(card, 'OF'), &
+        'a '//what//' is that of a set of nodes: NSET= is missing')
       return
     end if
     call name_option(reader, card, 'NSET', .true., set, ok)
     if (.not. ok) return
-    if (accuracy%of <= accuracy_of_energy) then
+    if (subjects(accuracy%of)%of_set == '') then
       call report(reader, option_position(card, 'NSET'), 'NSET takes OF=DISPLACEMENT, '// &
         'PRESSURE, SLIP, MISES, REACTION FORCE or CONTACT FORCE, not '//what)
       return
@@ -162,11 +160,11 @@ contains
       which = 'of an element, which stresses are in'
     case default
       has = in_contact(accuracy%of == accuracy_of_contact_force)
-      which = 'of contact: a '//trim(accuracy_names(accuracy%of))//' is that of nodes of slave '// &
+      which = 'of contact: a '//trim(subjects(accuracy%of)%name)//' is that of nodes of slave '// &
         'surfaces'
       if (accuracy%of == accuracy_of_contact_force) which = which//', or of masters that are bodies'
     end select
-    if (.not. any(accuracy%of == [accuracy_of_reaction, accuracy_of_contact_force])) then
+    if (.not. subjects(accuracy%of)%is_sum) then
       accuracy%nodes = given_nodes(model%mesh, accuracy%nodes)
       accuracy%nodes = pack(accuracy%nodes, has(accuracy%nodes))
       ! The same nodes are there only in elements that are cut.
@@ -176,8 +174,7 @@ contains
     end if
     if (.not. any(has(accuracy%nodes))) then
       call report(reader, position, quoted(accuracy%set)//' has no node '//which)
-    else if (.not. any(accuracy%of == [accuracy_of_reaction, accuracy_of_contact_force]) .and. &
-      size(accuracy%nodes) > most_nodes) then
+    else if (.not. subjects(accuracy%of)%is_sum .and. size(accuracy%nodes) > most_nodes) then
       call report(reader, position, 'an accuracy follows at most '//to_text(most_nodes)// &
         ' nodes one by one, and '//quoted(accuracy%set)//' has '// &
         to_text(size(accuracy%nodes))//': name some of them in a set of their own')
