@@ -437,6 +437,23 @@ class Flags(Changed):
                     words = "YES, NO or AUTO" if name == "NLGEOM" else "YES or NO"
                     self.refused(header, f"{bare}, {name}={value}", f"takes no value but {words}")
 
+    def test_a_flag_may_stand_on_a_line_of_its_own(self):
+        listed = re.search(r"flags\(\*\) = \[(.*?)\]", READER, re.DOTALL)[1]
+        read = re.findall(r"flag_option\(reader, card, ('[A-Z -]+')", READER)
+        self.assertGreater(len(read), 10)
+        self.assertEqual([name for name in read if name not in listed], [])
+        for card, name in self.flags:
+            bare = card.replace(f", {name}", "")
+            header = self.lines.index(card) + 1
+            with self.subTest(card=card):
+                beside, below = (
+                    self.plan({header: f"{bare},{between}{name}"}) for between in (" ", "\n")
+                )
+                self.assertEqual(beside[0], below[0], below[1])
+                self.assertEqual(
+                    [what for _, what in beside[2]], [what for _, what in below[2]]
+                )
+
     def test_no_is_as_if_it_were_not_there(self):
         for card, name in self.flags:
             bare = card.replace(f", {name}", "")

@@ -23,7 +23,8 @@ module cards_mod
   !> Options without a value.
   character(*), parameter :: flags(*) = [character(13) :: 'GENERATE', 'DIRECT', 'NLGEOM', &
     'UNSORTED', 'INTERNAL', 'INNER', 'SMALL SLIDING', 'PERTURBATION', 'NO THICKNESS', 'LAGRANGE', &
-    'PARABOLA', 'NO SEPARATION', 'NEO HOOKE', 'MOONEY-RIVLIN']
+    'PARABOLA', 'NO SEPARATION', 'NEO HOOKE', 'MOONEY-RIVLIN', &
+    'ANDERSON', 'FIXED', 'SHRINK', 'ADD', 'REMOVE']
 
   integer, parameter :: blank_line = 0, keyword_line = 1, data_line = 2
 
