@@ -117,21 +117,20 @@ contains
   end function determinant_between
 
   !> How far stretches may be from 1 for a law to be strongly elliptic beyond doubt: nine tenths of
-  !> the largest t for which it is so at all stretches of 1 - t, 1 - t/2, 1, 1 + t/2 and 1 + t.
+  !> the t up to which it is so at all stretches of 1 - t, 1 - t/2, 1, 1 + t/2 and 1 + t.
   pure real(wp) function elliptic_reach(law) result(reach)
     type(law_t), intent(in) :: law
-    integer, parameter :: halvings = 6
-    real(wp), parameter :: most = 0.96_wp
-    real(wp) :: step
-    integer :: i
+    integer, parameter :: most = 63
+    real(wp), parameter :: step = 0.015_wp
+    integer :: n
 
-    reach = 0.0_wp
-    step = most
-    do i = 1, halvings
-      step = 0.5_wp*step
-      if (is_elliptic_within(reach + step)) reach = reach + step
+    ! One after the other: a law may lose its ellipticity and get it back.
+    n = 0
+    do while (n < most)
+      if (.not. is_elliptic_within((n + 1)*step)) exit
+      n = n + 1
     end do
-    reach = 0.9_wp*reach
+    reach = 0.9_wp*n*step
 
   contains
 

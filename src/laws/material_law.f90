@@ -10,6 +10,8 @@ module material_law_mod
     beyond_svk => beyond_usual
   use mooney_rivlin_mod, only: stress_of_mooney => first_piola, energy_of_mooney => energy, &
     tangent_of_mooney => tangent, elastic_mooney => elastic_part
+  use yeoh_mod, only: stress_of_yeoh => first_piola, energy_of_yeoh => energy, &
+    tangent_of_yeoh => tangent
   use blatz_ko_mod, only: stress_of_blatz_ko => first_piola, energy_of_blatz_ko => energy, &
     tangent_of_blatz_ko => tangent, elastic_blatz_ko => elastic_part
   implicit none
@@ -17,7 +19,7 @@ module material_law_mod
 
   public :: law_t, new_law, other_law, finite_stress, finite_energy, finite_tangent
 
-  integer, parameter :: most_constants = 3 !! of any law
+  integer, parameter :: most_constants = 4 !! of any law
 
   !> A law with its constants.
   type :: law_t
@@ -64,7 +66,7 @@ module material_law_mod
 contains
 
   !> The law that a deck's card and numbers stand for: ELASTIC with E, nu; NEO HOOKE with C10, D1;
-  !> MOONEY-RIVLIN with C10, C01, D1; BLATZ-KO with mu.
+  !> MOONEY-RIVLIN with C10, C01, D1; YEOH with C10, C20, C30, D1; BLATZ-KO with mu.
   pure type(law_t) function new_law(word, numbers) result(law)
     character(*), intent(in) :: word
     real(wp), intent(in) :: numbers(:) !! as the deck has them
@@ -87,6 +89,12 @@ contains
       law%first_piola => stress_of_mooney
       law%energy => energy_of_mooney
       law%tangent => tangent_of_mooney
+    case ('YEOH')
+      law%elastic = elastic_mooney([numbers(1), 0.0_wp, numbers(4)])
+      law%constants = numbers
+      law%first_piola => stress_of_yeoh
+      law%energy => energy_of_yeoh
+      law%tangent => tangent_of_yeoh
     case ('BLATZ-KO')
       law%elastic = elastic_blatz_ko(numbers)
       law%constants(:1) = numbers

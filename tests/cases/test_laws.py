@@ -12,6 +12,8 @@ from bipot.errors import ResultError
 MU = 80.0
 C10, C01, D1 = 30.0, 8.0, 0.004
 MOONEY = f"*HYPERELASTIC, MOONEY-RIVLIN\n{C10}, {C01}, {D1}"
+C20, C30 = -4.0, 1.5
+YEOH = f"*HYPERELASTIC, YEOH\n{C10}, {C20}, {C30}, {D1}"
 FOAM = f"*HYPERFOAM, N=1\n{MU}, -2., 0.25"
 WALLS = "B-XMAX, 1, 1\nB-YMAX, 2, 2\n"
 
@@ -30,16 +32,19 @@ def force_of(run):
         return result.pairs["B-ZMAX:PRESS"].resultant[-1] / 3
 
 
-def mooney(along, across):
-    """Return the first Piola-Kirchhoff stress along and across, by differences of the energy."""
+def stresses(along, across, isochoric):
+    """Return the first Piola-Kirchhoff stress along and across, by a step of the energy.
+
+    Its part without change of volume is a function of the two invariants less 3.
+    """
 
     def energy(one, two, three):
         volume = one * two * three
         first = one**2 + two**2 + three**2
         second = (one * two) ** 2 + (two * three) ** 2 + (three * one) ** 2
         return (
-            C10 * (first * volume ** (-2 / 3) - 3)
-            + C01 * (second * volume ** (-4 / 3) - 3) + (volume - 1) ** 2 / D1
+            isochoric(first * volume ** (-2 / 3) - 3, second * volume ** (-4 / 3) - 3)
+            + (volume - 1) ** 2 / D1
         )
 
     step = 1e-30j  # the derivative without differences of two numbers
@@ -49,17 +54,31 @@ def mooney(along, across):
     )
 
 
+def mooney(along, across):
+    """Return those of Mooney and Rivlin's law."""
+    return stresses(along, across, lambda x, y: C10 * x + C01 * y)
+
+
 class ClosedForms(unittest.TestCase):
     """Uniform stretches before a plane. The tolerance of contact is 1e-8 and better."""
 
-    def test_mooney_rivlin(self):
-        for stretch in (0.9, 0.5):
-            across = brentq(lambda a, s=stretch: mooney(s, a)[1], 0.8, 2.0, xtol=1e-15)
-            wanted = mooney(stretch, across)[0]
-            force = force_of(bar(MOONEY, stretch, increment=0.05))
-            np.testing.assert_allclose(force, [0, 0, wanted], atol=1e-6 * abs(wanted))
-            force = force_of(bar(MOONEY, stretch, WALLS, increment=0.05))
-            np.testing.assert_allclose(force[2], mooney(stretch, 1.0)[0], rtol=1e-7)
+    def test_rubber(self):
+        """Mooney-Rivlin's law, and Yeoh's."""
+        for law, isochoric in (
+            (MOONEY, lambda x, y: C10 * x + C01 * y),
+            (YEOH, lambda x, _: C10 * x + C20 * x**2 + C30 * x**3),
+        ):
+            for stretch in (0.9, 0.5):
+                across = brentq(
+                    lambda a, s=stretch, w=isochoric: stresses(s, a, w)[1], 0.8, 2.0, xtol=1e-15
+                )
+                with self.subTest(law=law, stretch=stretch):
+                    wanted = stresses(stretch, across, isochoric)[0]
+                    force = force_of(bar(law, stretch, increment=0.05))
+                    np.testing.assert_allclose(force, [0, 0, wanted], atol=1e-6 * abs(wanted))
+                    force = force_of(bar(law, stretch, WALLS, increment=0.05))
+                    wanted = stresses(stretch, 1.0, isochoric)[0]
+                    np.testing.assert_allclose(force[2], wanted, rtol=1e-7)
 
     def test_foam(self):
         """Blatz and Ko's: across it gets l^(-1/4) wide."""
@@ -218,10 +237,14 @@ class SmallStrain(unittest.TestCase):
 
     def test_laws_are_their_constants(self):
         """The same numbers as *ELASTIC of the same shear and bulk modulus, and a note."""
-        bulk, shear = 2 / D1, 2 * (C10 + C01)
-        young = 9 * bulk * shear / (3 * bulk + shear)
-        poisson = young / (2 * shear) - 1
-        for law, constants in ((MOONEY, (young, poisson)), (FOAM, (2.5 * MU, 0.25))):
+        def of_rubber(half_shear):
+            bulk, shear = 2 / D1, 2 * half_shear
+            young = 9 * bulk * shear / (3 * bulk + shear)
+            return young, young / (2 * shear) - 1
+
+        for law, constants in (
+            (MOONEY, of_rubber(C10 + C01)), (YEOH, of_rubber(C10)), (FOAM, (2.5 * MU, 0.25)),
+        ):
             elastic = f"*ELASTIC\n{constants[0]!r}, {constants[1]!r}"
             runs = [
                 bar(one, 0.9, fields="S, E", turn=lambda text: text.replace(", NLGEOM", ""))

@@ -252,6 +252,8 @@ class Translation(unittest.TestCase):
                 (block.replace("*STEP\n", pyramid + "*STEP\n", 1), "TYPE=C3D5"),
                 (block.replace("*ELASTIC\n210000., <nu>", "*HYPERFOAM, N=1\n1., -2., 0.25"),
                  "HYPERFOAM"),
+                (block.replace("*ELASTIC\n210000., <nu>", "*HYPERELASTIC, YEOH\n1., 0., 1., 1."),
+                 "YEOH"),
                 ((INPUT / "wheel.inp").read_text().replace("<n/2>", "1"), "turn by .BOUNDARY"),
             ):
                 deck = Path(folder) / "deck.inp"

@@ -406,7 +406,9 @@ def read_flat(program, path, overrides):
                 words = [word for row in card.rows for word in row if word]
                 material[card.keyword] = [f"{number(word):.12g}" for word in words]
             case "HYPERELASTIC":
-                law, = (name for name in card.options if name in ("NEO HOOKE", "MOONEY-RIVLIN"))
+                law, = card.options
+                if law not in ("NEO HOOKE", "MOONEY-RIVLIN"):
+                    raise DeckError(f"*HYPERELASTIC, {law} has no translation")
                 words = [word for row in card.rows for word in row if word]
                 material[f"HYPERELASTIC, {law}"] = [f"{number(word):.12g}" for word in words]
             case "SOLID SECTION":

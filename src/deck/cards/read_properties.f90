@@ -29,6 +29,20 @@ module read_properties_mod
 
   public :: read_materials, read_sections, find_weights
 
+  !> A law of *HYPERELASTIC, and its constants as Abaqus orders them.
+  type :: hyperelastic_law_t
+    character(13) :: name
+    integer :: n       !! constants, of which the last is D1
+    integer :: n_shear !! the first of them, whose sum is half of the shear modulus
+    integer :: n_zero  !! behind D1, which may be left out
+    character(3) :: symbols(6)
+  end type hyperelastic_law_t
+
+  type(hyperelastic_law_t), parameter :: hyperelastic_laws(*) = [ &
+    hyperelastic_law_t('NEO HOOKE', 2, 1, 0, ['C10', 'D1 ', '   ', '   ', '   ', '   ']), &
+    hyperelastic_law_t('MOONEY-RIVLIN', 3, 2, 0, ['C10', 'C01', 'D1 ', '   ', '   ', '   ']), &
+    hyperelastic_law_t('YEOH', 4, 1, 2, ['C10', 'C20', 'C30', 'D1 ', 'D2 ', 'D3 '])]
+
 contains
 
   !> *MATERIAL with the *ELASTIC, *HYPERELASTIC or *HYPERFOAM, the *DENSITY and *EXPANSION below it.
@@ -137,37 +151,35 @@ contains
     if (has_option(card, 'LAW')) material%law%is_open = .false.
   end subroutine read_elastic
 
-  !> *HYPERELASTIC, NEO HOOKE: C10, D1; MOONEY-RIVLIN: C10, C01, D1
+  !> *HYPERELASTIC, NEO HOOKE|MOONEY-RIVLIN|YEOH: one line of constants
   subroutine read_hyperelastic(reader, card, material)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(material_t), intent(inout) :: material
-    character(*), parameter :: laws(2) = [character(13) :: 'NEO HOOKE', 'MOONEY-RIVLIN']
-    character(*), parameter :: symbols(3) = ['C10', 'C01', 'D1 ']
+    type(hyperelastic_law_t) :: law
     real(wp), allocatable :: constants(:)
     type(fields_t) :: fields
     real(wp) :: shear
-    logical :: is_named(size(laws)), is_read
-    integer :: i, law, n
+    logical :: is_named(size(hyperelastic_laws)), is_read
+    integer :: i, n
 
-    call allow_options(reader, card, laws)
+    call allow_options(reader, card, hyperelastic_laws%name)
     is_named = .false.
-    do i = 1, size(laws)
-      call flag_option(reader, card, trim(laws(i)), is_named(i))
+    do i = 1, size(hyperelastic_laws)
+      call flag_option(reader, card, trim(hyperelastic_laws(i)%name), is_named(i))
     end do
     if (count(is_named) /= 1) then
-      call report(reader, card%position, '*HYPERELASTIC needs one law: NEO HOOKE and '// &
-        'MOONEY-RIVLIN are available')
+      call report(reader, card%position, '*HYPERELASTIC needs one law: '// &
+        one_of(hyperelastic_laws%name))
       return
     end if
-    law = findloc(is_named, .true., dim=1)
-    n = 1 + law
-    allocate (constants(n))
-    call read_constants(reader, card, pack(symbols, [.true., law == 2, .true.]), fields, &
-      constants, is_read)
+    law = hyperelastic_laws(findloc(is_named, .true., dim=1))
+    n = law%n
+    allocate (constants(n + law%n_zero))
+    call read_constants(reader, card, law%symbols(:size(constants)), n, fields, constants, is_read)
     if (.not. is_read) return
-    shear = sum(constants(:n - 1))
-    if (shear <= 0.0_wp .and. law == 1) then
+    shear = sum(constants(:law%n_shear))
+    if (shear <= 0.0_wp .and. law%n_shear == 1) then
       call report(reader, fields%start, 'C10 must be positive, not '// &
         quoted(field_text(reader, fields, 1)), 'it is half of the shear modulus')
     else if (shear <= 0.0_wp) then
@@ -177,8 +189,12 @@ contains
     if (constants(n) <= 0.0_wp) call report(reader, field_position(reader, fields, n), &
       'D1 must be positive, not '//quoted(field_text(reader, fields, n)), '2/D1 is the bulk '// &
       'modulus: an incompressible material is approached by a small D1')
-    if (shear > 0.0_wp .and. constants(n) > 0.0_wp) material%law = new_law(trim(laws(law)), &
-      constants)
+    do i = n + 1, size(constants)
+      if (abs(constants(i)) > 0.0_wp) call report(reader, field_position(reader, fields, i), &
+        trim(law%symbols(i))//' must be 0 or left out, not '//quoted(field_text(reader, fields, i)))
+    end do
+    if (shear > 0.0_wp .and. constants(n) > 0.0_wp) material%law = new_law(trim(law%name), &
+      constants(:n))
   end subroutine read_hyperelastic
 
   !> *HYPERFOAM[, N=1]: mu, alpha = -2, nu = 0.25
@@ -201,7 +217,7 @@ contains
       call report(reader, option_position(card, 'N'), taken)
       return
     end if
-    call read_constants(reader, card, ['mu   ', 'alpha', 'nu   '], fields, constants, ok)
+    call read_constants(reader, card, ['mu   ', 'alpha', 'nu   '], 3, fields, constants, ok)
     if (.not. ok) return
     if (abs(constants(2) + 2.0_wp) > rounding) then
       call report(reader, field_position(reader, fields, 2), taken//', not with alpha = '// &
@@ -219,10 +235,11 @@ contains
   end subroutine read_hyperfoam
 
   !> The constants of a law: one line.
-  subroutine read_constants(reader, card, symbols, fields, constants, is_read)
+  subroutine read_constants(reader, card, symbols, n_needed, fields, constants, is_read)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     character(*), intent(in) :: symbols(:)
+    integer, intent(in) :: n_needed           !! the others are 0 where they are left out
     type(fields_t), intent(out) :: fields     !! of the line
     real(wp), intent(out) :: constants(:)     !! one for each symbol
     logical, intent(out) :: is_read           !! all of them are numbers
@@ -232,7 +249,7 @@ contains
 
     constants = 0.0_wp
     names = trim(symbols(1))
-    do i = 2, size(symbols)
+    do i = 2, n_needed
       names = names//', '//trim(symbols(i))
     end do
     call next_data_line(reader, card, fields, found, size(symbols) + 1, names// &
@@ -243,6 +260,7 @@ contains
       return
     end if
     do i = 1, size(symbols)
+      if (i > n_needed .and. is_empty_field(fields, i)) cycle
       call real_field(reader, fields, i, trim(symbols(i)), constants(i), ok)
       is_read = is_read .and. ok
     end do

@@ -24,7 +24,7 @@ module cards_mod
   character(*), parameter :: flags(*) = [character(13) :: 'GENERATE', 'DIRECT', 'NLGEOM', &
     'UNSORTED', 'INTERNAL', 'INNER', 'SMALL SLIDING', 'PERTURBATION', 'NO THICKNESS', 'LAGRANGE', &
     'PARABOLA', 'NO SEPARATION', 'NEO HOOKE', 'MOONEY-RIVLIN', &
-    'ANDERSON', 'FIXED', 'SHRINK', 'ADD', 'REMOVE']
+    'YEOH', 'ANDERSON', 'FIXED', 'SHRINK', 'ADD', 'REMOVE']
 
   integer, parameter :: blank_line = 0, keyword_line = 1, data_line = 2
 
