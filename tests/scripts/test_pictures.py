@@ -611,6 +611,34 @@ class Maps(WithFolder):
                 np.sort(np.abs(result.pairs[0].coordinates[:, :2]), axis=0), atol=1e-12,
             )
 
+    def test_a_small_contact_fills_its_map(self):
+        deck = bipot.Deck("A block under a ball", name="dent")
+        deck.block("BODY", cells=(12, 12, 3), size=(2.0, 2.0, 0.5), corner=(-1.0, -1.0, -0.5))
+        deck.material("M", young=1000.0, poisson=0.3)
+        deck.section("M", "BODY")
+        deck.sphere("BALL", centre=(0.5, 0.0, 1.0), radius=1.0)
+        deck.interaction("DRY", friction=0.2)
+        deck.pair("BODY-ZMAX", "BALL", "DRY")
+        with deck.step():
+            deck.boundary("BODY-ZMAX", 1, 2)
+            deck.boundary("BODY-ZMIN", 1, 2)
+            deck.boundary("BODY-ZMIN", 3, value=0.02)
+        with bipot.run(deck, directory=self.folder, quiet=True) as result:
+            pair = result.pairs[0]
+            seen = Map(pair)
+            touching = pair.status[-1] > 0
+            self.assertLess(touching.sum(), 0.2 * len(touching))
+            self.assertGreater(touching.sum(), 1)
+            self.assertTrue(seen.inside[touching].all())
+            # The picture is of the contact, and says so.
+            self.assertLess(2 * seen.half.max(), 0.8 * np.ptp(seen.places[:, 0]))
+            np.testing.assert_allclose(
+                seen.middle, [0.5, 0.0], atol=0.5 * seen.half.max()
+            )
+            self.assertIn("near the contact", seen.words())
+            arrows = np.isin(np.flatnonzero(touching), seen.with_arrow)
+            self.assertGreater(arrows.sum(), 1)
+
 
 class TimeAxes(WithFolder):
     """Histories are drawn over the time of the run, and legends stand beside them."""

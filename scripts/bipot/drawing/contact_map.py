@@ -46,7 +46,8 @@ class Map:
         self.largest = float(np.linalg.norm(pair.friction, axis=2).max())
         if self.largest < NOTHING * np.abs(pair.reaction).max(initial=0.0):
             self.largest = 0.0
-        low, high = self.places.min(axis=0), self.places.max(axis=0)
+        low, high = self.window()
+        self.inside = ((self.places >= low) & (self.places <= high)).all(axis=1) & self.shown
         self.middle = (low + high) / 2
         extent = np.maximum(high - low, 1e-300)
         self.half = np.full(2, 0.62 * extent.max())
@@ -60,8 +61,18 @@ class Map:
         along = min(np.sqrt(len(self.places)), MAX_ARROWS) - 1
         self.cell = (self.half / 0.62 if not self.is_stretched else extent) / max(along, 1.0)
         cells = np.floor((self.places - low) / self.cell + 1e-6)
-        chosen = np.unique(cells[self.shown], axis=0, return_index=True)[1]
-        self.with_arrow = np.flatnonzero(self.shown)[chosen]
+        chosen = np.unique(cells[self.inside], axis=0, return_index=True)[1]
+        self.with_arrow = np.flatnonzero(self.inside)[chosen]
+
+    def window(self):
+        """Return two corners: around all points that ever touch, or else of the whole surface."""
+        low, high = self.places.min(axis=0), self.places.max(axis=0)
+        touched = self.places[(self.pair.status != OPEN).any(axis=0) & self.shown]
+        if len(touched) == 0:
+            return low, high
+        first, last = touched.min(axis=0), touched.max(axis=0)
+        margin = max((last - first).max() / 2, 2 * (high - low).max() / np.sqrt(len(self.places)))
+        return np.maximum(low, first - margin), np.minimum(high, last + margin)
 
     @staticmethod
     def axis(normals):
@@ -147,13 +158,15 @@ class Map:
         """Return how the surface is shown, where it is not just seen from before it."""
         hidden = int((~self.shown).sum())
         said = {"flat": "", "unrolled": ", unrolled", "on the body": ", on the body"}[self.kind]
+        if not self.inside[self.shown].all():
+            said += ", near the contact"
         return said + (f" ({hidden} points on its far side)" if hidden else "")
 
     def draw(self, axes, row):
         """Draw the states and friction forces of an increment."""
         box = axes.get_window_extent()
         width, height = box.width * 72 / axes.figure.dpi, box.height / axes.figure.dpi
-        size = np.clip(0.36 * width / np.sqrt(len(self.places)), 2.0, 10.0) ** 2
+        size = np.clip(0.36 * width / np.sqrt(self.inside.sum()), 2.0, 10.0) ** 2
         axes.add_collection(
             PolyCollection(self.outlines, facecolors="#f4f4f4", edgecolors=GRID, linewidths=0.5)
         )
@@ -177,7 +190,7 @@ class Map:
             unit = self.pair.result.units.of("force")
             axes.quiverkey(
                 arrows, 0.05, -0.62 / height, self.largest,
-                f"friction on the body, {self.largest:.3g} {unit}",
+                f"friction on the slave, {self.largest:.3g} {unit}",
                 labelpos="E", coordinates="axes", fontproperties={"size": 7.5},
             )
         low, high = self.middle - self.half, self.middle + self.half
@@ -226,7 +239,7 @@ def draw_contact(result, pair):
         surface.draw(axes, row)
         axes.set_title(f"increment {row + 1}\n{result.label(row)}", pad=22, fontsize=8.5)
     figure.suptitle(
-        f"{result.path.stem}, contact {pair.name}\nstate of the points{surface.words()}",
+        f"{result.path.stem}, contact {pair.name}\nstatus of the contact points{surface.words()}",
         fontsize=10,
     )
     return figure
