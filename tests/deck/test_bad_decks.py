@@ -77,6 +77,14 @@ class BadDecks(Read):
             )
         self.assertEqual(len(found), len(expected), f"more mistakes than expected:\n{text}")
 
+    def test_what_is_not_printed_is_counted(self):
+        status, text = self.server.ask(
+            b"*NODE\n" + b"".join(b"%d, x\n" % (k + 1) for k in range(20))
+        )
+        self.assertEqual(status, 1)
+        self.assertEqual(len(mistakes_in(text)), 10, text)
+        self.assertIn("and 11 more errors; --check lists all", text)  # and no *STEP
+
     def test_the_program_says_the_same(self):
         for deck in sorted(DECKS.glob("*.inp"))[::10]:
             with self.subTest(deck=deck.name):

@@ -15,7 +15,7 @@ module diagnostics_mod
   public :: wants_more, mistakes_as_error, mistakes_in_lines, notes_as_list, quoted, guess
 
   integer, parameter :: max_collected = 500  !! then reading ends
-  integer, parameter :: max_printed = 50
+  integer, parameter :: max_printed = 10  !! --check prints all
   integer, parameter :: max_notes = 100
   integer, parameter :: excerpt_width = 96   !! longest piece of a source line shown [character]
   integer, parameter :: max_quoted = 60      !! longest piece of the deck in a message [byte]
@@ -142,9 +142,10 @@ contains
     end do
     if (size(order) >= max_collected) then
       text = text//new_line('a')//'and more: stopped after '//to_text(size(order))// &
-        ' mistakes'
+        ' errors; --check lists them'
     else if (size(order) > max_printed) then
-      text = text//new_line('a')//'and '//to_text(size(order) - max_printed)//' more mistakes'
+      text = text//new_line('a')//'and '//to_text(size(order) - max_printed)// &
+        ' more errors; --check lists all'
     end if
     call raise(error, exit_wrong_input, text)
   end subroutine mistakes_as_error
