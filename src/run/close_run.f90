@@ -82,11 +82,12 @@ contains
     character(:), allocatable :: amount
 
     if (.not. error > 0.0_wp) return
-    amount = 'more than linear theory can say: --nlgeom yes'
+    amount = 'more than linear theory can say'
     if (error < huge(1.0_wp)) amount = percent(error)
     line(1)%text = 'note: strains up to '//percent(tally%largest_strain)//', rotations up to '// &
       to_text(tally%largest_rotation, 2)//' rad: finite strain '// &
-      trim(merge('changes   ', 'may change', is_followed))//' forces by '//amount
+      trim(merge('changes   ', 'may change', is_followed))//' forces by '//amount// &
+      '; --nlgeom yes includes it'
     call print_lines(console, line)
   end subroutine tell_theory
 

@@ -34,6 +34,7 @@ contains
     type(choices_t) :: choices
     type(search_t) :: search
     type(console_t) :: console
+    character(:), allocatable :: title
 
     if (is_folder(options%deck)) then
       if (options%check) then
@@ -52,7 +53,9 @@ contains
     choices%mesh_size = mesh_size_t(parts=2**max(0, options%refine))
     call prepare_scene(options, scene, choices, error)
     if (allocated(error) .or. options%check) return
-    if (.not. console%quiet) call say('bipot '//version//': '//scene%title)
+    title = scene%title
+    if (len(title) == 0) title = options%deck
+    if (.not. console%quiet) call say('bipot '//version//': '//title)
     call print_lines(console, scene%notes, 'note: ')
     if (chooses_mesh(scene%accuracy) .and. scene%accuracy%chooses_theory) then
       call choose_theory_and_mesh(options, scene, console, error)

@@ -42,6 +42,11 @@ class CommandLine(unittest.TestCase):
             with self.subTest(option=option):
                 self.assertRegex(text, rf"(?<!\S){option}(?![\w-])")
 
+    def test_a_deck_without_a_heading_is_called_by_its_file(self):
+        text = re.sub(r"\*HEADING\n.*\n", "", BLOCK.read_text())
+        run = Run(text, "--plan", name="nameless", **SMALL)
+        self.assertRegex(run.output.splitlines()[0], r"^bipot \S+: \S*nameless.inp$")
+
     def test_wrong_words_end_with_1_and_say_why(self):
         for words, expected in (
             ((), "no deck"),

@@ -3,7 +3,7 @@ module initial_overlaps_mod
   use kinds_mod, only: wp, i8
   use cells_mod, only: face_nodes
   use connectivity_mod, only: all_nodes_of_face, nodes_of_hexahedron
-  use text_mod, only: string_t, to_text
+  use text_mod, only: counted, string_t, to_text
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, is_pair_removed
@@ -63,9 +63,9 @@ contains
             points%constant_gap(here)), 4)//' of it'
         end associate
       end if
-      line%text = to_text(n)//' nodes of '//scene%pairs(pair)%name// &
-        ' overlap before the first step, by up to '//to_text(deepest, 4)//' at node '// &
-        to_text(scene%mesh%node_id(node))//'; '//remedy
+      line%text = counted(n, 'node')//' of '//scene%pairs(pair)%name// &
+        trim(merge(' overlaps', ' overlap ', n == 1))//' before the first step, by up to '// &
+        to_text(deepest, 4)//' at node '//to_text(scene%mesh%node_id(node))//'; '//remedy
       lines = [lines, line]
     end do
   end function overlaps
