@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 MOST, WHERE_UNKNOWN = 6, 3  # digits
+OF_ROUNDING = 1e-9  # friction of a frictionless pair is no more than this, of its force
 HEAD = (
     "step", "pair", "normal force (x, y, z)", "error", "friction (x, y, z)", "error",
     "largest pressure", "error", "largest slip", "error",
@@ -101,10 +102,13 @@ def vector(name: str, values: Array) -> dict[str, float]:
 def row_in_words(row: dict[str, Any]) -> list[str]:
     """Return the cells of a row as they are read, below HEAD."""
     cells = [str(row["step"]), row["pair"]]
+    least = OF_ROUNDING * math.hypot(
+        *(row[f"normal_force_{axis}"] + row[f"friction_force_{axis}"] for axis in "xyz")
+    )
     for name in ("normal_force", "friction_force"):
         error = row[f"{name}_error"]
         values = [row[f"{name}_{axis}"] for axis in "xyz"]
-        rounding = 0.01 * max(map(abs, values)) if math.isnan(error) else error
+        rounding = max(least, 0.01 * max(map(abs, values))) if math.isnan(error) else error
         cells += [
             "(" + ", ".join(known_digits(value, rounding) for value in values) + ")",
             error_in_words(error),

@@ -17,6 +17,8 @@ module pair_summary_mod
   !> Of what errors are known.
   integer, parameter :: of_normal = 1, of_friction = 2, of_pressure = 3, of_slip = 4
   integer, parameter :: n_errors = 4
+  !> Friction of a frictionless pair is no more than this, of the force of the pair.
+  real(wp), parameter :: of_rounding = 1.0e-9_wp
 
   !> A pair at the end of an increment.
   type :: pair_sums_t
@@ -125,12 +127,14 @@ contains
     type(pair_sums_t), intent(in) :: pair
     real(wp), intent(in) :: errors(n_errors) !! negative: not known
     type(string_t), intent(inout) :: cells(:) !! (n_columns)
+    real(wp) :: least
     integer :: k
 
     cells(1)%text = to_text(step)
     cells(2)%text = name
-    cells(3)%text = vector(pair%normal, errors(of_normal))
-    cells(5)%text = vector(pair%friction, errors(of_friction))
+    least = of_rounding*norm2(pair%normal + pair%friction)
+    cells(3)%text = vector(pair%normal, errors(of_normal), least)
+    cells(5)%text = vector(pair%friction, errors(of_friction), least)
     cells(7)%text = in_known_digits(pair%pressure, errors(of_pressure))
     cells(9)%text = in_known_digits(pair%slip, errors(of_slip))
     do k = 1, n_errors
@@ -141,13 +145,15 @@ contains
   end subroutine fill_cells
 
   !> (0, 0, -12.3). Where the error is not known, all components are rounded as the largest is.
-  pure function vector(x, error) result(text)
+  pure function vector(x, error, least) result(text)
     real(wp), intent(in) :: x(3), error
+    real(wp), intent(in) :: least !! what is rounding at most, where the error is not known [force]
     character(:), allocatable :: text
     real(wp) :: rounding
 
     rounding = error
-    if (error < 0.0_wp) rounding = 10.0_wp**(1 - digits_where_unknown)*maxval(abs(x))
+    if (error < 0.0_wp) rounding = max(least, &
+      10.0_wp**(1 - digits_where_unknown)*maxval(abs(x)))
     text = '('//in_known_digits(x(1), rounding)//', '//in_known_digits(x(2), rounding)//', '// &
       in_known_digits(x(3), rounding)//')'
   end function vector

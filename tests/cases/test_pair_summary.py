@@ -164,6 +164,22 @@ B, 3, 10.
 """
 
 
+class Rounding(unittest.TestCase):
+    """Friction that is rounding is 0 also where no error is known."""
+
+    def friction(self, size):
+        row = {"step": 1, "pair": "A:B"}
+        for name, values in (("normal_force", (0.0, 0.0, -114.0)), ("friction_force", size)):
+            row |= {f"{name}_{axis}": x for axis, x in zip("xyz", values, strict=True)}
+        for name in ("normal_force", "friction_force", "largest_pressure", "largest_slip"):
+            row[f"{name}_error"] = float("nan")
+        return row_in_words(row | {"largest_pressure": 1.0, "largest_slip": 0.0})[4]
+
+    def test_friction(self):
+        self.assertEqual(self.friction((-4e-11, -3.37e-11, -2e-13)), "(0, 0, 0)")
+        self.assertEqual(self.friction((1.2345e-3, 0.0, 0.0)), "(0.00123, 0, 0)")
+
+
 class Told(unittest.TestCase):
     """The console, the file by Python and the page say the same of any run."""
 
