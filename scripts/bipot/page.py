@@ -293,7 +293,7 @@ def estimated_errors(result: Result) -> str:
     ]
     if not rows:
         return "<p>None was estimated.</p>"
-    head = ("row", "at", *(names[k].removeprefix("error/").replace("_", " ") for k in shown))
+    head = ("increment", "at", *(names[k].removeprefix("error/").replace("_", " ") for k in shown))
     subject = "energy" if result.error_of_energy else "contact force"
     return table(f"Of the {subject}, relative; {UNKNOWN}: not estimated", head, rows, texts=2,
                  key="estimates")
@@ -354,7 +354,8 @@ def certificate(result: Result) -> str:
     if len(rows) < result.finished:
         caption += f": the ends of the steps and the {WORST} worst of {result.finished}"
     made = table(
-        caption, ("row", "at", "certified", *entries), lines, texts=3, bad=bad, key="certificates",
+        caption, ("increment", "at", "certified", *entries), lines, texts=3, bad=bad,
+        key="certificates",
     ).replace("<table", '<table class="narrow"', 1)
     return made if len(rows) <= 30 else details(f"{len(rows)} increments", made, True)
 

@@ -105,7 +105,7 @@ class OfARun(WithFolder):
     def test_its_numbers_are_those_of_the_file(self):
         head, *rows = self.page.tables["certificates"]
         entries = self.result.certificate
-        self.assertEqual(head, ["row", "at", "certified", *entries])
+        self.assertEqual(head, ["increment", "at", "certified", *entries])
         self.assertEqual(len(rows), self.result.finished)
         for row, line in enumerate(rows):
             said = [str(row + 1), self.result.label(row),
