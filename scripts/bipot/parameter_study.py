@@ -341,5 +341,11 @@ def _row(
         if "counters" in result.file["run"]:
             row["seconds"] = result.counters["seconds_total"]
         if row["status"] in ("finished", "settled") and evaluate is not None:
-            row |= evaluate(result)
+            more = evaluate(result)
+            if taken := sorted(more.keys() & row.keys()):
+                raise ValueError(
+                    f"evaluate must not return {', '.join(taken)}: the study has a column of that"
+                    " name already"
+                )
+            row |= more
     return row

@@ -58,6 +58,11 @@ class Studies(WithFolder):
             study.column("colour")
         self.assertIn("<th>ratio</th>", study._repr_html_())
 
+    def test_columns_are_not_replaced(self):
+        with self.assertRaisesRegex(ValueError, "evaluate must not return mu, seconds"):
+            self.study({"mu": [0.1]}, evaluate=lambda _: {"mu": 1, "seconds": 2, "more": 3})
+        self.assertEqual(self.study({"mu": [0.1]}, evaluate=None)[0]["status"], "finished")
+
     def test_refinements_are_varied_like_parameters(self):
         """A block of n elements refined is that of 2 n; runs that are there are known again."""
         vary = [{"n": 1, "--refine": 0}, {"n": 1, "--refine": 1}, {"n": 2, "--refine": 0}]
