@@ -459,9 +459,9 @@ contains
       if (reader%cards(k)%keyword /= 'HEADING') cycle
       call open_card(reader, k, card)
       call allow_options(reader, card, [character(1) ::])
+      if (reader%source%file(reader%cards(k)%header) /= 1) cycle
       if (len(title) > 0) then
-        if (reader%source%file(reader%cards(k)%header) == 1) call note(reader, &
-          'the title is that of the first *HEADING: another one is left out')
+        call note(reader, 'the title is that of the first *HEADING: another one is left out')
         cycle
       end if
       do line = card%place%first, card%place%last

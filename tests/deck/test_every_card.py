@@ -368,8 +368,8 @@ class EveryCard(Changed):
                 continue
             named = {squeezed(option) for kind in self.table[keyword] for option in kind}
             others = [word for word in words if word not in named]
-            for first in range(0, len(others), 40):
-                some = others[first:first + 40]
+            for first in range(0, len(others), 9):
+                some = others[first:first + 9]
                 text = ", ".join([self.lines[header - 1], *some])
                 _, said, mistakes = self.plan({header: text})
                 for word in some:

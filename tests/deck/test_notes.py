@@ -155,6 +155,9 @@ class Notes(unittest.TestCase):
         self.assertNotIn("HEADING", printed)
         self.assertIn(": of the deck\n", printed)
         self.assertNotIn("of the mesh", printed)
+        printed = self.plan(("*MATERIAL", "*INCLUDE, INPUT=mesh.inc\n*MATERIAL"),
+                            included="*HEADING\nof the mesh\n")
+        self.assertNotIn("of the mesh", printed)
 
     def test_tables_of_gmsh_that_meshio_writes_as_sets(self):
         tables = (

@@ -55,7 +55,8 @@ contains
         node = points%node(i)
       end do
       if (n == 0) cycle
-      remedy = 'ADJUST= of *CONTACT PAIR closes overlaps'
+      remedy = 'the first increment presses them out; ADJUST=0 of *CONTACT PAIR removes them '// &
+        'without strain'
       if (allocated(points%overlap)) then
         associate (here => [(i, i=points%first(pair), points%first(pair + 1) - 1)])
           if (any(points%extra_gap(here) > points%constant_gap(here))) remedy = 'at first '// &
