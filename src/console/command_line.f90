@@ -184,6 +184,7 @@ contains
         options%solver_option = word
         sweeps_option = word
         options%controls%acceleration = .true.
+      case default ! the table has no others
       end select
       if (allocated(wanted)) call refuse(word, wanted, value, error)
       if (allocated(error)) return

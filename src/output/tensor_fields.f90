@@ -62,7 +62,8 @@ contains
     character(*), intent(in) :: group      !! before the names
     integer, intent(in) :: extents(:)      !! of one number at each place
     integer, intent(in) :: place           !! at_nodes, ...
-    character(*), intent(in) :: words(2)   !! where components are, and what follows from them, or ' '
+    character(*), intent(in) :: words(2)
+    !! where components are, and what follows from them; or ' '
     integer, intent(in) :: element_type    !! of gauss_types, or 0
     type(tensor_row_t) :: row
     integer, allocatable :: of_row(:)

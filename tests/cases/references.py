@@ -13,8 +13,8 @@ from program import DATA
 FILE = DATA / "references.json"
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 KEEP = os.environ.get("BIPOT_KEEP_REFERENCES", "") not in ("", "0")
-# Of the largest value. They are solved to 1e-6 of the largest resultant, of which a component may be
-# a tenth; any error that is compared with them is hundreds of times larger.
+# Of the largest value. They are solved to 1e-6 of the largest resultant, of which a component may
+# be a tenth; any error that is compared with them is hundreds of times larger.
 AGREEMENT = 1e-5
 
 

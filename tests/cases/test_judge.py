@@ -19,6 +19,7 @@ from program import PROGRAM, SOURCE
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
 from body_scenes import random_bodies
+from contact_patterns import least_of_patterns
 from elements import Elements
 from finite_elements import (
     BLATZ_KO,
@@ -318,18 +319,44 @@ class Solver(unittest.TestCase):
         path.begin(0, nothing)
         return path, Increment(b.scene, nothing, path.supports(1.0), path.loads(1.0))
 
+    def test_a_gap_keeps_two_planes_from_holding_a_block(self):
+        # Both could clamp it with any force, so that reactions alone balance every load: but where
+        # a gap is left no pattern of contact does. Where they press it friction holds it.
+        for gap, holds in ((-0.001, True), (0.01, False)):
+            b, part = cube_scene(cells=(1, 1, 1))
+            plane_below(b, part, 0.3)
+            plane = b.obstacle("PLANE", (0, 0, 1 + gap), (0, 0, -1))
+            b.pair(part, "ZMAX", plane, 0.3)
+            step = add_step(b)
+            step.forces.append(Force([0], 0, 0.1))
+            b.finish("between planes")
+            path, increment = self.context(b)
+            left = unbalanced_share(b.scene, increment.before, increment.held, path.loads(1.0))
+            with self.subTest(gap=gap):
+                self.assertLess(left, 1e-9)
+                self.assertEqual(least_of_patterns(increment, 1e-2) is None, holds)
+
+    def test_patterns_know_the_angle_of_friction(self):
+        # To 2 %, by which a pyramid is wider than its cone.
+        for tangent, holds in ((0.299, True), (0.31, False)):
+            _, increment = self.slope(tangent)
+            with self.subTest(tangent=tangent):
+                self.assertEqual(least_of_patterns(increment, 1e-5) is None, holds)
+
+    def slope(self, tangent):
+        """(path, increment) of a block on a plane, mu 0.3, and gravity as much from its normal."""
+        b, part = cube_scene(density=1.0)
+        plane_below(b, part, 0.3)
+        step = add_step(b)
+        step.gravity.append(Gravity(part, 1.0, np.array([tangent, 0.0, -1.0])))
+        b.finish("slope")
+        return self.context(b)
+
     def test_a_block_on_a_slope_holds_up_to_the_angle_of_friction(self):
         for tangent, holds in ((0.299, True), (0.301, False)):
-            b, part = cube_scene(density=1.0)
-            plane_below(b, part, 0.3)
-            step = add_step(b)
-            step.gravity.append(Gravity(part, 1.0, np.array([tangent, 0.0, -1.0])))
-            scene = b.finish("slope")
-            path = LoadPath(scene)
-            nothing = np.zeros_like(scene.points)
-            path.begin(0, nothing)
-            held = np.zeros(nothing.shape, dtype=bool)
-            left = unbalanced_share(scene, nothing, held, path.loads(1.0))
+            path, increment = self.slope(tangent)
+            scene = increment.scene
+            left = unbalanced_share(scene, increment.before, increment.held, path.loads(1.0))
             with self.subTest(tangent=tangent):
                 self.assertEqual(left < 1e-9, holds, left)
                 words = confirm(scene, None, "nothing balances the loads along")

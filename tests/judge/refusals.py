@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from between_nodes import covered_corners, unfelt_overlap
+from contact_patterns import least_of_patterns
 from elements import FACES
 from joints import Joints
 from laws import Judge
@@ -299,15 +300,20 @@ def confirm(scene, stored, message):
         words = f"pressures on what is covered leave {left:.1e} of the loads unbalanced"
         return (CONFIRMED if left > 1e-6 else REFUTED), words
     loads = loads + prescribed_pull(increment)
+    # Normals of faces turn as these are bent, by no more than strains.
+    bent = 30 * largest_strain(scene, loads) if has_surfaces(scene) else 0.0
     if has_surfaces(scene):
         left = unbalanced_share(scene, before, increment.held, loads, increment)
-        # Normals of faces turn as these are bent, by no more than strains.
-        hopeless = left > 1e-6 + 30 * largest_strain(scene, loads) and is_flat(increment, before)
+        hopeless = left > 1e-6 + bent and is_flat(increment, before)
     else:
         left = unbalanced_share(scene, before, increment.held, loads)
         hopeless = left > 1e-9 and all(o.kind == "PLANE" for o in scene.obstacles)
     if hopeless:
         return CONFIRMED, f"no reactions balance the loads: {left:.1e} of them is left"
+    if "nothing balances" in message and all(o.kind == "PLANE" for o in scene.obstacles):
+        share = least_of_patterns(increment, 1e-5 + bent) if is_flat(increment, before) else None
+        if share is not None:
+            return CONFIRMED, f"whatever touches, sticks or slides leaves {share:.1e} of the loads"
     try:
         found = increment.solve(scene.tolerance)
     except np.linalg.LinAlgError as error:
