@@ -319,6 +319,19 @@ class Solver(unittest.TestCase):
         path.begin(0, nothing)
         return path, Increment(b.scene, nothing, path.supports(1.0), path.loads(1.0))
 
+    def test_loads_on_a_held_body_hide_none_on_a_free_one(self):
+        b, part = cube_scene(cells=(1, 1, 1))
+        plane_below(b, part, 0.0)
+        other = b.part((5, 0, 0), (1, 1, 1), (1, 1, 1), 0, "C3D8", False)
+        step = add_step(b)
+        for dof in range(3):
+            step.boundaries.append(Boundary(list(b.scene.parts[other].rows), dof, 0.0))
+        step.forces += [Force([0], 0, 1e-11), Force([8], 0, 1e5)]
+        b.finish("one held, one free")
+        path, increment = self.context(b)
+        left = unbalanced_share(b.scene, increment.before, increment.held, path.loads(1.0))
+        self.assertGreater(left, 0.99)
+
     def test_a_gap_keeps_two_planes_from_holding_a_block(self):
         # Both could clamp it with any force, so that reactions alone balance every load: but where
         # a gap is left no pattern of contact does. Where they press it friction holds it.

@@ -28,7 +28,9 @@ def unbalanced_share(scene, u, held, loads, increment=None):
     are drawn closer where their edges are used. With surfaces the points are those of `increment`.
     """
     motions = rigid_motions(scene, held)
-    work = motions.T @ loads.ravel()
+    # What acts on bodies that are held has no part: beside it all else might be rounding.
+    loads = np.where(np.abs(motions).max(axis=1, initial=0.0) > 1e-9, loads.ravel(), 0.0)
+    work = motions.T @ loads
     total = np.linalg.norm(work)
     # Loads that supports or other loads cancel but for rounding drive nothing.
     if motions.shape[1] == 0 or total <= 1e-13 * np.abs(loads).sum():
@@ -88,7 +90,7 @@ def drives_unseen(motions, points, loads):
     rows = np.vstack([seen if mu > 0 else seen[:1] for seen, mu in points])
     _, size, ways = np.linalg.svd(rows)
     unseen = motions @ ways[int(np.sum(size > 1e-12 * size.max(initial=0.0))) :].T
-    work = unseen.T @ loads.ravel()
+    work = unseen.T @ loads
     # Of the motions, which loads that they should not see multiply.
     rounding = 16 * np.finfo(float).eps * np.abs(unseen).max(axis=0) * np.abs(loads).sum()
     return bool(np.any(np.abs(work) > rounding))
