@@ -168,6 +168,13 @@ class Rule(unittest.TestCase):
             tool = Obstacle("O", SPHERE, np.array(place), None, 0.05)
             found = depth_below(face, tool, np.zeros(3), np.array([0.0, 0.0, 1.0]))
             self.assertAlmostEqual(found, depth, delta=1e-15)
+        # A corner is pressed in by more than the tool is large, which touches it from above.
+        face[2, 2] = -0.4
+        for above, depth in ((0.05, 0.0), (-0.05, 0.05)):
+            place = np.array([1 - 1e-6, 1 - 1e-6, -0.4 + above])
+            tool = Obstacle("O", SPHERE, place, None, 0.05)
+            found = depth_below(face, tool, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+            self.assertAlmostEqual(found, depth, delta=1e-6)
 
 
 class Faults(unittest.TestCase):
@@ -392,8 +399,9 @@ class Decks(unittest.TestCase):
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
     def test_decks_that_once_failed(self):
         # 219: a crack that opens again, with small sliding and meshes that do not match. 224: all
-        # points slide at first, and a search leaps past where four of them stick.
-        done = judge_decks("rims", "--only", "219", "224")
+        # points slide at first, and a search leaps past where four of them stick. 326: a small tool
+        # that presses a corner in by four times its radius.
+        done = judge_decks("rims", "--only", "219", "224", "326")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_random_decks(self):

@@ -94,25 +94,28 @@ def locate(obstacle, places, u, shift, added=0.0):
 
 
 def depth_below(face, obstacle, shift, way):
-    """How deep below a flat face (4, 3) the middle of a sphere or cylinder is, 0 beside it.
+    """How deep below a face (4, 3) the middle of a sphere or cylinder is, 0 beside it.
 
     Along the unit vector `way` (3,), out of the body. Of a cylinder the point of its axis that is
-    nearest to the middle of the face.
+    nearest to the middle of the face. The face is the bilinear surface of its corners: of one that
+    is warped by more than a tool is large a plane says nothing.
     """
     middle = face.mean(axis=0)
-    normal = np.cross(face[2] - face[0], face[3] - face[1])
-    normal = normal / np.linalg.norm(normal)
     place = np.asarray(obstacle.point, dtype=float) + shift
     if obstacle.kind == CYLINDER:
         axis = unit(obstacle.direction)
         place = place + axis * (axis @ (middle - place))
-    below = (middle - place) @ normal / (way @ normal)
-    foot = place + below * way
-    edges = np.roll(face, -1, axis=0) - face
-    inside = np.cross(edges, foot - face) @ normal >= -1e-9 * (edges**2).max()
+    signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    along, twist = signs.T @ face / 4, (1, -1, 1, -1) @ face / 4
+    at = np.array([0.0, 0.0, (middle - place) @ way])  # xi, eta, and how deep
+    for _ in range(30):
+        left = middle + at[:2] @ along + at[0] * at[1] * twist - place - at[2] * way
+        slopes = np.column_stack([along[0] + at[1] * twist, along[1] + at[0] * twist, -way])
+        at = at - np.linalg.lstsq(slopes, left, rcond=None)[0]
+    inside = np.all(np.abs(at[:2]) <= 1 + 1e-9)
     # Farther than the face is wide it is on the far side of the body, if not beyond it.
-    near = below < np.ptp(face, axis=0).max()
-    return max(0.0, float(below)) if np.all(inside) and near else 0.0
+    near = at[2] < np.ptp(face, axis=0).max()
+    return max(0.0, float(at[2])) if inside and near else 0.0
 
 
 def across(vectors, normals):
