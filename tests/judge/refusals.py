@@ -223,6 +223,15 @@ def missed_depth(scene, increment, solution):
     return deepest
 
 
+def missed_on_the_way(scene, increment, solution, samples=40):
+    """The same at any place of a straight way to the solution, if nothing pressed before it."""
+    before = increment.before
+    if np.any(increment.pressed_before):
+        return 0.0
+    ways = [before + share * (solution.u - before) for share in np.linspace(0, 1, samples + 1)]
+    return max(missed_depth(scene, increment, replace(solution, u=u)) for u in ways)
+
+
 def interval(scene, stored, message):
     """(step, end of the refused increment in the step's time, start of the step, displacements)."""
     finished = 0 if stored is None else stored.finished
@@ -350,6 +359,8 @@ def confirm(scene, stored, message):
             return CONFIRMED, f"its own solution of the increment: {behind[0]}"
     if not findings and "contact is missed" in message:
         depth = missed_depth(scene, increment, found)
+        if "within the increment" in message:
+            depth = missed_on_the_way(scene, increment, found)
         if depth > 10 * scene.tolerance * np.abs(found.u).max():
             return CONFIRMED, f"an obstacle is {depth:.2g} deep in a face, and no node near touches"
         overlap = unfelt_overlap(scene, as_stored(scene, increment, found, step, start + time))
