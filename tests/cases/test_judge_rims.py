@@ -400,7 +400,7 @@ class Decks(unittest.TestCase):
     def test_decks_that_once_failed(self):
         # 219: a crack that opens again, with small sliding and meshes that do not match. 224: all
         # points slide at first, and a search leaps past where four of them stick. 326: a small tool
-        # that presses a corner in by four times its radius. 70013: one that passes a corner at once.
+        # that presses a corner in by four times its radius. 70013: one that goes past a corner.
         done = judge_decks("rims", "--only", "219", "224", "326", "70013")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
