@@ -346,10 +346,10 @@ class Decks(unittest.TestCase):
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
     def test_decks_that_once_failed(self):
         # 8042: a block that turns far over a warped face, and slides off it. 52016: a load without
-        # friction, 1e-14 of those on others: the judge took it for rounding. 20785080: a block let go
-        # between two others, which its loads turn and cannot jam: the judge showed it by no means.
-        # 20785097: an edge between a floor and a wall, whose gaps contradict the stick at the wall by
-        # less than the tolerance.
+        # friction, 1e-14 of those on others: the judge took it for rounding. 20785080: a block let
+        # go between two others, which its loads turn and cannot jam: the judge showed it by no
+        # means. 20785097: an edge between a floor and a wall, whose gaps contradict the stick at
+        # the wall by less than the tolerance.
         seeds = ("8042", "52016", "20785080", "20785097")
         done = judge_decks("joined", "--only", *seeds)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
