@@ -958,8 +958,10 @@ class Judge:
         stiff = internal + thermal
         work = [np.sum(f * u) for f in (stiff, *forces)]
         size = sum(np.sum(np.abs(f * u)) for f in (stiff, *forces))
-        # Where supports take the loads at once displacements are rounding.
-        lost = np.sum(self.scene.elements().rounding(u)) + self.allowed * force + self.tie_doubt
+        # Where supports take the loads at once displacements are rounding; where nothing is loaded
+        # forces are that of places.
+        lost = np.sum(self.scene.elements().rounding(u) + self.places_lost)
+        lost = lost + self.allowed * force + self.tie_doubt
         self.note("work of nodal forces wrong by", row, abs(work[0] - sum(work[1:])),
                   self.allowed * size + lost * np.abs(u).max() + TINY)  # fmt: skip
 
