@@ -292,7 +292,9 @@ contains
     real(wp) :: limit
     logical :: found, ok(2)
 
-    call allow_options(reader, card, ['DIRECT'], ['SOLVER'])
+    ! Equilibrium takes no artificial damping, which is what STABILIZE and those beside it are of.
+    call allow_options(reader, card, ['DIRECT'], [character(9) :: 'SOLVER', 'STABILIZE', &
+      'FACTOR', 'ALLSDTOL', 'CONTINUE'])
     call flag_option(reader, card, 'DIRECT', step%direct)
     call next_data_line(reader, card, fields, found, 4, &
       'an increment, a period (and a smallest and a largest increment, which are ignored)')
