@@ -12,13 +12,14 @@ module surface_pairs_mod
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
   use faces_mod, only: face_area_vectors
+  use find_faces_mod, only: find_outer_faces
   use obstacle_shapes_mod, only: holds_turned_away, how_to_turn_round, is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: add_surface_of_faces, find_faces_of_nodes, surface_list_t
   use surfaces_mod, only: all_nodes_of, bare_nodes, nodes_of, surface_t
-  use text_mod, only: to_text
+  use text_mod, only: counted, to_text
   implicit none
   private
 
@@ -150,11 +151,45 @@ contains
     logical, intent(inout) :: ok      !! false where it does not
 
     if (size(surface%faces, 2) > 0 .and. size(bare_nodes(surface, model%mesh%connectivity, &
-      model%mesh%n_nodes)) == 0) return
+      model%mesh%n_nodes)) == 0) then
+      call check_outside(reader, model, surface, position, ok)
+      return
+    end if
     call report(reader, position, what//' has nodes without faces: it must consist of faces '// &
       '(*SURFACE, TYPE=ELEMENT)')
     ok = .false.
   end subroutine check_faces
+
+  !> Report a surface all of whose faces lie between two elements, where nothing can touch, and note
+  !> some that do: their numbers are wrong.
+  subroutine check_outside(reader, model, surface, position, ok)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surface
+    integer, intent(in) :: position
+    logical, intent(inout) :: ok      !! false where all do
+    integer, allocatable :: outer(:, :)
+    logical, allocatable :: is_outer(:, :) !! (6,n_elements)
+    integer :: f, n
+
+    call find_outer_faces(model%mesh, surface%nodes, outer)
+    allocate (is_outer(6, model%mesh%n_elements), source=.false.)
+    do f = 1, size(outer, 2)
+      is_outer(outer(2, f), outer(1, f)) = .true.
+    end do
+    associate (faces => surface%faces)
+      n = count([(.not. is_outer(faces(2, f), faces(1, f)), f=1, size(faces, 2))])
+      if (n == 0) return
+      ok = n < size(faces, 2)
+    end associate
+    if (ok) then
+      call note(reader, counted(n, 'face')//' of '//surface%name//' between two elements, where '// &
+        'nothing can touch: check their numbers (S1 to S6)')
+    else
+      call report(reader, position, 'all faces of '//quoted(surface%name)//' lie between two '// &
+        'elements, where nothing can touch: check their numbers (S1 to S6)')
+    end if
+  end subroutine check_outside
 
   !> The same as `check_sides` where the master consists of facets of an obstacle.
   subroutine check_facet_sides(reader, model, slave, obstacle, position, pair, ok)

@@ -229,6 +229,20 @@ class Hints(unittest.TestCase):
         )
         self.assertIn("better slave", self.solved(TWO, finer, graded))
 
+    def test_faces_between_two_elements(self):
+        """Wrong numbers of faces: all are refused, some are noted; the right ones say nothing."""
+        lower = ("*SURFACE INTERACTION", "*SURFACE, NAME=FOOT\n" + "".join(
+            f"{e}, S1\n" for e in range(33, 37)) + "*SURFACE INTERACTION")
+        pair = ("B-ZMIN, A-ZMAX", "FOOT, A-ZMAX")
+        hint = "where nothing can touch: check their numbers (S1 to S6)"
+        done = self.run_deck(TWO, lower, pair)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("between two elements", done.stdout)
+        some = (lower[0], lower[1].replace("36, S1", "36, S1\n36, S2"))
+        done = self.run_deck(TWO, some, pair)
+        self.assertIn(f"1 face of FOOT between two elements, {hint}", done.stdout)
+        self.refused(hint, TWO, (lower[0], lower[1].replace("S1", "S2")), pair)
+
     def test_elements_that_are_not_available(self):
         mesh = "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE={}, ELSET=T\n1, 1\n" + DECK
         for kind, hint in (
