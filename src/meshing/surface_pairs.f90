@@ -183,8 +183,8 @@ contains
       ok = n < size(faces, 2)
     end associate
     if (ok) then
-      call note(reader, counted(n, 'face')//' of '//surface%name//' between two elements, where '// &
-        'nothing can touch: check their numbers (S1 to S6)')
+      call note(reader, counted(n, 'face')//' of '//surface%name//' between two elements, '// &
+        'where nothing can touch: check their numbers (S1 to S6)')
     else
       call report(reader, position, 'all faces of '//quoted(surface%name)//' lie between two '// &
         'elements, where nothing can touch: check their numbers (S1 to S6)')
