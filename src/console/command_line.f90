@@ -102,7 +102,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! an unknown option, a missing value, no deck or two
     character(:), allocatable :: word, value, wanted, sweeps_option
-    integer :: i, k
+    integer :: i
 
     options%deck = ''
     options%output = ''
@@ -124,13 +124,7 @@ contains
         if (allocated(error)) return
         cycle
       end if
-      k = findloc(option_names == word, .true., dim=1)
-      if (k == 0) then
-        call take_deck(word, options, error)
-        if (allocated(error)) return
-        cycle
-      end if
-      if (known(k)%of_decks) options%deck_option = word
+      if (any(option_names == word .and. known%of_decks)) options%deck_option = word
       select case (word)
       case ('--help', '-h')
         options%help = .true.
@@ -184,7 +178,8 @@ contains
         options%solver_option = word
         sweeps_option = word
         options%controls%acceleration = .true.
-      case default ! the table has no others
+      case default
+        call take_deck(word, options, error)
       end select
       if (allocated(wanted)) call refuse(word, wanted, value, error)
       if (allocated(error)) return
