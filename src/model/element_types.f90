@@ -65,7 +65,7 @@ contains
     end do
   end function type_called
 
-  !> The name of the type of an element.
+  !> The name of the type of an element, the first where it has several.
   pure function name_of_type(kind, cell) result(name)
     integer, intent(in) :: kind, cell
     character(:), allocatable :: name
@@ -73,7 +73,7 @@ contains
 
     name = ''
     as_read = merge(hexahedron_20_reduced, cell, cell == hexahedron_20_of_14)
-    do row = 1, size(element_types)
+    do row = size(element_types), 1, -1
       if (element_types(row)%kind == kind .and. element_types(row)%cell == as_read) name = &
         trim(element_types(row)%name)
     end do

@@ -4,7 +4,7 @@ module solve_problem_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: as_list, string_t, to_text
   use system_mod, only: wall_seconds
-  use controls_mod, only: contact_controls_t, solver_sweeps, solver_global_newton
+  use controls_mod, only: contact_controls_t, solver_none
   use increment_report_mod, only: certificate_t, worst_entry, ended_at_limit, ended_diverging
   use certify_problem_mod, only: certify_problem
   use problem_mod, only: contact_report_t, pack_rows, measure, relative_gaps, unpack_rows
@@ -16,7 +16,8 @@ module solve_problem_mod
   use condense_problem_mod, only: condensed_t, condense_problem, motion_of, rank_of, imbalance_of
   use command_line_mod, only: options_t
   use refuse_unsolved_mod, only: tolerance_in_reach
-  use console_mod, only: console_t, open_console, say, print_lines, seconds_in_words
+  use console_mod, only: console_t, open_console, say, print_lines, seconds_in_words, &
+    solver_name
   use version_mod, only: version
   implicit none
   private
@@ -267,14 +268,8 @@ contains
     type(contact_report_t), intent(in) :: report
     character(:), allocatable :: words
 
-    select case (report%solver)
-    case (solver_sweeps)
-      words = 'sweeps'
-    case (solver_global_newton)
-      words = 'global Newton'
-    case default
-      words = 'nothing to iterate'
-    end select
+    words = solver_name(report%solver)
+    if (report%solver == solver_none) words = 'nothing to iterate'
   end function solver_in_words
 
   pure function ending_in_words(report) result(words)
