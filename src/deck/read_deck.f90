@@ -45,8 +45,8 @@ module read_deck_mod
   use read_body_solver_mod, only: read_body_solver
   use read_prints_mod, only: read_prints
   use read_accuracy_mod, only: read_accuracy
-  use read_rigid_bodies_mod, only: find_facets, find_rigid_nodes, join_rigid_bodies, &
-    make_obstacles, read_rigid_bodies, rigid_bodies_t
+  use read_rigid_bodies_mod, only: find_rigid_nodes, join_rigid_bodies, read_rigid_bodies, &
+    rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
   use read_surface_behavior_mod, only: read_surface_behavior
@@ -60,6 +60,7 @@ module read_deck_mod
   use read_surfaces_mod, only: read_surfaces
   use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
+  use rigid_facets_mod, only: find_facets, make_obstacles
   use surface_list_mod, only: surface_list_t
   use controls_mod, only: compliance_auto, compliance_dense, output_controls_t
   use finite_strain_limits_mod, only: beyond_finite_strain
