@@ -19,7 +19,7 @@ module hexahedron8_mod
 
   public :: shape_gradients, centre_shape_gradients, centre_jacobian, centre_gradient
   public :: jacobian_determinants, volume
-  public :: node_volumes, along_edges
+  public :: node_moments, along_edges
   public :: stiffness_length
   public :: displacement_gradients, strain_of, mode_strain_of, force_of
   public :: isotropic_stiffness
@@ -182,22 +182,24 @@ contains
     v = sum(d(:8))
   end function volume
 
-  !> Each node's part of the volume, int N_a dV.
+  !> Each node's part of the volume and of its first moments, int N_a (1, x, y, z) dV.
   !>
-  !> Exact for any element: the integrand is of third degree in each coordinate.
-  pure function node_volumes(x) result(v)
+  !> Volumes are exact for any element, as the integrand is of third degree in each coordinate, and
+  !> so are the sums of moments.
+  pure function node_moments(x) result(m)
     real(wp), intent(in) :: x(3, 8) !! nodes [length]
-    real(wp) :: v(8)                !! [length^3]
-    real(wp) :: d(16)
+    real(wp) :: m(4, 8)             !! [length^3], [length^4]
+    real(wp) :: d(16), part(8)
     integer :: g
 
     d = jacobian_determinants(x)
-    v = 0.0_wp
+    m = 0.0_wp
     do g = 1, 8
-      v = v + 0.125_wp*d(g)*(1.0_wp + gauss*xi_node(g)*xi_node)* &
+      part = 0.125_wp*(1.0_wp + gauss*xi_node(g)*xi_node)* &
         (1.0_wp + gauss*eta_node(g)*eta_node)*(1.0_wp + gauss*zeta_node(g)*zeta_node)
+      m = m + spread([1.0_wp, matmul(x, part)], 2, 8)*spread(d(g)*part, 1, 4)
     end do
-  end function node_volumes
+  end function node_moments
 
   ! ------------------------------------------------------------------ strain, force, stiffness
 

@@ -7,10 +7,10 @@ module mesh_forces_mod
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
-  use hexahedron8_mod, only: node_volumes, stiffness_length
+  use hexahedron8_mod, only: node_moments, stiffness_length
   use congruent_forces_mod, only: add_element_forces
   use faces_mod, only: face_area_vectors, face_node_areas
-  use second_order_mod, only: volumes_of_second_order => node_volumes, &
+  use second_order_mod, only: moments_of_second_order => node_moments, &
     stiffness_length_of_second_order => stiffness_length
   implicit none
   private
@@ -92,32 +92,45 @@ contains
     end do
   end subroutine pressure_force
 
-  !> Add the nodal forces of the weight of some elements, int N_a density acceleration dV.
-  pure subroutine gravity_force(mesh, materials, elements, acceleration, f)
+  !> Add the nodal forces of the weight of some elements, int N_a density (acceleration +
+  !> gradient x) dV.
+  pure subroutine gravity_force(mesh, materials, elements, acceleration, gradient, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     integer,  intent(in) :: elements(:)      !! element numbers
     real(wp), intent(in) :: acceleration(3)  !! [length/time^2]
+    real(wp), intent(in) :: gradient(3, 3)   !! [1/time^2]
     real(wp), intent(inout) :: f(:, :)       !! (3,n_nodes) [force]
-    real(wp) :: mass(8)
-    integer :: i, a, nodes(8)
+    real(wp) :: weights(3, 8)
+    integer :: i, e, a, nodes(8)
 
     do i = 1, size(elements)
-      if (has_middles(mesh%connectivity%cell(elements(i)))) then
-        associate (all_nodes => nodes_of_element(mesh%connectivity, elements(i)), &
-                   density => materials(mesh%material(elements(i)))%density)
-          f(:, all_nodes) = f(:, all_nodes) + spread(density*acceleration, 2, size(all_nodes))* &
-            spread(volumes_of_second_order(mesh%connectivity%cell(elements(i)), &
-            mesh%coordinates(:, all_nodes)), 1, 3)
+      e = elements(i)
+      if (has_middles(mesh%connectivity%cell(e))) then
+        associate (all_nodes => nodes_of_element(mesh%connectivity, e))
+          f(:, all_nodes) = f(:, all_nodes) + weights_of(moments_of_second_order( &
+            mesh%connectivity%cell(e), mesh%coordinates(:, all_nodes)))
         end associate
         cycle
       end if
-      nodes = nodes_of_hexahedron(mesh%connectivity, elements(i))
-      mass = materials(mesh%material(elements(i)))%density*node_volumes(mesh%coordinates(:, nodes))
-      do a = 1, 8
-        f(:, nodes(a)) = f(:, nodes(a)) + mass(a)*acceleration
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      weights = weights_of(node_moments(mesh%coordinates(:, nodes)))
+      do a = 1, 8 ! of which some may be one
+        f(:, nodes(a)) = f(:, nodes(a)) + weights(:, a)
       end do
     end do
+
+  contains
+
+    !> Of the nodes whose shape functions have these integrals of 1, x, y, z.
+    pure function weights_of(moments) result(f_of)
+      real(wp), intent(in) :: moments(:, :) !! (4,n) [length^3], [length^4]
+      real(wp) :: f_of(3, size(moments, 2)) !! [force]
+
+      f_of = materials(mesh%material(e))%density*(spread(acceleration, 2, size(moments, 2))* &
+        spread(moments(1, :), 1, 3) + matmul(gradient, moments(2:, :)))
+    end function weights_of
+
   end subroutine gravity_force
 
   !> Add to each node its part of the faces of a surface; nodes that none of them has keep theirs.

@@ -134,8 +134,8 @@ contains
       b%gravity%amplitude)
     if (.not. same) return
     do k = 1, size(a%gravity)
-      same = same .and. .not. any(abs(a%gravity(k)%acceleration - b%gravity(k)%acceleration) > &
-        0.0_wp)
+      same = same .and. .not. (any(abs(a%gravity(k)%acceleration - b%gravity(k)%acceleration) > &
+        0.0_wp) .or. any(abs(a%gravity(k)%gradient - b%gravity(k)%gradient) > 0.0_wp))
     end do
   end function same_gravity
 

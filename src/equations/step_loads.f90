@@ -258,7 +258,7 @@ contains
     n = size(scene%amplitudes)
     allocate (concentrated(3*scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     allocate (face_pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
-    allocate (gravity(3*size(scene%regions), pattern_hold:n), source=0.0_wp)
+    allocate (gravity(12*size(scene%regions), pattern_hold:n), source=0.0_wp)
     do k = 1, step
       associate (s => scene%steps(k))
         if (k > 1) then
@@ -276,9 +276,9 @@ contains
           s%replace_pressures, now, pressure)
         call change_levels(s%face_pressures%surface, s%face_pressures%value, &
           s%face_pressures%amplitude, s%replace_element_loads, now, face_pressure)
-        call change_levels([((3*s%gravity(j)%region - 3 + i, i=1, 3), j=1, size(s%gravity))], &
-          [((s%gravity(j)%acceleration(i), i=1, 3), j=1, size(s%gravity))], &
-          [((s%gravity(j)%amplitude, i=1, 3), j=1, size(s%gravity))], s%replace_element_loads, &
+        call change_levels([((12*s%gravity(j)%region - 12 + i, i=1, 12), j=1, size(s%gravity))], &
+          [(s%gravity(j)%acceleration, s%gravity(j)%gradient, j=1, size(s%gravity))], &
+          [((s%gravity(j)%amplitude, i=1, 12), j=1, size(s%gravity))], s%replace_element_loads, &
           now, gravity)
       end associate
     end do
@@ -286,9 +286,10 @@ contains
     do g = pattern_hold, n
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
       do i = 1, size(scene%regions)
-        associate (acceleration => gravity(3*i - 2:3*i, g))
-          if (any(abs(acceleration) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
-            scene%regions(i)%elements, acceleration, force(:, :, g))
+        associate (of_region => gravity(12*i - 11:12*i, g))
+          if (any(abs(of_region) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
+            scene%regions(i)%elements, of_region(:3), reshape(of_region(4:), [3, 3]), &
+            force(:, :, g))
         end associate
       end do
     end do

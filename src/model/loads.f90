@@ -37,11 +37,13 @@ module loads_mod
     integer  :: amplitude = 0       !! as above
   end type pressure_t
 
-  !> The weight of some elements: density times acceleration a unit of volume.
+  !> The weight of some elements: density times acceleration a unit of volume, at x in the mesh
+  !> acceleration + gradient x.
   type :: gravity_t
     integer  :: region = 0               !! index into the scene's regions
     real(wp) :: acceleration(3) = 0.0_wp !! [length/time^2]
     integer  :: amplitude = 0            !! as above
+    real(wp) :: gradient(3, 3) = 0.0_wp  !! [1/time^2]
   end type gravity_t
 
   !> *CONTACT INTERFERENCE: how far the points of a pair may overlap.
@@ -83,7 +85,7 @@ module loads_mod
     type(nodal_value_t), allocatable :: forces(:)    !! of one node and dof they add up
     type(pressure_t),    allocatable :: pressures(:) !! *DSLOAD; of one surface they add up
     type(pressure_t),    allocatable :: face_pressures(:) !! *DLOAD P1..P6; they add up as well
-    type(gravity_t),     allocatable :: gravity(:)   !! *DLOAD GRAV; of one region they add up
+    type(gravity_t),     allocatable :: gravity(:)   !! *DLOAD GRAV, CENTRIF; likewise
     type(nodal_value_t), allocatable :: temperatures(:)
     !! of one node the last counts; dof is 1; not allocated: none
     logical :: replace_interferences = .false.       !! OP=NEW of *CONTACT INTERFERENCE

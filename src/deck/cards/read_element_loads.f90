@@ -4,9 +4,10 @@
 !>     TOP, P2, 12.5                  set or element, face, pressure
 !>     BODY, GRAV, 9810., 0., 0., -1. set or element, acceleration, its direction
 !>     , GRAV, 9810., 0., 0., -1.     the weight of all elements
+!>     WHEEL, CENTRIF, 1e4, 0., 0., 0., 0., 0., 1.   square of the angular velocity, axis
 !>
 !> A later step that names the same set and face changes the load; so each set with a face is one
-!> surface of the scene, and each set with GRAV one region.
+!> surface of the scene, and each set with GRAV one region, and with CENTRIF another.
 module read_element_loads_mod
   use cards_mod, only: note, reader_t, report, report_missing_element
   use diagnostics_mod, only: quoted
@@ -14,7 +15,7 @@ module read_element_loads_mod
     name_field, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: gravity_t, load_step_t, pressure_t
-  use mesh_draft_mod, only: axisymmetric, face_of_label, solids
+  use mesh_draft_mod, only: axisymmetric, face_of_label, mesh_draft_t, solids
   use options_mod, only: allow_options, card_t
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: add_pressure, read_op
@@ -29,7 +30,7 @@ module read_element_loads_mod
 
   !> Faces and elements named by all lines of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 100000000
-  integer, parameter :: grav = 7 !! behind the six faces
+  integer, parameter :: grav = 7, centrif = 8 !! behind the six faces
 
   !> The element loads of the step that is being read, and the regions of the whole deck.
   type :: element_load_draft_t
@@ -40,9 +41,9 @@ module read_element_loads_mod
     type(region_t), allocatable :: regions(:)
     integer :: n_regions = 0
     integer, allocatable :: of_set(:, :)
-    !! (7, 0:n_sets) surface of the set and each face, region of the set; 0: none yet; set 0: all
+    !! (8, 0:n_sets) surface of the set and each face, regions of the set; 0: none yet; set 0: all
     integer, allocatable :: of_element(:, :)
-    !! (7, n_elements) as above for single elements; not allocated before there is one
+    !! (8, n_elements) as above for single elements; not allocated before there is one
     integer(i8) :: work = 0
   end type element_load_draft_t
 
@@ -55,7 +56,7 @@ contains
 
     if (.not. allocated(draft%pressures)) then
       allocate (draft%pressures(4), draft%gravity(4), draft%regions(4))
-      allocate (draft%of_set(grav, 0:model%element_sets%n), source=0)
+      allocate (draft%of_set(centrif, 0:model%element_sets%n), source=0)
     end if
     draft%n_pressures = 0
     draft%n_gravity = 0
@@ -70,7 +71,7 @@ contains
     step%gravity = draft%gravity(:draft%n_gravity)
   end subroutine close_element_loads
 
-  !> *DLOAD: set or element, P1..P6, pressure, or set or element, GRAV, acceleration, direction
+  !> *DLOAD: set or element, P1..P6, pressure; GRAV, acceleration, direction; CENTRIF, square, axis
   subroutine read_dload(reader, card, model, amplitudes, surfaces, draft, replace)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
@@ -81,9 +82,10 @@ contains
     logical, intent(inout) :: replace !! set by OP=NEW
     type(fields_t) :: fields
     integer, allocatable :: elements(:)
+    type(gravity_t) :: gravity
     integer :: label, slot(2), amplitude, index
-    real(wp) :: value, direction(3)
-    logical :: found, ok(3)
+    real(wp) :: value
+    logical :: found, ok(2)
 
     call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
     call read_op(reader, card, replace)
@@ -92,35 +94,28 @@ contains
       call next_data_line(reader, card, fields, found, any_number, '')
       if (.not. found) exit
       call read_label(reader, fields, model%mesh%plane /= solids, label)
-      if (label > 0 .and. label /= grav) label = face_of_label(model%mesh, label)
+      if (label > 0 .and. label < grav) label = face_of_label(model%mesh, label)
       call read_target(reader, model, fields, label, elements, slot, ok(1))
       if (label == 0) cycle
-      ok(3) = .true.
-      if (label == grav) then
-        call limit_fields(reader, fields, 6, 'a set or element, GRAV, g and a direction')
-        call real_field(reader, fields, 3, 'the acceleration', value, ok(2))
-        call read_direction(reader, fields, direction, ok(3))
-        if (ok(3)) call check_direction(reader, fields, model%mesh%plane, direction, ok(3))
-        if (ok(1) .and. known_index(draft, label, slot) == 0) then
-          call check_density(reader, model, fields, elements)
-        end if
-      else
+      if (label < grav) then
         call limit_fields(reader, fields, 3, 'a set or element, P1 to P6, a pressure')
         call real_field(reader, fields, 3, 'the pressure', value, ok(2))
+        if (all(ok) .and. known_index(draft, label, slot) == 0) call check_side(reader, &
+          model%mesh, elements, label, field_position(reader, fields, 2), ok(1))
+      else
+        call read_acceleration(reader, fields, label, model%mesh, gravity, ok(2))
+        if (ok(1) .and. known_index(draft, label, slot) == 0) call check_density(reader, model, &
+          fields, elements)
       end if
       if (.not. all(ok)) cycle
-      if (label /= grav .and. known_index(draft, label, slot) == 0) then
-        call check_side(reader, model%mesh, elements, label, field_position(reader, fields, 2), &
-          ok(1))
-        if (.not. ok(1)) cycle
-      end if
       call find_index(model, elements, label, slot, surfaces, draft, index)
-      if (label == grav) then
-        call add_gravity(draft, gravity_t(region=index, acceleration=value*direction, &
-          amplitude=amplitude))
-      else
+      if (label < grav) then
         call add_pressure(draft%pressures, draft%n_pressures, pressure_t(surface=index, &
           value=value, amplitude=amplitude))
+      else
+        gravity%region = index
+        gravity%amplitude = amplitude
+        call add_gravity(draft, gravity)
       end if
       if (draft%work > max_work) then
         call report(reader, fields%start, 'the deck loads too many elements')
@@ -129,7 +124,7 @@ contains
     end do
   end subroutine read_dload
 
-  !> P1..P6 or GRAV in the second field: 1..6, grav; 0 after a mistake.
+  !> P1..P6, GRAV or CENTRIF in the second field: 1..6, grav, centrif; 0 after a mistake.
   subroutine read_label(reader, fields, of_plane, label)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
@@ -139,10 +134,12 @@ contains
     logical :: ok
 
     label = 0
-    call name_field(reader, fields, 2, 'P1 to P6 or GRAV', word, ok)
+    call name_field(reader, fields, 2, 'P1 to P6, GRAV or CENTRIF', word, ok)
     if (.not. ok) return
     if (word == 'GRAV') then
       label = grav
+    else if (word == 'CENTRIF') then
+      label = centrif
     else if (len(word) == 2) then
       if (word(1:1) == 'P') label = index('123456', word(2:2))
     end if
@@ -153,8 +150,8 @@ contains
       return
     end if
     if (label > 0) return
-    message = 'only P1 to P6 (pressure on a face) and GRAV (weight) are available, not '// &
-      quoted(word)
+    message = 'only P1 to P6 (pressure on a face), GRAV (weight) and CENTRIF (rotation) are '// &
+      'available, not '//quoted(word)
     ! Pressures have other names on elements that were refused, shells for instance.
     if (word(1:1) == 'P') then
       call report_missing_element(reader, field_position(reader, fields, 2), message)
@@ -177,7 +174,7 @@ contains
     integer :: i, before
 
     slot = 0
-    if (label == grav .and. is_empty_field(fields, 1)) then
+    if (label >= grav .and. is_empty_field(fields, 1)) then
       elements = [(i, i=1, model%mesh%n_elements)]
       ok = size(elements) > 0
       return
@@ -206,23 +203,79 @@ contains
     end if
   end subroutine read_target
 
-  !> The direction of GRAV as a unit vector; components that are left out are 0.
-  subroutine read_direction(reader, fields, direction, ok)
+  !> The numbers of GRAV: an acceleration and its direction; of CENTRIF: the square of an angular
+  !> velocity, a point of the axis and its direction.
+  subroutine read_acceleration(reader, fields, label, mesh, gravity, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
-    real(wp), intent(out) :: direction(3)
+    integer, intent(in) :: label !! grav, centrif
+    type(mesh_draft_t), intent(in) :: mesh
+    type(gravity_t), intent(out) :: gravity
+    logical, intent(out) :: ok
+    real(wp) :: size, point(3), direction(3)
+    logical :: is_read(3)
+    integer :: i
+
+    if (label == grav) then
+      call limit_fields(reader, fields, 6, 'a set or element, GRAV, g and a direction')
+      call real_field(reader, fields, 3, 'the acceleration', size, is_read(1))
+      call read_direction(reader, fields, 4, 'GRAV needs a direction', direction, ok)
+      if (ok) call check_direction(reader, fields, mesh%plane, direction, ok)
+      ok = ok .and. is_read(1)
+      gravity%acceleration = size*direction
+      return
+    end if
+    call limit_fields(reader, fields, 9, 'a set or element, CENTRIF, the square of the angular '// &
+      'velocity, a point of the axis and its direction')
+    call real_field(reader, fields, 3, 'the square of the angular velocity', size, is_read(1))
+    if (is_read(1) .and. size < 0.0_wp) then
+      call report(reader, field_position(reader, fields, 3), 'the square of the angular '// &
+        'velocity must not be negative')
+      is_read(1) = .false.
+    end if
+    call read_vector(reader, fields, 4, 'a coordinate of the axis', point, is_read(2))
+    call read_direction(reader, fields, 7, 'CENTRIF needs an axis', direction, is_read(3))
+    if (all(is_read(2:))) call check_axis(reader, fields, mesh%plane, point, direction, is_read(3))
+    ok = all(is_read)
+    if (.not. ok) return
+    do i = 1, 3
+      gravity%gradient(:, i) = -size*direction(i)*direction
+      gravity%gradient(i, i) = gravity%gradient(i, i) + size
+    end do
+    gravity%acceleration = -matmul(gravity%gradient, point - mesh%origin)
+  end subroutine read_acceleration
+
+  !> Three numbers; those that are left out are 0.
+  subroutine read_vector(reader, fields, first, what, vector, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: first       !! field
+    character(*), intent(in) :: what   !! each of them is
+    real(wp), intent(out) :: vector(3)
     logical, intent(out) :: ok
     integer :: i
-    real(wp) :: largest
     logical :: field_ok
 
-    direction = 0.0_wp
+    vector = 0.0_wp
     ok = .true.
     do i = 1, 3
-      if (is_empty_field(fields, 3 + i)) cycle
-      call real_field(reader, fields, 3 + i, 'a component of the direction', direction(i), field_ok)
+      if (is_empty_field(fields, first + i - 1)) cycle
+      call real_field(reader, fields, first + i - 1, what, vector(i), field_ok)
       ok = ok .and. field_ok
     end do
+  end subroutine read_vector
+
+  !> A direction as a unit vector.
+  subroutine read_direction(reader, fields, first, needed, direction, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: first        !! field
+    character(*), intent(in) :: needed  !! in words, "GRAV needs a direction"
+    real(wp), intent(out) :: direction(3)
+    logical, intent(out) :: ok
+    real(wp) :: largest
+
+    call read_vector(reader, fields, first, 'a component of the direction', direction, ok)
     if (.not. ok) return
     largest = maxval(abs(direction))
     ok = largest > 0.0_wp
@@ -230,8 +283,8 @@ contains
       direction = direction/largest
       direction = direction/norm2(direction)
     else
-      call report(reader, field_position(reader, fields, 4), &
-        'GRAV needs a direction (x, y, z) that is not zero')
+      call report(reader, field_position(reader, fields, first), needed// &
+        ' (x, y, z) that is not zero')
     end if
   end subroutine read_direction
 
@@ -249,6 +302,21 @@ contains
     call report(reader, field_position(reader, fields, 4), 'weight acts within the plane of '// &
       'CPE and CPS elements, and along y on CAX elements')
   end subroutine check_direction
+
+  !> Report an axis about which plane elements would leave their plane, and bodies of revolution not
+  !> remain such.
+  subroutine check_axis(reader, fields, plane, point, direction, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    integer, intent(in) :: plane          !! solids, plane_strain and its kin
+    real(wp), intent(in) :: point(3), direction(3)
+    logical, intent(out) :: ok
+
+    ok = plane == solids .or. .not. any(abs(direction(:2)) > 0.0_wp)
+    if (plane == axisymmetric) ok = .not. any(abs([direction([1, 3]), point([1, 3])]) > 0.0_wp)
+    if (.not. ok) call report(reader, field_position(reader, fields, 7), 'CPE and CPS elements '// &
+      'turn about an axis along z, and CAX elements about y')
+  end subroutine check_axis
 
   !> Report the first element without a density.
   subroutine check_density(reader, model, fields, elements)
@@ -280,7 +348,7 @@ contains
     if (index > 0) return
     draft%work = draft%work + size(elements)
     if (draft%work > max_work) return
-    if (label == grav) then
+    if (label >= grav) then
       call add_region(draft, elements)
       index = draft%n_regions
     else
@@ -288,7 +356,7 @@ contains
     end if
     if (slot(2) > 0) then
       if (.not. allocated(draft%of_element)) then
-        allocate (draft%of_element(grav, model%mesh%n_elements), source=0)
+        allocate (draft%of_element(centrif, model%mesh%n_elements), source=0)
       end if
       draft%of_element(label, slot(2)) = index
     else

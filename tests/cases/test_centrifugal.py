@@ -1,0 +1,116 @@
+"""Bodies that turn (CENTRIF of *DLOAD): closed forms, and what does not matter."""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+from studies.plane_meshes import PlaneMesh as Mesh  # found through program
+
+YOUNG, NU, DENSITY = 2.0e11, 0.3, 7800.0
+SQUARE = 1.0e4  # of the angular velocity
+
+BAR = """\
+*BLOCK, NAME=B, NX=6, NY=1, NZ=1, TYPE={kind}
+{x}, {y}, 0., {length}, 0.2, 0.1
+*MATERIAL, NAME=M
+*ELASTIC
+{young}, 0.
+*DENSITY
+{density}
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*STEP
+*STATIC
+0.5, 1.
+*BOUNDARY
+B-XMIN, 1, 1
+B-YMIN, 2, 2
+B-ZMIN, 3, 3
+*DLOAD{options}
+B, CENTRIF, {square}, {x}, {middle}, 0., 0., 0., -3.
+*NODE FILE
+U, RF
+*END STEP
+"""
+
+
+def bar(kind="C3D8", x=0.0, y=0.0, options="", square=SQUARE, length=1.0):
+    """Return the run of a bar that turns about its end: displacements and support forces."""
+    deck = BAR.format(
+        kind=kind, x=x, y=y, middle=y + 0.1, length=length, young=YOUNG, density=DENSITY,
+        options=options, square=square,
+    )
+    run = Run(deck, name="bar")
+    assert run.status == 0, run.output + run.errors
+    with run.result() as result:
+        return result.points - [x, y, 0.0], [
+            (result.field("displacement", i), result.field("reaction_force", i)) for i in (0, -1)
+        ]
+
+
+class Bars(unittest.TestCase):
+    """Along a bar that turns about its end: rho w^2 (L^2 - x^2)/2, of its weight's part alone."""
+
+    def test_a_bar_about_its_end(self):
+        """Its elongation is rho w^2 L^3/(3 E), and the support has rho w^2 A L^2/2."""
+        for kind in ("C3D8", "C3D8I", "C3D8B"):
+            with self.subTest(kind=kind):
+                points, (_, (u, force)) = bar(kind)
+                ends = points[:, 0] == 1.0
+                long = DENSITY * SQUARE / (3 * YOUNG)
+                np.testing.assert_allclose(u[ends, 0].mean(), long, rtol=1e-9)
+                held = -DENSITY * SQUARE * 0.02 / 2
+                np.testing.assert_allclose(force[points[:, 0] == 0.0, 0].sum(), held, rtol=1e-9)
+                # What pulls it apart across balances: its axis is in the middle.
+                self.assertLess(abs(force[:, 1].sum()), 1e-9 * abs(held))
+
+    def test_it_grows_with_its_amplitude(self):
+        _, (half, whole) = bar()
+        np.testing.assert_allclose(half[0], 0.5 * whole[0], atol=1e-9 * abs(whole[0]).max())
+
+    def test_places_do_not_matter(self):
+        _, (_, here) = bar()
+        _, (_, there) = bar(x=3.0e4, y=-2.0e4)
+        for one, other in zip(here, there, strict=True):
+            np.testing.assert_allclose(other, one, atol=1e-7 * abs(one).max())
+
+
+class Discs(unittest.TestCase):
+    """Bodies of revolution that turn about their axis."""
+
+    inner, outer = 0.1, 0.3
+
+    def closed_form(self, r, nu):
+        """Return the radial displacement in plane stress: u = (r/E) (hoop - nu radial)."""
+        a, b, load = self.inner, self.outer, DENSITY * SQUARE
+        share = (3 + nu) / 8 * load
+        radial = share * (a**2 + b**2 - (a * b / r) ** 2 - r**2)
+        hoop = share * (a**2 + b**2 + (a * b / r) ** 2) - (1 + 3 * nu) / 8 * load * r**2
+        return r / YOUNG * (hoop - nu * radial)
+
+    def test_a_thin_disc(self):
+        """Timoshenko and Goodier, article 32. Elements of revolution, thin beside the hole."""
+        for kind, tolerance in (("CAX8", 5e-4), ("CAX6", 1e-3), ("CAX4", 1e-2)):
+            with self.subTest(kind=kind):
+                mesh = Mesh(
+                    kind, (16, 1),
+                    lambda s, t: (self.inner + (self.outer - self.inner) * s, 1e-3 * t),
+                )
+                deck = "\n".join([
+                    mesh.deck, "*SOLID SECTION, ELSET=A, MATERIAL=M", "*MATERIAL, NAME=M",
+                    "*ELASTIC", f"{YOUNG}, {NU}", "*DENSITY", f"{DENSITY}", "*STEP",
+                    "*STATIC", "1., 1.", "*BOUNDARY", "ABOTTOM-N, 2, 2", "*DLOAD",
+                    f"A, CENTRIF, {SQUARE}, 0., 0., 0., 0., 1., 0.", "*NODE FILE", "U",
+                    "*END STEP\n",
+                ])
+                run = Run(deck, name="disc")
+                self.assertEqual(run.status, 0, run.output + run.errors)
+                with run.result() as result:
+                    u = result.field("displacement", -1)
+                    r = result.points[:, 0]
+                wanted = self.closed_form(r, NU)
+                np.testing.assert_allclose(u[:, 0], wanted, rtol=tolerance)
+
+
+if __name__ == "__main__":
+    unittest.main()
