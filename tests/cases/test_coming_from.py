@@ -73,7 +73,7 @@ class Page(unittest.TestCase):
 
     def test_rows_of_the_table(self):
         rows = re.findall(r"^\| (`\*.*?) \| .*? \| (?:`(.*?)`)? ?\|$", PAGE, re.MULTILINE)
-        self.assertEqual(len(rows), 24)
+        self.assertGreater(len(rows), 20)
         for cards, message in rows:
             with self.subTest(cards):
                 fragment = "\n".join(re.findall(r"`(.*?)`", cards))
