@@ -78,7 +78,7 @@ contains
       if (row%n > 1) of_row = [row%n, extents]
       name = group//trim(row%name)
       quantity = trim(row%quantity)
-      ! (What UBSan calls a null pointer is a blank text trimmed.)
+      ! (UBSan reports a trimmed blank text as a null pointer.)
       description = trim(trim(row%description)//words(merge(1, 2, row%n == 6)))
       call add_field(list, field_t(name, of_real, of_row, quantity, description, &
         element_type=element_type, tensor_row=k, place=place, compute=compute_tensor))
