@@ -48,6 +48,7 @@ contains
     type(contact_fields_t) :: contact
     type(contact_points_t) :: known
     type(increment_forces_t) :: forces
+    integer :: folded_point
 
     forces%imposed_t = imposed
     call find_stress_forces(scene%mesh, scene%materials, new%displacement, old%displacement, forces)
@@ -68,22 +69,13 @@ contains
       call add_allowed(scene, new, contact, known)
       contact%gap = contact%gap + (known%extra_gap - points%extra_gap)
     end if
-    call face_masters(scene, known, old, new, contact)
+    call face_obstacles(scene, known, old, new, contact)
+    call turn_inner_sides(scene, known, new%displacement, contact)
+    call face_surfaces(scene, known, old, new, contact, folded_point)
     call face_nothing(known, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
+    certificate%folded_point = folded_point
   end function certify_increment
-
-  !> Gaps, frames and slips before obstacles and surfaces.
-  pure subroutine face_masters(scene, points, old, new, contact)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(state_t), intent(in) :: old, new
-    type(contact_fields_t), intent(inout) :: contact
-
-    call face_obstacles(scene, points, old, new, contact)
-    call turn_inner_sides(scene, points, new%displacement, contact)
-    call face_surfaces(scene, points, old, new, contact)
-  end subroutine face_masters
 
 end module certify_increment_mod

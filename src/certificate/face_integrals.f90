@@ -14,6 +14,7 @@ module face_integrals_mod
   !> Integrals of the slave's shape functions N and the master's over what two faces share.
   type :: shared_t
     real(wp) :: area = 0.0_wp        !! in the plane [length^2]
+    logical :: folds = .false.       !! a corner of either face points inwards in the plane
     real(wp) :: lumped(8) = 0.0_wp   !! int N_a [length^2]
     real(wp) :: mass(8, 8) = 0.0_wp  !! int N_a N_b [length^2]
     real(wp) :: mixed(8, 8) = 0.0_wp !! int N_a N_k, k of the master's nodes [length^2]
@@ -53,10 +54,11 @@ contains
 
     call collect_corners(slave_part, master_part, corner, n)
     if (n < 3) return
-    n_corners = merge(size(slave, 2), size(slave, 2)/2, size(slave, 2) <= 4)
+    shared%folds = .not. (opens(slave) .and. opens(master))
+    n_corners = corners_of(slave)
     least = area_of(slave(:2, 1), slave(:2, 2), slave(:2, 3)) + area_of(slave(:2, 1), &
       slave(:2, 3), slave(:2, n_corners))
-    least = merge(epsilon(1.0_wp), speck, opens(slave) .and. opens(master))*least
+    least = merge(speck, epsilon(1.0_wp), shared%folds .or. size(slave, 1) == 3)*least
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
@@ -83,16 +85,22 @@ contains
     end associate
   end function has_one_jacobian
 
-  !> Whether a face lies in the plane, and all its corners point outwards.
+  pure integer function corners_of(x) result(n)
+    real(wp), intent(in) :: x(:, :)     !! as of `integrate_shared` [length]
+
+    n = merge(size(x, 2), size(x, 2)/2, size(x, 2) <= 4)
+  end function corners_of
+
+  !> Whether all corners of a face point outwards.
   pure logical function opens(x)
     real(wp), intent(in) :: x(:, :)     !! as of `integrate_shared` [length]
-    real(wp), dimension(2, size(x, 2)) :: to, from
-    real(wp) :: turn(size(x, 2))
+    real(wp), dimension(2, corners_of(x)) :: to, from
+    real(wp) :: turn(corners_of(x))
 
-    opens = size(x, 1) == 2
-    if (.not. opens) return
-    from = x - cshift(x, -1, dim=2)
-    to = cshift(x, 1, dim=2) - x
+    associate (corner => x(:2, :corners_of(x)))
+      from = corner - cshift(corner, -1, dim=2)
+      to = cshift(corner, 1, dim=2) - corner
+    end associate
     turn = from(1, :)*to(2, :) - from(2, :)*to(1, :)
     opens = minval(turn) > 0.0_wp .or. maxval(turn) < 0.0_wp
   end function opens

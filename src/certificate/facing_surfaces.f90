@@ -30,15 +30,17 @@ module facing_surfaces_mod
 contains
 
   !> Hold all points before surfaces and facets against places.
-  pure subroutine face_surfaces(scene, points, old, new, contact)
+  pure subroutine face_surfaces(scene, points, old, new, contact, folded_point)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(inout) :: contact
+    integer, intent(out) :: folded_point !! as of certificate_t
     type(two_sides_t) :: sides, sides_before
     type(rows_t) :: rows, rows_before
     integer :: pair, side
 
+    folded_point = 0
     do pair = 1, size(scene%pairs)
       if (points%first(pair + 1) == points%first(pair) .or. is_pair_removed(points, pair)) cycle
       if (.not. points%on_surface(points%first(pair))) cycle
@@ -46,6 +48,8 @@ contains
       do side = 1, n_sides(points, pair)
         call put_together(scene, points, pair, side, new, sides)
         call integrate(sides, rows)
+        if (folded_point == 0 .and. any(rows%folds)) folded_point = sides%first - 1 + &
+          findloc(rows%folds, .true., dim=1)
         call compare(scene, points, old, new, sides, rows, contact)
         if (scene%finite_strain .and. scene%pairs(pair)%master == 0) then
           call put_together(scene, points, pair, side, old, sides_before)

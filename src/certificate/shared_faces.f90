@@ -58,6 +58,7 @@ module shared_faces_mod
   type :: rows_t
     real(wp), allocatable :: area(:), whole(:)  !! (n) covered, and of the node [length^2]
     real(wp), allocatable :: normal(:, :)       !! (3,n) not of unit length [length^2]
+    logical, allocatable :: folds(:) !! (n) a face of the node is folded, or one that it shares with
     integer :: n = 0                            !! entries
     type(entry_t), allocatable :: entry(:)      !! room for more than n
     type(lists_t) :: of_row                     !! the entries of each row
@@ -281,12 +282,13 @@ contains
 
     n = size(sides%x, 2)
     allocate (parts(16), rows%entry(64))
-    allocate (rows%area(n), rows%whole(n), rows%normal(3, n))
+    allocate (rows%area(n), rows%whole(n), rows%normal(3, n), rows%folds(n))
     do
       rows%n = 0
       rows%area = 0.0_wp
       rows%whole = 0.0_wp
       rows%normal = 0.0_wp
+      rows%folds = .false.
       do f = 1, size(sides%slave, 2)
         call add_face(sides, sides%slave(:count(sides%slave(:, f) > 0), f), parts, rows)
       end do
@@ -426,6 +428,7 @@ contains
     end do
     if (n > 4) dual = matmul(dual, basis)
     rows%area(row) = rows%area(row) + lumped
+    rows%folds(row) = rows%folds(row) .or. any(parts(:n_parts)%shared%folds)
     do i = 1, n_parts
       associate (master => sides%master(:, parts(i)%master), shared => parts(i)%shared)
         do a = 1, n

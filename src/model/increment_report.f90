@@ -48,6 +48,8 @@ module increment_report_mod
     real(wp) :: energy = 0.0_wp  !! of the strains beside the work of all nodal forces
     real(wp) :: undetermined = 0.0_wp !! reactions that equilibrium says nothing of
     real(wp) :: dissipation = 0.0_wp  !! work that friction does instead of losing it
+    integer  :: folded_point = 0
+    !! a face of its node, or one before it, is folded: no integral over it means anything; 0: none
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it

@@ -25,10 +25,8 @@ module judge_increment_mod
     compare_shadows, look_at_stability, not_unstable, is_unstable, may_be_unstable, &
     unknown_stability
   use smooth_faces_mod, only: smooth_faces_t
-  use cells_mod, only: face_corners
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
   use nodes_behind_mod, only: find_node_behind
-  use folded_faces_mod, only: find_folded
   use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
   use sequence_error_mod, only: says_of_steps
@@ -107,7 +105,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! not solved, not certified, contact that the nodes do not see
     real(wp) :: clock
-    integer :: surface, nodes(face_corners)
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, solver%choices, increment, report, &
@@ -115,9 +112,7 @@ contains
       if (allocated(error)) call explain_by_instability(scene, plan, solver, progress, solved, &
         error)
       if (allocated(error)) return
-      call find_folded(scene, plan%points, solved%report%contact, solved%state%displacement, &
-        surface, nodes)
-      if (surface > 0) call refuse_folded(scene, solved%increment, surface, nodes, error)
+      call refuse_folded(scene, plan%points, increment, report%certificate%folded_point, error)
       if (allocated(error)) return
       clock = wall_seconds()
       call judge_shape(scene, plan, solver%first_gap, watch%reach, progress%state, solved, error)

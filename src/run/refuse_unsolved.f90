@@ -465,16 +465,18 @@ contains
 
   !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or
   !> pressure is computed over it.
-  subroutine refuse_folded(scene, increment, surface, nodes, error)
+  subroutine refuse_folded(scene, points, increment, point, error)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(increment_t), intent(in) :: increment
-    integer, intent(in) :: surface, nodes(:) !! of the face
+    integer, intent(in) :: point !! as of certificate_t
     type(error_t), allocatable, intent(out) :: error
 
-    call raise_at(increment, error, 'the face of '//nodes_in_words(scene, nodes)//' of '// &
-      scene%surfaces(surface)%name//' is folded: a corner points inwards, and contact '// &
-      'cannot be computed there; the body is deformed beyond what linear theory covers: less '// &
-      'motion, or less load')
+    if (point == 0) return
+    call raise_at(increment, error, 'at '//node_name(scene, points, point)//' of '// &
+      scene%pairs(points%pair(point))%name//' a face is folded, or one before it: seen along '// &
+      'the normal of the first surface a corner points inwards, and contact cannot be '// &
+      'computed there; less motion, less load, or other faces')
   end subroutine refuse_folded
 
   !> Energy that contact gives or takes along the path, and that smaller increments do not make

@@ -327,7 +327,7 @@ class Judge:
         if scene.finite:
             self.check_energy(row, u)
         else:
-            self.check_work(row, u, (internal, loads, thermal, pressed), force)
+            self.check_work(row, u, far, (internal, loads, thermal, pressed), force)
         self.check_moments(row, points, u)
         self.check_contact(row, points, scale, length)
 
@@ -951,8 +951,11 @@ class Judge:
         self.note("reactions that constraints could carry exceed the least", row,
                   np.linalg.norm(sizes), 1.1 * np.linalg.norm(least))  # fmt: skip
 
-    def check_work(self, row, u, forces, force):
-        """Half of u . K u is half the work of all nodal forces: constraints do none."""
+    def check_work(self, row, u, far, forces, force):
+        """Half of u . K u is half the work of all nodal forces: constraints do none.
+
+        `far`: as of check_equilibrium; what is let go keeps the rounding of how it was held.
+        """
         internal, loads, thermal, pressed = forces
         forces = (loads, thermal, self.stored.supports[row], pressed)
         stiff = internal + thermal
@@ -960,7 +963,7 @@ class Judge:
         size = sum(np.sum(np.abs(f * u)) for f in (stiff, *forces))
         # Where supports take the loads at once displacements are rounding; where nothing is loaded
         # forces are that of places.
-        lost = np.sum(self.scene.elements().rounding(u) + self.places_lost)
+        lost = np.sum(self.scene.elements().rounding(far) + self.places_lost)
         lost = lost + self.allowed * force + self.tie_doubt
         self.note("work of nodal forces wrong by", row, abs(work[0] - sum(work[1:])),
                   self.allowed * size + lost * np.abs(u).max() + TINY)  # fmt: skip

@@ -36,10 +36,11 @@ def normal_of(x):
     return n / np.linalg.norm(n)
 
 
-def is_folded(x):
-    """Whether a face (4, 3) has a corner that points inwards, seen along its normal."""
-    along, back = np.roll(x, -1, axis=0) - x, np.roll(x, 1, axis=0) - x
-    return len(x) == 4 and bool((np.cross(along, back) @ normal_of(x)).min() <= 0)
+def is_folded(flat):
+    """Whether a face (4, 2), seen in a plane, has a corner that points inwards."""
+    along, back = np.roll(flat, -1, axis=0) - flat, np.roll(flat, 1, axis=0) - flat
+    turn = cross2(along, back)
+    return len(flat) == 4 and bool((turn * np.sign(turn.sum())).min() <= 0)
 
 
 def evenness(flat):
@@ -185,7 +186,6 @@ def place_surface(slave, x, master, y, none=(), moved=None):
     normal, bend = np.zeros((count, 3)), 0.0
     least, corner, most = (np.full(count, sign * np.inf) for sign in (1, 1, -1))
     normals = [normal_of(y[list(f)]) for f in master]
-    folds = [is_folded(y[list(f)]) for f in master]
     folded = set()
     corners = [y[list(f)] for f in master]
     for face in slave:
@@ -223,8 +223,8 @@ def place_surface(slave, x, master, y, none=(), moved=None):
             lumped += lump
             mass += own_mass
             mixed.append((f, mix, lump))
-            if folds[f] or is_folded(places):
-                folded |= {("master", f)} if folds[f] else {("slave", *face)}
+            if is_folded(seen) or is_folded(flat):
+                folded |= {("master", f)} if is_folded(seen) else {("slave", *face)}
             bend = max(bend, bend_of(seen), float(np.abs((there - there.mean(axis=0)) @ m).max()
                                                    / np.ptp(seen, axis=0).max()))  # fmt: skip
             ends = places + moved[face], there + moved[list(master[f])]
