@@ -11,6 +11,7 @@ module certify_increment_mod
   use warming_mod, only: warming_at
   use deformed_forces_mod, only: find_deformed_forces
   use pressed_surfaces_mod, only: press_deformed_surfaces
+  use turning_weights_mod, only: add_turning_weights
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
   use inner_sides_mod, only: turn_inner_sides
   use allowed_overlaps_mod, only: add_allowed
@@ -56,6 +57,8 @@ contains
       call find_deformed_forces(scene%mesh, scene%materials, warming_at(scene, new%step, &
         new%position), new, forces)
       call press_deformed_surfaces(scene, new%displacement, forces%imposed_t)
+      if (allocated(forces%following%gradient)) call add_turning_weights(scene, &
+        forces%following%gradient, new%displacement, forces%external)
       forces%patterns = find_patterns(scene)
       call take_moments(forces%patterns, scene%mesh%coordinates + new%displacement, &
         forces%constraints)

@@ -2,6 +2,7 @@
 module increment_forces_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t
+  use loads_mod, only: following_t
   use edge_middles_mod, only: edge_middles_t
   use rigid_patterns_mod, only: rigid_patterns_t
   implicit none
@@ -22,8 +23,7 @@ module increment_forces_mod
     real(wp), allocatable :: external(:, :)   !! loads [force]
     real(wp), allocatable :: dead_load(:, :)
     !! those that do not follow bodies; not allocated: none does [force]
-    real(wp), allocatable :: pressure(:)
-    !! (n_surfaces) the others: on surfaces where they are now [force/length^2]
+    type(following_t) :: following            !! the others
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
     type(constraints_t) :: constraints        !! those of the scene, whatever supports hold

@@ -33,13 +33,13 @@ contains
     real(wp) :: of_six(6, 6, 6), of_eight(8, 8, 8)
     integer :: i, k, nodes(face_nodes)
 
-    if (.not. allocated(imposed%pressure)) return
+    if (.not. allocated(imposed%following%pressure)) return
     imposed%external = imposed%dead_load
     of_six = products_of(6)
     of_eight = products_of(8)
     do i = 1, size(scene%surfaces)
-      if (.not. abs(imposed%pressure(i)) > 0.0_wp) cycle
-      associate (faces => scene%surfaces(i)%faces)
+      if (.not. abs(imposed%following%pressure(i)) > 0.0_wp) cycle
+      associate (faces => scene%surfaces(i)%faces, pressure => imposed%following%pressure(i))
         do k = 1, size(faces, 2)
           nodes = all_nodes_of_face(scene%mesh%connectivity, faces(1, k), faces(2, k))
           associate (of_face => nodes(:count(nodes > 0)))
@@ -47,11 +47,11 @@ contains
                        force => imposed%external)
               select case (size(of_face))
               case (6)
-                force(:, of_face) = force(:, of_face) - imposed%pressure(i)*area_by(of_six, x)
+                force(:, of_face) = force(:, of_face) - pressure*area_by(of_six, x)
               case (8)
-                force(:, of_face) = force(:, of_face) - imposed%pressure(i)*area_by(of_eight, x)
+                force(:, of_face) = force(:, of_face) - pressure*area_by(of_eight, x)
               case default
-                force(:, of_face) = force(:, of_face) - imposed%pressure(i)*area_of_nodes(x)
+                force(:, of_face) = force(:, of_face) - pressure*area_of_nodes(x)
               end select
             end associate
           end associate

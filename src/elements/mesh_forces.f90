@@ -7,16 +7,16 @@ module mesh_forces_mod
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
-  use hexahedron8_mod, only: node_moments, stiffness_length
+  use hexahedron8_mod, only: node_products, stiffness_length
   use congruent_forces_mod, only: add_element_forces
   use faces_mod, only: face_area_vectors, face_node_areas
-  use second_order_mod, only: moments_of_second_order => node_moments, &
+  use second_order_mod, only: products_of_second_order => node_products, &
     stiffness_length_of_second_order => stiffness_length
   implicit none
   private
 
   public :: internal_force, force_rounding, pressure_force, gravity_force, &
-    add_nodal_areas
+    element_products, add_nodal_areas
 
 contains
 
@@ -93,45 +93,46 @@ contains
   end subroutine pressure_force
 
   !> Add the nodal forces of the weight of some elements, int N_a density (acceleration +
-  !> gradient x) dV.
-  pure subroutine gravity_force(mesh, materials, elements, acceleration, gradient, f)
+  !> gradient sum_b N_b x_b) dV.
+  pure subroutine gravity_force(mesh, materials, elements, acceleration, gradient, x, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     integer,  intent(in) :: elements(:)      !! element numbers
     real(wp), intent(in) :: acceleration(3)  !! [length/time^2]
     real(wp), intent(in) :: gradient(3, 3)   !! [1/time^2]
+    real(wp), intent(in) :: x(:, :)
+    !! (3,n_nodes) places of the nodes, or how far they have moved [length]
     real(wp), intent(inout) :: f(:, :)       !! (3,n_nodes) [force]
-    real(wp) :: weights(3, 8)
-    integer :: i, e, a, nodes(8)
+    real(wp), allocatable :: products(:, :)
+    integer, allocatable :: nodes(:)
+    real(wp) :: weight(3)
+    integer :: i, a
 
     do i = 1, size(elements)
-      e = elements(i)
-      if (has_middles(mesh%connectivity%cell(e))) then
-        associate (all_nodes => nodes_of_element(mesh%connectivity, e))
-          f(:, all_nodes) = f(:, all_nodes) + weights_of(moments_of_second_order( &
-            mesh%connectivity%cell(e), mesh%coordinates(:, all_nodes)))
-        end associate
-        cycle
-      end if
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      weights = weights_of(node_moments(mesh%coordinates(:, nodes)))
-      do a = 1, 8 ! of which some may be one
-        f(:, nodes(a)) = f(:, nodes(a)) + weights(:, a)
+      call element_products(mesh, elements(i), nodes, products)
+      do a = 1, size(nodes) ! of which some may be one
+        weight = acceleration*sum(products(:, a)) + matmul(gradient, matmul(x(:, nodes), &
+          products(:, a)))
+        f(:, nodes(a)) = f(:, nodes(a)) + materials(mesh%material(elements(i)))%density*weight
       end do
     end do
-
-  contains
-
-    !> Of the nodes whose shape functions have these integrals of 1, x, y, z.
-    pure function weights_of(moments) result(f_of)
-      real(wp), intent(in) :: moments(:, :) !! (4,n) [length^3], [length^4]
-      real(wp) :: f_of(3, size(moments, 2)) !! [force]
-
-      f_of = materials(mesh%material(e))%density*(spread(acceleration, 2, size(moments, 2))* &
-        spread(moments(1, :), 1, 3) + matmul(gradient, moments(2:, :)))
-    end function weights_of
-
   end subroutine gravity_force
+
+  !> int N_a N_b dV of an element's nodes; of a hexahedron with less than eight some are one.
+  pure subroutine element_products(mesh, e, nodes, products)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: e
+    integer, allocatable, intent(out) :: nodes(:)
+    real(wp), allocatable, intent(out) :: products(:, :) !! (n,n) [length^3]
+
+    if (has_middles(mesh%connectivity%cell(e))) then
+      nodes = nodes_of_element(mesh%connectivity, e)
+      products = products_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes))
+    else
+      nodes = nodes_of_hexahedron(mesh%connectivity, e)
+      products = node_products(mesh%coordinates(:, nodes))
+    end if
+  end subroutine element_products
 
   !> Add to each node its part of the faces of a surface; nodes that none of them has keep theirs.
   !> Of faces with mid-side nodes the parts of corners are 0 or negative.

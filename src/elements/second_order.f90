@@ -16,7 +16,7 @@ module second_order_mod
   private
 
   public :: second_order_t, second_order, make_at_points, find_jacobians_at_nodes, &
-    displacement_gradients, strain_of, stiffness, nodal_force, node_moments, stiffness_length, &
+    displacement_gradients, strain_of, stiffness, nodal_force, node_products, stiffness_length, &
     extrapolate_to_nodes
 
   !> An element: what its integrals need of its shape functions.
@@ -203,12 +203,11 @@ contains
     f = force_of(element, stress_of(strain_of(element, u), elastic))
   end function nodal_force
 
-  !> Each node's part of the volume and of its first moments, int N_a (1, x, y, z) dV. Volumes of
-  !> corners may be negative.
-  pure function node_moments(cell, x) result(m)
-    integer,  intent(in) :: cell     !! row of the table of cells
-    real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
-    real(wp) :: m(4, size(x, 2))     !! [length^3], [length^4]
+  !> int N_a N_b dV of the nodes, by the points of the cell. Of a corner the sum may be negative.
+  pure function node_products(cell, x) result(m)
+    integer,  intent(in) :: cell           !! row of the table of cells
+    real(wp), intent(in) :: x(:, :)        !! (3,n_nodes) [length]
+    real(wp) :: m(size(x, 2), size(x, 2))  !! [length^3]
     type(second_order_t) :: element
     real(wp) :: part(size(x, 2))
     integer :: g
@@ -217,9 +216,9 @@ contains
     m = 0.0_wp
     do g = 1, element%n_points
       part = shape_functions(cells(cell), cells(cell)%point(:, g))
-      m = m + spread([1.0_wp, matmul(x, part)], 2, size(part))*spread(element%weight(g)*part, 1, 4)
+      m = m + element%weight(g)*(spread(part, 2, size(part))*spread(part, 1, size(part)))
     end do
-  end function node_moments
+  end function node_products
 
   !> How large a nodal stiffness of the element is beside its elastic constants: int |g_a|^2 dV, the
   !> mean over the nodes.

@@ -6,7 +6,7 @@
 !> no solution for x_free.
 module step_loads_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: amplitude_value, start_of_step
+  use loads_mod, only: following_t, amplitude_value, start_of_step
   use kinks_mod, only: find_kinks, followed_amplitudes
   use grips_mod, only: gripped_nodes
   use turns_mod, only: turns_t, turns_of_step
@@ -21,7 +21,8 @@ module step_loads_mod
   implicit none
   private
 
-  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors, ramps
+  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors, following_at, &
+    any_follows, ramps
 
   integer, parameter :: pattern_hold = -1, pattern_ramp = 0 !! > 0: index of an amplitude
 
@@ -37,6 +38,8 @@ module step_loads_mod
     !! (3,n_nodes,n_patterns) those that do not follow bodies; not allocated: none does [force]
     real(wp), allocatable :: pressure(:, :)
     !! (n_surfaces,n_patterns) the others: on surfaces, which they follow [force/length^2]
+    real(wp), allocatable :: gradient(:, :, :, :)
+    !! (3,3,n_regions,n_patterns) and what accelerations grow by with displacements [1/time^2]
     type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
   end type step_loads_t
@@ -90,7 +93,7 @@ contains
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
     type(step_loads_t), intent(out) :: loads
     real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
-    real(wp), allocatable :: pressure(:, :)
+    real(wp), allocatable :: pressure(:, :), gradient(:, :, :, :)
     logical, allocatable :: used(:), followed(:)
     integer :: g, n
 
@@ -99,7 +102,7 @@ contains
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
     allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
-    call resolve_forces(scene, step, force, pressure)
+    call resolve_forces(scene, step, force, pressure, gradient)
     call turn_local_forces(scene, force)
     if (.not. is_linear(scene)) then
       allocate (loads%dead_force(3, scene%mesh%n_nodes, size(force, 3)))
@@ -129,7 +132,35 @@ contains
     if (.not. allocated(loads%dead_force)) return
     loads%dead_force = loads%dead_force(:, :, loads%kind - pattern_hold + 1)
     loads%pressure = pressure(:, loads%kind)
+    loads%gradient = gradient(:, :, :, loads%kind - pattern_hold + 1)
   end subroutine resolve_loads
+
+  !> What follows bodies at a fraction of the *STEP: at small strain nothing does.
+  pure type(following_t) function following_at(scene, loads, fraction, step_time) result(following)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
+    real(wp) :: factor(loads%n_patterns)
+    integer :: g
+
+    allocate (following%pressure(size(scene%surfaces)), source=0.0_wp)
+    allocate (following%gradient(3, 3, size(scene%regions)), source=0.0_wp)
+    if (.not. allocated(loads%dead_force)) return
+    factor = pattern_factors(scene, loads, fraction, step_time)
+    do g = 1, loads%n_patterns
+      following%pressure = following%pressure + factor(g)*loads%pressure(:, g)
+      following%gradient = following%gradient + factor(g)*loads%gradient(:, :, :, g)
+    end do
+  end function following_at
+
+  !> Whether anything follows bodies in the step.
+  pure logical function any_follows(loads)
+    type(step_loads_t), intent(in) :: loads
+
+    any_follows = allocated(loads%dead_force)
+    if (any_follows) any_follows = any(abs(loads%pressure) > 0.0_wp) .or. any(abs(loads%gradient) &
+      > 0.0_wp)
+  end function any_follows
 
   !> The factor of every pattern at fraction `s` of the step.
   pure function pattern_factors(scene, loads, fraction, step_time) result(factor)
@@ -243,12 +274,14 @@ contains
   end function follows_on
 
   !> The nodal forces of the step, concentrated ones and weights, and the pressures on surfaces.
-  pure subroutine resolve_forces(scene, step, force, pressure)
+  pure subroutine resolve_forces(scene, step, force, pressure, gradient)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
     real(wp), intent(inout) :: pressure(:, pattern_hold:)
     !! (n_surfaces,patterns) 0 on entry [force/length^2]
+    real(wp), allocatable, intent(out) :: gradient(:, :, :, :)
+    !! (3,3,n_regions,patterns) of the weights [1/time^2]
     real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure, gravity
     real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
     integer :: k, g, i, j, n
@@ -289,10 +322,12 @@ contains
         associate (of_region => gravity(12*i - 11:12*i, g))
           if (any(abs(of_region) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
             scene%regions(i)%elements, of_region(:3), reshape(of_region(4:), [3, 3]), &
-            force(:, :, g))
+            scene%mesh%coordinates, force(:, :, g))
         end associate
       end do
     end do
+    gravity = reshape(gravity, [12, size(scene%regions)*(n - pattern_hold + 1)])
+    gradient = reshape(gravity(4:, :), [3, 3, size(scene%regions), n - pattern_hold + 1])
   end subroutine resolve_forces
 
   !> Add the nodal forces of pressures on the undeformed surfaces.

@@ -11,7 +11,7 @@ module extrapolate_mod
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: dof_map_t, to_nodes, unknowns_of
   use follow_bodies_mod, only: largest_deformation
-  use load_response_mod, only: follow_surfaces
+  use load_response_mod, only: let_loads_follow
   use trial_mod, only: trial_t
   use place_and_solve_mod, only: newton_raphson_t
   use displace_mod, only: settle
@@ -45,7 +45,7 @@ contains
     end if
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
       trial%forces%internal, report%worst_element)
-    call follow_surfaces(scene, new%displacement, trial%forces%imposed_t)
+    call let_loads_follow(scene, new%displacement, trial%forces%imposed_t)
   end subroutine update_forces
 
   !> The displacement at which forces are asked for next. With a factor of another

@@ -9,19 +9,19 @@ module load_response_mod
   use scene_mod, only: scene_t
   use grip_motion_mod, only: move_grips
   use increments_mod, only: increment_t
-  use mesh_forces_mod, only: internal_force, force_rounding, pressure_force
+  use mesh_forces_mod, only: internal_force, force_rounding, pressure_force, gravity_force
   use bodies_mod, only: is_linear, find_tangent_force
   use increment_forces_mod, only: imposed_t
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
-  use step_loads_mod, only: step_loads_t, pattern_factors
+  use step_loads_mod, only: step_loads_t, pattern_factors, following_at
   use linearisation_mod, only: linearisation_t, solver_work_t, lap
   implicit none
   private
 
   public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement, &
-    impose_loads, follow_surfaces
+    impose_loads, let_loads_follow
 
   real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
   integer,  parameter :: max_refinements = 30   !! of a response to loads
@@ -151,19 +151,18 @@ contains
     real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
     type(imposed_t), intent(inout) :: imposed    !! gets its loads, unless all are dead
-    real(wp) :: factor(loads%n_patterns)
 
     if (.not. allocated(loads%dead_force)) return
-    factor = pattern_factors(scene, loads, fraction, step_time)
-    imposed%dead_load = weighted_sum(factor, loads%dead_force)
-    imposed%pressure = reshape(weighted_sum(factor, reshape(loads%pressure, [1, &
-      shape(loads%pressure)])), [size(scene%surfaces)])
-    call follow_surfaces(scene, u, imposed)
+    imposed%dead_load = weighted_sum(pattern_factors(scene, loads, fraction, step_time), &
+      loads%dead_force)
+    imposed%following = following_at(scene, loads, fraction, step_time)
+    call let_loads_follow(scene, u, imposed)
   end subroutine impose_loads
 
-  !> The loads of bodies that are displaced further: pressures go with their surfaces, where loads
-  !> follow bodies. docs/theory.md (8.30).
-  pure subroutine follow_surfaces(scene, u, imposed)
+  !> The loads of bodies that are displaced further, where loads follow bodies: pressures go with
+  !> their surfaces, and what turns about an axis is where its distance from this is now.
+  !> docs/theory.md (8.30), (8.40).
+  pure subroutine let_loads_follow(scene, u, imposed)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
     type(imposed_t), intent(inout) :: imposed    !! gets external
@@ -171,11 +170,18 @@ contains
 
     if (.not. allocated(imposed%dead_load)) return
     imposed%external = imposed%dead_load
-    do i = 1, size(scene%surfaces)
-      if (abs(imposed%pressure(i)) > 0.0_wp) call pressure_force(scene%mesh, scene%surfaces(i), &
-        imposed%pressure(i), imposed%external, u)
-    end do
-  end subroutine follow_surfaces
+    associate (following => imposed%following)
+      do i = 1, size(scene%surfaces)
+        if (abs(following%pressure(i)) > 0.0_wp) call pressure_force(scene%mesh, &
+          scene%surfaces(i), following%pressure(i), imposed%external, u)
+      end do
+      do i = 1, size(scene%regions)
+        if (any(abs(following%gradient(:, :, i)) > 0.0_wp)) call gravity_force(scene%mesh, &
+          scene%materials, scene%regions(i)%elements, [0.0_wp, 0.0_wp, 0.0_wp], &
+          following%gradient(:, :, i), u, imposed%external)
+      end do
+    end associate
+  end subroutine let_loads_follow
 
   !> What the supports prescribe at the end of an increment, from the loads alone: the certificate
   !> holds displacements against it, so nothing of it comes from a solution.

@@ -1,53 +1,36 @@
-!> What pressures that follow the body add to its tangent. docs/theory.md (8.28), (8.30).
+!> What loads that follow the body add to its tangent. docs/theory.md (8.28), (8.30), (8.40).
 module load_stiffness_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append, enlarge
   use cells_mod, only: face_nodes
-  use connectivity_mod, only: all_nodes_of_face
+  use connectivity_mod, only: all_nodes_of_face, nodes_of_element
+  use loads_mod, only: following_t
   use scene_mod, only: scene_t
   use faces_mod, only: face_area_vectors
-  use step_loads_mod, only: step_loads_t, pattern_factors
+  use mesh_forces_mod, only: element_products
   use dof_map_mod, only: dof_map_t, interface_terms_of
   use assembly_mod, only: triplets_t
   implicit none
   private
 
-  public :: pressures_at, pressed_nodes, add_load_stiffness
+  public :: loaded_nodes, add_load_stiffness
 
   real(wp), parameter :: rounding = 1.0e-9_wp
   !! of the sum of what cancels between faces: that has cancelled [-]
 
 contains
 
-  !> The pressures on surfaces at a fraction of the *STEP, as far as they follow these: at small
-  !> strain none does.
-  pure function pressures_at(scene, loads, fraction, step_time) result(pressure)
+  !> The nodes of what such loads act on, with repeats.
+  pure function loaded_nodes(scene, following) result(nodes)
     type(scene_t), intent(in) :: scene
-    type(step_loads_t), intent(in) :: loads
-    real(wp), intent(in) :: fraction, step_time  !! as of increment_t [-], [time]
-    real(wp) :: pressure(size(scene%surfaces))   !! [force/length^2]
-    real(wp) :: factor(loads%n_patterns)
-    integer :: g
-
-    pressure = 0.0_wp
-    if (.not. allocated(loads%pressure)) return
-    factor = pattern_factors(scene, loads, fraction, step_time)
-    do g = 1, loads%n_patterns
-      pressure = pressure + factor(g)*loads%pressure(:, g)
-    end do
-  end function pressures_at
-
-  !> The nodes of faces under pressure, with repeats.
-  pure function pressed_nodes(scene, pressure) result(nodes)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: pressure(:) !! (n_surfaces) [force/length^2]
+    type(following_t), intent(in) :: following
     integer, allocatable :: nodes(:)
     integer :: its(face_nodes), s, i, n
 
     allocate (nodes(0))
     n = 0
     do s = 1, size(scene%surfaces)
-      if (.not. abs(pressure(s)) > 0.0_wp) cycle
+      if (.not. abs(following%pressure(s)) > 0.0_wp) cycle
       associate (faces => scene%surfaces(s)%faces)
         do i = 1, size(faces, 2)
           its = all_nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
@@ -55,45 +38,77 @@ contains
         end do
       end associate
     end do
+    do s = 1, size(scene%regions)
+      if (.not. any(abs(following%gradient(:, :, s)) > 0.0_wp)) cycle
+      do i = 1, size(scene%regions(s)%elements)
+        call append(nodes, n, nodes_of_element(scene%mesh%connectivity, &
+          scene%regions(s)%elements(i)))
+      end do
+    end do
     nodes = nodes(:n)
-  end function pressed_nodes
+  end function loaded_nodes
 
-  !> Add the symmetric part of -df/du to K, f the forces of pressures, and say whether there is
+  !> Add the symmetric part of -df/du to K, f the forces of these loads, and say whether there is
   !> another one: then the work of the pressures depends on the way.
-  subroutine add_load_stiffness(scene, map, pressure, u, k, is_symmetric)
+  subroutine add_load_stiffness(scene, map, following, u, k, is_symmetric)
     type(scene_t), intent(in) :: scene
-    type(dof_map_t), intent(in) :: map           !! with the pressed nodes on its interface
-    real(wp), intent(in) :: pressure(:)          !! (n_surfaces) [force/length^2]
+    type(dof_map_t), intent(in) :: map           !! with the loaded nodes on its interface
+    type(following_t), intent(in) :: following
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
     type(triplets_t), intent(inout) :: k
     logical, intent(out) :: is_symmetric
     type(triplets_t) :: added
     real(wp) :: ke(3*face_nodes, 3*face_nodes)
     real(wp), allocatable :: skew(:), largest(:) !! (n_free) of a vector without a pattern
+    real(wp), allocatable :: products(:, :)
+    integer, allocatable :: of_element(:)
     integer :: its(face_nodes), s, i, n, n_added
 
     allocate (skew(map%n_free), largest(map%n_free), source=0.0_wp)
     allocate (added%row(0), added%column(0), added%value(0))
     n_added = 0
     do s = 1, size(scene%surfaces)
-      if (.not. abs(pressure(s)) > 0.0_wp) cycle
+      if (.not. abs(following%pressure(s)) > 0.0_wp) cycle
       associate (faces => scene%surfaces(s)%faces)
         do i = 1, size(faces, 2)
           its = all_nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
           n = count(its > 0)
           associate (nodes => its(:n))
-            ke(:3*n, :3*n) = pressure(s)*area_derivatives(scene%mesh%coordinates(:, nodes) + &
-              u(:, nodes))
-            call add_face(map, nodes, ke(:3*n, :3*n), added, n_added, skew, largest)
+            ke(:3*n, :3*n) = following%pressure(s)* &
+              area_derivatives(scene%mesh%coordinates(:, nodes) + u(:, nodes))
+            call add_nodes(map, nodes, ke(:3*n, :3*n), added, n_added, skew, largest)
           end associate
         end do
       end associate
+    end do
+    do s = 1, size(scene%regions)
+      if (.not. any(abs(following%gradient(:, :, s)) > 0.0_wp)) cycle
+      do i = 1, size(scene%regions(s)%elements)
+        associate (e => scene%regions(s)%elements(i))
+          call element_products(scene%mesh, e, of_element, products)
+          call add_nodes(map, of_element, -scene%materials(scene%mesh%material(e))%density* &
+            by_axes(products, following%gradient(:, :, s)), added, n_added, skew, largest)
+        end associate
+      end do
     end do
     k%row = [k%row, added%row(:n_added)]
     k%column = [k%column, added%column(:n_added)]
     k%value = [k%value, added%value(:n_added)]
     is_symmetric = .not. maxval([0.0_wp, abs(skew)]) > rounding*maxval([0.0_wp, largest])
   end subroutine add_load_stiffness
+
+  !> The matrix of nodes and axes that has products of what belongs to the nodes and to the axes.
+  pure function by_axes(of_nodes, of_axes) result(of)
+    real(wp), intent(in) :: of_nodes(:, :), of_axes(3, 3)            !! (n,n)
+    real(wp) :: of(3*size(of_nodes, 1), 3*size(of_nodes, 1))
+    integer :: a, b
+
+    do b = 1, size(of_nodes, 2)
+      do a = 1, size(of_nodes, 1)
+        of(3*a - 2:3*a, 3*b - 2:3*b) = of_nodes(a, b)*of_axes
+      end do
+    end do
+  end function by_axes
 
   !> The derivatives of a face's area vectors by its nodes' places: exact, as they are quadratic.
   pure function area_derivatives(x) result(of)
@@ -115,8 +130,9 @@ contains
     end do
   end function area_derivatives
 
-  !> Add a face: the symmetric part to the matrix, the other one times a vector to `skew`.
-  pure subroutine add_face(map, nodes, ke, added, n_added, skew, largest)
+  !> Add what is between the nodes of a face or an element: the symmetric part to the matrix, the
+  !> other one times a vector to `skew`.
+  pure subroutine add_nodes(map, nodes, ke, added, n_added, skew, largest)
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: nodes(:)              !! (n)
     real(wp), intent(in) :: ke(:, :)             !! (3 n,3 n) [force/length]
@@ -162,6 +178,6 @@ contains
         added%value(n_added) = symmetric
       end do
     end do
-  end subroutine add_face
+  end subroutine add_nodes
 
 end module load_stiffness_mod

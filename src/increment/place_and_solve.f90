@@ -20,6 +20,7 @@ module place_and_solve_mod
   use condense_contact_mod, only: condense_contact
   use near_points_mod, only: near_points
   use neutral_motions_mod, only: led_t
+  use step_loads_mod, only: any_follows
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, loads_on_motions, displacement_of
   use turning_couplings_mod, only: turned_constraints
@@ -82,10 +83,10 @@ contains
     loop%undeformed = turned_undeformed(scene, points, solver, trial)
     loop%is_linear = is_linear(scene)
     if (.not. loop%is_linear) then
-      ! The tangent of an iteration leaves out what pressures change by as they follow, and what
-      ! moments on couplings do.
+      ! The tangent of an iteration leaves out what loads change by as they follow, and what moments
+      ! on couplings do.
       if (.not. solver%choices%precision%renews_tangent .or. allocated(trial%turned_from) .or. &
-        any(abs(solver%response%loads%pressure) > 0.0_wp)) loop%depth = depth
+        any_follows(solver%response%loads)) loop%depth = depth
     end if
     loop%follow = begin_following(scene, points, max(trial%controls%tolerance, &
       solver%choices%tolerance))

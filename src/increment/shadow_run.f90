@@ -21,11 +21,10 @@ module shadow_run_mod
   use bodies_mod, only: strain_energy
   use rigid_modes_mod, only: free_motions_t, follow_turns
   use turning_couplings_mod, only: turned_constraints
-  use step_loads_mod, only: step_loads_t, resolve_loads
+  use step_loads_mod, only: step_loads_t, resolve_loads, following_at
   use load_response_mod, only: load_response_t, respond_to_loads
   use linearisation_mod, only: solver_work_t
   use step_solver_mod, only: step_solver_t
-  use load_stiffness_mod, only: pressures_at
   use stability_mod, only: stability_t, find_stability, is_hint
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from
   use turned_bodies_mod, only: condense_flat
@@ -210,7 +209,7 @@ contains
     type(stability_t) :: found
 
     call resolve_loads(shadow%finite, increment%step, shadow%begun, loads)
-    call find_stability(shadow%finite, points, solver, state, pressures_at(shadow%finite, loads, &
+    call find_stability(shadow%finite, points, solver, state, following_at(shadow%finite, loads, &
       increment%fraction, increment%step_time), found)
     shadow%stability = not_unstable
     if (.not. found%is_known) shadow%stability = unknown_stability

@@ -50,7 +50,8 @@ module stability_mod
   use placement_mod, only: placement_t, place_state, as_turned
   use condensed_contact_mod, only: neutral_motions
   use step_solver_mod, only: step_solver_t
-  use load_stiffness_mod, only: pressed_nodes, add_load_stiffness
+  use load_stiffness_mod, only: loaded_nodes, add_load_stiffness
+  use loads_mod, only: following_t
   implicit none
   private
 
@@ -101,12 +102,12 @@ contains
 
   !> Stability at the end of an increment, or where the next one begins. At small strain bodies are
   !> stable.
-  subroutine find_stability(scene, points, solver, state, pressure, stability)
+  subroutine find_stability(scene, points, solver, state, following, stability)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver      !! its unknowns and constraints
     type(state_t), intent(in) :: state
-    real(wp), intent(in) :: pressure(:)            !! (n_surfaces) there [force/length^2]
+    type(following_t), intent(in) :: following     !! loads there
     type(stability_t), intent(out) :: stability
     type(tangent_t) :: tangent
     type(triplets_t) :: k
@@ -129,13 +130,13 @@ contains
       solver%body%prescribed, state%displacement), solver%body%prescribed)
     associate (motions => solver%body%motions)
       map = make_dof_map(scene%mesh%body, solver%body%prescribed, [contact_nodes(points), &
-        pressed_nodes(scene, pressure)], active)
+        loaded_nodes(scene, following)], active)
       call coupled_nodes(scene%mesh, active, start, neighbours)
       call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, k, &
         tangent=tangent)
       k%n = map%n_free + motions%n
       call add_curvature(scene, points, map, motions, state, contact, k)
-      call add_load_stiffness(scene, map, pressure, state%displacement, k, has_energy)
+      call add_load_stiffness(scene, map, following, state%displacement, k, has_energy)
       call add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
       ! Without the rows there are more motions: where none of them lowers the energy no other does.
       if (motions%n == 0 .and. k%n_negative == 0) stability%is_known = is_surely_positive(k, map, &

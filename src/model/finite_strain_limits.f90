@@ -18,16 +18,9 @@ contains
   pure function beyond_finite_strain(scene) result(what)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: what
-    integer :: beyond, step, i
+    integer :: beyond
 
     what = ''
-    do step = 1, size(scene%steps)
-      do i = 1, size(scene%steps(step)%gravity)
-        ! Its forces would be those of the undeformed places.
-        if (any(abs(scene%steps(step)%gravity(i)%gradient) > 0.0_wp)) what = 'CENTRIF of *DLOAD'
-      end do
-    end do
-    if (what /= '') return
     beyond = turning_coupling(scene)
     if (beyond > 0) then
       what = coupling_in_words(scene, beyond)

@@ -5,7 +5,7 @@ module loads_mod
   private
 
   public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, interference_t, friction_t, &
-    pair_change_t, load_step_t, amplitude_value, amplitude_range, start_of_step
+    pair_change_t, load_step_t, following_t, amplitude_value, amplitude_range, start_of_step
 
   !> Values over time: a table, linear between its points and constant outside; or a Fourier series
   !>
@@ -93,6 +93,14 @@ module loads_mod
     type(friction_t), allocatable :: frictions(:) !! one a pair; not allocated: none
     type(pair_change_t), allocatable :: pair_changes(:) !! the same
   end type load_step_t
+
+  !> Loads that change with where bodies are.
+  type :: following_t
+    real(wp), allocatable :: pressure(:)
+    !! (n_surfaces) on surfaces where they are now [force/length^2]
+    real(wp), allocatable :: gradient(:, :, :)
+    !! (3,3,n_regions) what the acceleration grows by with the displacement [1/time^2]
+  end type following_t
 
 contains
 

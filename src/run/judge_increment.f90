@@ -15,7 +15,7 @@ module judge_increment_mod
   use increment_report_mod, only: increment_report_t, ended_out_of_balance
   use step_solver_mod, only: step_solver_t
   use jumps_mod, only: find_jump
-  use load_stiffness_mod, only: pressures_at
+  use step_loads_mod, only: following_at
   use stability_mod, only: stability_t, find_stability, is_hint
   use kinks_mod, only: count_between
   use settled_cycles_mod, only: followed_cycle_t
@@ -281,7 +281,7 @@ contains
     character(:), allocatable :: is, what
 
     associate (begin => solved%increment%begin)
-      call find_stability(scene, plan%points, solver, progress%state, pressures_at(scene, &
+      call find_stability(scene, plan%points, solver, progress%state, following_at(scene, &
         solver%response%loads, begin, begin*scene%steps(solved%increment%step)%period), stability)
     end associate
     is = 'is'
@@ -335,7 +335,7 @@ contains
 
     if (.not. solved%increment%last_of_step) return
     clock = wall_seconds()
-    call find_stability(scene, plan%points, solver, solved%state, pressures_at(scene, &
+    call find_stability(scene, plan%points, solver, solved%state, following_at(scene, &
       solver%response%loads, solved%increment%fraction, solved%increment%step_time), stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     if (.not. stability%is_known) call note_unknown_stability(solved%increment, notes)

@@ -112,5 +112,56 @@ class Discs(unittest.TestCase):
                 np.testing.assert_allclose(u[:, 0], wanted, rtol=tolerance)
 
 
+SHAFT = """\
+*BLOCK, NAME=B, NX=1, NY=1, NZ=8, TYPE=C3D8I
+-0.05, -0.05, 0., 0.1, 0.1, 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*DENSITY
+1.
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*STEP, NLGEOM
+*STATIC
+1., 1.
+*BOUNDARY
+B-ZMIN, 1, 3
+*DLOAD
+B, CENTRIF, {square}, 0., 0., 0., 0., 0., 1.
+*NODE FILE
+U
+*END STEP
+"""
+
+
+class FiniteStrain(unittest.TestCase):
+    """With NLGEOM bodies turn where they are deformed to."""
+
+    def test_a_thin_ring(self):
+        """It grows by l: E (l^2 - 1)/2 = rho w^2 R^2, by the second Piola-Kirchhoff stress."""
+        radius, thick, young = 1.0, 1e-3, 1000.0
+        for kind in ("CAX4", "CAX6", "CAX8"):
+            with self.subTest(kind=kind):
+                mesh = Mesh(kind, (1, 1), lambda s, t: (radius + thick * (s - 0.5), thick * t))
+                deck = "\n".join([
+                    mesh.deck, "*SOLID SECTION, ELSET=A, MATERIAL=M", "*MATERIAL, NAME=M",
+                    "*ELASTIC", f"{young}, 0.", "*DENSITY", "1.", "*STEP, NLGEOM",
+                    "*STATIC", "0.5, 1.", "*BOUNDARY", "ABOTTOM-N, 2, 2", "*DLOAD",
+                    "A, CENTRIF, 220., 0., 0., 0., 0., 1., 0.", "*NODE FILE", "U", "*END STEP\n",
+                ])
+                run = Run(deck, name="ring")
+                self.assertEqual(run.status, 0, run.output + run.errors)
+                with run.result() as result:
+                    u = result.field("displacement", -1)[:, 0]
+                np.testing.assert_allclose(u.mean(), np.sqrt(1.44) - 1, rtol=2e-4)
+
+    def test_a_shaft_has_a_critical_speed(self):
+        """That of a cantilever: w^2 = 1.8751^4 E I/(rho A L^4) = 10.30, by the bending of beams."""
+        for square, status in ((9.9, 0), (10.7, 2)):
+            run = Run(SHAFT.format(square=square), name="shaft")
+            self.assertEqual(run.status, status, run.output + run.errors)
+        self.assertIn("the equilibrium is unstable (2 motions", run.errors)
+
+
 if __name__ == "__main__":
     unittest.main()

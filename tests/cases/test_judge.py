@@ -1208,8 +1208,8 @@ class Decks(unittest.TestCase):
         # 71215: a body that tips over an edge. 80092: a tool left without load where its nodes all
         # but touch. 80129: stiff elements that are carried far, whose forces are not as exact as
         # long elements make it seem. 80336: mu = 1e6, and points that slide under next to no force.
-        # 20785158: supports that take all loads, and are let go. 20785165: a load where a free motion
-        # is at rest but for rounding.
+        # 20785158: supports that take all loads, and are let go. 20785165: a load where a free
+        # motion is at rest but for rounding.
         seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20166, 30008, 30101, 30179, 60066, 60316,
                  61012, 61425, 70471, 71215, 80092, 80129, 80246, 80336, 20785158,
                  20785165)  # fmt: skip

@@ -239,7 +239,7 @@ contains
     ok = all(is_read)
     if (.not. ok) return
     do i = 1, 3
-      gravity%gradient(:, i) = -size*direction(i)*direction
+      gravity%gradient(:, i) = -size*(direction(i)*direction) ! symmetric to the bit
       gravity%gradient(i, i) = gravity%gradient(i, i) + size
     end do
     gravity%acceleration = -matmul(gravity%gradient, point - mesh%origin)
