@@ -19,8 +19,8 @@ module condense_contact_mod
   use compliance_map_mod, only: compliance_map_t
   use held_body_mod, only: hold_body
   use compliance_mod, only: compliance_t, take_matrix, take_map, get_matrix, add_single_copy, &
-    add_square, diagonal_of, is_map
-  use problem_mod, only: make_problem
+    add_square, diagonal_of, has_single, is_map
+  use problem_mod, only: make_problem, is_made_of
   use shared_nodes_mod, only: find_twins
   use dense_mod, only: null_space
   use floating_mod, only: see_motions, free_the_motions, sees_less
@@ -152,7 +152,9 @@ contains
       has_middles(group%active)) then
       ! The Schur complement says nothing of these: their stiffness is that of W.
       call soften(rows%softness, row, group, compliance)
-      call make_problem(row(:, group%active), points%mu(group%active), compliance, group%problem)
+      if (.not. is_made_of(group%problem, row(:, group%active), points%mu(group%active), &
+        compliance)) call make_problem(row(:, group%active), points%mu(group%active), compliance, &
+        group%problem)
     else
       nearby = turn_near(body%stiffness, frames_of_factor(body%inverse%map, points, &
         placement%frame), group%active)
@@ -162,7 +164,8 @@ contains
         nearby)
       call find_twins(group%problem, points%node(group%active))
     end if
-    if (rows%is_copied) call add_single_copy(group%problem%compliance)
+    if (rows%is_copied .and. .not. has_single(group%problem%compliance)) call add_single_copy( &
+      group%problem%compliance)
     group%problem%is_proximal = size(group%motion) > 0
     if (allocated(group%body)) deallocate (group%body)
     if (allocated(body%inverse%iterative) .and. n > 0 .and. size(group%null, 2) == 0) call &

@@ -12,7 +12,8 @@ module compliance_mod
   implicit none
   private
 
-  public :: compliance_t, take_matrix, take_map, take_compliance, is_map, rows_worth_rounding
+  public :: compliance_t, take_matrix, take_map, take_compliance, are_same, is_map, &
+    rows_worth_rounding
   public :: product_with, product_of_columns, rough_product, coupled_product, row_product, &
     single_row_product
   public :: get_matrix, get_column, get_rows, block_of, diagonal_of, get_inverse, couplings_of, &
@@ -73,6 +74,14 @@ contains
       call take_matrix(from%w, to)
     end if
   end subroutine take_compliance
+
+  !> Whether two are arrays, and the same to the bit.
+  pure logical function are_same(one, other)
+    type(compliance_t), intent(in) :: one, other
+
+    are_same = allocated(one%w) .and. allocated(other%w) .and. one%n == other%n
+    if (are_same) are_same = .not. any(abs(one%w - other%w) > 0.0_wp)
+  end function are_same
 
   !> Whether it is known by its products alone.
   pure logical function is_map(compliance)

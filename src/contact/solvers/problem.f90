@@ -10,14 +10,15 @@ module problem_mod
   use increment_report_mod, only: ended_well
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use couplings_mod, only: couplings_t
-  use compliance_mod, only: compliance_t, take_matrix, take_compliance, is_map, product_with, &
-    rough_product, coupled_product, rough_rows, block_of, get_inverse, couplings_of, add_rough_copy
+  use compliance_mod, only: compliance_t, take_matrix, take_compliance, are_same, is_map, &
+    product_with, rough_product, coupled_product, rough_rows, block_of, get_inverse, couplings_of, &
+    add_rough_copy
   use law_mod, only: project_on_cone, project_prediction, driven_friction
   implicit none
   private
 
-  public :: contact_problem_t, contact_report_t, make_problem, pack_rows, unpack_rows, &
-    unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
+  public :: contact_problem_t, contact_report_t, make_problem, is_made_of, pack_rows, &
+    unpack_rows, unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
     rough_product_with_w, natural_map, force_scale, measure, project_reactions
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
@@ -121,6 +122,21 @@ contains
     end if
     call scale_global_newton(problem)
   end subroutine problem_of_compliance
+
+  !> Whether a problem is that of such rows and W already, as before flat obstacles wherever their
+  !> points are placed: what follows from these need not be made again.
+  pure logical function is_made_of(problem, row, mu, compliance)
+    type(contact_problem_t), intent(in) :: problem
+    integer,  intent(in) :: row(:, :)              !! as of make_problem
+    real(wp), intent(in) :: mu(:)                  !! likewise [-]
+    type(compliance_t), intent(in) :: compliance   !! likewise
+
+    is_made_of = allocated(problem%row)
+    if (is_made_of) is_made_of = problem%n_points == size(mu)
+    if (is_made_of) is_made_of = all(problem%row == row) .and. .not. any(abs(problem%mu - mu) > &
+      0.0_wp)
+    if (is_made_of) is_made_of = are_same(problem%compliance, compliance)
+  end function is_made_of
 
   !> Blocks of W on its diagonal, and the rho of the local solvers.
   pure subroutine set_blocks(problem, blocks)
