@@ -15,9 +15,13 @@ system_python=/usr/bin/python3
   packages_mpi=(libmumps-dev openmpi-bin)
   packages_iterative=(libpetsc-real-dev)
   packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
-  packages_tests=(python3-venv libegl1 libgl1-mesa-dri) # the last two: PyVista without a display
+  # Ninja builds with less ado than Make; the last two: PyVista without a display.
+  packages_tests=(ninja-build python3-venv libegl1 libgl1-mesa-dri)
   packages_memcheck=(valgrind)
 }
+
+# Of Ninja the percentages that Make writes, too.
+export NINJA_STATUS='[%p] '
 
 install=yes
 processors=$(nproc 2>/dev/null || echo 2)
@@ -167,7 +171,7 @@ quietly() {
 
 # Calls CMake only where an entry differs: configure FOLDER NAME=VALUE...
 configure() {
-  local folder=$1 entry differs=no options=()
+  local folder=$1 entry differs=no generator=() options=()
   shift
   [ -f "$folder/Makefile" ] || [ -f "$folder/build.ninja" ] || differs=yes
   if [ -f "$folder/CMakeCache.txt" ] && [ "$(cached "$folder" CMAKE_HOME_DIRECTORY)" != "$root" ]; then
@@ -181,10 +185,12 @@ configure() {
   done
   [ "$differs" = yes ] || return 0
   mkdir -p "$folder"
+  # A folder keeps the generator that it has.
+  [ -f "$folder/CMakeCache.txt" ] || ! command -v ninja >/dev/null || generator=(-G Ninja)
   # Without these a configuration that fails is not taken for a finished one by the next call.
   rm -f "$folder/Makefile" "$folder/build.ninja"
   quietly "$folder/configure.log" "configuring $folder" \
-    cmake -S "$root" -B "$folder" "${options[@]}"
+    cmake -S "$root" -B "$folder" "${generator[@]}" "${options[@]}"
 }
 
 # Builds what has changed: compile FOLDER [cmake --build options]
