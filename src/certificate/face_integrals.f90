@@ -112,8 +112,8 @@ contains
       rounding*max(maxval(abs(x(:, 2) - x(:, 1))), maxval(abs(x(:, 4) - x(:, 1))))
   end function is_parallelogram
 
-  !> Add the integrals over a triangle of the plane in parts, each with its half edges, where a
-  !> Jacobian changes much between its corners.
+  !> Add the integrals over a triangle of the plane, in halves of its longest edge where a Jacobian
+  !> changes much between its corners.
   pure recursive subroutine add_parts(slave, master, a, b, c, least, shared)
     real(wp), intent(in) :: slave(:, :), master(:, :)  !! as of `integrate_shared` [length]
     real(wp), intent(in) :: a(2), b(2), c(2)           !! its corners [length]
@@ -124,12 +124,17 @@ contains
       call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
       return
     end if
-    associate (d => 0.5_wp*(b + c), e => 0.5_wp*(c + a), f => 0.5_wp*(a + b))
-      call add_parts(slave, master, a, f, e, least, shared)
-      call add_parts(slave, master, b, d, f, least, shared)
-      call add_parts(slave, master, c, e, d, least, shared)
-      call add_parts(slave, master, d, e, f, least, shared)
-    end associate
+    select case (maxloc([norm2(c - b), norm2(a - c), norm2(b - a)], 1))
+    case (1)
+      call add_parts(slave, master, a, b, 0.5_wp*(b + c), least, shared)
+      call add_parts(slave, master, a, 0.5_wp*(b + c), c, least, shared)
+    case (2)
+      call add_parts(slave, master, a, b, 0.5_wp*(c + a), least, shared)
+      call add_parts(slave, master, 0.5_wp*(c + a), b, c, least, shared)
+    case default
+      call add_parts(slave, master, a, 0.5_wp*(a + b), c, least, shared)
+      call add_parts(slave, master, 0.5_wp*(a + b), b, c, least, shared)
+    end select
 
   contains
 
@@ -143,7 +148,7 @@ contains
         call find_place(face, corner(:, i), n, normal)
         size_of(i) = norm2(normal)
       end do
-      changes = maxval(size_of) > 2.05_wp*minval(size_of)
+      changes = maxval(size_of) > 1.6_wp*minval(size_of)
     end function changes
   end subroutine add_parts
 

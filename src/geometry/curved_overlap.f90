@@ -10,7 +10,7 @@ module curved_overlap_mod
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
     few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
-    even_enough, speck
+    even_enough, speck, halves_of
   implicit none
   private
 
@@ -147,20 +147,16 @@ contains
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
     type(patch_t), intent(in), optional :: patch
     type(overlap_t), intent(inout) :: overlap
-    real(wp) :: middle(2, 3)
-    integer :: k
+    real(wp) :: halves(2, 3, 2)
 
     if (area_of(corner) < least .or. min(evenness_of(slave), evenness_of(master)) > even_enough) &
       then
       call add_points(plane, slave, master, corner, many_points, many_weights, patch, overlap)
       return
     end if
-    middle = 0.5_wp*(corner + cshift(corner, 1, dim=2))
-    do k = 1, 3
-      call add_halved(plane, slave, master, reshape([corner(:, k), middle(:, k), &
-        middle(:, 1 + modulo(k - 2, 3))], [2, 3]), least, patch, overlap)
-    end do
-    call add_halved(plane, slave, master, middle, least, patch, overlap)
+    halves = halves_of(corner)
+    call add_halved(plane, slave, master, halves(:, :, 1), least, patch, overlap)
+    call add_halved(plane, slave, master, halves(:, :, 2), least, patch, overlap)
 
   contains
 

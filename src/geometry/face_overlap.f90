@@ -11,7 +11,7 @@ module face_overlap_mod
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
   public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, some_points, &
-    some_weights, many_points, many_weights, evenness, even_enough, speck
+    some_weights, many_points, many_weights, evenness, even_enough, speck, halves_of
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -57,7 +57,7 @@ module face_overlap_mod
   ! Where a face is nearly a triangle its shape functions are fractions with a pole close by: a
   ! triangle is halved where the least over the largest Jacobian at its corners is less than this.
   ! That ends by itself where no Jacobian of the faces is 0, however small; else at this part.
-  real(wp), parameter :: even_enough = 0.6_wp, speck = 1.0e-6_wp !! [-]
+  real(wp), parameter :: even_enough = 0.7_wp, speck = 1.0e-6_wp !! [-]
 
   ! What a rule leaves of integrals of two shape functions over a face, beside its area, by how far
   ! the face is from a parallelogram: seven points of_few d^2, twelve of_some d^3, measured with
@@ -280,8 +280,7 @@ contains
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
     type(overlap_t), intent(inout) :: overlap
-    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
-    real(wp) :: middle(2, 3), of_slave(3), of_master(3)
+    real(wp) :: of_slave(3), of_master(3), halves(2, 3, 2)
     integer :: k
 
     do k = 1, 3
@@ -295,13 +294,23 @@ contains
       call add_points(faces, corner, many_points, many_weights, overlap)
       return
     end if
-    middle = 0.5_wp*(corner + corner(:, next))
-    do k = 1, 3
-      call add_halved(faces, reshape([corner(:, k), middle(:, k), middle(:, last(k))], [2, 3]), &
-        least, overlap)
-    end do
-    call add_halved(faces, middle, least, overlap)
+    halves = halves_of(corner)
+    call add_halved(faces, halves(:, :, 1), least, overlap)
+    call add_halved(faces, halves(:, :, 2), least, overlap)
   end subroutine add_halved
+
+  !> The halves of a triangle, cut across its longest edge. Cut in four, one that comes down to a
+  !> narrow end, as on the axis of a body of revolution, would be millions there.
+  pure function halves_of(corner) result(halves)
+    real(wp), intent(in) :: corner(2, 3) !! [length]
+    real(wp) :: halves(2, 3, 2)          !! [length]
+    integer :: longest
+
+    longest = maxloc(norm2(cshift(corner, 1, dim=2) - corner, dim=1), 1)
+    halves = spread(cshift(corner, longest - 1, dim=2), 3, 2)
+    halves(:, 2, 1) = 0.5_wp*(halves(:, 1, 2) + halves(:, 2, 2))
+    halves(:, 1, 2) = halves(:, 2, 1)
+  end function halves_of
 
   !> The Jacobians at the corners of a flat face, either way round; 1 of a triangle, below 0 where
   !> a face is folded.
