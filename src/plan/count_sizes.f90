@@ -2,6 +2,7 @@
 !> is done with them.
 module count_sizes_mod
   use kinds_mod, only: wp
+  use cells_mod, only: cells, has_middles
   use obstacle_shapes_mod, only: is_before_faces
   use scene_mod, only: scene_t
   use step_contact_mod, only: most_friction
@@ -26,6 +27,8 @@ module count_sizes_mod
   real(wp), parameter :: newton_raphson_curved = 3.0_wp   !! before round obstacles
   real(wp), parameter :: equilibria_curved = 1.6_wp
   !! of them, in which forces are to balance too where W is formed: points settle before that
+  real(wp), parameter :: equilibria_finite = 16.0_wp
+  !! of an increment at finite strain, those among them by which its errors are estimated
   real(wp), parameter :: newton_raphson_refined = 2.0_wp
   !! times as many where the factor is not exact
   real(wp), parameter :: roughest_unrefined = 1.0e-4_wp
@@ -37,6 +40,7 @@ module count_sizes_mod
   !> Sizes that costs are made of.
   type :: sizes_t
     real(wp) :: nodes, elements, equations, interface, rows, points, entries, factor
+    real(wp) :: element_work !! that internal forces are, in those of hexahedra of first order
     real(wp) :: squares, cubes   !! sums over the blocks of the compliance, one a body
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
@@ -53,7 +57,7 @@ module count_sizes_mod
     logical :: is_dense = .true. !! W is formed; else its products are solutions with the factor
     real(wp) :: tolerance = 0.0_wp !! of contact [-]
     real(wp) :: ordering = 0.0_wp  !! time that the plan took to order the equations [s]
-    logical :: has_friction = .false.
+    logical :: has_friction = .false., is_finite = .false. !! strain
     logical :: is_curved = .false., follows_faces = .false. !! there are points that turn, so before
     logical :: by_sweeps = .false.
     logical :: is_exact = .true., by_iteration = .false. !! as of precision_controls_t
@@ -72,6 +76,8 @@ contains
 
     sizes%nodes = scene%mesh%n_nodes
     sizes%elements = scene%mesh%n_elements
+    sizes%element_work = work_of_elements(scene)
+    sizes%is_finite = scene%finite_strain
     sizes%equations = plan%n_equations
     sizes%interface = plan%n_interface
     sizes%squares = sum(real(plan%blocks, wp)**2)
@@ -106,6 +112,23 @@ contains
     sizes%tolerance = plan%choices%tolerance
   end subroutine count_sizes
 
+  !> What internal forces of all elements are, in those of hexahedra of first order at small strain:
+  !> products of points and nodes, and at finite strain twice as much.
+  pure real(wp) function work_of_elements(scene) result(work)
+    type(scene_t), intent(in) :: scene
+    real(wp), parameter :: of_finite = 2.0_wp
+    integer :: e
+
+    work = 0.0_wp
+    do e = 1, scene%mesh%n_elements
+      associate (cell => cells(scene%mesh%connectivity%cell(e)))
+        work = work + merge(real(cell%n_points*cell%n_nodes, wp)/64.0_wp, 1.0_wp, &
+          has_middles(scene%mesh%connectivity%cell(e)))
+      end associate
+    end do
+    if (scene%finite_strain) work = of_finite*work
+  end function work_of_elements
+
   !> Whether points before obstacles give a node more rows than it has ways to move.
   pure logical function has_twins(plan)
     type(plan_t), intent(in) :: plan
@@ -135,6 +158,7 @@ contains
 
     n = iterations_of_increment(sizes)
     if (sizes%is_dense .and. sizes%is_curved) n = refined_times(sizes)*equilibria_curved
+    if (sizes%is_finite) n = equilibria_finite
   end function solutions_of_increment
 
   !> How many times as many iterations the arithmetic of the factor takes.

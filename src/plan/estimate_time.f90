@@ -4,13 +4,14 @@
 !> constants is the work of every phase.
 module estimate_time_mod
   use kinds_mod, only: wp, i8
-  use system_mod, only: cpu_seconds, wall_seconds
+  use system_mod, only: cpu_seconds
   use machine_speed_mod, only: machine_speed_t, measure_speed
   use cells_mod, only: hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use scene_mod, only: scene_t
   use elements_mod, only: stiffness, nodal_force
-  use mesh_forces_mod, only: internal_force
+  use bodies_mod, only: find_internal_force
+  use state_mod, only: modes_t
   use count_sizes_mod, only: sizes_t, iterations_of_increment, &
     solutions_of_increment, products_of_increment, solutions, solutions_of_product
   use estimate_file_mod, only: file_size_t
@@ -80,7 +81,7 @@ contains
     ! What is soon done is not worth measurements.
     speed = reference_speed()
     call sum_up(reference_hexahedron, stiffness_of_element*reference_hexahedron, &
-      sizes%elements*reference_hexahedron)
+      sizes%element_work*reference_hexahedron)
     if (total_seconds(seconds) < brief) return
     if (.not. sizes%by_iteration) call measure_speed(nint(sizes%front), nint(sizes%rows), &
       int(sizes%word*sizes%factor, i8), speed)
@@ -99,7 +100,7 @@ contains
       seconds = seconds_t()
       ! The first order is the plan's, which is spent already.
       seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*sizes%ordering + &
-        sizes%factorisations*(sizes%elements*1.5_wp*stiffness_time + body_time)
+        sizes%factorisations*(sizes%element_work*1.5_wp*stiffness_time + body_time)
       call time_solver(sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
         2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
@@ -122,10 +123,10 @@ contains
 
     seconds = 0.0_wp
     if (.not. sizes%shadows > 0.0_wp) return
-    iteration = sizes%elements*force_of_finite*force_time + passes_to_solve*sizes%word* &
+    iteration = sizes%element_work*force_of_finite*force_time + passes_to_solve*sizes%word* &
       sizes%factor/speed%bytes + products_of_increment(sizes)*sizes%rows**2/speed%entries
     seconds = sizes%steps*(sizes%shadows*shadows_of_step*iterations_of_shadow*iteration + &
-      sizes%flops/speed%flops + sizes%elements*stiffness_time)
+      sizes%flops/speed%flops + sizes%element_work*stiffness_time)
   end function seconds_of_shadows
 
   !> Seconds of an increment to place points before faces that move, and to bring W there.
@@ -207,7 +208,7 @@ contains
     reference = reference_speed()
     call time_solver(sizes, reference, reference_hexahedron, sizes%scratch/disk_rate, seconds)
     total = seconds%factorise + seconds%condense + seconds%contact + seconds%recover + &
-      2.0_wp*sizes%increments*solutions_of_increment(sizes)*sizes%elements* &
+      2.0_wp*sizes%increments*solutions_of_increment(sizes)*sizes%element_work* &
       reference_hexahedron
     if (sizes%is_dense .and. sizes%is_curved) total = total + sizes%increments* &
       iterations_of_increment(sizes)*passes_to_place*sizes%rows**2/reference%bytes
@@ -260,23 +261,25 @@ contains
     end associate
   end subroutine time_element
 
-  !> How long the internal forces of all elements take, many congruent ones at once; where that is
-  !> soon, the better of two times.
+  !> How long the internal forces of all elements take, at small strain many congruent ones at once;
+  !> where that is soon, the better of two times.
   function time_of_forces(scene) result(seconds)
     type(scene_t), intent(in) :: scene
     real(wp) :: seconds !! [s]
     real(wp), parameter :: long_enough = 0.01_wp
-    real(wp), allocatable :: u(:, :), f(:, :)
+    real(wp), allocatable :: u(:, :), f(:, :), free(:)
+    type(modes_t) :: modes
     real(wp) :: start
-    integer :: i
+    integer :: i, inverted
 
     seconds = huge(1.0_wp)
     allocate (f(3, scene%mesh%n_nodes))
-    allocate (u(3, scene%mesh%n_nodes), source=0.0_wp) ! nothing overflows
+    ! Nothing overflows.
+    allocate (u(3, scene%mesh%n_nodes), free(scene%mesh%n_elements), source=0.0_wp)
     do i = 1, 2
-      start = wall_seconds()
-      call internal_force(scene%mesh, scene%materials, u, f)
-      seconds = min(seconds, wall_seconds() - start)
+      start = cpu_seconds()
+      call find_internal_force(scene, free, u, modes, f, inverted)
+      seconds = min(seconds, cpu_seconds() - start)
       if (seconds > long_enough) exit
     end do
   end function time_of_forces
