@@ -1,8 +1,8 @@
 !> A deck, from its file to a scene.
 !>
 !> The deck is cut into cards, which are read in the order of what they build on: parameters, nodes
-!> and elements, sets, surfaces, properties, contact, steps. So a card may name what stands further
-!> down. Every mistake is kept, and all are told at the end in the order of the deck.
+!> and elements, sets, properties, surfaces, joints, contact, steps. So a card may name what stands
+!> further down. Every error is kept, and all are reported at the end in the order of the deck.
 module read_deck_mod
   use adjust_mod, only: adjust_nodes, adjust_t
   use build_mesh_mod, only: build_mesh, check_elements, check_locking, mark_used_nodes, &
@@ -76,6 +76,23 @@ module read_deck_mod
   private
 
   public :: read_deck, read_deck_text
+
+  !> What one family of cards leaves to the next, beside the scene.
+  type :: draft_t
+    type(model_t) :: model
+    type(mesh_size_t) :: mesh_size
+    type(surface_list_t) :: surfaces
+    type(rigid_bodies_t) :: bodies
+    type(name_table_t) :: obstacles
+    type(tie_t), allocatable :: ties(:)
+    type(coupling_t), allocatable :: couplings(:)
+    type(section_t), allocatable :: bolts(:)
+    type(equation_list_t) :: equations
+    type(transforms_t) :: transforms
+    type(refinement_t), allocatable :: refinements(:)
+    integer, allocatable :: material(:) !! (n_elements)
+    integer :: n_equations = 0 !! of the deck; others follow
+  end type draft_t
 
 contains
 
@@ -169,140 +186,41 @@ contains
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(out), optional :: flat
     type(mesh_size_t), intent(in), optional :: mesh_size
-    type(mesh_size_t) :: size_read
-    type(model_t) :: model
-    type(surface_list_t) :: surfaces
-    type(rigid_bodies_t) :: bodies
-    type(amplitude_list_t) :: amplitudes
-    type(name_table_t) :: obstacles, materials
-    type(adjust_t), allocatable :: adjusts(:)
-    type(tie_t), allocatable :: ties(:)
-    type(coupling_t), allocatable :: couplings(:)
-    type(section_t), allocatable :: bolts(:)
-    type(equation_list_t) :: equations
-    type(transforms_t) :: transforms
-    type(refinement_t), allocatable :: refinements(:)
-    integer, allocatable :: material(:)
-    integer :: n_equations !! of the deck; others follow
+    type(draft_t) :: draft
+    type(name_table_t) :: materials
 
     call read_heading(reader, scene%title)
     call read_units(reader, scene%units)
-    if (present(mesh_size)) size_read = mesh_size
-    model%mesh%scale = size_read%blocks
-    model%mesh%across = size_read%across
-    call find_plane(reader, model%mesh)
-    call read_mesh_cards(reader, model)
-    if (present(flat)) call flat_deck(reader, model%mesh, flat)
-    call connect_mesh(reader, model%mesh)
-    call read_plane(reader, model%mesh)
-    if (model%mesh%plane /= solids) size_read%across = across_plane
-    call read_couplings(reader, model, couplings)
-    call mark_used_nodes(model)
-    call mark_coupled(model)
-    call move_origin(model%mesh, model%used)
-    call read_obstacles(reader, model, scene%obstacles, obstacles)
-    call read_rigid_bodies(reader, model, bodies)
-    call read_sections_of_bolts(reader, model, bolts)
-    ! Nodes that equations alone name may be named by sets.
-    if (.not. any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) then
-      call note_unused_nodes(reader, model)
-    end if
-    call check_elements(reader, model%mesh)
-    call check_matching(reader, model%mesh)
-    call read_sets(reader, model)
-    call join_rigid_bodies(reader, model, bodies, couplings)
-    call keep_in_plane(model, couplings)
-    call refine_mesh(reader, model, size_read%parts, size_read%across)
-    call read_refinements(reader, model, refinements)
-    call refine_locally(reader, model, refinements, size_read%zone, size_read%across)
-    call cut_bolts(reader, model, bolts)
+    if (present(mesh_size)) draft%mesh_size = mesh_size
+    call read_mesh(reader, draft, scene, flat)
     call read_materials(reader, scene%materials, materials)
-    call read_sections(reader, model, materials, material)
-    call check_locking(reader, model%mesh, scene%materials, material)
-    call find_weights(scene%materials, material, model%weighs)
-    call read_transforms(reader, model, transforms)
-    call read_equations(reader, model, equations)
-    call spread_equations(model, equations)
-    n_equations = equations%list%n
-    if (equations%list%n > 0) call note_unused_nodes(reader, model)
-    call find_facets(reader, model, bodies)
-    call read_surfaces(reader, model, surfaces)
-    call keep_named_sets(reader, model, surfaces, scene)
-    call make_obstacles(reader, model, bodies, surfaces, scene%obstacles)
-    call check_even(reader, model%mesh, scene%obstacles)
-    call read_ties(reader, model, surfaces, obstacles, ties)
-    call find_coupled_surfaces(reader, model, surfaces, couplings)
-    call find_rigid_nodes(reader, model, bodies, couplings)
-    if (.not. any_mistakes(reader%diagnostics)) then
-      call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), ties)
-      call place_hanging(model%mesh)
-    end if
-    call read_contact(reader, model, surfaces, scene%obstacles, obstacles, scene%pairs, adjusts)
-    call read_surface_behavior(reader)
-    if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
-      surfaces%list(:surfaces%n), [scene%pairs%surface, ties%slave], refinements)
-    if (.not. any_mistakes(reader%diagnostics)) then
-      call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, scene%pairs, &
-        adjusts)
-      call place_hanging(model%mesh)
-      call refuse_tied_pairs(reader, surfaces%list(:surfaces%n), ties, scene%pairs)
-      call constrain_hanging(model%mesh, scene%constraints)
-      call make_constraints(reader, model, surfaces%list(:surfaces%n), ties, scene%constraints)
-    end if
-    if (.not. any_mistakes(reader%diagnostics)) then
-      call couple(reader, model, surfaces%list(:surfaces%n), couplings, equations)
-      call join_sections(bolts, equations)
-    end if
-    call mark_named(model, equations)
-    ! After a mistake couplings and sections are not made: what they would name is not known.
-    if ((size(couplings) > 0 .or. any(reader%cards(:reader%n_cards)%keyword == &
-      'PRE-TENSION SECTION')) .and. any_mistakes(reader%diagnostics)) model%named = .true.
-    call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
-    call read_clearances(reader, scene%pairs)
+    call read_sections(reader, draft%model, materials, draft%material)
+    call check_locking(reader, draft%model%mesh, scene%materials, draft%material)
+    call find_weights(scene%materials, draft%material, draft%model%weighs)
+    call read_surfaces_and_joints(reader, draft, scene)
     call read_contact_controls(reader, scene%contact)
     call read_precision(reader, scene%precision)
     call read_body_solver(reader, scene%precision)
-    call read_accuracy(reader, model, surfaces%list(:surfaces%n), scene%pairs, scene%accuracy)
+    call read_accuracy(reader, draft%model, draft%surfaces%list(:draft%surfaces%n), scene%pairs, &
+      scene%accuracy)
     call read_output_controls(reader, scene%output)
-    call read_prints(reader, model, scene%output%prints)
-    call read_amplitudes(reader, amplitudes)
-    call read_first_temperatures(reader, model, scene%first_temperature)
-    call read_steps(reader, model, amplitudes, scene%pairs, surfaces, scene%steps, &
-      scene%regions, scene%finite_strain)
-    scene%accuracy%chooses_theory = reader%chooses_theory
-    scene%accuracy%keeps_small_strain = reader%keeps_small_strain
-    if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
-      scene%steps, scene%constraints)
-    if (.not. any_mistakes(reader%diagnostics)) scene%blocks = free_blocks(reader, model, &
-      scene%steps)
-    if (.not. any_mistakes(reader%diagnostics)) then
-      call take_transforms(reader, model, transforms, n_equations, scene%constraints, equations, &
-        scene%steps, scene%local_axes)
-    end if
-    if (.not. any_mistakes(reader%diagnostics)) then
-      call hold_plane(model, scene%constraints, equations, scene%steps)
-      call join_equations(reader, model, equations, scene%constraints)
-    end if
-    call mark_turning(scene%steps, scene%obstacles)
-    if (all(abs(scene%materials%expansion) <= 0.0_wp) .and. any(reader%cards(: &
-      reader%n_cards)%keyword == 'TEMPERATURE')) call note(reader, &
-      '*TEMPERATURE changes nothing: no material has an *EXPANSION')
-    if (.not. scene%finite_strain) call keep_to_small_strain(reader, scene%output)
-    if (model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
+    call read_prints(reader, draft%model, scene%output%prints)
+    call read_loading(reader, draft, scene)
+    if (draft%model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report_missing_element(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
     end if
     if (reader%n_steps == 0) call report(reader, 0, 'the deck has no *STEP')
     if (any_mistakes(reader%diagnostics)) return
 
-    scene%surfaces = surfaces%list(:surfaces%n)
-    if (size(couplings) > 0) scene%rotations = rotations_of(model)
+    scene%surfaces = draft%surfaces%list(:draft%surfaces%n)
+    if (size(draft%couplings) > 0) scene%rotations = rotations_of(draft%model)
     if (allocated(scene%first_temperature)) scene%first_temperature = &
-      [scene%first_temperature, spread(0.0_wp, 1, model%mesh%n_stand_ins)]
-    call move_alloc(amplitudes%list, scene%amplitudes)
-    call note_held(reader, scene%constraints, model%mesh%n_nodes, model%mesh%hangs, scene%steps)
-    call refuse_held(reader, model, equations, scene%steps)
-    call build_mesh(model%mesh, material, scene%constraints, scene%mesh)
-    call refuse_loose(reader, equations, scene%mesh)
+      [scene%first_temperature, spread(0.0_wp, 1, draft%model%mesh%n_stand_ins)]
+    call note_held(reader, scene%constraints, draft%model%mesh%n_nodes, draft%model%mesh%hangs, &
+      scene%steps)
+    call refuse_held(reader, draft%model, draft%equations, scene%steps)
+    call build_mesh(draft%model%mesh, draft%material, scene%constraints, scene%mesh)
+    call refuse_loose(reader, draft%equations, scene%mesh)
     call check_turns(reader, scene)
     if (scene%finite_strain) then
       call prepare_finite_strain(reader, scene)
@@ -311,6 +229,137 @@ contains
       scene%precision%renews_tangent = .false.
     end if
   end subroutine read_cards
+
+  !> The mesh, cut as the deck and the command line ask for; what its nodes belong to.
+  subroutine read_mesh(reader, draft, scene, flat)
+    type(reader_t), intent(inout) :: reader
+    type(draft_t), intent(inout) :: draft
+    type(scene_t), intent(inout) :: scene !! gets the obstacles
+    type(string_t), intent(out), optional :: flat
+
+    associate (model => draft%model, mesh => draft%model%mesh, size_read => draft%mesh_size)
+      mesh%scale = size_read%blocks
+      mesh%across = size_read%across
+      call find_plane(reader, mesh)
+      call read_mesh_cards(reader, model)
+      if (present(flat)) call flat_deck(reader, mesh, flat)
+      call connect_mesh(reader, mesh)
+      call read_plane(reader, mesh)
+      if (mesh%plane /= solids) size_read%across = across_plane
+      call read_couplings(reader, model, draft%couplings)
+      call mark_used_nodes(model)
+      call mark_coupled(model)
+      call move_origin(mesh, model%used)
+      call read_obstacles(reader, model, scene%obstacles, draft%obstacles)
+      call read_rigid_bodies(reader, model, draft%bodies)
+      call read_sections_of_bolts(reader, model, draft%bolts)
+      ! Nodes that equations alone name may be named by sets.
+      if (.not. has_card(reader, 'EQUATION')) call note_unused_nodes(reader, model)
+      call check_elements(reader, mesh)
+      call check_matching(reader, mesh)
+      call read_sets(reader, model)
+      call join_rigid_bodies(reader, model, draft%bodies, draft%couplings)
+      call keep_in_plane(model, draft%couplings)
+      call refine_mesh(reader, model, size_read%parts, size_read%across)
+      call read_refinements(reader, model, draft%refinements)
+      call refine_locally(reader, model, draft%refinements, size_read%zone, size_read%across)
+      call cut_bolts(reader, model, draft%bolts)
+    end associate
+  end subroutine read_mesh
+
+  !> Surfaces, the pairs that may touch, and all that joins nodes: equations, ties, couplings,
+  !> sections of bolts, nodes that hang.
+  subroutine read_surfaces_and_joints(reader, draft, scene)
+    type(reader_t), intent(inout) :: reader
+    type(draft_t), intent(inout) :: draft
+    type(scene_t), intent(inout) :: scene
+    type(adjust_t), allocatable :: adjusts(:)
+
+    associate (model => draft%model, equations => draft%equations, surfaces => draft%surfaces)
+      call read_transforms(reader, model, draft%transforms)
+      call read_equations(reader, model, equations)
+      call spread_equations(model, equations)
+      draft%n_equations = equations%list%n
+      if (equations%list%n > 0) call note_unused_nodes(reader, model)
+      call find_facets(reader, model, draft%bodies)
+      call read_surfaces(reader, model, surfaces)
+      call keep_named_sets(reader, model, surfaces, scene)
+      call make_obstacles(reader, model, draft%bodies, surfaces, scene%obstacles)
+      call check_even(reader, model%mesh, scene%obstacles)
+      call read_ties(reader, model, surfaces, draft%obstacles, draft%ties)
+      call find_coupled_surfaces(reader, model, surfaces, draft%couplings)
+      call find_rigid_nodes(reader, model, draft%bodies, draft%couplings)
+      if (.not. any_mistakes(reader%diagnostics)) then
+        call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), draft%ties)
+        call place_hanging(model%mesh)
+      end if
+      call read_contact(reader, model, surfaces, scene%obstacles, draft%obstacles, scene%pairs, &
+        adjusts)
+      call read_surface_behavior(reader)
+      if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
+        surfaces%list(:surfaces%n), [scene%pairs%surface, draft%ties%slave], draft%refinements)
+      if (.not. any_mistakes(reader%diagnostics)) then
+        call adjust_nodes(reader, model, surfaces%list(:surfaces%n), scene%obstacles, &
+          scene%pairs, adjusts)
+        call place_hanging(model%mesh)
+        call refuse_tied_pairs(reader, surfaces%list(:surfaces%n), draft%ties, scene%pairs)
+        call constrain_hanging(model%mesh, scene%constraints)
+        call make_constraints(reader, model, surfaces%list(:surfaces%n), draft%ties, &
+          scene%constraints)
+      end if
+      if (.not. any_mistakes(reader%diagnostics)) then
+        call couple(reader, model, surfaces%list(:surfaces%n), draft%couplings, equations)
+        call join_sections(draft%bolts, equations)
+      end if
+      call mark_named(model, equations)
+      ! After a mistake couplings and sections are not made: what they would name is not known.
+      if (any_mistakes(reader%diagnostics) .and. (size(draft%couplings) > 0 .or. has_card(reader, &
+        'PRE-TENSION SECTION'))) model%named = .true.
+      call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
+      call read_clearances(reader, scene%pairs)
+    end associate
+  end subroutine read_surfaces_and_joints
+
+  !> Steps with their supports and loads, and the constraints in the directions of these.
+  subroutine read_loading(reader, draft, scene)
+    type(reader_t), intent(inout) :: reader
+    type(draft_t), intent(inout) :: draft
+    type(scene_t), intent(inout) :: scene
+    type(amplitude_list_t) :: amplitudes
+
+    associate (model => draft%model, equations => draft%equations)
+      call read_amplitudes(reader, amplitudes)
+      call read_first_temperatures(reader, model, scene%first_temperature)
+      call read_steps(reader, model, amplitudes, scene%pairs, draft%surfaces, scene%steps, &
+        scene%regions, scene%finite_strain)
+      call move_alloc(amplitudes%list, scene%amplitudes)
+      scene%accuracy%chooses_theory = reader%chooses_theory
+      scene%accuracy%keeps_small_strain = reader%keeps_small_strain
+      if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
+        scene%steps, scene%constraints)
+      if (.not. any_mistakes(reader%diagnostics)) then
+        scene%blocks = free_blocks(reader, model, scene%steps)
+        call take_transforms(reader, model, draft%transforms, draft%n_equations, &
+          scene%constraints, equations, scene%steps, scene%local_axes)
+      end if
+      if (.not. any_mistakes(reader%diagnostics)) then
+        call hold_plane(model, scene%constraints, equations, scene%steps)
+        call join_equations(reader, model, equations, scene%constraints)
+      end if
+    end associate
+    call mark_turning(scene%steps, scene%obstacles)
+    if (all(abs(scene%materials%expansion) <= 0.0_wp) .and. has_card(reader, 'TEMPERATURE')) call &
+      note(reader, '*TEMPERATURE changes nothing: no material has an *EXPANSION')
+    if (.not. scene%finite_strain) call keep_to_small_strain(reader, scene%output)
+  end subroutine read_loading
+
+  !> Whether a keyword stands in the deck.
+  pure logical function has_card(reader, keyword)
+    type(reader_t), intent(in) :: reader
+    character(*), intent(in) :: keyword !! upper case, without star
+
+    has_card = any(reader%cards(:reader%n_cards)%keyword == keyword)
+  end function has_card
 
   !> The blocks of a deck that would say the same of blocks of more or fewer elements: all elements
   !> are of blocks, of which none is meant by its number, nor a node; and no node has a force of its
@@ -338,11 +387,9 @@ contains
     type(reader_t), intent(inout) :: reader
     type(output_controls_t), intent(inout) :: output
 
-    associate (keyword => reader%cards(:reader%n_cards)%keyword)
-      if (any(keyword == 'HYPERELASTIC' .or. keyword == 'HYPERFOAM')) call note(reader, &
-        'without NLGEOM *HYPERELASTIC and *HYPERFOAM act by their shear and bulk modulus at '// &
-        'small strain')
-    end associate
+    if (has_card(reader, 'HYPERELASTIC') .or. has_card(reader, 'HYPERFOAM')) call note(reader, &
+      'without NLGEOM *HYPERELASTIC and *HYPERFOAM act by their shear and bulk modulus at '// &
+      'small strain')
     if (output%green_strain .or. output%pk2_stress) call note(reader, &
       '*EL FILE: EG and PK2 are not written without NLGEOM: at small strain they are E and S')
     output%green_strain = .false.
@@ -409,10 +456,10 @@ contains
         '--nlgeom no runs the deck by small strain')
       return
     end if
-    if (any(reader%cards(:reader%n_cards)%keyword == 'EQUATION')) call note(reader, 'NLGEOM: '// &
-      '*EQUATION joins displacements along fixed directions and does not turn with the body')
-    if (any(reader%cards(:reader%n_cards)%keyword == 'PRE-TENSION SECTION')) call note(reader, &
-      'NLGEOM: the normal of a *PRE-TENSION SECTION does not turn with the bolt')
+    if (has_card(reader, 'EQUATION')) call note(reader, 'NLGEOM: *EQUATION joins displacements '// &
+      'along fixed directions and does not turn with the body')
+    if (has_card(reader, 'PRE-TENSION SECTION')) call note(reader, 'NLGEOM: the normal of a '// &
+      '*PRE-TENSION SECTION does not turn with the bolt')
     if (any(scene%mesh%element_kind == kind_c3d8b)) call note(reader, 'C3D8B at finite strain: '// &
       'pressed to 0.8 of its length, nearly incompressible material is unstable on the mesh, '// &
       'where it is not in nature; C3D8I neither locks nor does this')
@@ -430,18 +477,15 @@ contains
     integer :: k
 
     do k = 1, reader%n_cards
-      select case (reader%cards(k)%keyword)
+      if (.not. any(reader%cards(k)%keyword == ['NODE   ', 'ELEMENT', 'BLOCK  '])) cycle
+      call open_card(reader, k, card)
+      select case (card%keyword)
       case ('NODE')
-        call open_card(reader, k, card)
         call read_nodes(reader, card, model%mesh)
       case ('ELEMENT')
-        call open_card(reader, k, card)
         call read_elements(reader, card, model%mesh)
-      case ('BLOCK')
-        call open_card(reader, k, card)
-        call read_block(reader, card, model%mesh)
       case default
-        cycle
+        call read_block(reader, card, model%mesh)
       end select
     end do
   end subroutine read_mesh_cards
