@@ -19,7 +19,7 @@ class MeshSequence:
     """K runs on finer and finer meshes, of which the last one is the result.
 
     wanted, reached   the accuracy asked for (0: none), and whether the result has it
-    time_allowed, memory_allowed   seconds of the processor and bytes that runs might take, 0: any
+    time_allowed, memory_allowed   CPU time in seconds and bytes that runs might take, 0: any
     of_extrapolated   whether the accuracy is that of the extrapolated values
     mesh, load_steps, others   errors of these, or of the result, by source, -1 where not known
     mesh_and_load_steps  what these two make together, -1 where that of the mesh is not known

@@ -467,7 +467,7 @@ def run(
     accuracy    error allowed, 0.01 for 1 %, in the contact resultants or what *ACCURACY of the deck
                 says; the mesh is then chosen
     extrapolated  the accuracy is that of `accuracy.extrapolated` of the result, not of its mesh
-    time        seconds of the processor that all runs together may take: the most accurate mesh
+    time        CPU time in seconds that all runs together may take: the most accurate mesh
                 and increments within them are chosen
     memory      that a run may take, as "4GB" or "500MB": the same
     refine      how often every element is cut into eight; beside these three it keeps the mesh

@@ -17,7 +17,8 @@ module command_line_mod
   implicit none
   private
 
-  public :: options_t, read_command_line, check_kind, help_text, command_text, resume_command
+  public :: options_t, read_command_line, check_kind, refuse_option, help_text, command_text, &
+    resume_command
 
   !> An element is 262,144 then; once more, two million.
   integer, parameter :: max_refinement = 6
@@ -67,6 +68,7 @@ module command_line_mod
     character(:), allocatable :: exported        !! --export-fclib: increments, empty for none
     type(contact_controls_t) :: controls         !! of an FCLIB problem; a deck has its own
     character(:), allocatable :: solver_option   !! one that set them, empty for none
+    character(:), allocatable :: sweeps_option   !! one that only sweeps know, empty for none
     character(:), allocatable :: deck_option     !! the last of decks alone, empty for none
     real(wp) :: accuracy = 0.0_wp                !! --accuracy; 0: the deck's [-]
     logical :: extrapolated = .false.            !! --extrapolated: it is that of limits
@@ -101,15 +103,15 @@ contains
     type(options_t), intent(out) :: options
     type(error_t), allocatable, intent(out) :: error
     !! an unknown option, a missing value, no deck or two
-    character(:), allocatable :: word, value, wanted, sweeps_option
+    character(:), allocatable :: word, value
     integer :: i
 
     options%deck = ''
     options%output = ''
     options%exported = ''
     options%solver_option = ''
+    options%sweeps_option = ''
     options%deck_option = ''
-    sweeps_option = ''
     allocate (options%overrides(0), options%rigid(0))
     i = 0
     do while (i < command_argument_count())
@@ -119,101 +121,104 @@ contains
       if (takes_value(word)) call take_value(word, i, value, error)
       if (allocated(error)) return
       if (is_solver_option(word)) then
-        options%solver_option = word
-        call take_solver_option(word, value, options%controls, sweeps_option, error)
-        if (allocated(error)) return
-        cycle
+        call take_solver_option(word, value, options, error)
+      else
+        call take_option(word, value, options, error)
       end if
-      if (any(option_names == word .and. known%of_decks)) options%deck_option = word
-      select case (word)
-      case ('--help', '-h')
-        options%help = .true.
-      case ('--version')
-        options%version = .true.
-      case ('--plan')
-        options%plan = .true.
-      case ('--check')
-        options%check = .true.
-      case ('--flat')
-        options%flat = .true.
-      case ('--force')
-        options%force = .true.
-      case ('--overwrite')
-        options%overwrite = .true.
-      case ('--continue')
-        options%continues = .true.
-      case ('--quiet', '-q')
-        options%quiet = .true.
-      case ('--verbose', '-v')
-        options%verbose = .true.
-      case ('-o', '--output')
-        options%output = value
-      case ('--set')
-        call take_override(value, options, error)
-      case ('--export-fclib')
-        options%exported = value
-      case ('--accuracy')
-        call take_positive(value, 1.0_wp, options%accuracy, wanted)
-      case ('--extrapolated')
-        options%extrapolated = .true.
-      case ('--time')
-        call take_positive(value, most_time, options%time, wanted)
-        if (allocated(wanted)) wanted = wanted//', in seconds of the processor'
-      case ('--memory')
-        call take_size(value, options%memory, wanted)
-      case ('--refine')
-        call take_refinement(value, options%refine, wanted)
-      case ('--theory')
-        options%theory = .true.
-      case ('--as-rigid')
-        call add_names(value, options%rigid)
-      case ('--symmetry')
-        options%symmetry = .true.
-      case ('--until-steady')
-        options%until_steady = .true.
-      case ('--nlgeom')
-        options%nlgeom = upper(value)
-        if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) wanted = 'no, yes or auto'
-      case ('--acceleration')
-        options%solver_option = word
-        sweeps_option = word
-        options%controls%acceleration = .true.
-      case default
-        call take_deck(word, options, error)
-      end select
-      if (allocated(wanted)) call refuse(word, wanted, value, error)
       if (allocated(error)) return
     end do
-    if (options%continues .and. options%overwrite) then
-      call raise(error, exit_wrong_input, 'bipot: error: --continue and '// &
-        '--overwrite exclude each other')
-      return
-    end if
-    if (options%quiet .and. options%verbose) then
-      call raise(error, exit_wrong_input, 'bipot: error: --quiet and --verbose exclude each other')
-      return
-    end if
-    if (count([options%plan, options%check, options%flat]) > 1) then
-      call raise(error, exit_wrong_input, 'bipot: error: --plan, --check and --flat exclude '// &
-        'each other')
-      return
-    end if
-    if (options%flat .and. options%refine >= 0) then
-      call raise(error, exit_wrong_input, 'bipot: error: --flat prints the deck, which has no '// &
-        'more elements with --refine')
-      return
-    end if
-    if (sweeps_option /= '') then
-      ! What only sweeps know means sweeps.
-      if (options%controls%solver == solver_global_newton) call raise(error, exit_wrong_input, &
-        'bipot: error: '//sweeps_option//' applies to sweeps, not to --solver global-newton')
-      if (allocated(error)) return
-      options%controls%solver = solver_sweeps
-    end if
-    if (options%deck == '' .and. .not. (options%help .or. options%version)) call raise(error, &
-      exit_wrong_input, &
-      'bipot: error: no deck given (see bipot --help)')
+    call check_together(options, error)
   end subroutine read_command_line
+
+  !> Take one option, or the deck.
+  subroutine take_option(word, value, options, error)
+    character(*), intent(in) :: word
+    character(*), intent(in) :: value !! the next word, where the option has a value
+    type(options_t), intent(inout) :: options
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: wanted
+
+    if (any(option_names == word .and. known%of_decks)) options%deck_option = word
+    select case (word)
+    case ('--help', '-h')
+      options%help = .true.
+    case ('--version')
+      options%version = .true.
+    case ('--plan')
+      options%plan = .true.
+    case ('--check')
+      options%check = .true.
+    case ('--flat')
+      options%flat = .true.
+    case ('--force')
+      options%force = .true.
+    case ('--overwrite')
+      options%overwrite = .true.
+    case ('--continue')
+      options%continues = .true.
+    case ('--quiet', '-q')
+      options%quiet = .true.
+    case ('--verbose', '-v')
+      options%verbose = .true.
+    case ('-o', '--output')
+      options%output = value
+    case ('--set')
+      call take_override(value, options, error)
+    case ('--export-fclib')
+      options%exported = value
+    case ('--accuracy')
+      call take_positive(value, 1.0_wp, options%accuracy, wanted)
+    case ('--extrapolated')
+      options%extrapolated = .true.
+    case ('--time')
+      call take_positive(value, most_time, options%time, wanted)
+      if (allocated(wanted)) wanted = wanted//', in seconds of CPU time'
+    case ('--memory')
+      call take_size(value, options%memory, wanted)
+    case ('--refine')
+      call take_refinement(value, options%refine, wanted)
+    case ('--theory')
+      options%theory = .true.
+    case ('--as-rigid')
+      call add_names(value, options%rigid)
+    case ('--symmetry')
+      options%symmetry = .true.
+    case ('--until-steady')
+      options%until_steady = .true.
+    case ('--nlgeom')
+      options%nlgeom = upper(value)
+      if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) wanted = 'no, yes or auto'
+    case ('--acceleration')
+      options%solver_option = word
+      options%sweeps_option = word
+      options%controls%acceleration = .true.
+    case default
+      call take_deck(word, options, error)
+    end select
+    if (allocated(wanted)) call refuse_value(word, wanted, value, error)
+  end subroutine take_option
+
+  !> Refuse options that do not go together. What only sweeps know means sweeps.
+  subroutine check_together(options, error)
+    type(options_t), intent(inout) :: options
+    type(error_t), allocatable, intent(out) :: error
+
+    if (options%continues .and. options%overwrite) then
+      call refuse_option('--continue and --overwrite exclude each other', error)
+    else if (options%quiet .and. options%verbose) then
+      call refuse_option('--quiet and --verbose exclude each other', error)
+    else if (count([options%plan, options%check, options%flat]) > 1) then
+      call refuse_option('--plan, --check and --flat exclude each other', error)
+    else if (options%flat .and. options%refine >= 0) then
+      call refuse_option('--flat prints the deck, which has no more elements with --refine', error)
+    else if (options%sweeps_option /= '' .and. options%controls%solver == solver_global_newton) then
+      call refuse_option(options%sweeps_option//' applies to sweeps, not to --solver '// &
+        'global-newton', error)
+    else if (options%deck == '' .and. .not. (options%help .or. options%version)) then
+      call refuse_option('no deck given (see bipot --help)', error)
+    end if
+    if (options%sweeps_option /= '') options%controls%solver = solver_sweeps
+  end subroutine check_together
 
   !> Refuse options that belong to a deck beside a problem, and the reverse.
   subroutine check_kind(options, is_problem, error)
@@ -222,11 +227,11 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (is_problem .and. options%deck_option /= '') then
-      call raise(error, exit_wrong_input, 'bipot: error: '//options%deck_option// &
-        " applies to decks, and '"//options%deck//"' is a contact problem")
+      call refuse_option(options%deck_option//" applies to decks, and '"//options%deck// &
+        "' is a contact problem", error)
     else if (.not. is_problem .and. options%solver_option /= '') then
-      call raise(error, exit_wrong_input, 'bipot: error: '//options%solver_option// &
-        ' applies to contact problems (PROBLEM.hdf5); in a deck use *CONTACT SOLVER')
+      call refuse_option(options%solver_option//' applies to contact problems (PROBLEM.hdf5); '// &
+        'in a deck use *CONTACT SOLVER', error)
     end if
   end subroutine check_kind
 
@@ -251,27 +256,37 @@ contains
   end function as_option
 
   !> Take the value of such an option.
-  subroutine take_solver_option(option, value, controls, sweeps_option, error)
+  subroutine take_solver_option(option, value, options, error)
     character(*), intent(in) :: option, value
-    type(contact_controls_t), intent(inout) :: controls
-    character(:), allocatable, intent(inout) :: sweeps_option !! the last that only sweeps know
+    type(options_t), intent(inout) :: options
     type(error_t), allocatable, intent(out) :: error !! no such value
     character(:), allocatable :: wanted
     type(string_t), allocatable :: words(:)
     integer :: i
     logical :: of_sweeps
 
+    options%solver_option = option
     of_sweeps = .false.
     do i = 1, n_solver_options
       if (as_option(solver_options(i)) /= option) cycle
-      call set_solver_option(trim(solver_options(i)), value, controls, of_sweeps, wanted, words)
-      if (allocated(wanted)) call refuse(option, wanted, value, error, guess(upper(value), words))
+      call set_solver_option(trim(solver_options(i)), value, options%controls, of_sweeps, wanted, &
+        words)
+      if (allocated(wanted)) call refuse_value(option, wanted, value, error, guess(upper(value), &
+        words))
     end do
-    if (of_sweeps) sweeps_option = option
+    if (of_sweeps) options%sweeps_option = option
   end subroutine take_solver_option
 
+  !> Refuse what the command line asks for.
+  subroutine refuse_option(message, error)
+    character(*), intent(in) :: message
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise(error, exit_wrong_input, 'bipot: error: '//message)
+  end subroutine refuse_option
+
   !> Refuse the value of an option.
-  subroutine refuse(option, wanted, value, error, hint)
+  subroutine refuse_value(option, wanted, value, error, hint)
     character(*), intent(in) :: option
     character(*), intent(in) :: wanted !! "a number above 0"
     character(*), intent(in) :: value
@@ -282,9 +297,8 @@ contains
     ending = ''
     if (present(hint)) ending = hint
     if (ending /= '') ending = '; '//ending
-    call raise(error, exit_wrong_input, 'bipot: error: '//option//' must be '//wanted//', not '// &
-      quoted(value)//ending)
-  end subroutine refuse
+    call refuse_option(option//' must be '//wanted//', not '//quoted(value)//ending, error)
+  end subroutine refuse_value
 
   subroutine take_value(option, i, value, error)
     character(*), intent(in) :: option
@@ -295,7 +309,7 @@ contains
     value = ''
     i = i + 1
     if (i <= command_argument_count()) value = argument(i)
-    if (value == '') call raise(error, exit_wrong_input, 'bipot: error: '//option//' needs a value')
+    if (value == '') call refuse_option(option//' needs a value', error)
   end subroutine take_value
 
   !> The number behind --refine.
@@ -337,8 +351,7 @@ contains
 
     override%text = text
     if (index(text, '=') < 2) then
-      call raise(error, exit_wrong_input, "bipot: error: --set needs name=value, found '"// &
-        text//"'")
+      call refuse_option("--set needs name=value, found '"//text//"'", error)
       return
     end if
     options%overrides = [options%overrides, override]
@@ -353,10 +366,9 @@ contains
     if (word(:min(1, len(word))) == '-') then
       meant = meant_option(word, as_list([character(14) :: pack(option_names, option_names(:)(2:2) &
         == '-'), as_option(solver_options(:n_solver_options))]))
-      call raise(error, exit_wrong_input, "bipot: error: unknown option '"//word//"'"//meant)
+      call refuse_option("unknown option '"//word//"'"//meant, error)
     else if (options%deck /= '') then
-      call raise(error, exit_wrong_input, "bipot: error: one deck per run, found '"// &
-        options%deck//"' and '"//word//"'")
+      call refuse_option("one deck per run, found '"//options%deck//"' and '"//word//"'", error)
     else
       options%deck = word
     end if

@@ -1,11 +1,11 @@
 !> The decks of a folder: which are accepted, and for what the others are refused.
 module check_folder_mod
-  use errors_mod, only: error_t, raise, exit_wrong_input
+  use errors_mod, only: error_t
   use text_mod, only: string_t, to_text
   use folders_mod, only: list_files
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
-  use command_line_mod, only: options_t
+  use command_line_mod, only: options_t, refuse_option
   use console_mod, only: say
   implicit none
   private
@@ -44,10 +44,10 @@ contains
     end do
     call say(to_text(n_accepted)//' of '//to_text(n_accepted + n_refused)//' decks accepted')
     if (n_accepted + n_refused == 0) then
-      call raise(error, exit_wrong_input, 'bipot: error: no deck (.inp) in '//options%deck)
+      call refuse_option('no deck (.inp) in '//options%deck, error)
     else if (n_refused > 0) then
-      call raise(error, exit_wrong_input, 'bipot: error: '//to_text(n_refused)//' of '// &
-        to_text(n_accepted + n_refused)//' decks are refused')
+      call refuse_option(to_text(n_refused)//' of '//to_text(n_accepted + n_refused)// &
+        ' decks are refused', error)
     end if
   end subroutine check_folder
 

@@ -1,7 +1,7 @@
 !> A deck and what the command line says beside it, as a scene that may be planned and run.
 module prepare_scene_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_wrong_input
+  use errors_mod, only: error_t
   use text_mod, only: string_t, to_text
   use cell_cuts_mod, only: can_be_cut
   use cells_mod, only: cells
@@ -20,7 +20,7 @@ module prepare_scene_mod
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
   use output_names_mod, only: keep_inputs, output_name
   use result_file_mod, only: sidecars_of
-  use command_line_mod, only: options_t
+  use command_line_mod, only: options_t, refuse_option
   implicit none
   private
 
@@ -76,49 +76,18 @@ contains
     if (scene%finite_strain) then
       ! What the deck itself asks for was refused where it was read.
       beyond = beyond_finite_strain(scene)
-      if (beyond /= '') call raise(error, exit_wrong_input, 'bipot: error: NLGEOM does not '// &
-        'cover '//beyond//'; --nlgeom no runs the deck by small strain')
+      if (beyond /= '') call refuse_option('NLGEOM does not cover '//beyond// &
+        '; --nlgeom no runs the deck by small strain', error)
       if (allocated(error)) return
     end if
     ! Without contact there are no resultants to compare.
     if (is_bounded(scene%accuracy) .and. scene%accuracy%wanted <= 0.0_wp .and. &
       size(scene%pairs) == 0) scene%accuracy%of = accuracy_of_energy
-    associate (accuracy => scene%accuracy)
-      if (options%refine > 0 .or. (options%refine == 0 .and. (accuracy%wanted > 0.0_wp .or. &
-        is_bounded(accuracy)))) then
-        call keep('--refine '//to_text(options%refine))
-        accuracy%keeps_mesh = .true.
-        if (accuracy%wanted > 0.0_wp .and. .not. subjects(accuracy%of)%is_recovered) call raise( &
-          error, exit_wrong_input, 'bipot: error: --refine keeps the mesh, and on one mesh '// &
-          'only the errors of RESULTANTS and ENERGY are estimated')
-        if (allocated(error)) return
-      end if
-      if (accuracy%extrapolates .and. accuracy%keeps_mesh) call raise(error, exit_wrong_input, &
-        'bipot: error: --refine keeps the mesh, and values are extrapolated from several')
-      if (allocated(error)) return
-      if (options%extrapolated .and. .not. chooses_mesh(accuracy)) call raise(error, &
-        exit_wrong_input, 'bipot: error: --extrapolated says which values an accuracy is of, '// &
-        'and none is asked for: --accuracy X')
-      if (allocated(error)) return
-    end associate
-    call take_rigid()
+    call take_mesh()
+    if (.not. allocated(error)) call take_rigid()
     if (.not. allocated(error)) call take_symmetry()
     if (allocated(error)) return
-    if (options%until_steady .and. chooses_mesh(scene%accuracy)) then
-      call raise(error, exit_wrong_input, 'bipot: error: --until-steady takes a mesh that is '// &
-        'kept (--refine 0; *ACCURACY, MESH=KEEP): runs on several meshes are compared '// &
-        'increment by increment')
-      return
-    end if
-    associate (cell => scene%mesh%connectivity%cell)
-      if (chooses_mesh(scene%accuracy) .and. .not. all(can_be_cut(cell))) then
-        call raise(error, exit_wrong_input, 'bipot: error: an accuracy chooses the mesh, and a '// &
-          trim(cells(cell(findloc(can_be_cut(cell), .false., dim=1)))%name)//' cannot be '// &
-          'refined: keep it by *ACCURACY, MESH=KEEP or --refine 0')
-        return
-      end if
-    end associate
-    call check_estimates()
+    call check_mesh_choice()
     if (allocated(error)) return
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) then
       ! Runs that go across the same turns are alike for that.
@@ -145,6 +114,57 @@ contains
 
   contains
 
+    !> --refine, and whether --extrapolated has several meshes.
+    subroutine take_mesh()
+      associate (accuracy => scene%accuracy)
+        if (options%refine > 0 .or. (options%refine == 0 .and. (accuracy%wanted > 0.0_wp .or. &
+          is_bounded(accuracy)))) then
+          call keep('--refine '//to_text(options%refine))
+          accuracy%keeps_mesh = .true.
+          if (accuracy%wanted > 0.0_wp .and. .not. subjects(accuracy%of)%is_recovered) call &
+            refuse_option('--refine keeps the mesh, and on one mesh only the errors of '// &
+            'RESULTANTS and ENERGY are estimated', error)
+          if (allocated(error)) return
+        end if
+        if (accuracy%extrapolates .and. accuracy%keeps_mesh) then
+          call refuse_option('--refine keeps the mesh, and values are extrapolated from several', &
+            error)
+        else if (options%extrapolated .and. .not. chooses_mesh(accuracy)) then
+          call refuse_option('--extrapolated says which values an accuracy is of, and none is '// &
+            'asked for: --accuracy X', error)
+        end if
+      end associate
+    end subroutine take_mesh
+
+    !> Refuse what an accuracy that chooses the mesh does not cover, and estimates that the deck
+    !> leaves out.
+    subroutine check_mesh_choice()
+      character(:), allocatable :: option
+
+      option = ''
+      if (chooses_mesh(scene%accuracy)) then
+        if (options%until_steady) then
+          call refuse_option('--until-steady takes a mesh that is kept (--refine 0; *ACCURACY, '// &
+            'MESH=KEEP): runs on several meshes are compared increment by increment', error)
+          return
+        end if
+        associate (cell => scene%mesh%connectivity%cell)
+          if (.not. all(can_be_cut(cell))) then
+            call refuse_option('an accuracy chooses the mesh, and a '//trim(cells(cell(findloc( &
+              can_be_cut(cell), .false., dim=1)))%name)//' cannot be refined: keep it by '// &
+              '*ACCURACY, MESH=KEEP or --refine 0', error)
+            return
+          end if
+        end associate
+        if (options%memory > 0.0_wp) option = '--memory'
+        if (options%time > 0.0_wp) option = '--time'
+      end if
+      ! Bounds of a run on a mesh that is kept take no estimates.
+      if (options%accuracy > 0.0_wp) option = '--accuracy'
+      if (.not. scene%accuracy%estimates .and. option /= '') call refuse_option(option// &
+        ' takes the estimates that the deck leaves out by *ACCURACY, ESTIMATE=NO', error)
+    end subroutine check_mesh_choice
+
     !> Make obstacles of bodies, one after the other.
     subroutine take_rigid()
       character(:), allocatable :: names
@@ -168,9 +188,9 @@ contains
       if (.not. options%symmetry) return
       call take_half(scene, planes)
       if (planes == '') then
-        call raise(error, exit_wrong_input, 'bipot: error: --symmetry: mesh, supports, loads, '// &
-          'pairs and obstacles are not their own mirror image across x, y or z, to rounding, '// &
-          'with a plane that cuts no element')
+        call refuse_option('--symmetry: mesh, supports, loads, pairs and obstacles are not '// &
+          'their own mirror image across x, y or z, to rounding, with a plane that cuts no '// &
+          'element', error)
         return
       end if
       note%text = '--symmetry: '//part_in_words(planes)//' of the scene is run and written, '// &
@@ -183,21 +203,6 @@ contains
       end if
       call keep('--symmetry')
     end subroutine take_symmetry
-
-    !> Bounds of a run on a mesh that is kept take no estimates.
-    subroutine check_estimates()
-      character(:), allocatable :: option
-
-      if (scene%accuracy%estimates) return
-      option = ''
-      if (chooses_mesh(scene%accuracy)) then
-        if (options%memory > 0.0_wp) option = '--memory'
-        if (options%time > 0.0_wp) option = '--time'
-      end if
-      if (options%accuracy > 0.0_wp) option = '--accuracy'
-      if (option /= '') call raise(error, exit_wrong_input, 'bipot: error: '//option// &
-        ' takes the estimates that the deck leaves out by *ACCURACY, ESTIMATE=NO')
-    end subroutine check_estimates
 
     !> Bound the error of the theory where no run at finite strain can go beside the linear one.
     subroutine check_shadow()
@@ -241,10 +246,9 @@ contains
         call find_kinks(scene%amplitudes(k:k), scene%steps(step), kinks, start_of_step( &
           scene%steps, step), missed)
         if (missed <= wanted) cycle
-        call raise(error, exit_wrong_input, 'bipot: error: step '//to_text(step)//': amplitude '// &
-          ''''//scene%amplitudes(k)%name//''' turns more often than increments can end, which '// &
-          'is 4096 times in one of the deck: no accuracy can be told; give the step smaller '// &
-          'increments')
+        call refuse_option('step '//to_text(step)//': amplitude '''//scene%amplitudes(k)%name// &
+          ''' turns more often than increments can end, which is 4096 times in one of the '// &
+          'deck: no accuracy can be reached for certain; give the step smaller increments', error)
         return
       end do
     end do

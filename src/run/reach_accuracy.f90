@@ -5,7 +5,7 @@
 !> docs/theory.md section 10.
 module reach_accuracy_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_wrong_input, exit_not_solved, exit_machine
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine
   use text_mod, only: to_text, percent
   use resource_limits_mod, only: memory_left, release_freed_memory
   use system_mod, only: cpu_seconds
@@ -30,7 +30,7 @@ module reach_accuracy_mod
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
   use estimate_memory_mod, only: room_within
   use result_claims_mod, only: take_mesh_size, theory_in_file
-  use command_line_mod, only: options_t
+  use command_line_mod, only: options_t, refuse_option
   use tally_mod, only: tally_t
   use close_run_mod, only: close_run
   use console_mod, only: console_t, say, seconds_in_words, theory_in_words, theory_worth_naming
@@ -247,8 +247,8 @@ contains
     if (options%memory > 0.0_wp) what = '--memory tries several'
     if (options%time > 0.0_wp) what = '--time tries several'
     if (options%exported /= '') then
-      call raise(error, exit_wrong_input, 'bipot: error: --export-fclib writes the contact '// &
-        'problems of one mesh, and '//what//': --refine 0 keeps that of the deck')
+      call refuse_option('--export-fclib writes the contact problems of one mesh, and '//what// &
+        ': --refine 0 keeps that of the deck', error)
     end if
   end subroutine check_options
 

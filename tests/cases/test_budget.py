@@ -154,7 +154,7 @@ class Options(unittest.TestCase):
     def test_wrong_values(self):
         for option, values, wanted in (
             ("--time", ("0", "-1", "nan", "inf", "1e12", "soon", "1s"),
-             "a number above 0 and below 1e9, in seconds of the processor"),
+             "a number above 0 and below 1e9, in seconds of CPU time"),
             ("--memory", ("0GB", "-4GB", "nanGB", "1e99GB", "4", "4XB", "GB", "1kB"),
              "a size with its unit from 1MB to 1000TB, as 4GB, 500MB or 1.5GiB"),
         ):  # fmt: skip
