@@ -63,30 +63,54 @@ contains
     !! of the last run of it; left out: of the last run
     type(mesh_sequence_t) :: sequence
     type(family_t) :: mine
-    real(wp) :: scales(size(made%list))
     integer, allocatable :: runs(:), divided(:)
-    integer :: k, n
+    integer :: n
 
     sequence = with_inferred(made)
     mine = family_of(sequence%runs(size(sequence%runs)))
     if (present(family)) mine = family
     runs = mesh_runs(sequence, mine)
-    n = size(runs)
-    if (n == 0) return
+    if (size(runs) == 0) return
     divided = runs
     call take_undivided(sequence, runs)
     n = size(runs)
     associate (last => sequence%runs(runs(n)))
       errors%others = last%others
-      scales = error_scales(sequence%list, last%values)
-      errors%scales = scales
+      errors%scales = error_scales(sequence%list, last%values)
     end associate
-    if (n < 2 .or. (n == 2 .and. .not. two_are_enough(runs(max(1, n))))) then
-      call take_cuts(sequence, runs(n), scales, errors)
-      if (speaks_alone(sequence, 1)) call take_alone(sequence, scales, errors)
-      call take_steps_of(sequence, mine, runs(n), errors)
-      return
+    if (are_enough(sequence, runs)) then
+      call compare_meshes(sequence, runs, divided, errors)
+      call add_up(sequence, errors)
+      call take_cuts(sequence, runs(n), errors)
+    else
+      call take_cuts(sequence, runs(n), errors)
+      if (speaks_alone(sequence, 1)) call take_alone(sequence, errors)
     end if
+    call take_steps_of(sequence, mine, runs(n), errors)
+  end subroutine estimate_sequence
+
+  !> Whether meshes say something of each other: two do where another witness agrees, on elements
+  !> that are not too few for it.
+  pure logical function are_enough(sequence, runs)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:) !! of a family, the coarsest first
+
+    are_enough = size(runs) > 2
+    if (size(runs) == 2) are_enough = sequence%recovers .and. relative_size(sequence%runs( &
+      runs(2))%mesh_size) <= relative_size(sequence%trial)
+  end function are_enough
+
+  !> The error of each quantity on the last of several meshes, by what it changed from mesh to mesh.
+  subroutine compare_meshes(sequence, runs, divided, errors)
+    type(mesh_sequence_t), intent(in) :: sequence
+    integer, intent(in) :: runs(:)    !! of a family, the coarsest first
+    integer, intent(in) :: divided(:) !! likewise, with divided increments where there are such
+    type(sequence_error_t), intent(inout) :: errors !! its scales are known
+    real(wp) :: scales(size(errors%scales))
+    integer :: k, n
+
+    n = size(runs)
+    scales = errors%scales
     allocate (errors%of_mesh(size(sequence%list)))
     allocate (errors%of_limit(size(sequence%list)), source=-1.0_wp)
     allocate (errors%n_rising(size(sequence%list)), source=0)
@@ -128,20 +152,8 @@ contains
     associate (last => sequence%runs(runs(n)))
       if (n == 2 .or. last%mesh_size%zone%times > 0) errors%least = last%recovery
     end associate
-    call add_up(sequence, errors)
-    call take_cuts(sequence, runs(n), scales, errors)
-    call take_steps_of(sequence, mine, runs(n), errors)
 
   contains
-
-    !> Whether two meshes say something: another witness does, on elements that are not too few for
-    !> it.
-    pure logical function two_are_enough(last)
-      integer, intent(in) :: last
-
-      two_are_enough = sequence%recovers .and. relative_size(sequence%runs(last)%mesh_size) <= &
-        relative_size(sequence%trial)
-    end function two_are_enough
 
     !> The limit of a quantity, where there are enough meshes for one.
     subroutine follow_limit(k, more)
@@ -182,7 +194,7 @@ contains
       if (allocated(course%off)) of_mesh = min(of_mesh, size_of(course%off, 1.0_wp) + course%error)
     end subroutine follow_no_farther
 
-  end subroutine estimate_sequence
+  end subroutine compare_meshes
 
   !> All that is known of a run's error; negative where that by the mesh is not known.
   pure real(wp) function total_error(errors) result(error)
@@ -213,21 +225,20 @@ contains
 
   !> Take what the only run says of its mesh: a part of the largest force, and as much more of what
   !> presses less.
-  pure subroutine take_alone(sequence, scales, errors)
+  pure subroutine take_alone(sequence, errors)
     type(mesh_sequence_t), intent(in) :: sequence
-    real(wp), intent(in) :: scales(:) !! of the quantities
     type(sequence_error_t), intent(inout) :: errors
-    real(wp) :: force(size(scales)), error(size(scales))
+    real(wp), dimension(size(sequence%list)) :: force, error
     integer :: k
 
-    force = scales/sequence%list%factor
+    force = errors%scales/sequence%list%factor
     error = safety_of_two*sequence%runs(1)%alone
     where (force > 0.0_wp .and. .not. sequence%list%is_share) error = error*maxval(force, &
       mask=.not. sequence%list%is_share)/force
-    errors%of_mesh = [(convergence_t(error=error(k)), k=1, size(scales))]
-    errors%of_limit = spread(-1.0_wp, 1, size(scales))
-    errors%n_rising = spread(0, 1, size(scales))
-    errors%turns = spread(.false., 1, size(scales))
+    errors%of_mesh = [(convergence_t(error=error(k)), k=1, size(force))]
+    errors%of_limit = spread(-1.0_wp, 1, size(force))
+    errors%n_rising = spread(0, 1, size(force))
+    errors%turns = spread(.false., 1, size(force))
   end subroutine take_alone
 
   !> Take what load steps make in a family.
@@ -369,8 +380,8 @@ contains
     error = observed%error
   end function error_by_divided
 
-  !> The least that the errors of largest values are: what they change by to the next one, across a
-  !> element. Where coarse meshes agree by accident on what grows without end, at an edge
+  !> The least that the errors of largest values are: what they change by to the next one, across
+  !> an element. Where coarse meshes agree by accident on what grows without end, at an edge
   !> say, or on what is the largest there alone, that is much.
   pure function errors_beside(sequence, run, scales) result(errors)
     type(mesh_sequence_t), intent(in) :: sequence
@@ -389,10 +400,9 @@ contains
   end function errors_beside
 
   !> Take what cuts at contact say of a run, where that is less than what other meshes say.
-  pure subroutine take_cuts(sequence, run, scales, errors)
+  pure subroutine take_cuts(sequence, run, errors)
     type(mesh_sequence_t), intent(in) :: sequence
     integer, intent(in) :: run
-    real(wp), intent(in) :: scales(:)
     type(sequence_error_t), intent(inout) :: errors
     type(convergence_t), allocatable :: near(:)
     real(wp), allocatable :: far(:)
@@ -400,10 +410,10 @@ contains
     real(wp) :: mesh
     integer :: worst
 
-    call estimate_cuts(sequence, run, scales, near, far, n_rising)
+    call estimate_cuts(sequence, run, errors%scales, near, far, n_rising)
     if (size(near) == 0) return
     near%error = near%error + far
-    near%error = max(near%error, errors_beside(sequence, run, scales))
+    near%error = max(near%error, errors_beside(sequence, run, errors%scales))
     worst = maxloc(near%error, dim=1)
     mesh = max(near(worst)%error, sequence%runs(run)%recovery)
     if (errors%mesh >= 0.0_wp .and. errors%mesh <= mesh) return
