@@ -138,8 +138,8 @@ contains
       time = time_in_words(cpu_seconds() + total_seconds(seconds))//' of CPU time'
       call add_line(plan, 'time', bound_about, time//': factorise '// &
         time_in_words(seconds%prepare + seconds%factorise + seconds%condense)//', contact '// &
-        time_in_words(seconds%contact)//', recover '//time_in_words(seconds%recover)// &
-        ', write '//time_in_words(seconds%write), 'about '//time)
+        time_in_words(seconds%contact)//', displacements '//time_in_words( &
+        seconds%recover)//', write '//time_in_words(seconds%write), 'about '//time)
     end if
     call add_line(plan, 'file', bound_about, bytes_in_words(file%size)//', at most '// &
       bytes_in_words(file%most)//left_in_words(plan%disk_left))

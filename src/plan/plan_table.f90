@@ -6,10 +6,8 @@ module plan_table_mod
   use text_mod, only: string_t, to_text, counted, percent
   use scene_mod, only: scene_t
   use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
-                          solver_global_newton, &
-                          formulation_bipotential, local_uzawa, local_newton, local_newton6, &
-                          stop_at_change, is_exact, accuracy_controls_t, &
-                          precision_in_words
+                          solver_global_newton, formulation_bipotential, stop_at_change, &
+                          is_exact, accuracy_controls_t, precision_in_words
   use output_field_mod, only: field_t, at_start
   use view_fields_mod, only: list_view_fields
   use gauss_fields_mod, only: list_gauss_fields
@@ -29,7 +27,7 @@ module plan_table_mod
 
   integer, parameter :: most_listed = 6 !! bodies or pairs that get a line of their own
   character(*), parameter :: factorisations = 'factorisations'
-  character(*), parameter :: compliance_line = 'compliance'
+  character(*), parameter :: matrix_line = 'contact matrix'
   integer, parameter :: name_width = 16, bound_width = 9 !! of a line's first two columns
 
 contains
@@ -41,7 +39,7 @@ contains
     type(plan_t), intent(inout) :: plan
     character(:), allocatable :: mesh, accuracy
     integer :: bound
-    real(wp) :: copy !! of the rows in single precision, a number [bytes]
+    real(wp) :: copy !! of the contact matrix in single precision, a number [bytes]
 
     allocate (plan%lines(0), plan%brief(0))
     bound = bound_at_most
@@ -56,11 +54,10 @@ contains
     if (sum(plan%rows) > 0) then
       copy = merge(4.0_wp, 0.0_wp, plan%choices%precision%single_compliance) + &
         merge(2.0_wp, 0.0_wp, sum(plan%rows) >= rows_worth_rounding)
-      call add_line(plan, compliance_line, bound, blocks_in_words(plan)// &
+      call add_line(plan, matrix_line, bound, blocks_in_words(plan)// &
         ' on contact nodes, '//to_text(sum(plan%rows))//' x '// &
-        to_text(sum(plan%rows))//' in contact rows: dense, double precision'// &
-        trim(merge(' and a copy of the rows in single precision', repeat(' ', 43), &
-        copy > 0.0_wp))// &
+        to_text(sum(plan%rows))//' for the reactions: dense, double precision'// &
+        trim(merge(' and a copy in single precision', repeat(' ', 31), copy > 0.0_wp))// &
         ', '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
         (8.0_wp + copy)*real(sum(plan%rows), wp)**2))
     end if
@@ -139,9 +136,9 @@ contains
     type(plan_t), intent(inout) :: plan
     character(*), intent(in) :: why !! in words
 
-    call replace_words(plan, compliance_line, to_text(sum(plan%rows))//' x '// &
+    call replace_words(plan, matrix_line, to_text(sum(plan%rows))//' x '// &
       to_text(sum(plan%rows))// &
-      ' in contact rows, not formed: each product with it is a solution with the factor ('// &
+      ' for the reactions, not formed: each product with it is a solution with the factor ('// &
       why//'; dense it would take '//bytes_in_words(8.0_wp*sum(real(plan%blocks, wp)**2) + &
       8.0_wp*real(sum(plan%rows), wp)**2)//')')
   end subroutine describe_products
@@ -150,7 +147,7 @@ contains
   subroutine describe_iterative(plan)
     type(plan_t), intent(inout) :: plan
 
-    call replace_words(plan, compliance_line, &
+    call replace_words(plan, matrix_line, &
       'none: contact is solved together with the displacements')
     call replace_words(plan, factorisations, factorisations_in_words(plan, .false.))
   end subroutine describe_iterative
@@ -254,7 +251,7 @@ contains
       to_text(listed - most_listed)//' more bodies or obstacles: '//to_text(motions%n)//' in all')
   end subroutine describe_bodies
 
-  !> A line a pair: its points by the rows they have. In brief a line in all.
+  !> A line a pair: its points by the reactions they have. In brief a line in all.
   subroutine describe_pairs(scene, plan)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(inout) :: plan
@@ -267,7 +264,8 @@ contains
     associate (a => plan%points%first(listed + 1))
       if (listed < size(scene%pairs)) call add_line(plan, 'contact', bound_at_most, &
         to_text(size(scene%pairs) - listed)//' more pairs: '// &
-        to_text(count(plan%points%in_reach(a:)))//' points, '//to_text(sum(plan%rows(a:)))//' rows')
+        to_text(count(plan%points%in_reach(a:)))//' points, '// &
+        counted(sum(plan%rows(a:)), 'reaction'))
     end associate
     if (size(scene%pairs) == 1) then
       call add_brief(plan, 'contact', points_in_words(scene, plan, 1, .false.))
@@ -277,13 +275,13 @@ contains
     end if
   end subroutine describe_pairs
 
-  !> top:tool: 289 points, mu = 0.3, 3 rows each; or 25 points, mu = 0.3: 20 of 3 rows, 5 of 2 rows
-  !> (one tangent prescribed); and how many cannot reach the obstacle.
-  pure function points_in_words(scene, plan, i, with_rows) result(words)
+  !> top:tool: 289 points, mu = 0.3, 3 reactions each; or 25 points, mu = 0.3: 20 with 3 reactions,
+  !> 5 with 2 reactions (one tangent prescribed); and how many cannot reach the obstacle.
+  pure function points_in_words(scene, plan, i, with_reactions) result(words)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     integer, intent(in) :: i !! the pair
-    logical, intent(in) :: with_rows
+    logical, intent(in) :: with_reactions
     character(:), allocatable :: words
     integer, allocatable :: kept(:)
     integer :: n, of_kind
@@ -299,16 +297,16 @@ contains
       if (size(kept) == 0) return
       if (mu > 0.0_wp) words = words//', mu = '//to_text(mu)
       if (mu <= 0.0_wp) words = words//', frictionless'
-      if (.not. with_rows) return
+      if (.not. with_reactions) return
       if (all(kept == kept(1)) .and. kept(1) > 0) then
-        words = words//', '//counted(kept(1), 'row')//' each'
+        words = words//', '//counted(kept(1), 'reaction')//' each'
         return
       end if
       words = words//':'
       do n = 3, 0, -1
         of_kind = count(kept == n)
         if (of_kind == 0) cycle
-        words = words//' '//to_text(of_kind)//' of '//counted(n, 'row')
+        words = words//' '//to_text(of_kind)//' with '//counted(n, 'reaction')
         if (n == 0) words = words//' (normal prescribed)'
         if (n == 2) words = words//' (one tangent prescribed)'
         if (n == 1 .and. mu > 0.0_wp) words = words//' (both prescribed)'
@@ -400,21 +398,13 @@ contains
   pure function sweeps_in_words(controls) result(words)
     type(contact_controls_t), intent(in) :: controls
     character(:), allocatable :: words
+    character(*), parameter :: solvers(*) = [character(12) :: 'Uzawa', 'Newton (3x3)', &
+      'Newton (6x6)', 'exact'] !! local_uzawa and its kin
 
     words = 'sweeps, pseudo-potential, local '
     if (controls%formulation == formulation_bipotential) words = 'sweeps, bi-potential, local '
-    select case (controls%local)
-    case (local_uzawa)
-      words = words//'Uzawa'
-    case (local_newton)
-      words = words//'Newton (3x3)'
-    case (local_newton6)
-      words = words//'Newton (6x6)'
-    case default
-      words = words//'exact'
-    end select
-    words = words//', rho '//to_text(controls%rho)//', relaxation '// &
-      to_text(controls%relaxation)//', '
+    words = words//trim(solvers(controls%local))//', rho '//to_text(controls%rho)// &
+      ', relaxation '//to_text(controls%relaxation)//', '
   end function sweeps_in_words
 
 end module plan_table_mod

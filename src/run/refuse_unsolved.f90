@@ -156,8 +156,8 @@ contains
       else if (choices%compliance == compliance_products .and. .not. report%converged .and. &
         report%ending /= ended_moving) then
         bytes = dense_bytes(sum(plan%rows))
-        if (.not. has_memory(bytes)) words = words//'; other solvers need the dense '// &
-          'compliance, '//bytes_in_words(real(bytes, wp))//' of memory'
+        if (.not. has_memory(bytes)) words = words//'; other solvers need the dense contact '// &
+          'matrix, '//bytes_in_words(real(bytes, wp))//' of memory'
       end if
       words = words//wedge_in_words(scene, plan%points, report%contact)
     end if

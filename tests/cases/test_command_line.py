@@ -122,10 +122,12 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(len(re.findall(r"^ +[12] +\d+ .* of 10\b", run.output, re.MULTILINE)), 10)
         self.assertTrue(lines[-1].endswith(": block.vtkhdf"), lines[-1])
         # How it is solved is for those who ask.
-        inside = "rows|residual|sweeps|Newton|linear solver|compliance|factor|recover|condense"
+        inside = (
+            "residual|sweeps|Newton|linear solver|contact matrix|compliance|rows|factor|recover|"
+            "condense")
         self.assertNotRegex(run.output, inside)
         verbose = Run(BLOCK, "--verbose", **{**SMALL, "n": 2}).output
-        for word in (*inside.split("|")[:3], "linear solver", "compliance", "condense"):
+        for word in (*inside.split("|")[:3], "linear solver", "contact matrix", "condense"):
             self.assertIn(word, verbose)
 
     def test_the_plan_alone_writes_nothing(self):
