@@ -4,7 +4,7 @@ module hdf5_types_mod
     h5tcopy_f, h5tequal_f, h5tget_class_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, &
     H5S_SCALAR_F, H5T_CSET_UTF8_F, H5T_C_S1, H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, &
     H5T_STD_I8LE, H5T_STD_U8LE, H5T_STRING_F, H5T_STR_NULLPAD_F, H5_INTEGER_KIND, H5_REAL_KIND
-  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte, bytes_of
+  use dataset_kinds_mod, only: of_real, bytes_of
   use kinds_mod, only: wp, i1, i4, i8
   implicit none
   private
@@ -16,20 +16,11 @@ module hdf5_types_mod
 contains
 
   integer(hid_t) function type_in_file(kind) result(type_id)
-    integer, intent(in) :: kind
+    integer, intent(in) :: kind !! of_real, of_integer, of_long, of_byte, of_unsigned_byte
+    integer(hid_t) :: types(5)
 
-    select case (kind)
-    case (of_real)
-      type_id = H5T_IEEE_F64LE
-    case (of_integer)
-      type_id = H5T_STD_I32LE
-    case (of_long)
-      type_id = H5T_STD_I64LE
-    case (of_byte)
-      type_id = H5T_STD_I8LE
-    case default
-      type_id = H5T_STD_U8LE
-    end select
+    types = [H5T_IEEE_F64LE, H5T_STD_I32LE, H5T_STD_I64LE, H5T_STD_I8LE, H5T_STD_U8LE]
+    type_id = types(kind)
   end function type_in_file
 
   !> The kind whose numbers a type is that of, to the place of every bit; 0: of none.
@@ -45,18 +36,10 @@ contains
   end function kind_of_type
 
   integer(hid_t) function type_in_memory(kind) result(type_id)
-    integer, intent(in) :: kind
+    integer, intent(in) :: kind !! likewise
+    integer, parameter :: kinds(5) = [wp, i4, i8, i1, i1]
 
-    select case (kind)
-    case (of_real)
-      type_id = h5kind_to_type(wp, H5_REAL_KIND)
-    case (of_integer)
-      type_id = h5kind_to_type(i4, H5_INTEGER_KIND)
-    case (of_long)
-      type_id = h5kind_to_type(i8, H5_INTEGER_KIND)
-    case default
-      type_id = h5kind_to_type(i1, H5_INTEGER_KIND)
-    end select
+    type_id = h5kind_to_type(kinds(kind), merge(H5_REAL_KIND, H5_INTEGER_KIND, kind == of_real))
   end function type_in_memory
 
   !> A text type of `length` bytes, padded with NUL; to be closed.

@@ -18,6 +18,8 @@ contains
   subroutine begin_petsc(inverse, ranks, failure)
     type(c_ptr), intent(inout) :: inverse, ranks !! a new preconditioner; the handle
     type(error_t), allocatable, intent(inout) :: failure
+    character(*), parameter :: argument(*) = [character(18) :: 'bipot', '-skip_petscrc', &
+      '-no_signal_handler', '-options_left']
     integer(c_int) :: flag, n, status
     character(c_char), target :: words(20, 4)
     type(c_ptr), target :: arguments(5)
@@ -45,22 +47,6 @@ contains
     if (.not. allocated(failure)) call note(failure, get_ranks(inverse, ranks))
 
   contains
-
-    pure function argument(i)
-      integer, intent(in) :: i
-      character(20) :: argument
-
-      select case (i)
-      case (1)
-        argument = 'bipot'
-      case (2)
-        argument = '-skip_petscrc'
-      case (3)
-        argument = '-no_signal_handler'
-      case default
-        argument = '-options_left'
-      end select
-    end function argument
 
     pure function c_text(text)
       character(*), intent(in) :: text

@@ -8,7 +8,7 @@ module xdmf_mod
   use cells_mod, only: cells, has_middles
   use errors_mod, only: error_t
   use text_mod, only: to_text, upper
-  use dataset_kinds_mod, only: of_real, of_integer, of_long, of_byte
+  use dataset_kinds_mod, only: of_real, of_long, bytes_of
   use output_field_mod, only: field_t, block_shape, every_time
   use sidecar_mod, only: sidecar_t, sidecar_path, open_sidecar, write_line, close_sidecar
   implicit none
@@ -291,21 +291,11 @@ contains
   end function item
 
   pure function number_type(kind) result(xml)
-    integer, intent(in) :: kind !! of_real, ...
+    integer, intent(in) :: kind !! of_real, of_integer, of_long, of_byte, of_unsigned_byte
     character(:), allocatable :: xml
+    character(*), parameter :: types(*) = [character(5) :: 'Float', 'Int', 'Int', 'Char', 'UChar']
 
-    select case (kind)
-    case (of_real)
-      xml = 'NumberType="Float" Precision="8"'
-    case (of_long)
-      xml = 'NumberType="Int" Precision="8"'
-    case (of_integer)
-      xml = 'NumberType="Int" Precision="4"'
-    case (of_byte)
-      xml = 'NumberType="Char" Precision="1"'
-    case default
-      xml = 'NumberType="UChar" Precision="1"'
-    end select
+    xml = 'NumberType="'//trim(types(kind))//'" Precision="'//to_text(bytes_of(kind))//'"'
   end function number_type
 
   !> `text` with the characters that mean something to XML written as entities.

@@ -37,6 +37,10 @@ module read_loads_mod
   integer(i8), parameter :: max_work = 200000000
   integer, parameter :: op_new = 2
   integer, parameter :: max_dof = 6 !! 4 to 6 are rotations, which obstacles alone have
+  !> Words for supports, and the displacements that each prescribes.
+  character(*), parameter :: supports(*) = ['ENCASTRE', 'PINNED  ', 'XSYMM   ', 'YSYMM   ', &
+    'ZSYMM   ', 'XASYMM  ', 'YASYMM  ', 'ZASYMM  ']
+  character(*), parameter :: held(*) = ['xyz', 'xyz', 'x  ', 'y  ', 'z  ', 'yz ', 'xz ', 'xy ']
 
   !> Prescribed values, and where in the list each node's are.
   type :: value_list_t
@@ -190,32 +194,21 @@ contains
     logical, intent(out) :: with(max_dof) !! all false after a mistake
     logical, intent(out) :: ok
     character(:), allocatable :: word
-    integer :: first, last
+    integer :: first, last, i
 
     with = .false.
     if (.not. is_empty_field(fields, 2) .and. .not. looks_like_id(reader, fields, 2)) then
       call name_field(reader, fields, 2, 'a dof', word, ok)
       call limit_fields(reader, fields, 2, 'a set or node and '//word)
-      select case (word)
-      case ('ENCASTRE', 'PINNED')
-        with(:3) = .true.
-      case ('XSYMM')
-        with(1) = .true.
-      case ('YSYMM')
-        with(2) = .true.
-      case ('ZSYMM')
-        with(3) = .true.
-      case ('XASYMM')
-        with(2:3) = .true.
-      case ('YASYMM')
-        with([1, 3]) = .true.
-      case ('ZASYMM')
-        with(1:2) = .true.
-      case default
+      do i = 1, size(supports)
+        if (word == supports(i)) with(:3) = [index(held(i), 'x'), index(held(i), 'y'), &
+          index(held(i), 'z')] > 0
+      end do
+      if (.not. any(with)) then
         ok = .false.
         call report(reader, field_position(reader, fields, 2), &
           'expected a dof (1, 2 or 3), found '//quoted(field_text(reader, fields, 2)))
-      end select
+      end if
       return
     end if
     call read_dof(reader, fields, 2, 'the first dof', max_dof, first, ok)
