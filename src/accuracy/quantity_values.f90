@@ -1,4 +1,4 @@
-!> What the quantities that an accuracy is of are at the end of an increment.
+!> The values of the quantities of an accuracy at the end of an increment.
 module quantity_values_mod
   use kinds_mod, only: wp
   use controls_mod, only: accuracy_of_pressure, accuracy_of_displacement, accuracy_of_mises, &
@@ -84,7 +84,7 @@ contains
 
   contains
 
-    !> Of the means of the elements the largest, and the least next to it, in the same material.
+    !> The largest mean stress of an element, and the least of its neighbours of the same material.
     subroutine find_mises(largest, beside)
       real(wp), intent(out) :: largest, beside
       type(tensor_field_t) :: strain, stress
@@ -126,7 +126,7 @@ contains
 
   end subroutine measure_quantities
 
-  !> Of the nodes of elements.
+  !> The largest displacement of a node that has elements.
   pure real(wp) function largest_displacement(mesh, state)
     type(mesh_t), intent(in) :: mesh
     type(state_t), intent(in) :: state
@@ -134,8 +134,8 @@ contains
     largest_displacement = maxval(norm2(state%displacement(:, mesh%element_nodes), dim=1))
   end function largest_displacement
 
-  !> How much of the friction that there may be a pair's points take, at most: 1 where one slips.
-  !> Points that carry next to nothing are left out, as rounding is all that their friction is.
+  !> The largest |r_t|/(mu r_n) of a pair's points: 1 where one slips. Points that carry next to
+  !> nothing are left out: their friction is rounding.
   pure real(wp) function used_friction(scene, points, state, contact, pair) result(used)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -167,9 +167,8 @@ contains
     end associate
   end function used_friction
 
-  !> How much of the way to contact a pair's nodes have gone: their longest displacement over itself
-  !> and the least gap. 1 where a point presses; a point that is closed and does not, where none
-  !> does, cannot.
+  !> How close a pair is to contact: u/(u + least gap), u the longest displacement of its nodes; 1
+  !> where a point presses. Where none does, points that are closed cannot press.
   pure real(wp) function used_gap(points, state, contact, pair) result(used)
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
@@ -195,8 +194,7 @@ contains
     end associate
   end function used_gap
 
-  !> Of the points at the other ends of an element's edges where a pair's pressure is the largest
-  !> the least pressure.
+  !> The least pressure at the other ends of the edges of elements from where a pair's is largest.
   pure real(wp) function pressure_beside(mesh, points, contact, pair) result(beside)
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
@@ -227,7 +225,7 @@ contains
     end do
   end function pressure_beside
 
-  !> The values of a set, and of all nodes the largest.
+  !> The values of a set, and the largest of all nodes.
   subroutine measure_set(scene, points, state, report, n, values)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -267,7 +265,7 @@ contains
 
   contains
 
-    !> Of vectors the components that the accuracy is of.
+    !> The components of vectors that the accuracy is of.
     pure function in_direction(vectors) result(components)
       real(wp), intent(in) :: vectors(:, :) !! (3,n)
       real(wp), allocatable :: components(:, :)
@@ -280,8 +278,8 @@ contains
 
   end subroutine measure_set
 
-  !> At each node the von Mises stress, or of its contact points the pressures together or the
-  !> longest slip.
+  !> At each node the von Mises stress, the sum of its contact points' pressures, or their longest
+  !> slip.
   function numbers_at_nodes(scene, points, state, report, all_points) result(values)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

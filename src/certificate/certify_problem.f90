@@ -1,7 +1,5 @@
-!> The certificate of a contact problem that stands alone: how true (r, u) is.
-!>
-!> As the certificate of a step, it shares nothing with the solvers: no compliance, no projection.
-!> docs/theory.md section 6.
+!> The certificate of a contact problem without bodies (FCLIB): errors of reactions and gaps. Like
+!> that of an increment it shares no code with the solvers. docs/theory.md section 6.
 module certify_problem_mod
   use kinds_mod, only: wp
   use increment_report_mod, only: certificate_t, worst_entry
@@ -15,9 +13,8 @@ contains
 
   !> Judge reactions and the gaps and slips that belong to them.
   !>
-  !> Scales: F the largest reaction, U the largest of |u| and of |q|, u without reactions (all may
-  !> stick: then |u| is rounding). 0/0 = 0. There is no body, and so no entry `equilibrium` but what
-  !> the caller has measured.
+  !> Errors are relative to the largest reaction, and to the largest of |u| and |q|, q being u
+  !> without reactions: where all points stick |u| is rounding.
   pure function certify_problem(mu, r, u, q, imbalance, tolerance) result(certificate)
     real(wp), intent(in) :: mu(:)    !! (n_points) [-]
     real(wp), intent(in) :: r(:, :)  !! (3,n_points) n, t1, t2 [force]

@@ -18,8 +18,8 @@ module obstacle_gaps_mod
 
 contains
 
-  !> Put what points before these obstacles come to in the place of what was said of it. Points
-  !> before facets and surfaces stay as they are.
+  !> Replace frames, gaps, reactions and slips of the points before these obstacles by the
+  !> certificate's own. Points before facets and surfaces stay as they are.
   pure subroutine face_obstacles(scene, points, old, new, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -80,7 +80,7 @@ contains
     end do
   end subroutine face_obstacles
 
-  !> Whether gaps before an obstacle are those of single points.
+  !> Whether a node has a gap by itself: facets give means over the faces about it.
   elemental logical function has_closest_point(obstacle)
     type(obstacle_t), intent(in) :: obstacle
 
@@ -120,7 +120,7 @@ contains
     frame(:, 3) = cross(normal, frame(:, 2))
   end function frame_of
 
-  !> A gap is a difference of places, and rounded as these are.
+  !> How much gaps are rounded by [length]: they are differences of coordinates.
   pure real(wp) function rounding_of_places(scene, u) result(rounding)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]

@@ -1,4 +1,4 @@
-!> What a *STEP says of pairs, for the certificate: from the cards of the deck, in their order.
+!> Friction and removal of pairs in a *STEP, for the certificate: by the cards, in their order.
 module pairs_of_step_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t

@@ -1,7 +1,5 @@
-!> What the certificate knows of obstacles that turn: slips past them and the work of their torques,
-!> from places and rotation vectors alone.
-!>
-!> Like the certificate it shares nothing with what places and solves; rotations are its own.
+!> For the certificate: slips past obstacles that turn and the work of their torques, from positions
+!> and rotation vectors. It shares no code with placement and solvers, rotations included.
 module turned_slips_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross

@@ -40,7 +40,7 @@ module pretension_mod
 
 contains
 
-  !> Double the nodes of a section; report what does not cut a body.
+  !> Double the nodes of a section; report a section that does not cut a body.
   subroutine cut_at_section(reader, model, section)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
@@ -125,7 +125,7 @@ contains
     section%normal = section%normal/norm2(section%normal)
   end subroutine find_normal
 
-  !> Report a section that nodes hang beside.
+  !> Report a section beside which elements are refined on one side only.
   subroutine refuse_hanging_nodes(reader, model, section, is_cut, ok)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -147,8 +147,8 @@ contains
     end do
   end subroutine refuse_hanging_nodes
 
-  !> Around each node of a section, which elements are on which side: faces connect them, but for
-  !> those of the section.
+  !> Find the elements on each side of a section, node by node: those that faces connect are on one
+  !> side, faces of the section left out.
   subroutine find_sides(reader, model, section, is_cut, owner, parent, side, ok)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model

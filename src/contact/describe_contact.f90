@@ -1,5 +1,5 @@
-!> What contact has come to at the end of an increment: gaps, slips, reactions and status of every
-!> point, from the displacements and reactions as they came out.
+!> The contact results of an increment: gaps, slips, reactions and status of every point, from its
+!> final displacements and reactions.
 module describe_contact_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
@@ -19,7 +19,7 @@ module describe_contact_mod
 
 contains
 
-  !> Gaps, slips, reactions and status from the displacements as they came out.
+  !> Gaps, slips, reactions and status from the final displacements.
   pure subroutine describe_contact(scene, points, condensed, undeformed, placement, old, new, &
     contact)
     type(scene_t), intent(in) :: scene
@@ -70,8 +70,8 @@ contains
     contact%kept_overlap = merge(0.0_wp, max(0.0_wp, -undeformed%gap), has_rows)
   end subroutine describe_contact
 
-  !> Least gaps with small sliding: what lies opposite stays as it is in the undeformed mesh, and
-  !> each place of a face parts from it by what both sides move there.
+  !> Least gaps with small sliding: each place of a face keeps the one that it faces in the
+  !> undeformed mesh, and parts from it by the relative displacement there.
   pure subroutine find_gaps_of_small_sliding(scene, points, placement, u, contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

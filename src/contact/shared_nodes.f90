@@ -28,13 +28,13 @@ module shared_nodes_mod
 
 contains
 
-  !> Find twins: points of a node, the normal motion of one made of what the other sees. They may
-  !> share a force along it in any way, so W is singular. docs/theory.md section 4.
+  !> Find twins: two points of a node, the normal motion of one a combination of the motions of the
+  !> other. They may share a force along it in any way, so W is singular. docs/theory.md section 4.
   pure subroutine find_twins(problem, node)
     type(contact_problem_t), intent(inout) :: problem
     integer, intent(in) :: node(:)           !! (n_points) of each
     real(wp), parameter :: none = 1.0e-8_wp
-    !! of the motion is its own: rounding leaves 5e-11 to 3e-10 before a master that deforms [-]
+    !! of the motion is independent: rounding leaves 5e-11 to 3e-10 before a master that deforms [-]
     real(wp) :: across(3, 3), of_other(3)
     integer, allocatable :: n_at(:)
     integer :: twin(size(node)), i, j

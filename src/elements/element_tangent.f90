@@ -19,8 +19,8 @@ module element_tangent_mod
 
 contains
 
-  !> K, and how many negative pivots the stiffness of C3D8I's modes has, which are eliminated: below
-  !> 0 there an equilibrium of the modes is none of least energy.
+  !> K, C3D8I's modes eliminated, and the number of negative pivots of their stiffness: with one the
+  !> equilibrium of the modes is not a minimum of the energy.
   pure subroutine tangent_of(element, modes, law, k, negative)
     type(finite_element_t), intent(in) :: element !! det F > 0
     real(wp), intent(in) :: modes(3, 3)  !! amplitudes of C3D8I's modes, in equilibrium [length]
@@ -45,9 +45,8 @@ contains
     end if
   end subroutine tangent_of
 
-  !> Replace what is negative in a matrix, or a part of it, by a small part of its size: where that
-  !> is all of it a positive semi-definite one. By nothing, the sum over the elements may be
-  !> singular.
+  !> Replace negative eigenvalues of a matrix, or a part of them, by a small part of their size: all
+  !> of them make it positive semi-definite. With 0 the sum over the elements may be singular.
   subroutine project(part, k)
     real(wp), intent(in) :: part          !! [-]
     real(wp), intent(inout) :: k(:, :)    !! symmetric but for rounding

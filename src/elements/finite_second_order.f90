@@ -1,10 +1,10 @@
-!> Elements of second order at finite strain: forces, tangent and energy of one, where they are in
-!> terms of the displacement gradients H at the points of its quadrature.
+!> Elements of second order at finite strain: forces, tangent and energy of one, by the displacement
+!> gradients H at the points of its quadrature.
 !>
 !>     f_a = sum of w P(H) g_a,   K_ab = sum of w A(H) : g_a (x) g_b,   W = sum of w W(H)
 !>
-!> det F > 0 is asked for at these points and at the nodes, where the mesh has to have positive
-!> Jacobians: few points do not see all of an element. docs/theory.md (8.12), (8.22).
+!> det F > 0 is required at these points and at the nodes, as positive Jacobians of the mesh are: an
+!> element may be inverted between few points. docs/theory.md (8.12), (8.22).
 module finite_second_order_mod
   use kinds_mod, only: wp
   use strain_measures_mod, only: growth_of
@@ -55,7 +55,7 @@ contains
       size(h, 3))])
   end subroutine look_inside_out
 
-  !> What the stresses do on the nodes.
+  !> The internal forces at the nodes.
   pure function force_of(element, h, law) result(f)
     type(second_order_t), intent(in) :: element
     real(wp), intent(in) :: h(:, :, :)     !! (3,3,n_points) det(I + H) > 0 [-]

@@ -3,8 +3,8 @@
 !>
 !> A placement at u_j leads to a displacement u; u_j -> u is a map whose fixed point is the
 !> solution. It is nearly linear, and between surfaces contracts slowly where everything slides:
-!> Anderson's acceleration. Before curved obstacles the plain map mostly does, and is accelerated
-!> where it does not. docs/theory.md sections 9 and 11.
+!> Anderson's acceleration. Before curved obstacles the plain map mostly converges in a few
+!> iterations, and is accelerated otherwise. docs/theory.md sections 9 and 11.
 module follow_bodies_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
@@ -18,14 +18,14 @@ module follow_bodies_mod
   public :: follow_t, begin_following, has_moved, next_place, farthest_point, largest_deformation
 
   integer, parameter :: depth = 6    !! displacements that acceleration keeps
-  integer, parameter :: patience = 8 !! plain iterations before curved obstacles, which mostly do
+  integer, parameter :: patience = 8 !! plain iterations before curved obstacles: mostly enough
 
   type :: follow_t
     integer, allocatable :: node(:) !! of the pairs of surfaces that are placed anew, each once
     logical :: with_bodies = .false.
-    !! whose forces are not linear: what displacements are accelerated to is where points are placed
+    !! internal forces are not linear: displacements are accelerated, and points follow them
     integer, allocatable :: slow(:)
-    !! where there are none: nodes of points before curved obstacles, for when they settle slowly
+    !! without such pairs: nodes of points before curved obstacles, accelerated after `patience`
     real(wp) :: allowed = huge(1.0_wp) !! the most that they may still move, of their way [-]
     real(wp) :: before = huge(1.0_wp)  !! how far they had still moved an iteration ago [-]
     type(anderson_t) :: memory
@@ -33,7 +33,7 @@ module follow_bodies_mod
 
 contains
 
-  !> Nothing is followed where no pair of surfaces is.
+  !> Choose the nodes whose places may be accelerated.
   pure type(follow_t) function begin_following(scene, points, tolerance) result(follow)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -62,10 +62,10 @@ contains
   end function begin_following
 
   !> How far the nodes are from where they were placed, beside how far they went or the largest
-  !> deformation of a body; what places are rounded by is no way. docs/theory.md (11.8).
+  !> deformation of a body; less than the rounding of coordinates is 0. docs/theory.md (11.8).
   !>
-  !> Reactions are as good as the forces are large: in an increment in which next to nothing changes
-  !> they move nodes by a share of the deformation, not of the change.
+  !> Errors of reactions are relative to the forces, not to what an increment changes: they move
+  !> nodes by a part of the deformation.
   pure real(wp) function has_moved(mesh, follow, old, placed_at, u) result(moved)
     type(mesh_t), intent(in) :: mesh
     type(follow_t), intent(in) :: follow
@@ -102,8 +102,8 @@ contains
     largest = maxval(max(0.0_wp, high - low))
   end function largest_deformation
 
-  !> Where to place the points next: where the displacement is, but the nodes of surfaces where
-  !> the displacements so far lead to, and those before curved obstacles after a while, too.
+  !> Where to place the points next: at the displacement. Acceleration changes that of the nodes of
+  !> surfaces, and after `patience` iterations of those before curved obstacles.
   subroutine next_place(follow, iteration, moved, u, placed_at)
     type(follow_t), intent(inout) :: follow
     integer, intent(in) :: iteration           !! that has led to u

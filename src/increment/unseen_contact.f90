@@ -1,9 +1,9 @@
-!> What recovery of stresses does not see of contact between faces: stresses are as smooth as the
-!> mesh has them, wherever in a face contact is.
+!> Errors of contact between faces that recovery of stresses cannot see: stresses are as smooth
+!> wherever in a face contact is.
 !>
 !> Where the edge of a tool lies within faces, the points beneath it carry forces that may act
 !> anywhere in the faces around. Where the faces of both sides are not parallel, gaps are closed in
-!> the mean, and the faces go into each other between. docs/theory.md (10.23), (10.24).
+!> the mean, and the faces overlap between the nodes. docs/theory.md (10.23), (10.24).
 module unseen_contact_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
@@ -24,7 +24,7 @@ module unseen_contact_mod
 
 contains
 
-  !> The error of the mesh that it makes, a part of the largest resultant.
+  !> The error that this makes, relative to the largest resultant.
   pure real(wp) function unseen_error(scene, points, contact, strain, u) result(error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

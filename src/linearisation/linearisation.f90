@@ -1,6 +1,5 @@
-!> The bodies at one displacement, as the supports of a *STEP hold them: their tangent, its factor
-!> or the iteration in the place of one, the compliance of the interface it is condensed to, and the
-!> rigid motions that are free.
+!> The bodies at one displacement with the supports of a *STEP: their tangent, its factor or an
+!> iterative solver, the compliance of the interface, and the rigid-body modes left free.
 !>
 !> It is made as a whole by `make_linearisation`, and serves until `invalidate`: of bodies whose
 !> forces are linear as long as the same degrees of freedom are prescribed, of others as long as
@@ -259,7 +258,7 @@ contains
     allocate (body%inverse)
   end subroutine begin_linearisation
 
-  !> What was made serves for nothing any more; the analysis of the factor stays for the next.
+  !> Have the next use make all of it anew, but for the analysis of the factor.
   subroutine invalidate(body)
     type(linearisation_t), intent(inout) :: body
 
@@ -458,7 +457,7 @@ contains
     call find_near(index, s, near)
   end function point_stiffness
 
-  !> The work of two.
+  !> The sum of two records.
   pure type(solver_work_t) function sum_of(one, other) result(both)
     type(solver_work_t), intent(in) :: one, other
 
@@ -467,7 +466,7 @@ contains
       one%n_factorisations + other%n_factorisations, one%n_stiffnesses + other%n_stiffnesses)
   end function sum_of
 
-  !> Wall time of all of it [s].
+  !> Total wall time [s].
   pure real(wp) function seconds_of(work)
     type(solver_work_t), intent(in) :: work
 

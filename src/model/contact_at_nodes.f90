@@ -1,4 +1,4 @@
-!> What contact points say of nodes: forces, pressures.
+!> Nodal contact forces and pressures, from those of the contact points.
 module contact_at_nodes_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t

@@ -1,5 +1,5 @@
-!> Rigid obstacles: what a body may touch and cannot enter. What the kinds are like is said by
-!> `obstacle_shapes_mod` alone.
+!> Rigid obstacles, which a body may touch and cannot enter. Only `obstacle_shapes_mod` knows the
+!> geometry of each kind.
 module obstacles_mod
   use equal_columns_mod, only: number_columns
   use kinds_mod, only: wp, i8
@@ -37,9 +37,8 @@ module obstacles_mod
 
 contains
 
-  !> An obstacle of facets. Corners at one place are one. Of facets that have the same corners in
-  !> the same order, whichever comes first, one is kept; turned round, a facet is the other side of
-  !> a sheet.
+  !> An obstacle of facets. Corners at the same place are merged. Of facets with the same corners in
+  !> the same cyclic order one is kept; in the reverse order it is the other side of a sheet.
   pure type(obstacle_t) function obstacle_of_facets(name, corner, facet, ref_node) result(obstacle)
     character(*), intent(in) :: name
     real(wp), intent(in) :: corner(:, :) !! (3,n_corners) [length]

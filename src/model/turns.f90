@@ -28,8 +28,7 @@ module turns_mod
 
 contains
 
-  !> Level by level from the first step: what a step starts from is what the one before it ended
-  !> with.
+  !> The rotations of a step. Each step starts where the one before it ended.
   pure type(turns_t) function turns_of_step(scene, step) result(turns)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
@@ -49,7 +48,7 @@ contains
         turns%start = start_of_step(scene%steps, k)
         do i = 1, size(scene%amplitudes)
           if (scene%amplitudes(i)%total) then
-            ! What follows an amplitude over the time of the run goes on doing so.
+            ! Rotations by an amplitude of the total time go on in the next step.
             turns%held = turns%held - amplitude_value(scene%amplitudes(i), 0.0_wp, turns%start)* &
               turns%by_amplitude(:, :, i)
           else

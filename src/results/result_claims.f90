@@ -114,8 +114,8 @@ contains
     call raise(error, exit_wrong_input, "'"//path//"' "//matter)
   end subroutine check_replaceable
 
-  !> Why a file must stay; empty where there is none, or a finished result of the same deck with
-  !> the same parameters.
+  !> Why a file must not be replaced; empty where there is none, or a finished result of the same
+  !> deck with the same parameters.
   function matter_with_file(path, scene) result(matter)
     character(*), intent(in) :: path
     type(scene_t), intent(in) :: scene

@@ -24,7 +24,7 @@ module faced_side_mod
 
   public :: faced_side_t, face_surface, face_obstacle, keep_joined, turn_into_plane, replace_rows
 
-  !> What the points before one side face.
+  !> What the points face on one side of a master.
   type :: faced_side_t
     type(mortar_t) :: mortar
     logical, allocatable :: is_fixed(:)   !! (n) the two sides cannot move apart along the normal
@@ -107,8 +107,8 @@ contains
     end associate
   end subroutine face_surface
 
-  !> What lies opposite within reach. What is placed once for all faces whatever lies opposite. So
-  !> do bodies that are apart: what moves freely may fall any way.
+  !> The faces opposite within reach. Surfaces that are placed once face whatever lies opposite, and
+  !> so do bodies that are apart: a free body may move in any direction.
   pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
     type(slave_t), intent(in) :: slave
     integer, intent(in) :: master(:, :)  !! (4,n_master)

@@ -15,7 +15,7 @@ module moving_faces_mod
 
   public :: moving_face_t, set_face, is_far, find_least_gap, goes_through, work_of_face
 
-  !> One face relative to an obstacle, in whose middle or axis the origin is.
+  !> One face relative to an obstacle: the origin is its centre, or on its axis.
   type :: moving_face_t
     real(wp) :: x(3, face_corners) = 0.0_wp    !! its nodes when the increment begins [length]
     real(wp) :: way(3, face_corners) = 0.0_wp  !! how far they go [length]

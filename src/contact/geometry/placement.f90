@@ -125,7 +125,7 @@ contains
     end do
   end subroutine place_curved
 
-  !> The points where a state has them, with the weights by which its reactions act.
+  !> The points at the displacement of a state, with the weights by which its reactions act.
   pure subroutine place_state(scene, points, undeformed, state, placement, everywhere)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -188,7 +188,7 @@ contains
     is_before_flat = turns .and. in_reach .and. .not. is_curved
   end function is_before_flat
 
-  !> The points of a pair that is removed face nothing.
+  !> Give the points of a removed pair no gap, weights or area.
   pure subroutine leave_out(points, pair, placement)
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair

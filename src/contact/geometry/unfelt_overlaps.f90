@@ -1,5 +1,5 @@
-!> Surfaces that overlap between the nodes where nothing presses: gaps before faces are means about
-!> the nodes, and what is narrower than the slave's faces may pass between them. docs/theory.md
+!> Surfaces that overlap between nodes without a reaction: gaps before faces are means about the
+!> nodes, and a master narrower than the slave's faces may pass between them. docs/theory.md
 !> section 11.
 module unfelt_overlaps_mod
   use kinds_mod, only: wp
@@ -23,8 +23,8 @@ contains
 
   !> The deepest overlap of slave faces near which no node touches, of all pairs.
   !>
-  !> It is a missed contact where it is more than the faces of hollow sides stand out of them: of a
-  !> pin in a hole only the meshes may overlap.
+  !> It is a missed contact where it is deeper than flat faces stand out of a hollow side: by that
+  !> much the meshes of a pin and its hole overlap, and the bodies do not.
   pure subroutine find_unfelt_overlap(scene, points, contact, hollow, allowed, deepest, is_missed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -54,11 +54,11 @@ contains
     end do
   end subroutine find_unfelt_overlap
 
-  !> Add what faces are entered by between their nodes, touched or not: the deepest, and the energy
-  !> that is missed for it. docs/theory.md (10.8).
+  !> Add the overlaps of faces between their nodes, in contact or not: the deepest, and the contact
+  !> energy that they leave out. docs/theory.md (10.8).
   !>
-  !> What meshes that fit into each other overlap by alone is taken off, and counts as no energy:
-  !> there the polygons that faces make say nothing. With small sliding overlaps are not followed.
+  !> The overlap of two polygons that fit into each other, a pin and its hole, is taken off and has
+  !> no energy. With small sliding overlaps are not followed.
   pure subroutine find_entered_faces(scene, points, contact, fit, allowed, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -151,14 +151,14 @@ contains
         if (any(on_it(nodes))) near(nodes) = .true.
         least = minval(depth(nodes))
       end associate
-      ! A face is no deeper in than any of its nodes knows.
+      ! A face is as deep as the shallowest of its nodes.
       if (least > allowed .and. least < 0.5_wp*no_gap) dents = [dents, face_entry_t(least, pair, &
         faces(:, f))]
     end do
   end subroutine list_dents
 
-  !> What the meshes of each pair may overlap by where none presses: as far as their faces stand out
-  !> of hollows; 0 of pairs that are not before faces.
+  !> How far the meshes of each pair may overlap without contact: as flat faces stand out of hollow
+  !> surfaces; 0 of pairs that are not before faces.
   pure function hollows_of_pairs(scene) result(hollow)
     type(scene_t), intent(in) :: scene
     real(wp) :: hollow(size(scene%pairs)) !! [length]
@@ -175,8 +175,8 @@ contains
     end do
   end function hollows_of_pairs
 
-  !> What the meshes of each pair overlap by while they press, where one of them is hollow: as far
-  !> as the faces of both are from what is meant; 0 of other pairs.
+  !> How far the meshes of each pair overlap in contact, where one is hollow: as flat faces differ
+  !> from the smooth surfaces; 0 of other pairs.
   pure function fits_of_pairs(scene) result(fit)
     type(scene_t), intent(in) :: scene
     real(wp) :: fit(size(scene%pairs)) !! [length]
@@ -201,8 +201,7 @@ contains
     end do
   end function fits_of_pairs
 
-  !> How far the faces of a surface stand out of the hollow that is meant, at most; 0 of one that is
-  !> flat or rises.
+  !> How far flat faces stand out of a smooth hollow surface, at most; 0 of flat or convex ones.
   pure real(wp) function hollowness(mesh, surface) result(rise)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
