@@ -420,8 +420,7 @@ contains
     side%n = side%n + 1
   end subroutine add_term
 
-  !> Solve what is said along the directions at a node for as many of its degrees of freedom, each
-  !> time for the one that it says most of.
+  !> Solve supports and equations along directions at a node for as many degrees of freedom of it.
   subroutine solve_node(reader, model, of, equations, list, number, turned)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -433,8 +432,8 @@ contains
     type(side_t) :: side(3), whole
     real(wp) :: left(3, 3)    !! of the node's degrees of freedom, a row for each direction said
     real(wp) :: right(3, 3)   !! of the right-hand sides [-]
-    integer :: pivot(3), place(2), position, l, i, m, n
-    logical :: done(3), taken(3)
+    integer :: pivot(3), position, l, i, m, n
+    logical :: ok
 
     left = 0.0_wp
     right = 0.0_wp
@@ -459,32 +458,16 @@ contains
         side(n)%weight(i) = 0.0_wp
       end do
     end do
-    done = .false.
-    taken = .false.
-    do m = 1, n
-      place = maxloc(abs(left), mask=spread(.not. done, 2, 3) .and. spread(.not. taken, 1, 3))
-      associate (row => place(1), column => place(2))
-        if (abs(left(row, column)) <= regular) then
-          call report(reader, position, 'what is said along the local directions at node '// &
-            to_text(model%mesh%node_id(of%node))//' says of one that it depends on itself')
-          return
-        end if
-        right(row, :) = right(row, :)/left(row, column)
-        left(row, :) = left(row, :)/left(row, column)
-        do i = 1, n
-          if (i == row) cycle
-          right(i, :) = right(i, :) - left(i, column)*right(row, :)
-          left(i, :) = left(i, :) - left(i, column)*left(row, :)
-        end do
-        pivot(row) = column
-        done(row) = .true.
-        taken(column) = .true.
-      end associate
-    end do
+    call reduce_rows(n, left, right, pivot, ok)
+    if (.not. ok) then
+      call report(reader, position, 'supports and equations along local directions at node '// &
+        to_text(model%mesh%node_id(of%node))//' are not independent')
+      return
+    end if
     do m = 1, n
       allocate (whole%node(0), whole%dof(0), whole%weight(0))
       do i = 1, 3
-        if (.not. taken(i) .and. abs(left(m, i)) > nothing) call add_term(whole, of%node, i, &
+        if (all(pivot /= i) .and. abs(left(m, i)) > nothing) call add_term(whole, of%node, i, &
           -left(m, i))
       end do
       do l = 1, n
@@ -499,6 +482,34 @@ contains
       whole%n = 0
     end do
   end subroutine solve_node
+
+  !> Gauss-Jordan elimination of the first n rows of left x = right, each time by the largest pivot.
+  pure subroutine reduce_rows(n, left, right, pivot, ok)
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: left(3, 3), right(3, 3)
+    integer, intent(out) :: pivot(3) !! column of each row's pivot, 1 out; 0 behind n
+    logical, intent(out) :: ok       !! false: the rows are not independent
+    integer :: place(2), m, i
+
+    pivot = 0
+    ok = .true.
+    do m = 1, n
+      place = maxloc(abs(left), mask=spread(pivot == 0, 2, 3) .and. &
+        spread([(all(pivot /= i), i=1, 3)], 1, 3))
+      associate (row => place(1), column => place(2))
+        ok = abs(left(row, column)) > regular
+        if (.not. ok) return
+        right(row, :) = right(row, :)/left(row, column)
+        left(row, :) = left(row, :)/left(row, column)
+        do i = 1, n
+          if (i == row) cycle
+          right(i, :) = right(i, :) - left(i, column)*right(row, :)
+          left(i, :) = left(i, :) - left(i, column)*left(row, :)
+        end do
+        pivot(row) = column
+      end associate
+    end do
+  end subroutine reduce_rows
 
   !> Put what steps prescribe along local directions on axes, or on the nodes that stand in.
   pure subroutine turn_values(list, number, steps)
