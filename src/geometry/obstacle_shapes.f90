@@ -30,22 +30,11 @@ module obstacle_shapes_mod
 
 contains
 
-  !> The kind of an obstacle as result files have it: `shape_codes` says what they mean.
+  !> The kind of an obstacle as result files have it, by its place in `known_kinds`: `shape_codes`.
   pure integer function shape_code(obstacle)
     type(obstacle_t), intent(in) :: obstacle
 
-    select case (obstacle%kind)
-    case (obstacle_plane)
-      shape_code = 1
-    case (obstacle_sphere)
-      shape_code = 2
-    case (obstacle_cylinder)
-      shape_code = 3
-    case (obstacle_facets)
-      shape_code = 4
-    case default
-      shape_code = 0
-    end select
+    shape_code = findloc(known_kinds, obstacle%kind, dim=1)
   end function shape_code
 
   !> Refuse obstacles of which nothing is known here.
