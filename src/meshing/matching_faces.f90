@@ -10,7 +10,7 @@ module matching_faces_mod
   use loads_mod, only: load_step_t
   use mesh_mod, only: deck_rounding
   use constraints_mod, only: constraint_of, constraints_t
-  use mesh_draft_mod, only: mesh_draft_t
+  use mesh_draft_mod, only: mesh_draft_t, plane_strain
   use sorting_mod, only: sort_ascending
   use text_mod, only: to_text
   implicit none
@@ -66,7 +66,7 @@ contains
       do f = 1, size(is_outer, 1)
         if (.not. is_outer(f, e)) cycle
         nodes = all_nodes_of_face(mesh%connectivity, e, f)
-        is_outer(f, e) = .not. (all(is_tied(nodes)) .or. is_on_mirror(nodes))
+        is_outer(f, e) = .not. (all(is_tied(nodes)) .or. is_on_mirror(f, nodes))
       end do
       n_outer(e) = count(is_outer(:, e))
     end do
@@ -80,13 +80,16 @@ contains
 
   contains
 
-    !> Whether a face lies across an axis along which all of its nodes are held.
-    pure logical function is_on_mirror(nodes)
+    !> Whether a face lies across an axis along which all of its nodes are held, or they are held
+    !> along all. Plane strain is held across its first two faces; a plate is not, it grows thick,
+    !> and eight points do not integrate arcs of bodies of revolution.
+    pure logical function is_on_mirror(face, nodes)
+      integer, intent(in) :: face
       integer, intent(in) :: nodes(:) !! as of all_nodes_of_face
       integer :: axis
 
-      is_on_mirror = .false.
       associate (of_face => pack(nodes, nodes > 0))
+        is_on_mirror = all(held(:, of_face)) .or. (face <= 2 .and. mesh%plane == plane_strain)
         do axis = 1, 3
           if (.not. all(held(axis, of_face))) cycle
           associate (x => mesh%coordinates(:, of_face))

@@ -82,6 +82,16 @@ class PlaneStrain(Case):
                 np.testing.assert_allclose(u, exact, atol=1e-11)
                 self.assertAlmostEqual(x[:, 2].max(), 2.0, 12)
 
+    def test_reduced_integration_has_four_points(self):
+        """A corner of a clamped body beside a pressure moves as in CalculiX 2.20."""
+        mesh = Mesh("CPE8R", (3, 2), lambda a, b: (1 + 2 * a, b * (1 + 0.25 * a)))
+        deck = mesh.deck + section("A")
+        deck += step("*BOUNDARY\nABOTTOM-N, 1, 2", "*DLOAD\n4, P3, 10.\n5, P3, 10.")
+        with self.solve(deck).result() as result:
+            u = result.field("displacement")[result.node(mesh.at[6, 4])]
+            exact = np.array([4.317979e-04, -6.225458e-04]) * 1000 / YOUNG
+            np.testing.assert_allclose(u[:2], exact, rtol=1e-6)
+
     def test_thickness_only_scales_forces(self):
         """A slice much thinner or thicker than its elements gives the same per thickness."""
         for thickness in (2e-3, 2e3):

@@ -164,6 +164,28 @@ class SecondOrder(BoxCase):
         # Two rules that leave nothing out; neither is exact beside a clamp.
         self.assertAlmostEqual(sag["C3D20R"] / sag["C3D20"], 1, delta=3e-3)
 
+    def test_reduced_elements_beside_a_clamp_have_no_direction(self):
+        """A plate one element thick that is clamped below, and turned with its load."""
+        turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+        box = Box("B", (2, 2, 1), ("C3D20R",), size=(2, 2, 1), shift=0)
+        found = []
+        for axes in (np.eye(3), turn):
+            below = "\n".join(map(str, box.side(2, 0)))
+            placed = box.cards().split("*NODE\n")[1].split("*ELEMENT")[0]
+            cards = box.cards().replace(placed, "".join(
+                f"{i + 1}, {x!r}, {y!r}, {z!r}\n"
+                for i, (x, y, z) in enumerate((box.x @ axes).tolist())
+            ))
+            force = (np.array([0.3, 0.0, -1.0]) @ axes).tolist()
+            result = self.solve(
+                cards + MATERIAL + f"*NSET, NSET=BELOW\n{below}\n*BOUNDARY\nBELOW, 1, 3\n"
+                + STEP + "*CLOAD\n" + "".join(
+                    f"{box.side(2, 1)[0]}, {k + 1}, {force[k]!r}\n" for k in range(3)
+                ) + "*END STEP\n"
+            )
+            found.append(result.field("displacement") @ axes.T)
+        np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-9 * abs(found[0]).max())
+
     def test_odd_shapes_of_reduced_elements_have_no_mechanisms(self):
         """Elements at places of a grid, held at a side of the first, under their weight."""
         plate = [(i, j, 0) for i in range(3) for j in range(3)]
