@@ -60,8 +60,8 @@ contains
         seconds(s%assemble)//', order '//seconds(s%order)//', factorise '// &
         seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
         seconds(s%loads)//','
-      lines(2)%text = '                contact '//seconds(tally%contact_time)//', recover '// &
-        seconds(tally%step_time - tally%contact_time)//', estimate '// &
+      lines(2)%text = '                contact '//seconds(tally%contact_time)// &
+        ', displacements '//seconds(tally%step_time - tally%contact_time)//', estimate '// &
         seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
       lines(3)%text = 'linear solver   '//precision_in_words(tally%precision)//': residual '// &
         or_rounding(tally%unrefined)//', '//or_rounding(tally%imbalance)//' after refinement'

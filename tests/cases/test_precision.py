@@ -138,7 +138,7 @@ class Precision(unittest.TestCase):
             r"linear solver +single precision, block low rank 0.001: residual \S+, \S+ after "
             r"refinement",
         )
-        self.assertRegex(run.plan, r"compliance .*single precision")
+        self.assertRegex(run.plan, r"contact matrix .*single precision")
         plain = solve("block", "")
         self.assertRegex(plain.plan, r"factorisations .*LDL\^T, double precision, in core\n")
         self.assertNotRegex(plain.plan, r"single precision")
