@@ -11,14 +11,11 @@ module turning_weights_mod
   use cell_shapes_mod, only: shape_functions, shape_gradients_at
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use scene_mod, only: scene_t
+  use deformed_forces_mod, only: gauss, corner, local_gradients
   implicit none
   private
 
   public :: add_turning_weights
-
-  real(wp), parameter :: gauss = 1.0_wp/sqrt(3.0_wp) !! coordinate of the points, of weight 1
-  real(wp), parameter :: corner(3, 8) = real(reshape([-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, &
-    -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1], [3, 8]), wp)
 
 contains
 
@@ -43,8 +40,8 @@ contains
     integer, intent(in) :: e
     real(wp), intent(in) :: gradient(3, 3), u(:, :)
     real(wp), intent(inout) :: f(:, :)
-    real(wp) :: n(8), slope(3, 8), volume
-    integer :: g, a, i, nodes(8)
+    real(wp) :: n(8), volume
+    integer :: g, a, nodes(8)
 
     associate (density => scene%materials(scene%mesh%material(e))%density, &
                cell => cells(scene%mesh%connectivity%cell(e)), x => scene%mesh%coordinates)
@@ -63,15 +60,9 @@ contains
       end if
       nodes = nodes_of_hexahedron(scene%mesh%connectivity, e)
       do g = 1, 8
-        do a = 1, 8
-          associate (along => 1.0_wp + gauss*corner(:, a)*corner(:, g))
-            n(a) = product(along)/8.0_wp
-            do i = 1, 3
-              slope(i, a) = corner(i, a)*product(along, mask=[1, 2, 3] /= i)/8.0_wp
-            end do
-          end associate
-        end do
-        volume = determinant(matmul(x(:, nodes) - spread(x(:, nodes(1)), 2, 8), transpose(slope)))
+        n = [(product(1.0_wp + gauss*corner(:, a)*corner(:, g))/8.0_wp, a=1, 8)]
+        volume = determinant(matmul(x(:, nodes) - spread(x(:, nodes(1)), 2, 8), &
+          transpose(local_gradients(gauss*corner(:, g)))))
         do a = 1, 8
           f(:, nodes(a)) = f(:, nodes(a)) + density*volume*n(a)*matmul(gradient, matmul(u(:, &
             nodes), n))

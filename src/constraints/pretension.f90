@@ -147,8 +147,8 @@ contains
     end do
   end subroutine refuse_hanging_nodes
 
-  !> Find the elements on each side of a section, node by node: those that faces connect are on one
-  !> side, faces of the section left out.
+  !> Find which side of a section each element is on. Elements that share a face are on the same
+  !> side, unless the face belongs to the section.
   subroutine find_sides(reader, model, section, is_cut, owner, parent, side, ok)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model

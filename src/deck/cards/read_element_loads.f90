@@ -124,7 +124,7 @@ contains
     end do
   end subroutine read_dload
 
-  !> P1..P6, GRAV or CENTRIF in the second field: 1..6, grav, centrif; 0 after a mistake.
+  !> P1..P6, GRAV or CENTRIF in the second field: 1..6, grav, centrif; 0 after an error.
   subroutine read_label(reader, fields, of_plane, label)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
@@ -245,7 +245,7 @@ contains
     gravity%acceleration = -matmul(gravity%gradient, point - mesh%origin)
   end subroutine read_acceleration
 
-  !> Three numbers; those that are left out are 0.
+  !> Read three numbers; a number that the deck leaves out is 0.
   subroutine read_vector(reader, fields, first, what, vector, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields

@@ -16,7 +16,7 @@ module rigid_facets_mod
 
   public :: find_facets, make_obstacles
 
-  integer, parameter :: max_wrong = 5 !! facets with a mistake that are told one by one
+  integer, parameter :: max_wrong = 5 !! wrong facets that have a message each
 
 contains
 
@@ -64,7 +64,7 @@ contains
     integer, intent(in) :: facets(:)      !! indices into the skipped elements
     integer, intent(in) :: b
     type(rigid_bodies_t), intent(inout) :: bodies
-    integer, intent(inout) :: n_wrong     !! facets with a mistake so far
+    integer, intent(inout) :: n_wrong     !! wrong facets so far
     character(:), allocatable :: problem
     integer :: i
 
@@ -158,7 +158,7 @@ contains
       to_text(draft%skipped_id(first))//')')
   end subroutine report_left
 
-  !> Make an obstacle of each surface of facets, behind those that are there.
+  !> Append an obstacle for each surface of facets.
   subroutine make_obstacles(reader, model, bodies, surfaces, obstacles)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
