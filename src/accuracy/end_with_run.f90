@@ -3,7 +3,7 @@ module end_with_run_mod
   use kinds_mod, only: wp
   use mesh_sequence_mod, only: mesh_sequence_t, family_of, has_bound, mesh_runs
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, total_error
-  use next_run_mod, only: choice_t, beyond_machine, steps_too_coarse
+  use next_run_mod, only: choice_t, beyond_machine, steps_too_coarse, facets_too_coarse
   implicit none
   private
 
@@ -43,7 +43,7 @@ contains
     k = choice%of_run
     ! Within bounds there is no run beside those that lead to the last; of what does not converge no
     ! error is known.
-    if (any(choice%outcome == [beyond_machine, steps_too_coarse]) .and. .not. &
+    if (any(choice%outcome == [beyond_machine, steps_too_coarse, facets_too_coarse]) .and. .not. &
       has_bound(sequence)) k = best_run(sequence)
     if (k == 0) then
       k = n

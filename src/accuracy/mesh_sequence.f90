@@ -47,10 +47,12 @@ module mesh_sequence_mod
     logical :: is_kept = .true.           !! its result is in the file
     type(run_theory_t) :: theory          !! what small strain leaves out
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
-    real(wp) :: on_edges = 0.0_wp
-    !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
+    real(wp) :: geometry(3) = 0.0_wp
+    !! the largest errors by faces that are entered between nodes, by edges within faces, and by
+    !! facets; huge where one is not known [-]
     real(wp) :: alone = -1.0_wp
-    !! error of the mesh as the run says by itself, with what recovery does not see of contact;
+    !! error of the mesh as the run says by itself, with what supports may carry in the place of
+    !! contact;
     !! negative: not known [-]
     integer  :: inferred_from = 0
     !! divisions of the run on its mesh from which it is inferred; 0: it was made
@@ -351,7 +353,7 @@ contains
     type(number_list_t), intent(inout) :: list
     type(mesh_sequence_t), intent(inout) :: sequence
     type(mesh_run_t) :: run
-    integer :: n, i
+    integer :: n, i, k
 
     n = size(sequence%runs)
     call archive(list, n)
@@ -383,7 +385,9 @@ contains
       call archive(list, run%theory%of_law(2))
       call archive(list, run%theory%law)
       call archive(list, run%in_double)
-      call archive(list, run%on_edges)
+      do k = 1, size(run%geometry)
+        call archive(list, run%geometry(k))
+      end do
       call archive(list, run%alone)
       if (i > size(sequence%runs)) call add_run(sequence, run)
     end do

@@ -20,7 +20,7 @@ module next_run_mod
 
   public :: choice_t, choose_run, is_beginning
   public :: to_run, is_reached, steps_too_coarse, not_convergent, beyond_machine, is_finest, &
-    time_is_over
+    time_is_over, facets_too_coarse
 
   ! What comes next.
   integer, parameter :: to_run = 1
@@ -30,6 +30,7 @@ module next_run_mod
   integer, parameter :: beyond_machine = 5   !! the mesh that it takes does not fit
   integer, parameter :: is_finest = 6        !! nothing finer fits the time and memory allowed
   integer, parameter :: time_is_over = 7     !! and the accuracy takes more
+  integer, parameter :: facets_too_coarse = 8 !! flat faces that stand for arcs make too much
 
   real(wp), parameter :: aimed_at = 0.8_wp !! of what is left for the mesh
   real(wp), parameter :: wary_step = 1.5_wp
@@ -105,6 +106,11 @@ contains
     if (speaks_alone(sequence, 1) .and. is_enough(sequence, errors)) then
       choice%outcome = is_reached
       choice%of_run = 1
+      return
+    end if
+    if (sequence%asked > 0.0_wp .and. errors%facets > sequence%wanted) then
+      ! Finer meshes of the same faces have as much.
+      choice%outcome = facets_too_coarse
       return
     end if
     if (sequence%divides) then
@@ -327,7 +333,8 @@ contains
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
-      if (errors%mesh >= 0.0_wp) left = sequence%wanted - (total_error(errors) - errors%mesh)
+      if (errors%mesh >= 0.0_wp) left = sequence%wanted - (total_error(errors) - errors%mesh - &
+        errors%geometry)
       if (is_enough(sequence, errors)) then
         choice%outcome = is_reached
         choice%of_run = runs(size(runs))
@@ -370,7 +377,7 @@ contains
         end associate
         return
       end if
-      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh, aimed_at*left, &
+      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh + errors%geometry, aimed_at*left, &
         max(hoped_order, errors%of_mesh(errors%worst)%order))
       choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
         wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))

@@ -37,6 +37,10 @@ module sequence_error_mod
     real(wp) :: together = -1.0_wp
     !! of the worst quantity by both, added as vectors where their directions are known [-]
     real(wp) :: others = 0.0_wp      !! contact and arithmetic [-]
+    real(wp) :: geometry = 0.0_wp
+    !! faces that are entered between nodes, and edges within faces, as the run says it [-]
+    real(wp) :: facets = 0.0_wp
+    !! flat faces that stand for arcs, which finer meshes of the same faces leave as they are [-]
     integer  :: worst = 0            !! the quantity whose error by both is the largest
     real(wp) :: least = 0.0_wp       !! that another witness leaves to the mesh [-]
     real(wp), allocatable :: scales(:)   !! (n_quantities)
@@ -76,6 +80,9 @@ contains
     n = size(runs)
     associate (last => sequence%runs(runs(n)))
       errors%others = last%others
+      ! What is not known may be all of it.
+      errors%geometry = sum(min(last%geometry(:2), 1.0_wp))
+      errors%facets = min(last%geometry(3), 1.0_wp)
       errors%scales = error_scales(sequence%list, last%values)
     end associate
     if (are_enough(sequence, runs)) then
@@ -201,7 +208,8 @@ contains
     type(sequence_error_t), intent(in) :: errors
 
     error = -1.0_wp
-    if (errors%mesh >= 0.0_wp) error = errors%together + errors%others
+    if (errors%mesh >= 0.0_wp) error = errors%together + errors%others + errors%geometry + &
+      errors%facets
   end function total_error
 
   !> Whether there are no more than so many runs, on the mesh that the deck writes down: it is no

@@ -164,6 +164,11 @@ contains
     character(:), allocatable :: words
 
     words = 'mesh '//percent(errors%mesh)
+    if (errors%geometry < 0.0_wp) then
+      words = words//', geometry not known'
+    else if (errors%geometry > 0.0_wp) then
+      words = words//', geometry '//percent(errors%geometry)
+    end if
     if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
     words = words//', contact '//percent(errors%contact)//', arithmetic '// &
       percent(errors%arithmetic)

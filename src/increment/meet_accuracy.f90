@@ -80,11 +80,19 @@ contains
         'how much: twice their size could not be solved'
       return
     end if
+    if (errors%geometry < 0.0_wp) then
+      words = words//percent(errors%mesh)//' by the mesh, and by the geometry of faces nobody '// &
+        'knows how much: all that presses does so at edges within faces'
+      return
+    end if
     words = words//percent(total_error(errors))//', not '//percent(scene%accuracy%wanted)
     others = errors%load_steps + errors%contact + errors%arithmetic
     if (errors%mesh > scene%accuracy%wanted) then
       words = words//'; the mesh alone makes '//percent(errors%mesh)//': it takes '// &
         elements_in_words(scene%mesh, of_elements, errors%mesh, scene%accuracy%wanted)
+    else if (errors%geometry > scene%accuracy%wanted) then
+      words = words//'; the geometry of faces makes '//percent(errors%geometry)// &
+        cure_of_geometry(errors)
     else if (errors%load_steps > 0.5_wp*others) then
       words = words//'; the load steps make '//percent(errors%load_steps)
       if (scene%steps(step)%direct) words = words//', and DIRECT keeps them as they are'
@@ -93,6 +101,24 @@ contains
         percent(errors%arithmetic)
     end if
   end function accuracy_shortfall
+
+  !> What lessens the largest part of what the geometry of faces makes.
+  pure function cure_of_geometry(errors) result(cure)
+    type(error_parts_t), intent(in) :: errors
+    character(:), allocatable :: cure
+
+    select case (maxloc([errors%between_nodes, errors%at_edges, errors%of_facets], dim=1))
+    case (1)
+      cure = ', for faces are entered between their nodes: smaller elements at contact, or '// &
+        'meshes that match, lessen it'
+    case (2)
+      cure = ', for edges of one side are inside faces of the other: edges of elements along '// &
+        'them lessen it'
+    case default
+      cure = ', for flat faces stand for arcs: ADJUST=0 of *CONTACT PAIR, more faces along the '// &
+        'arcs, or elements of second order lessen it'
+    end select
+  end function cure_of_geometry
 
   !> Elements of about 0.03 in place of 0.125 around element 17.
   function elements_in_words(mesh, of_elements, error, wanted) result(words)

@@ -31,7 +31,7 @@ module solve_reactions_mod
   implicit none
   private
 
-  public :: solve_reactions
+  public :: solve_reactions, solve_for_least
 
   real(wp), parameter :: all_of_it = 1.0e-14_wp !! of loads or gaps is rounding, no more [-]
   real(wp), parameter :: no_part = 1.0e-3_wp !! of the tolerance: softness that counts for none [-]

@@ -120,6 +120,13 @@ contains
         'increments of another size', e%load_steps)
       call ratio('error/mesh', 'error of the stresses by recovery, squared, over the energy of '// &
         'the stresses', e%mesh)
+      call ratio('error/geometry', 'change of the contact resultants by the geometry of faces '// &
+        'where meshes do not match, at the end of a step: the sum of the next three', e%geometry)
+      call ratio('error/between_nodes', 'of it by faces that are entered between their nodes', &
+        e%between_nodes)
+      call ratio('error/at_edges', 'of it by edges of one side within faces of the other', &
+        e%at_edges)
+      call ratio('error/of_facets', 'of it by flat faces that stand for arcs', e%of_facets)
       call ratio('error/arithmetic', 'forces out of balance, and rounding times the condition', &
         e%arithmetic)
       call ratio('error/theory', 'what finite strain would change, at the end of a step: a '// &
@@ -130,7 +137,8 @@ contains
         e%of_law(2))
       call ratio('error/law', 'what the law that *ELASTIC leaves open makes at finite strain', &
         e%law)
-      call ratio('error/total', 'sum of the parts but the theory''s', total_error(e))
+      call ratio('error/total', 'contact, load steps, arithmetic, and the root of the '// &
+        'squares of mesh and geometry', total_error(e))
     end associate
     call get_fields(list, fields)
 

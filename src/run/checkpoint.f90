@@ -55,10 +55,11 @@ module checkpoint_mod
     !! *STEP in which the whole of the slave surfaces became candidates; 0: not
     integer :: in_double = 0
     !! 1: a single factor, chosen to save time, did not hold the scene
-    real(wp) :: on_edges = 0.0_wp
-    !! the part of the normal forces on nodes of which less than half is covered, the largest [-]
+    real(wp) :: geometry(3) = 0.0_wp
+    !! the largest errors by faces that are entered between nodes, by edges within faces, and by
+    !! facets; `not_known` where one is not [-]
     real(wp) :: alone = -1.0_wp
-    !! error of the mesh as it says by itself, with what recovery does not see of contact;
+    !! error of the mesh as it says by itself, with what supports may carry in the place of contact;
     !! negative: not known [-]
     integer :: touched_in = 0
     !! the last *STEP of which it was told that contact begins inside an increment; 0: none
@@ -172,7 +173,9 @@ contains
     call archive(list, progress%widened_in)
     call archive(list, progress%in_double)
     call archive(list, progress%touched_in)
-    call archive(list, progress%on_edges)
+    do i = 1, size(progress%geometry)
+      call archive(list, progress%geometry(i))
+    end do
     call archive(list, progress%alone)
     call archive(list, progress%begun)
     call archive(list, progress%seen)

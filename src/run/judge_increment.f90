@@ -21,6 +21,7 @@ module judge_increment_mod
   use settled_cycles_mod, only: followed_cycle_t
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
+  use geometry_error_mod, only: estimate_geometry
   use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
     compare_shadows, look_at_stability, not_unstable, is_unstable, may_be_unstable, &
     unknown_stability
@@ -128,7 +129,8 @@ contains
       if (allocated(error)) return
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
-      call estimate_errors(scene, plan, solver, solved%state, progress, entries, report)
+      call estimate_errors(scene, plan, solver, solved%state, progress, entries, &
+        increment%last_of_step, report)
       call measure_theory(scene, plan, solver, solved, progress, watch%shadow, notes)
       call refuse_lost_energy(increment, report, error)
       if (allocated(error)) return
@@ -376,13 +378,14 @@ contains
   end subroutine count_events
 
   !> How wrong the increment is.
-  subroutine estimate_errors(scene, plan, solver, new, progress, entries, report)
+  subroutine estimate_errors(scene, plan, solver, new, progress, entries, is_last, report)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: new
     type(progress_t), intent(inout) :: progress
     type(entries_t), intent(in) :: entries !! of obstacles between the nodes
+    logical, intent(in) :: is_last         !! of its *STEP
     type(increment_report_t), intent(inout) :: report
     real(wp) :: clock
     logical :: says_it
@@ -393,6 +396,9 @@ contains
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
     says_it = scene%accuracy%estimates
+    ! The contact problem is the increment's own until runs go beside it.
+    if (says_it .and. is_last) call estimate_geometry(scene, plan%points, solver, new, &
+      entries%depth, report)
     if (allocated(progress%sequence)) says_it = says_it .and. says_of_steps(progress%sequence)
     if (says_it) call follow_coarsely(scene, plan%points, solver, progress%state, new, &
       progress%coarse, report)

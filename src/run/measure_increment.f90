@@ -2,6 +2,7 @@
 !> errors of the mesh and of the theory, the largest strain and rotation.
 module measure_increment_mod
   use kinds_mod, only: wp
+  use controls_mod, only: accuracy_of_resultants
   use scene_mod, only: scene_t
   use bodies_mod, only: is_linear
   use contact_points_mod, only: contact_points_t, is_covered, is_in_middle
@@ -18,7 +19,7 @@ module measure_increment_mod
   use load_response_mod, only: sum_patterns
   use contact_work_mod, only: least_contact_work
   use theory_error_mod, only: estimate_theory_error
-  use unseen_contact_mod, only: unseen_error
+  use unseen_contact_mod, only: share_of_supports
   implicit none
   private
 
@@ -43,9 +44,10 @@ contains
     call find_free_strain(scene, state%step, state%position, free)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, free, &
       .not. is_linear(scene), report%mesh_error, report%errors%mesh)
-    if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh) report%errors%mesh = &
-      report%errors%mesh + unseen_error(scene, points, report%contact, report%energy%strain, &
-      state%displacement)
+    ! The energy is the same, whoever carries the force.
+    if (scene%accuracy%wanted > 0.0_wp .and. scene%accuracy%keeps_mesh .and. scene%accuracy%of == &
+      accuracy_of_resultants) report%errors%mesh = report%errors%mesh + share_of_supports(points, &
+      report%contact, state%displacement)
     if (allocated(points%alpha) .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       report%errors%mesh + work_at_distance(points, report%contact)/(2.0_wp*report%energy%strain)
   end subroutine estimate_mesh

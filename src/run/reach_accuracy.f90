@@ -24,7 +24,7 @@ module reach_accuracy_mod
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finer_meshes_mod, only: begin_sequence, skip_mesh
   use next_run_mod, only: choice_t, is_beginning, to_run, is_reached, steps_too_coarse, &
-    not_convergent, beyond_machine, is_finest, time_is_over
+    not_convergent, beyond_machine, is_finest, time_is_over, facets_too_coarse
   use run_within_mod, only: choose_next
   use end_with_run_mod, only: end_with_run
   use amounts_mod, only: bytes_in_words, time_in_words, bounds_in_words
@@ -339,6 +339,10 @@ contains
     words = ''
     if (errors%mesh >= 0.0_wp) words = 'mesh '//percent(errors%mesh)
     if (errors%worst > 0) words = words//' ('//sequence%list(errors%worst)%name//')'
+    if (errors%geometry + errors%facets > 0.0_wp) then
+      if (words /= '') words = words//', '
+      words = words//'geometry '//percent(errors%geometry + errors%facets)
+    end if
     if (errors%load_steps >= 0.0_wp) then
       if (words /= '') words = words//', '
       words = words//'load steps '//percent(errors%load_steps)
@@ -445,6 +449,10 @@ contains
       if (any(deck%steps%direct)) reason = reason//', and DIRECT keeps them as they are'
       if (errors%mesh > max(sequence%wanted, errors%load_steps)) reason = reason// &
         ', and the mesh '//percent(errors%mesh)
+    case (facets_too_coarse)
+      reason = 'flat faces that stand for arcs make '//percent(errors%facets)//', and so they '// &
+        'do on finer meshes of the same faces; ADJUST=0 of *CONTACT PAIR closes what they '// &
+        'gape or overlap by, and more faces along the arcs, or elements of second order, lessen it'
     case (not_convergent)
       reason = sequence%list(errors%worst)%name//' does not converge: '// &
         to_text(n_meshes(sequence))//' meshes change it again and again'
@@ -497,10 +505,13 @@ contains
     character(:), allocatable :: words
 
     words = ''
-    associate (on_edges => sequence%runs(size(sequence%runs))%on_edges)
-      if (on_edges > sequence%asked) words = '; '//percent(on_edges)//' of the normal force '// &
-        'is on nodes of which less than half is covered: edges of a body lie inside faces of '// &
-        'the other; align the mesh, so that edges of elements lie along them'
+    associate (geometry => min(1.0_wp, sequence%runs(size(sequence%runs))%geometry))
+      if (geometry(2) > 0.5_wp*sequence%asked) words = '; edges of a body inside faces of the '// &
+        'other make '//percent(geometry(2))//': align the mesh, so that edges of elements lie '// &
+        'along them'
+      if (geometry(1) > 0.5_wp*sequence%asked) words = words//'; faces that are entered '// &
+        'between their nodes make '//percent(geometry(1))//': smaller elements at contact, or '// &
+        'meshes that match, lessen it'
     end associate
   end function cause_in_words
 

@@ -4,7 +4,7 @@ module run_increments_mod
   use errors_mod, only: error_t
   use system_mod, only: wall_seconds
   use resource_limits_mod, only: check_library_room
-  use controls_mod, only: take_double
+  use controls_mod, only: take_double, accuracy_of_resultants
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
   use increments_mod, only: done_of_deck, asked_number
@@ -17,7 +17,7 @@ module run_increments_mod
   use quantity_values_mod, only: measure_quantities
   use meet_accuracy_mod, only: set_contact_tolerance, accuracy_shortfall
   use result_file_mod, only: result_file_t, append_increment
-  use unseen_contact_mod, only: share_on_little_covered, unseen_error
+  use unseen_contact_mod, only: share_of_supports
   use tally_mod, only: add_increment
   use export_problems_mod, only: exports_t, export_increment
   use console_mod, only: console_t, count_from, say, print_increment, print_warning, clear_bar
@@ -136,6 +136,7 @@ contains
     type(plan_t), intent(in) :: plan
     type(solved_t), intent(in) :: solved
     type(progress_t), intent(inout) :: progress !! its values and errors
+    real(wp) :: of_supports
     integer :: asked
 
     associate (increment => solved%increment, errors => solved%report%errors)
@@ -144,10 +145,13 @@ contains
       if (increment%last_of_step .and. errors%load_steps < 0.0_wp) progress%worst_errors(1) = &
         not_known
       if (increment%last_of_step) then
-        progress%on_edges = max(progress%on_edges, share_on_little_covered(scene, plan%points, &
-          solved%report%contact, solved%state%displacement))
-        progress%alone = max(progress%alone, errors%mesh + unseen_error(scene, plan%points, &
-          solved%report%contact, solved%report%energy%strain, solved%state%displacement))
+        progress%geometry = max(progress%geometry, [errors%between_nodes, errors%at_edges, &
+          errors%of_facets])
+        if (errors%geometry < 0.0_wp) progress%geometry = not_known
+        of_supports = 0.0_wp
+        if (scene%accuracy%of == accuracy_of_resultants) of_supports = share_of_supports( &
+          plan%points, solved%report%contact, solved%state%displacement)
+        progress%alone = max(progress%alone, errors%mesh + of_supports)
       end if
       call mark_touched(plan%points, solved%report%contact, progress%touched)
       asked = asked_number(increment%position)

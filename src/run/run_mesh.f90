@@ -329,7 +329,7 @@ contains
         seconds + sequence%repeated, merge(-1.0_wp, worst(1), worst(1) >= not_known), worst(2), &
         worst(3), progress%values, merge(0.0_wp, plan%seconds, was_continued), &
         balls, share_near(scene%mesh, balls, plan%choices%mesh_size%across), file%is_kept, &
-        theory_of(progress%tally), progress%in_double, progress%on_edges, &
+        theory_of(progress%tally), progress%in_double, progress%geometry, &
         progress%alone))
       sequence%repeated = 0.0_wp
       sequence%spent = sequence%earlier + cpu_seconds()

@@ -24,6 +24,7 @@ module solve_next_mod
   use faces_between_nodes_mod, only: find_entries
   use unfelt_overlaps_mod, only: find_entered_faces
   use passed_faces_mod, only: find_passed_faces
+  use follow_points_mod, only: rounding_of_places
   use tally_mod, only: note_sizes
   use settled_cycles_mod, only: follow_cycle
   use interference_mod, only: has_interference, set_extra_gap
@@ -174,7 +175,8 @@ contains
     call find_entries(scene, plan%points, watch%faces, tolerance, progress%state, solved%state, &
       solved%increment%last_of_step, solved%entries)
     call find_entered_faces(scene, plan%points, solved%report%contact, watch%fit, &
-      least_overlap(scene, tolerance, solved%state%displacement), solved%entries)
+      least_overlap(scene, tolerance, solved%state%displacement), rounding_of_places(scene, &
+      solved%state%displacement), solved%entries)
     call find_passed_faces(scene, plan%points, progress%state, solved%state, watch%fit, &
       least_overlap(scene, tolerance, solved%state%displacement), solved%entries)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock

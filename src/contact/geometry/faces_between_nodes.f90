@@ -15,7 +15,7 @@ module faces_between_nodes_mod
   use follow_points_mod, only: rounding_of_places
   use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces, no_faces
   use moving_faces_mod, only: moving_face_t, set_face, is_far, find_least_gap, goes_through, &
-    work_of_face
+    work_of_face, mean_depth
   implicit none
   private
 
@@ -42,6 +42,10 @@ module faces_between_nodes_mod
     integer  :: how = 0           !! it was missed: entered_at_end and so on
     type(face_entry_t) :: passed  !! of what smaller increments may meet; depth 0: none
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
+    real(wp), allocatable :: depth(:)
+    !! (n_points) how deep the faces about a point are entered at the end: before round obstacles of
+    !! points that press, the deepest place, or of faces all of whose nodes press the mean; before
+    !! faces the least gap, as far as a face is [length]
     logical, allocatable :: is_seen(:)
     !! (n_obstacles) nodes have touched the obstacle since it got into the faces that it is in
   end type entries_t
@@ -98,19 +102,21 @@ contains
     real(wp) :: bend                      !! of its middle's way from the chord [length]
     type(placement_t) :: before, after    !! of what obstacles can enter, at `old` and `new`
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
+    real(wp) :: depth(scene%mesh%n_nodes)             !! of the faces about a node [length]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
     logical, allocatable :: pressed(:)  !! (n_nodes) of faces with a node that pressed before
     type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
-    real(wp) :: allowed
+    real(wp) :: allowed, rounding
     logical :: begins
-    integer :: obstacle, pair
+    integer :: obstacle, pair, i
 
     if (.not. allocated(entries%is_seen)) allocate (entries%is_seen(size(scene%obstacles)), &
       source=.false.)
-    entries = entries_t(is_seen=entries%is_seen)
+    entries = entries_t(is_seen=entries%is_seen, depth=[(0.0_wp, i=1, points%n)])
     if (.not. any([(size(faces(pair)%nodes) > 0, pair=1, size(faces))])) return
+    rounding = rounding_of_places(scene, new%displacement)
     allowed = 10.0_wp*tolerance*max(maxval(abs(new%displacement)), &
-      maxval(abs(old%displacement))) + rounding_of_places(scene, new%displacement)
+      maxval(abs(old%displacement))) + rounding
     call place_undeformed(scene, points, before)
     after = before
     do pair = 1, size(scene%pairs)
@@ -133,10 +139,14 @@ contains
       found%touches = any(near)
       call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
       allocate (dents(0))
+      depth = 0.0_wp
       do pair = 1, size(scene%pairs)
         if (scene%pairs(pair)%master /= obstacle) cycle
         if (is_pair_removed(points, pair)) cycle
         call look_at_pair(pair)
+        do i = points%first(pair), points%first(pair + 1) - 1
+          if (pressure(points%node(i)) > 0.0_wp) entries%depth(i) = depth(points%node(i))
+        end do
       end do
       found%untouched = deepest_untouched(dents, near)
       if (found%untouched%depth > 0.0_wp) then
@@ -174,6 +184,8 @@ contains
           found%deepest_at_ends = max(found%deepest_at_ends, -gap)
           if (-gap > allowed) call keep_deeper(-gap, pair, nodes, entries%at_end)
           if (-gap > allowed) dents = [dents, face_entry_t(-gap, pair, nodes)]
+          if (-gap > rounding) depth(nodes) = max(depth(nodes), merge(mean_depth(faces(pair), f, &
+            face, scene%mesh%coordinates(:, nodes)), -gap, all(pressure(nodes) > 0.0_wp)))
           if (any(pressure(nodes) > 0.0_wp)) entries%work = entries%work + work_of_face( &
             faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
           if (is_near .or. any(pressed(nodes))) then

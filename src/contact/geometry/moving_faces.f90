@@ -13,7 +13,7 @@ module moving_faces_mod
   implicit none
   private
 
-  public :: moving_face_t, set_face, is_far, find_least_gap, goes_through, work_of_face
+  public :: moving_face_t, set_face, is_far, find_least_gap, goes_through, work_of_face, mean_depth
 
   !> One face relative to an obstacle: the origin is its centre, or on its axis.
   type :: moving_face_t
@@ -208,5 +208,17 @@ contains
       end do
     end do
   end function work_of_face
+
+  !> The mean of max(0, -g) over a face at the end of the increment, likewise.
+  pure real(wp) function mean_depth(faces, f, face, coordinates) result(depth)
+    type(smooth_faces_t), intent(in) :: faces
+    integer, intent(in) :: f
+    type(moving_face_t), intent(in) :: face
+    real(wp), intent(in) :: coordinates(3, face_corners) !! [length]
+    real(wp), parameter :: unit(face_corners) = 1.0_wp
+
+    depth = -2.0_wp*work_of_face(faces, f, face, coordinates, unit)/ &
+      norm2(doubled_area(coordinates))
+  end function mean_depth
 
 end module moving_faces_mod

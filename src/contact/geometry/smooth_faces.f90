@@ -15,7 +15,8 @@ module smooth_faces_mod
   implicit none
   private
 
-  public :: smooth_faces_t, make_smooth_faces, no_faces, bulge_at, shape_at, find_closest
+  public :: smooth_faces_t, make_smooth_faces, smooth_faces_of, no_faces, bulge_at, shape_at, &
+    find_closest
 
   !> The faces of one surface, undeformed.
   type :: smooth_faces_t
@@ -45,35 +46,43 @@ contains
   pure type(smooth_faces_t) function make_smooth_faces(mesh, surface) result(faces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
-    type(lists_t) :: at !! the faces at each node
-    real(wp) :: x(3, face_corners)
     integer, allocatable :: corners(:, :), whole(:)
-    integer :: f, n_faces
 
     allocate (corners(face_corners, 0))
     if (allocated(surface%faces)) call split_faces(surface%faces, mesh%connectivity, corners, whole)
+    faces = smooth_faces_of(corners, mesh%coordinates)
+  end function make_smooth_faces
+
+  !> Faces over any list of places.
+  pure type(smooth_faces_t) function smooth_faces_of(corners, places) result(faces)
+    integer, intent(in) :: corners(:, :)  !! (4,n_faces) as of smooth_faces_t, or 0 behind triangles
+    real(wp), intent(in) :: places(:, :)  !! (3,n) [length]
+    type(lists_t) :: at !! the faces at each node
+    real(wp) :: x(3, face_corners)
+    integer :: f, n_faces
+
     n_faces = size(corners, 2)
     allocate (faces%nodes(face_corners, n_faces), faces%normal(3, n_faces))
     allocate (faces%half(face_corners, n_faces))
     allocate (faces%bulge(3, face_corners, n_faces), source=0.0_wp)
     do f = 1, n_faces
       faces%nodes(:, f) = merge(corners(:, f), corners(3, f), corners(:, f) > 0)
-      x = mesh%coordinates(:, faces%nodes(:, f))
+      x = places(:, faces%nodes(:, f))
       faces%normal(:, f) = outward_normal(x)
       faces%half(:, f) = 0.5_wp*norm2(cshift(x, 1, dim=2) - x, dim=1)
     end do
-    at = columns_with(corners, mesh%n_nodes)
+    at = columns_with(corners, size(places, 2))
     do f = 1, n_faces
-      call bend_edges(mesh, faces, f, at)
+      call bend_edges(places, faces, f, at)
     end do
-  end function make_smooth_faces
+  end function smooth_faces_of
 
   !> How far the arcs over a face's edges rise in their middle. docs/theory.md (10.7).
   !>
   !> Where the surface ends at a node, across the edge, its normal there says nothing about the
   !> edge: the arc is then as bent at that end as at the other.
-  pure subroutine bend_edges(mesh, faces, f, at)
-    type(mesh_t), intent(in) :: mesh
+  pure subroutine bend_edges(places, faces, f, at)
+    real(wp), intent(in) :: places(:, :) !! (3,n) of the nodes [length]
     type(smooth_faces_t), intent(inout) :: faces !! gets bulge(:, :, f)
     integer, intent(in) :: f
     type(lists_t), intent(in) :: at              !! the faces at each node
@@ -90,7 +99,7 @@ contains
     do a = 1, m
       b = next(a, m)
       k = merge(face_corners, a, a == m) ! of a triangle the third edge has no length
-      along = mesh%coordinates(:, faces%nodes(b, f)) - mesh%coordinates(:, faces%nodes(a, f))
+      along = places(:, faces%nodes(b, f)) - places(:, faces%nodes(a, f))
       known_a = goes_on(last(a, m))
       known_b = goes_on(b)
       if (m < face_corners) then
@@ -152,10 +161,8 @@ contains
         g = at%item(i)
         if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
         j = findloc(faces%nodes(:, g), node, dim=1)
-        one = mesh%coordinates(:, faces%nodes(next(j, corners_of(g)), g)) - &
-          mesh%coordinates(:, node)
-        other = mesh%coordinates(:, faces%nodes(last(j, corners_of(g)), g)) - &
-          mesh%coordinates(:, node)
+        one = places(:, faces%nodes(next(j, corners_of(g)), g)) - places(:, node)
+        other = places(:, faces%nodes(last(j, corners_of(g)), g)) - places(:, node)
         n = n + cross(one, other)/max(sum(one**2)*sum(other**2), tiny(1.0_wp))
       end do
       n = n/max(norm2(n), tiny(1.0_wp))
@@ -186,8 +193,8 @@ contains
         associate (g => at%item(i))
           if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
           associate (corners => faces%nodes(:corners_of(g), g))
-            if (dot_product(sum(mesh%coordinates(:, corners), 2)/size(corners) - &
-              mesh%coordinates(:, node), direction) < 0.0_wp) lies_behind = .true.
+            if (dot_product(sum(places(:, corners), 2)/size(corners) - places(:, node), &
+              direction) < 0.0_wp) lies_behind = .true.
           end associate
         end associate
       end do

@@ -54,39 +54,46 @@ contains
     end do
   end subroutine find_unfelt_overlap
 
-  !> Add the overlaps of faces between their nodes, in contact or not: the deepest, and the contact
-  !> energy that they leave out. docs/theory.md (10.8).
+  !> Add the overlaps of faces between their nodes, in contact or not: the deepest, those about each
+  !> point, and the contact energy that they leave out. docs/theory.md (10.8).
   !>
   !> The overlap of two polygons that fit into each other, a pin and its hole, is taken off and has
   !> no energy. With small sliding overlaps are not followed.
-  pure subroutine find_entered_faces(scene, points, contact, fit, allowed, entries)
+  pure subroutine find_entered_faces(scene, points, contact, fit, allowed, rounding, entries)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
     real(wp), intent(in) :: fit(:)                !! (n_pairs) of `fits_of_pairs` [length]
     real(wp), intent(in) :: allowed               !! what is no overlap [length]
-    type(entries_t), intent(inout) :: entries     !! gets `at_end` and `work`
+    real(wp), intent(in) :: rounding              !! of places: what has no depth [length]
+    type(entries_t), intent(inout) :: entries     !! gets `at_end`, `depth` and `work`
     type(face_entry_t), allocatable :: dents(:)
     logical, allocatable :: near(:)
-    real(wp) :: beyond, work
+    real(wp) :: beyond, work, deepest
     integer :: pair, side, i
-    logical :: is_entered
 
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (of%small_sliding .or. .not. is_before_faces(of, scene%obstacles)) cycle
         if (is_pair_removed(points, pair)) cycle
       end associate
-      is_entered = .false.
+      deepest = 0.0_wp
       do side = 1, n_sides(points, pair)
-        call list_dents(scene, points, contact, allowed + fit(pair), pair, side, dents, near)
+        call list_dents(scene, points, contact, rounding + fit(pair), pair, side, dents, near)
         if (size(dents) == 0) cycle
-        is_entered = .true.
         i = maxloc(dents%depth, dim=1)
-        if (dents(i)%depth - fit(pair) > entries%at_end%depth) entries%at_end = face_entry_t( &
-          dents(i)%depth - fit(pair), pair, dents(i)%nodes)
+        deepest = max(deepest, dents(i)%depth - fit(pair))
+        if (dents(i)%depth > allowed + fit(pair) .and. dents(i)%depth - fit(pair) > &
+          entries%at_end%depth) entries%at_end = face_entry_t(dents(i)%depth - fit(pair), pair, &
+          dents(i)%nodes)
       end do
-      if (.not. is_entered .or. fit(pair) > 0.0_wp) cycle
+      if (.not. deepest > 0.0_wp) cycle
+      do i = points%first(pair), points%first(pair + 1) - 1
+        if (contact%least_gap(i) < 0.5_wp*no_gap) entries%depth(i) = min(max(0.0_wp, &
+          -contact%least_gap(i)), deepest)
+      end do
+      if (.not. deepest > allowed) cycle
+      if (fit(pair) > 0.0_wp) cycle
       work = 0.0_wp
       do i = points%first(pair), points%first(pair + 1) - 1
         beyond = -contact%least_gap(i)

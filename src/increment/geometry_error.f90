@@ -1,0 +1,189 @@
+!> Errors of the contact forces that the geometry of faces makes where meshes do not match, and
+!> that no recovery of stresses sees: faces that are entered between their nodes, edges of one side
+!> within faces of the other, flat faces that stand for arcs.
+!>
+!> Each is what the forces change by where the points have the gaps that the faces would have: a
+!> solution of the last contact problem. docs/theory.md (10.23), (10.24), (10.31).
+module geometry_error_mod
+  use kinds_mod, only: wp
+  use lists_mod, only: lists_t, columns_with
+  use surfaces_mod, only: nodes_of
+  use scene_mod, only: scene_t
+  use bodies_mod, only: is_linear
+  use contact_points_mod, only: contact_points_t
+  use candidate_points_mod, only: areas_at
+  use state_mod, only: state_t
+  use increment_report_mod, only: increment_report_t, contact_fields_t, force_sums
+  use facet_rises_mod, only: gaps_of_arcs
+  use step_solver_mod, only: step_solver_t
+  use other_gaps_mod, only: react_to_gaps, wide_open
+  implicit none
+  private
+
+  public :: estimate_geometry
+
+contains
+
+  !> The three parts and their sum, at the end of a *STEP; negative where one of them is not known.
+  subroutine estimate_geometry(scene, points, solver, state, depth, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    !! with the last contact problem of the increment, and its tolerance
+    type(state_t), intent(in) :: state    !! where it ends
+    real(wp), intent(in) :: depth(:)      !! (n_points) as of entries_t [length]
+    type(increment_report_t), intent(inout) :: report !! gets the errors
+    real(wp), parameter :: clear = 10.0_wp !! times what gaps are solved to: a depth [-]
+    real(wp) :: entered(points%n)          !! depths that are more than that [length]
+
+    entered = merge(depth, 0.0_wp, depth > clear*report%certificate%penetration* &
+      maxval(abs(state%displacement)))
+    associate (errors => report%errors, contact => report%contact)
+      errors%between_nodes = 0.0_wp
+      errors%at_edges = 0.0_wp
+      errors%of_facets = 0.0_wp
+      if (any(contact%reaction(1, :) > 0.0_wp)) then
+        call enter_faces()
+        call open_edges()
+        if (any(points%on_surface)) errors%of_facets = change_by(gaps_of_arcs(scene, points, &
+          solver%first_gap, state))
+      end if
+      errors%geometry = errors%between_nodes + errors%at_edges + errors%of_facets
+      if (min(errors%between_nodes, errors%at_edges, errors%of_facets) < 0.0_wp) errors%geometry = &
+        -1.0_wp
+    end associate
+
+  contains
+
+    !> Faces that are entered. Nodes before a round obstacle miss what lies between them. A mean gap
+    !> before faces is as often too large as too small: of both the smaller change.
+    subroutine enter_faces()
+      if (.not. any(entered > 0.0_wp)) return
+      associate (error => report%errors%between_nodes)
+        error = change_by(-entered)
+        if (error < 0.0_wp .or. .not. any(entered > 0.0_wp .and. points%on_surface)) return
+        error = min(error, abs(change_by(merge(entered, -entered, points%on_surface))))
+      end associate
+    end subroutine enter_faces
+
+    !> Edges of the master within faces of the slave: the points that press beyond them act as if
+    !> the edge were at their nodes, and without them as if it were at the next ones.
+    subroutine open_edges()
+      logical :: is_beyond(points%n)
+      real(wp) :: part(points%n)
+
+      associate (contact => report%contact, error => report%errors%at_edges)
+        is_beyond = contact%is_partly_covered .and. contact%reaction(1, :) > 0.0_wp
+        if (.not. any(is_beyond)) return
+        part = part_covered(scene, points, contact, state%displacement)
+        error = change_by(merge(wide_open(solver, contact), 0.0_wp, is_beyond))
+        if (error > 0.0_wp) error = error*sum((1.0_wp - part)*contact%reaction(1, :), is_beyond)/ &
+          sum(contact%reaction(1, :), is_beyond)
+      end associate
+    end subroutine open_edges
+
+    !> What other gaps change of the resultants of the pairs, normal forces or friction, beside the
+    !> largest; negative where that is not known.
+    real(wp) function change_by(gaps) result(change)
+      real(wp), intent(in) :: gaps(:) !! (n_points) added [length]
+      type(contact_fields_t) :: other
+      logical :: is_known
+
+      change = 0.0_wp
+      if (.not. any(abs(gaps) > 0.0_wp)) return
+      other%frame = report%contact%frame
+      allocate (other%reaction, mold=report%contact%reaction)
+      call react_to_gaps(scene, solver, size(report%x_free), report%contact, gaps, &
+        other%reaction, is_known)
+      change = -1.0_wp
+      if (is_known) change = apart(points, report%contact, other)
+    end function change_by
+
+  end subroutine estimate_geometry
+
+  !> The largest change of a pair's normal force, or of its friction, beside the largest force;
+  !> where normal forces of a pair balance each other all around it, of their sum.
+  pure real(wp) function apart(points, contact, other)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact, other
+    real(wp), parameter :: balanced = 0.5_wp !! of their sum: what is left of normal forces [-]
+    real(wp) :: largest, change, sums(3, 2), changes(3, 2), pressing
+    integer :: p
+
+    largest = 0.0_wp
+    change = 0.0_wp
+    do p = 1, size(points%first) - 1
+      associate (a => points%first(p), b => points%first(p + 1) - 1)
+        sums = force_sums(contact, a, b)
+        changes = force_sums(other, a, b) - sums
+        pressing = sum(contact%reaction(1, a:b))
+        if (norm2(sums(:, 1)) < balanced*pressing) then
+          sums(:, 1) = [pressing, 0.0_wp, 0.0_wp]
+          changes(:, 1) = [sum(other%reaction(1, a:b)) - pressing, 0.0_wp, 0.0_wp]
+        end if
+        largest = max(largest, norm2(sums(:, 1)))
+        change = max(change, maxval(norm2(changes, dim=1)))
+      end associate
+    end do
+    apart = 0.0_wp
+    if (largest > 0.0_wp) apart = change/largest
+  end function apart
+
+  !> How much of the faces beyond an edge of its master is covered, at points of which less than
+  !> half is: the part f of a face has the share f^2/2 of its outer node, or at a corner of the
+  !> master (f f')^2/4.
+  pure function part_covered(scene, points, contact, u) result(part)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) displacement [length]
+    real(wp) :: part(points%n)      !! 1 of other points [-]
+    real(wp) :: whole(points%n), share
+    logical :: is_well(scene%mesh%n_nodes) !! covered by half and more
+    integer, allocatable :: faces(:, :)
+    type(lists_t) :: at
+    integer :: pair, i
+
+    part = 1.0_wp
+    whole = points%area
+    if (.not. is_linear(scene)) whole = areas_at(scene, points, u)
+    do pair = 1, size(scene%pairs)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (.not. any(contact%is_partly_covered(first:last))) cycle
+        faces = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
+        at = columns_with(faces, scene%mesh%n_nodes)
+        is_well = .false.
+        do i = first, last
+          is_well(points%node(i)) = contact%covered_area(i) > 0.0_wp .and. .not. &
+            contact%is_partly_covered(i)
+        end do
+        do i = first, last
+          if (.not. contact%is_partly_covered(i)) cycle
+          share = contact%covered_area(i)/max(whole(i), tiny(1.0_wp))
+          part(i) = min(1.0_wp, merge(sqrt(2.0_wp*share), 2.0_wp*sqrt(share), &
+            is_beside_well(points%node(i))))
+        end do
+      end associate
+    end do
+
+  contains
+
+    !> Whether an edge of a face goes from a node to one that is covered well.
+    pure logical function is_beside_well(node)
+      integer, intent(in) :: node
+      integer :: k, m, j
+
+      is_beside_well = .false.
+      do k = at%first(node), at%first(node + 1) - 1
+        associate (face => faces(:, at%item(k)))
+          m = count(face > 0)
+          j = findloc(face, node, dim=1)
+          is_beside_well = is_beside_well .or. is_well(face(1 + mod(j, m))) .or. &
+            is_well(face(1 + mod(j + m - 2, m)))
+        end associate
+      end do
+    end function is_beside_well
+
+  end function part_covered
+
+end module geometry_error_mod
