@@ -116,7 +116,7 @@ class Geometry(unittest.TestCase):
         self.assertLess(told["between_nodes"], max(0.01, 5 * off))
 
     def test_a_promise_over_a_cylinder(self):
-        """Meshes whose contact nodes coincide agree by accident: the right force is 3.06 +- 0.05."""
+        """Meshes whose contact nodes coincide agree by accident: right is 3.06 +- 0.05."""
         run = Run(BEAM, *ASKED, "0.2", name="beam")
         self.assertEqual(run.status, 0, run.errors)
         force, _ = force_and_errors(run)
