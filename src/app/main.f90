@@ -14,6 +14,7 @@ program bipot
   use parallel_mod, only: start_ranks, end_ranks, is_host
   use worker_loop_mod, only: worker_loop
   use fclib_mod, only: is_fclib_path
+  use card_index_mod, only: cards_as_json
   use command_line_mod, only: options_t, read_command_line, check_kind, help_text
   use console_mod, only: say
   use run_mod, only: run_deck
@@ -59,6 +60,8 @@ contains
     if (allocated(error)) return
     if (options%help) then
       call say(help_text())
+    else if (options%cards) then
+      call say(cards_as_json())
     else if (options%version) then
       call say('bipot '//version)
       if (options%verbose) then

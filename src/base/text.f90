@@ -17,6 +17,11 @@ module text_mod
     module procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
 
+  !> "A, B or C".
+  interface one_of
+    module procedure one_of_list, one_of_words
+  end interface one_of
+
   !> How many digits are printed of a number whose error is not known.
   integer, parameter :: digits_where_unknown = 3
 
@@ -48,20 +53,28 @@ contains
   end function as_list
 
   !> "A, B or C".
-  pure function one_of(words) result(text)
-    character(*), intent(in) :: words(:)
+  pure function one_of_list(words) result(text)
+    type(string_t), intent(in) :: words(:)
     character(:), allocatable :: text
     integer :: i
 
-    text = trim(words(1))
+    text = words(1)%text
     do i = 2, size(words)
       if (i < size(words)) then
-        text = text//', '//trim(words(i))
+        text = text//', '//words(i)%text
       else
-        text = text//' or '//trim(words(i))
+        text = text//' or '//words(i)%text
       end if
     end do
-  end function one_of
+  end function one_of_list
+
+  !> "A, B or C", of words of one length.
+  pure function one_of_words(words) result(text)
+    character(*), intent(in) :: words(:)
+    character(:), allocatable :: text
+
+    text = one_of_list(as_list(words))
+  end function one_of_words
 
   !> `text` in upper case (ASCII letters only; other bytes stay).
   pure function upper(text) result(converted)

@@ -35,6 +35,7 @@ module command_line_mod
   type(option_t), parameter :: known(*) = [ &
     option_t('--help'), option_t('-h'), &
     option_t('--version'), &
+    option_t('--cards'), &
     option_t('--quiet'), option_t('-q'), &
     option_t('--verbose'), option_t('-v'), &
     option_t('--output', has_value=.true.), option_t('-o', has_value=.true.), &
@@ -94,6 +95,7 @@ module command_line_mod
     logical :: verbose = .false.
     logical :: help = .false.
     logical :: version = .false.
+    logical :: cards = .false.    !! print the table of the deck
   end type options_t
 
 contains
@@ -144,6 +146,8 @@ contains
       options%help = .true.
     case ('--version')
       options%version = .true.
+    case ('--cards')
+      options%cards = .true.
     case ('--plan')
       options%plan = .true.
     case ('--check')
@@ -214,7 +218,8 @@ contains
     else if (options%sweeps_option /= '' .and. options%controls%solver == solver_global_newton) then
       call refuse_option(options%sweeps_option//' applies to sweeps, not to --solver '// &
         'global-newton', error)
-    else if (options%deck == '' .and. .not. (options%help .or. options%version)) then
+    else if (options%deck == '' .and. .not. (options%help .or. &
+      options%version .or. options%cards)) then
       call refuse_option('no deck given (see bipot --help)', error)
     end if
     if (options%sweeps_option /= '') options%controls%solver = solver_sweeps
@@ -505,6 +510,7 @@ contains
       '                      or all, to NAME-<increment>.fclib.hdf5', &
       '', &
       '  -h, --help          print this', &
+      '  --cards             print the keywords of a deck and their options as JSON', &
       '  --version           print the version; with --verbose the kernels of OpenBLAS, too', &
       '', &
       'for a contact problem (in a deck: *CONTACT SOLVER):', &

@@ -16,7 +16,7 @@ module flat_deck_mod
   use deck_source_mod, only: add_line, source_t
   use diagnostics_mod, only: any_mistakes
   use element_types_mod, only: name_of_type
-  use keywords_mod, only: same_word
+  use deck_table_mod, only: same_word
   use mesh_draft_mod, only: block_t, mesh_draft_t
   use numbers_mod, only: number_text
   use options_mod, only: as_name, card_t, name_option, open_card

@@ -23,7 +23,7 @@ module flatten_assembly_mod
     report, split_line
   use deck_source_mod, only: add_line, max_deck_length, source_t
   use diagnostics_mod, only: any_mistakes, guess, quoted
-  use keywords_mod, only: squeeze
+  use deck_table_mod, only: squeeze
   use kinds_mod, only: i8, wp
   use numbers_mod, only: number_ok, number_text, read_integer, read_real
   use options_mod, only: as_name, card_t, flag_option, has_option, name_option, open_card, &

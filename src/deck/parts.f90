@@ -10,7 +10,7 @@ module parts_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes, guess, quoted
   use fields_mod, only: end_data, fields_t, next_data_line, real_field
-  use keywords_mod, only: max_keyword
+  use deck_table_mod, only: max_keyword
   use kinds_mod, only: wp
   use options_mod, only: allow_no_data, allow_options, card_t, name_option, open_card, &
     option_position
@@ -96,7 +96,7 @@ contains
         case ('PART')
           call open_part(reader, card, k, assembly)
         case ('ASSEMBLY')
-          call allow_options(reader, card, ['NAME'])
+          call allow_options(reader, card)
           call allow_no_data(reader, card)
           call read_name(reader, card, assembly%name)
           in_assembly = .true.
@@ -106,7 +106,7 @@ contains
         case ('STEP')
           cycle
         case default
-          call allow_options(reader, card, [character(1) ::])
+          call allow_options(reader, card)
           call allow_no_data(reader, card)
           if (keyword == 'END PART') assembly%parts(size(assembly%parts))%last = k - 1
           if (keyword == 'END INSTANCE') assembly%instances(size(assembly%instances))%last = k - 1
@@ -178,7 +178,7 @@ contains
     type(assembly_t), intent(inout) :: assembly
     type(part_t) :: part
 
-    call allow_options(reader, card, ['NAME'])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
     call read_name(reader, card, part%name%text)
     part%first = k + 1
@@ -197,7 +197,7 @@ contains
     character(:), allocatable :: name
     logical :: ok
 
-    call allow_options(reader, card, ['NAME', 'PART'])
+    call allow_options(reader, card)
     call read_name(reader, card, instance%name%text)
     call name_option(reader, card, 'PART', .true., name, ok)
     if (index_of(instance%name%text, assembly%instances%name) > 0) call report(reader, &

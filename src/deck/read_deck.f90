@@ -503,7 +503,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'HEADING') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, [character(1) ::])
+      call allow_options(reader, card)
       if (reader%source%file(reader%cards(k)%header) /= 1) cycle
       if (len(title) > 0) then
         call note(reader, 'the title is that of the first *HEADING: another one is left out')

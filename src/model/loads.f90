@@ -18,6 +18,9 @@ module loads_mod
     real(wp), allocatable :: value(:)  !! the same number; of a series what it begins with
     logical  :: total = .false.        !! over the time of the run, not of each step
     real(wp) :: frequency = 0.0_wp     !! of a series, circular [rad/time]
+    logical  :: is_smooth = .false. !! SMOOTH STEP: between points in a curve that is level at them
+    real(wp) :: rounding = 0.0_wp
+    !! of a table: corners are parabolas, as far as this part of the shorter interval beside each
     real(wp), allocatable :: cosine(:), sine(:) !! (n) of a series; not allocated: a table
   end type amplitude_t
 
@@ -140,9 +143,30 @@ contains
     do i = 2, n
       if (time >= amplitude%time(i)) cycle
       fraction = (time - amplitude%time(i - 1))/(amplitude%time(i) - amplitude%time(i - 1))
+      if (amplitude%is_smooth) fraction = fraction**3*(10.0_wp + fraction*(-15.0_wp + &
+        6.0_wp*fraction))
       value = (1.0_wp - fraction)*amplitude%value(i - 1) + fraction*amplitude%value(i)
+      value = value + rounded(i - 1) + rounded(i)
       return
     end do
+
+  contains
+
+    !> What the parabola at point `k` adds to the straight lines beside it.
+    pure real(wp) function rounded(k)
+      integer, intent(in) :: k
+      real(wp) :: reach, bend
+
+      rounded = 0.0_wp
+      if (.not. amplitude%rounding > 0.0_wp .or. k == 1 .or. k == n) return
+      associate (t => amplitude%time(k - 1:k + 1), v => amplitude%value(k - 1:k + 1))
+        reach = amplitude%rounding*min(t(2) - t(1), t(3) - t(2))
+        if (abs(time - t(2)) >= reach) return
+        bend = (v(3) - v(2))/(t(3) - t(2)) - (v(2) - v(1))/(t(2) - t(1))
+        rounded = bend*(reach - abs(time - t(2)))**2/(4.0_wp*reach)
+      end associate
+    end function rounded
+
   end function amplitude_value
 
   !> Bounds of the values of `amplitude`: of a table the least and the largest.

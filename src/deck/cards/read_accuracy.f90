@@ -45,24 +45,23 @@ contains
 
     call open_only_card(reader, 'ACCURACY', card, found)
     if (.not. found) return
-    call allow_options(reader, card, [character(9) :: 'OF', 'NSET', 'DIRECTION', 'MESH', &
-      'VALUE', 'ESTIMATE', 'THEORY'])
+    call allow_options(reader, card)
     estimate = 1
-    call choice_option(reader, card, 'ESTIMATE', ['YES', 'NO '], estimate, ok)
+    call choice_option(reader, card, 'ESTIMATE', estimate, ok)
     accuracy%estimates = estimate == 1
     theory = 1
-    call choice_option(reader, card, 'THEORY', ['BOUND   ', 'ESTIMATE'], theory, ok)
+    call choice_option(reader, card, 'THEORY', theory, ok)
     accuracy%follows_theory = theory == 2
-    call choice_option(reader, card, 'OF', subjects%name, choice, ok)
+    call choice_option(reader, card, 'OF', choice, ok)
     if (ok) accuracy%of = choice
     mesh = 1
-    call choice_option(reader, card, 'MESH', ['REFINE', 'KEEP  '], mesh, ok)
+    call choice_option(reader, card, 'MESH', mesh, ok)
     accuracy%keeps_mesh = mesh == 2
     if (accuracy%keeps_mesh .and. .not. subjects(accuracy%of)%is_recovered) call report(reader, &
       option_position(card, 'OF'), 'on one mesh the errors of RESULTANTS and ENERGY are '// &
       'estimated, others take several: MESH=REFINE')
     value = 1
-    call choice_option(reader, card, 'VALUE', ['FINEST      ', 'EXTRAPOLATED'], value, ok)
+    call choice_option(reader, card, 'VALUE', value, ok)
     accuracy%extrapolates = value == 2
     if (accuracy%keeps_mesh .and. accuracy%extrapolates) call report(reader, &
       option_position(card, 'VALUE'), 'values are extrapolated from several meshes, and '// &

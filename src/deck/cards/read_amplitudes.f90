@@ -22,7 +22,7 @@ module read_amplitudes_mod
 
   public :: amplitude_list_t, read_amplitudes, amplitude_option
 
-  integer, parameter :: total_time = 2, periodic = 2 !! of the options' choices
+  integer, parameter :: total_time = 2, periodic = 2, smooth_step = 3 !! of the options' choices
   character(*), parameter :: loads(5) = [character(11) :: 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', &
     'TEMPERATURE'] !! that may begin later
 
@@ -102,14 +102,21 @@ contains
     integer :: choice
     logical :: ok
 
-    call allow_options(reader, card, ['NAME      ', 'TIME      ', 'VALUE     ', 'DEFINITION'])
+    call allow_options(reader, card)
     choice = 1
-    call choice_option(reader, card, 'TIME', ['STEP TIME ', 'TOTAL TIME'], choice, ok)
+    call choice_option(reader, card, 'TIME', choice, ok)
     amplitude%total = choice == total_time
     choice = 1
-    call choice_option(reader, card, 'VALUE', ['RELATIVE'], choice, ok)
+    call choice_option(reader, card, 'VALUE', choice, ok)
     choice = 1
-    call choice_option(reader, card, 'DEFINITION', ['TABULAR ', 'PERIODIC'], choice, ok)
+    call choice_option(reader, card, 'DEFINITION', choice, ok)
+    if (has_option(card, 'SMOOTH')) then
+      call signed_option(reader, card, 'SMOOTH', amplitude%rounding, ok)
+      if (amplitude%rounding < 0.0_wp .or. amplitude%rounding > 0.5_wp .or. choice > 1) call &
+        report(reader, option_position(card, 'SMOOTH'), 'SMOOTH is a number from 0 to 0.5, of '// &
+        'DEFINITION=TABULAR')
+    end if
+    amplitude%is_smooth = choice == smooth_step
     if (choice == periodic) then
       call read_series(reader, card, amplitude)
     else

@@ -16,7 +16,7 @@ module read_block_mod
   use diagnostics_mod, only: quoted
   use fields_mod, only: field_position, field_text, fields_t, is_empty_field, name_field, &
     next_data_line, real_field
-  use keywords_mod, only: same_word
+  use deck_table_mod, only: same_word
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: add_block, add_early_set, block_t, early_set_t, max_nodes, &
     mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
@@ -52,7 +52,7 @@ contains
     integer :: axis, kind, cell
     logical :: ok, data_ok
 
-    call allow_options(reader, card, ['NAME ', 'NX   ', 'NY   ', 'NZ   ', 'TYPE ', 'ELSET'])
+    call allow_options(reader, card)
     call check_element_type(reader, card, .false., kind, cell)
     if (cell /= hexahedron_8) call report(reader, option_position(card, 'TYPE'), &
       'a *BLOCK consists of hexahedra: TYPE=C3D8, C3D8I or C3D8B')

@@ -17,20 +17,18 @@ contains
   subroutine read_body_solver(reader, precision)
     type(reader_t), intent(inout) :: reader
     type(precision_controls_t), intent(inout) :: precision
-    character(9), parameter :: kinds(3) = ['FACTOR   ', 'ITERATIVE', 'AUTO     ']
-    character(6), parameter :: tangents(2) = ['KEPT  ', 'NEWTON']
     type(card_t) :: card
     integer :: choice
     logical :: found, ok
 
     call open_only_card(reader, 'BODY SOLVER', card, found)
     if (.not. found) return
-    call allow_options(reader, card, ['TYPE   ', 'TANGENT'])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
-    call choice_option(reader, card, 'TYPE', kinds, choice, ok)
+    call choice_option(reader, card, 'TYPE', choice, ok)
     if (ok) precision%iterative = choice == 2
     if (ok) precision%body_is_given = choice < 3
-    call choice_option(reader, card, 'TANGENT', tangents, choice, ok)
+    call choice_option(reader, card, 'TANGENT', choice, ok)
     if (ok) precision%renews_tangent = choice == 2
   end subroutine read_body_solver
 

@@ -17,8 +17,8 @@ module read_contact_mod
     name_field, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
-  use options_mod, only: allow_options, card_t, flag_option, name_option, open_card, &
-    option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
+    name_option, open_card, option_position
   use obstacles_mod, only: obstacle_t
   use read_surface_behavior_mod, only: is_tied
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
@@ -37,6 +37,8 @@ module read_contact_mod
     type(name_table_t) :: names
     real(wp), allocatable :: mu(:) !! friction coefficient of each [-]
   end type interactions_t
+
+  real(wp), parameter :: mu_of_rough = 1.0e3_wp !! [-]
 
 contains
 
@@ -74,7 +76,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword == 'SURFACE INTERACTION') then
         call open_card(reader, k, card)
-        call allow_options(reader, card, ['NAME'])
+        call allow_options(reader, card)
         call name_option(reader, card, 'NAME', .true., name, ok)
         call add_name(directory, name, card%position)
         call skip_thickness(reader, card)
@@ -112,10 +114,18 @@ contains
     type(fields_t) :: fields
     real(wp) :: other
     integer :: i
-    logical :: found, ok
+    logical :: found, ok, is_rough
 
-    call allow_options(reader, card, [character(1) ::], &
-      ['SLIP TOLERANCE', 'ELASTIC SLIP  ', 'LAGRANGE      '])
+    call allow_options(reader, card)
+    is_rough = .false.
+    call flag_option(reader, card, 'ROUGH', is_rough)
+    if (is_rough) then
+      mu = mu_of_rough
+      call note(reader, '*FRICTION, ROUGH is a friction coefficient of '//to_text(mu)// &
+        ': what touches sticks')
+      call allow_no_data(reader, card)
+      return
+    end if
     call next_data_line(reader, card, fields, found, 4, 'mu (and a stick slope, a pressure '// &
       'and a temperature, which are ignored)')
     if (.not. found) then
@@ -169,8 +179,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'CONTACT PAIR') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['INTERACTION  ', 'ADJUST       ', 'SMALL SLIDING'], &
-        ['TYPE                 ', 'MECHANICAL CONSTRAINT'])
+      call allow_options(reader, card)
       call read_adjust(reader, card, model, adjust)
       pair%mu = 0.0_wp
       pair%small_sliding = .false.
@@ -182,7 +191,7 @@ contains
         pair%interaction = name
         if (interaction > 0) pair%mu = interactions%mu(interaction)
       end if
-      if (is_tied(reader, name)) cycle
+      if (is_tied(reader, name) .or. has_option(card, 'TIED')) cycle
       fields%line = 0 ! other cards may lie between two pairs
       n_lines = 0
       do

@@ -36,7 +36,7 @@ contains
     integer :: p, before
     logical :: ok, is_named, has_friction
 
-    call allow_options(reader, card, ['INTERACTION'])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
     call name_option(reader, card, 'INTERACTION', .true., name, ok)
     has_friction = .false.
@@ -76,13 +76,12 @@ contains
     type(load_step_t), intent(inout) :: steps(:)
     type(fields_t) :: fields
     character(:), allocatable :: slave, master
-    character(*), parameter :: kinds(*) = [character(12) :: 'CONTACT PAIR', 'ELEMENT']
     integer :: kind, pair, i
     logical :: found, ok(2), removes
 
-    call allow_options(reader, card, ['TYPE  ', 'ADD   ', 'REMOVE'])
+    call allow_options(reader, card)
     kind = 0
-    call choice_option(reader, card, 'TYPE', kinds, kind, ok(1))
+    call choice_option(reader, card, 'TYPE', kind, ok(1))
     if (kind == 0 .and. .not. has_option(card, 'TYPE')) call report(reader, card%position, &
       '*MODEL CHANGE needs TYPE=CONTACT PAIR')
     if (kind == 2) call report(reader, option_position(card, 'TYPE'), &

@@ -36,7 +36,7 @@ contains
 
     call open_only_card(reader, 'CONTACT SOLVER', card, found)
     if (.not. found) return
-    call allow_options(reader, card, [solver_options, 'ANDERSON   '])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
     call flag_option(reader, card, 'ANDERSON', controls%acceleration)
     of_sweeps = .false.
@@ -102,7 +102,7 @@ contains
       select case (reader%cards(k)%keyword)
       case ('NODE FILE', 'EL FILE', 'CONTACT FILE')
         call open_card(reader, k, card)
-        call allow_output_options(reader, card)
+        call allow_options(reader, card)
         before = named%frequency
         call integer_option(reader, card, 'FREQUENCY', 1, huge(1), named%frequency, ok)
         if (ok .and. frequency_given .and. named%frequency /= before) call note(reader, &
@@ -113,9 +113,7 @@ contains
         call read_variables(reader, card, named)
       case ('CONTACT PRINT')
         call open_card(reader, k, card)
-        call allow_options(reader, card, [character(1) ::], [character(13) :: 'FREQUENCY', &
-          'FREQUENCYF', 'SLAVE', 'MASTER', 'NSET', 'ELSET', 'SET', 'TOTALS', 'TIME POINTS', &
-          'SUMMARY'])
+        call allow_options(reader, card)
         named%contact_table = .true.
         call read_variables(reader, card, named)
       case default
@@ -133,20 +131,6 @@ contains
     controls%at_centroids = .true.
   end subroutine read_output_controls
 
-  !> The options that the output cards have.
-  subroutine allow_output_options(reader, card)
-    type(reader_t), intent(inout) :: reader
-    type(card_t), intent(in) :: card
-    character(*), parameter :: ignored(*) = [character(15) :: 'NSET', 'ELSET', 'OUTPUT', 'GLOBAL', &
-      'TIME POINTS', 'CONTACT ELEMENT', 'LAST ITERATIONS']
-
-    if (card%keyword == 'EL FILE') then
-      call allow_options(reader, card, ['FREQUENCY', 'POSITION '], ignored)
-    else
-      call allow_options(reader, card, ['FREQUENCY'], ignored)
-    end if
-  end subroutine allow_output_options
-
   !> Where the stresses and strains of an *EL FILE are written; several cards add up.
   subroutine read_position(reader, card, controls)
     type(reader_t), intent(inout) :: reader
@@ -156,8 +140,7 @@ contains
     logical :: ok
 
     choice = 1
-    call choice_option(reader, card, 'POSITION', ['CENTROIDAL        ', 'INTEGRATION POINTS', &
-      'AVERAGED AT NODES ', 'NODES             '], choice, ok)
+    call choice_option(reader, card, 'POSITION', choice, ok)
     if (choice == 4) call note(reader, &
       'POSITION=NODES of *EL FILE: the values of the elements around a node are averaged')
     select case (choice)

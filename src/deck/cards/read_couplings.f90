@@ -7,11 +7,11 @@
 !>     *DISTRIBUTING
 !>     1, 6
 module read_couplings_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: note, reader_t, report
   use face_couplings_mod, only: add_rotation_node, coupling_t
   use diagnostics_mod, only: any_mistakes, quoted
-  use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, next_data_line, &
-    node_option
+  use fields_mod, only: end_data, field_position, fields_t, integer_field, is_empty_field, &
+    name_field, next_data_line, node_option
   use lookup_mod, only: find_id
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, &
     open_card, option_position
@@ -58,6 +58,9 @@ contains
         if (coupling%node == 0) cycle
         couplings = [couplings, coupling]
         call add_rotation_node(reader, model, couplings(size(couplings)))
+      case ('KINEMATIC COUPLING', 'DISTRIBUTING COUPLING', 'MPC')
+        call open_card(reader, k, card)
+        call read_lines(reader, card, model, couplings)
       case default
         if (below) call report(reader, card%position, '*COUPLING needs a *KINEMATIC or a '// &
           '*DISTRIBUTING below it')
@@ -77,7 +80,7 @@ contains
     logical, intent(out) :: ok
     integer :: id
 
-    call allow_options(reader, card, ['CONSTRAINT NAME', 'REF NODE       ', 'SURFACE        '])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
     coupling%position = card%position
     call name_option(reader, card, 'CONSTRAINT NAME', .false., coupling%name, ok)
@@ -95,6 +98,116 @@ contains
     if (len(coupling%name) == 0) coupling%name = 'coupling of '//coupling%surface_name
   end subroutine read_coupling
 
+  !> *KINEMATIC COUPLING, *DISTRIBUTING COUPLING and *MPC with BEAM: each line couples a set of
+  !> nodes or a surface.
+  subroutine read_lines(reader, card, model, couplings)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(inout) :: model
+    type(coupling_t), allocatable, intent(inout) :: couplings(:)
+    type(coupling_t) :: coupling
+    type(fields_t) :: fields
+    character(:), allocatable :: kind
+    integer :: id, set, first, last
+    logical :: found, ok
+
+    call allow_options(reader, card)
+    id = 0
+    coupling%position = card%position
+    coupling%node_position = card%position
+    select case (card%keyword)
+    case ('KINEMATIC COUPLING')
+      coupling%node_position = option_position(card, 'REF NODE')
+      call node_option(reader, card, 'REF NODE', id, ok)
+      if (.not. has_option(card, 'REF NODE')) call report(reader, card%position, &
+        '*KINEMATIC COUPLING needs REF NODE=')
+      if (.not. ok) return
+    case ('DISTRIBUTING COUPLING')
+      coupling%distributes = .true.
+      call find_element_node(reader, card, id)
+      if (id == 0) return
+      call note(reader, '*DISTRIBUTING COUPLING weighs nodes by the areas of their faces: its '// &
+        'weights are ignored')
+    end select
+    set = 1
+    if (card%keyword == 'MPC') set = 2
+    do
+      call next_data_line(reader, card, fields, found, merge(2, 3, coupling%distributes), &
+        'a set of nodes and what it couples')
+      if (.not. found) exit
+      if (card%keyword == 'MPC') then
+        call name_field(reader, fields, 1, 'the kind of a constraint', kind, ok)
+        if (.not. ok) cycle
+        if (kind /= 'BEAM') then
+          call report(reader, fields%start, '*MPC: '//quoted(kind)//' is not available', &
+            'BEAM, a set of nodes, a reference node; *EQUATION joins dofs of two nodes, *TIE '// &
+            'surfaces')
+          cycle
+        end if
+        call integer_field(reader, fields, 3, 'the reference node', 1, id, ok)
+        if (.not. ok) cycle
+        coupling%node_position = field_position(reader, fields, 3)
+      end if
+      call name_field(reader, fields, set, 'a set of nodes or a surface', coupling%surface_name, ok)
+      if (.not. ok) cycle
+      coupling%surface_position = field_position(reader, fields, set)
+      coupling%name = 'coupling of '//coupling%surface_name
+      coupling%dofs = .true.
+      if (card%keyword == 'KINEMATIC COUPLING' .and. .not. is_empty_field(fields, 2)) then
+        call integer_field(reader, fields, 2, 'the first dof', 1, first, ok)
+        last = first
+        if (ok .and. .not. is_empty_field(fields, 3)) call integer_field(reader, fields, 3, &
+          'the last dof', 1, last, ok)
+        if (.not. ok) cycle
+        if (last > 6 .or. first > min(last, 3)) then
+          call report(reader, field_position(reader, fields, 2), 'expected a first dof from 1 '// &
+            'to 3 and a last one up to 6, found '//to_text(first)//' and '//to_text(last))
+          cycle
+        end if
+        coupling%dofs = .false.
+        coupling%dofs(first:last) = .true.
+      end if
+      coupling%node = find_id(model%mesh%nodes, model%mesh%node_id, id)
+      if (coupling%node == 0) then
+        call report(reader, coupling%node_position, 'node '//to_text(id)//' is not defined')
+        cycle
+      end if
+      couplings = [couplings, coupling]
+      call add_rotation_node(reader, model, couplings(size(couplings)))
+    end do
+  end subroutine read_lines
+
+  !> The node of the only element of type DCOUP3D in the set of a *DISTRIBUTING COUPLING.
+  subroutine find_element_node(reader, card, id)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    integer, intent(out) :: id !! 0: an error was reported
+    type(card_t) :: other
+    type(fields_t) :: fields
+    character(:), allocatable :: set, name, kind
+    integer :: k
+    logical :: ok, found
+
+    id = 0
+    call name_option(reader, card, 'ELSET', .true., set, ok)
+    if (.not. ok) return
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'ELEMENT') cycle
+      call open_card(reader, k, other)
+      call name_option(reader, other, 'ELSET', .false., name, ok)
+      if (name /= set) cycle
+      call name_option(reader, other, 'TYPE', .false., kind, ok)
+      if (kind /= 'DCOUP3D') cycle
+      call next_data_line(reader, other, fields, found, 2, 'an id and the node of a coupling')
+      if (found) call integer_field(reader, fields, 2, 'the node of a coupling', 1, id, ok)
+      if (found .and. .not. ok) id = 0
+      if (found) call end_data(reader, other, fields, 'a *DISTRIBUTING COUPLING has one element')
+      return
+    end do
+    call report(reader, option_position(card, 'ELSET'), 'element set '//quoted(set)//' has no '// &
+      'element of TYPE=DCOUP3D, whose node is the reference node')
+  end subroutine find_element_node
+
   !> Lines of first dof, last dof; no line: all.
   subroutine read_dofs(reader, card, coupling, ok)
     type(reader_t), intent(inout) :: reader
@@ -105,7 +218,7 @@ contains
     integer :: first, last
     logical :: found, any_line, both(2)
 
-    call allow_options(reader, card, [character(1) ::])
+    call allow_options(reader, card)
     coupling%dofs = .false.
     any_line = .false.
     ok = .true.

@@ -87,7 +87,7 @@ contains
     real(wp) :: value
     logical :: found, ok(2)
 
-    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
+    call allow_options(reader, card)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, amplitude)
     do

@@ -48,7 +48,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'EQUATION') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, [character(1) ::])
+      call allow_options(reader, card)
       call read_card(reader, card, model, equations, work)
     end do
   end subroutine read_equations

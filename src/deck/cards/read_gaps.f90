@@ -11,7 +11,7 @@ module read_gaps_mod
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: field_position, field_text, fields_t, limit_fields, next_data_line, &
     real_field, reference_field, reference_t
-  use keywords_mod, only: same_word
+  use deck_table_mod, only: same_word
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: axisymmetric, plane_strain, plane_stress
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, name_option, &
@@ -75,7 +75,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'CLEARANCE') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['SLAVE ', 'MASTER', 'VALUE '])
+      call allow_options(reader, card)
       call allow_no_data(reader, card)
       call name_option(reader, card, 'SLAVE', .true., slave, ok(1))
       call name_option(reader, card, 'MASTER', .true., master, ok(2))
@@ -125,7 +125,7 @@ contains
     logical :: found, ok, named, parabola
     character(*), parameter :: form = 'a node or a set of nodes, PARABOLA, a centre and a radius'
 
-    call allow_options(reader, card, ['PARABOLA'])
+    call allow_options(reader, card)
     parabola = .false.
     call flag_option(reader, card, 'PARABOLA', parabola)
     do

@@ -37,9 +37,9 @@ contains
     logical :: found, ok(3)
     integer :: choice
 
-    call allow_options(reader, card, ['TYPE     ', 'AMPLITUDE', 'OP       ', 'SHRINK   '])
+    call allow_options(reader, card)
     choice = 1
-    call choice_option(reader, card, 'TYPE', ['CONTACT PAIR'], choice, ok(1))
+    call choice_option(reader, card, 'TYPE', choice, ok(1))
     call read_op(reader, card, step%replace_interferences)
     call amplitude_option(reader, card, amplitudes, read%amplitude)
     call flag_option(reader, card, 'SHRINK', read%shrinks)

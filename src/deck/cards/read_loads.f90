@@ -90,25 +90,27 @@ contains
   end subroutine close_step
 
   !> *BOUNDARY: set or node, first dof[, last dof[, value]], or set or node, XSYMM and its kin
-  subroutine read_boundary(reader, card, model, amplitudes, draft, replace)
+  subroutine read_boundary(reader, card, model, amplitudes, draft, replace, period)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
     type(amplitude_list_t), intent(in) :: amplitudes
     type(load_draft_t), intent(inout) :: draft
     logical, intent(inout) :: replace !! set by OP=NEW
+    real(wp), intent(in) :: period !! of the step [time]; 0: there is none, or it is not read yet
     type(fields_t) :: fields
     type(reference_t) :: reference
     type(nodal_value_t) :: value
     integer, allocatable :: nodes(:), turned(:)
     integer :: i, choice
-    logical :: found, ok, with(max_dof)
+    logical :: found, ok, with(max_dof), is_velocity
 
-    call allow_options(reader, card, [character(10) :: 'AMPLITUDE', 'TIME DELAY', 'OP', &
-      'TYPE', 'FIXED'])
+    call allow_options(reader, card)
     call flag_option(reader, card, 'FIXED', value%fixed)
     choice = 1
-    call choice_option(reader, card, 'TYPE', ['DISPLACEMENT'], choice, ok)
+    call choice_option(reader, card, 'TYPE', choice, ok)
+    is_velocity = choice == 2
+    if (is_velocity) call check_velocity(reader, card, period)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
     if (value%fixed .and. has_option(card, 'AMPLITUDE')) call report(reader, &
@@ -123,6 +125,7 @@ contains
       value%value = 0.0_wp
       if (.not. is_empty_field(fields, 4)) then
         call real_field(reader, fields, 4, 'the displacement', value%value, ok)
+        if (is_velocity) value%value = value%value*period
         if (value%fixed .and. abs(value%value) > 0.0_wp) then
           call note(reader, 'the values of *BOUNDARY, FIXED are ignored: displacements stay '// &
             'what they are')
@@ -153,6 +156,25 @@ contains
       end if
     end do lines
   end subroutine read_boundary
+
+  !> Report a TYPE=VELOCITY that is not velocity times period, a displacement at the end.
+  subroutine check_velocity(reader, card, period)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(in) :: period
+    character(*), parameter :: hint = 'write the displacements at the end of each step'
+
+    if (reader%n_steps > 1) then
+      call report(reader, option_position(card, 'TYPE'), 'TYPE=VELOCITY is of decks of one step', &
+        hint)
+    else if (has_option(card, 'AMPLITUDE') .or. has_option(card, 'FIXED')) then
+      call report(reader, option_position(card, 'TYPE'), &
+        'TYPE=VELOCITY goes with neither AMPLITUDE nor FIXED', hint)
+    else if (.not. period > 0.0_wp) then
+      call report(reader, option_position(card, 'TYPE'), &
+        'TYPE=VELOCITY belongs into a step, below its *STATIC', hint)
+    end if
+  end subroutine check_velocity
 
   !> Take the ROT NODEs of rigid bodies out of a list of nodes.
   pure subroutine split_rotations(model, nodes, turned)
@@ -306,16 +328,24 @@ contains
     type(nodal_value_t) :: value
     integer, allocatable :: nodes(:), turned(:)
     integer :: dof, most
-    logical :: found, ok(3)
+    logical :: found, ok(3), follows
 
-    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
+    call allow_options(reader, card)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
+    follows = .false.
+    call flag_option(reader, card, 'FOLLOWER', follows)
+    if (follows) call note(reader, 'FOLLOWER of *CLOAD is ignored: nodes of elements do not turn')
     do
       call next_data_line(reader, card, fields, found, 3, 'a set or node, dof, force')
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'a node or a set of nodes', reference, ok(1))
       if (ok(1)) call referenced_nodes(reader, model, reference, nodes)
+      if (follows .and. ok(1)) then
+        if (any(model%rotation_node(nodes) > 0)) call report(reader, option_position(card, &
+          'FOLLOWER'), 'FOLLOWER is not available for the reference node of a coupling or a '// &
+          'rigid body', '*DSLOAD presses on a surface and follows it')
+      end if
       ! What a force means stays on the deck's nodes: on more of them it would be more.
       if (ok(1)) nodes = given_nodes(model%mesh, nodes)
       most = 3
@@ -404,7 +434,7 @@ contains
     character(:), allocatable :: name, label
     logical :: found, ok(3)
 
-    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
+    call allow_options(reader, card)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, pressure%amplitude)
     do
@@ -441,7 +471,7 @@ contains
     logical :: ok
 
     choice = 1
-    call choice_option(reader, card, 'OP', ['MOD', 'NEW'], choice, ok)
+    call choice_option(reader, card, 'OP', choice, ok)
     if (choice == op_new) replace = .true.
   end subroutine read_op
 

@@ -27,6 +27,7 @@ module read_mesh_mod
 
   ! What a type of element is to us, beside the kinds of elements.
   integer, parameter :: unknown_type = 0, skipped_type = -1
+  integer, parameter :: of_coupling = -2 !! its node is the reference node of a coupling
   character(*), parameter :: no_inner_nodes = 'Mesh.SecondOrderIncomplete=1 leaves out nodes '// &
     'within faces and solids'
 
@@ -44,7 +45,7 @@ contains
     real(wp) :: x(3)
     logical :: found, ok(4), room
 
-    call allow_options(reader, card, ['NSET'])
+    call allow_options(reader, card)
     first = draft%n_nodes + 1
     before = reader%diagnostics%n_mistakes
     do
@@ -102,7 +103,7 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     integer :: first, first_skipped, kind, cell, before
 
-    call allow_options(reader, card, ['TYPE ', 'ELSET'])
+    call allow_options(reader, card)
     first = draft%n_elements + 1
     first_skipped = draft%n_skipped + 1
     before = reader%diagnostics%n_mistakes
@@ -114,6 +115,8 @@ contains
         draft%empty_card = .true.
         call note(reader, '*ELEMENT without data: its elements are taken to have been removed')
       end if
+    else if (kind == of_coupling) then
+      return ! *DISTRIBUTING COUPLING reads it
     else
       call skip_elements(reader, card, draft)
     end if
@@ -158,6 +161,8 @@ contains
     case ('C3D8R', 'C3D8H', 'C3D8RH')
       kind = kind_c3d8
       call note(reader, name//' elements are taken as C3D8: 8-node hexahedra with full integration')
+    case ('DCOUP3D')
+      kind = of_coupling
     case default
       if (is_skipped(name)) then
         kind = skipped_type

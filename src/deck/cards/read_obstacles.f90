@@ -51,16 +51,14 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['NAME    ', 'TYPE    ', 'REF NODE', 'INNER   ', &
-        'INPUT   '])
+      call allow_options(reader, card)
       call name_option(reader, card, 'NAME', .true., name, ok)
       call add_name(names, name, card%position)
       obstacles(names%n)%name = name
       call read_reference_node(reader, card, 'an obstacle', model, obstacles(names%n)%ref_node)
       call flag_option(reader, card, 'INNER', obstacles(names%n)%inner)
       kind = 0
-      call choice_option(reader, card, 'TYPE', ['PLANE   ', 'SPHERE  ', 'CYLINDER', &
-        'STL     '], kind, ok)
+      call choice_option(reader, card, 'TYPE', kind, ok)
       if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
         '*OBSTACLE needs TYPE=')
       if (kind == 0) cycle

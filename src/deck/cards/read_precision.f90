@@ -20,25 +20,22 @@ contains
   subroutine read_precision(reader, precision)
     type(reader_t), intent(inout) :: reader
     type(precision_controls_t), intent(out) :: precision
-    character(6), parameter :: formats(3) = ['DOUBLE', 'SINGLE', 'AUTO  ']
-    character(4), parameter :: places(3) = ['NO  ', 'YES ', 'AUTO']
     type(card_t) :: card
     integer :: choice
     logical :: found, ok
 
     call open_only_card(reader, 'PRECISION', card, found)
     if (.not. found) return
-    call allow_options(reader, card, ['FACTOR        ', 'COMPLIANCE    ', &
-      'BLOCK LOW RANK', 'OUT OF CORE   '])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
-    call choice_option(reader, card, 'FACTOR', formats, choice, ok)
+    call choice_option(reader, card, 'FACTOR', choice, ok)
     if (ok) precision%single_factor = choice == 2
     if (ok) precision%factor_is_given = choice < 3
-    call choice_option(reader, card, 'COMPLIANCE', formats(:2), choice, ok)
+    call choice_option(reader, card, 'COMPLIANCE', choice, ok)
     if (ok) precision%single_compliance = choice == 2
     call real_option(reader, card, 'BLOCK LOW RANK', 1.0_wp, precision%block_low_rank, &
       precision%low_rank_is_given)
-    call choice_option(reader, card, 'OUT OF CORE', places, choice, ok)
+    call choice_option(reader, card, 'OUT OF CORE', choice, ok)
     if (ok) precision%out_of_core = choice == 2
     if (ok) precision%core_is_given = choice < 3
   end subroutine read_precision

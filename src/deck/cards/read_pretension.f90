@@ -87,7 +87,7 @@ contains
         'element is not available: cut solid elements by SURFACE=')
       return
     end if
-    call allow_options(reader, card, ['SURFACE', 'NODE   '])
+    call allow_options(reader, card)
     call name_option(reader, card, 'SURFACE', .true., section%surface_name, ok)
     call next_data_line(reader, card, fields, found, 3, 'the normal of the section: x, y, z')
     if (found) then

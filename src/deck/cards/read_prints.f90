@@ -10,8 +10,8 @@ module read_prints_mod
   use diagnostics_mod, only: quoted
   use fields_mod, only: any_number, fields_t, is_empty_field, name_field, next_data_line
   use mesh_draft_mod, only: given_nodes
-  use options_mod, only: allow_options, card_t, choice_option, integer_option, name_option, &
-    open_card, option_position
+  use options_mod, only: allow_options, card_t, choice_option, has_option, integer_option, &
+    name_option, open_card, option_position
   use sets_mod, only: find_set, model_t, report_unknown, set_list_t
   use text_mod, only: to_text
   implicit none
@@ -74,11 +74,10 @@ contains
     integer :: choice
     logical :: ok
 
-    call allow_options(reader, card, ['NSET     ', 'FREQUENCY', 'TOTALS   '], &
-      [character(11) :: 'FREQUENCYF', 'GLOBAL', 'TIME POINTS', 'SUMMARY', 'OUTPUT'])
+    call allow_options(reader, card)
     call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
     choice = 1
-    call choice_option(reader, card, 'TOTALS', ['NO  ', 'YES ', 'ONLY'], choice, ok)
+    call choice_option(reader, card, 'TOTALS', choice, ok)
     print%totals = choice > 1
     print%each = choice /= totals_only
   end subroutine read_node_options
@@ -90,12 +89,10 @@ contains
     integer :: choice
     logical :: ok
 
-    call allow_options(reader, card, ['ELSET    ', 'FREQUENCY', 'POSITION '], &
-      [character(11) :: 'FREQUENCYF', 'GLOBAL', 'TIME POINTS', 'SUMMARY', 'OUTPUT', 'TOTALS'])
+    call allow_options(reader, card)
     call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
     choice = 1
-    call choice_option(reader, card, 'POSITION', ['INTEGRATION POINTS', 'CENTROIDAL        '], &
-      choice, ok)
+    call choice_option(reader, card, 'POSITION', choice, ok)
     print%at_gauss_points = choice == 1
   end subroutine read_element_options
 
@@ -108,9 +105,21 @@ contains
     type(print_t), intent(inout) :: print
     logical, intent(out) :: ok !! false: a mistake was reported, or there is nothing to write
     character(:), allocatable :: option
-    integer :: found
+    integer :: found, i
 
     option = trim(merge('ELSET', 'NSET ', print%of_elements))
+    if (.not. has_option(card, option)) then
+      print%set = 'ALL'
+      if (print%of_elements) then
+        print%members = [(i, i=1, model%mesh%n_elements)]
+      else
+        print%members = pack([(i, i=1, size(model%used))], model%used)
+        print%summed = print%members
+        print%members = given_nodes(model%mesh, print%members)
+      end if
+      ok = size(print%members) > 0
+      return
+    end if
     call name_option(reader, card, option, .true., print%set, ok)
     if (.not. ok) return
     found = find_set(sets, print%set)

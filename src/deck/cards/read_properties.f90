@@ -66,7 +66,7 @@ contains
       select case (reader%cards(k)%keyword)
       case ('MATERIAL')
         call open_card(reader, k, card)
-        call allow_options(reader, card, ['NAME'])
+        call allow_options(reader, card)
         call allow_no_data(reader, card)
         call name_option(reader, card, 'NAME', .true., name, ok)
         call add_name(names, name, card%position)
@@ -119,11 +119,11 @@ contains
 
     young = 0.0_wp
     poisson = 0.0_wp
-    call allow_options(reader, card, ['TYPE', 'LAW '])
+    call allow_options(reader, card)
     law = 1
-    call choice_option(reader, card, 'LAW', ['SVK      ', 'NEO HOOKE'], law, ok)
+    call choice_option(reader, card, 'LAW', law, ok)
     kind = 1
-    call choice_option(reader, card, 'TYPE', ['ISOTROPIC', 'ISO      '], kind, ok)
+    call choice_option(reader, card, 'TYPE', kind, ok)
     if (has_option(card, 'TYPE') .and. .not. ok) return ! its lines have other constants
     call next_data_line(reader, card, fields, found, 3, 'E and nu (and one temperature)')
     if (.not. found) then
@@ -163,7 +163,7 @@ contains
     logical :: is_named(size(hyperelastic_laws)), is_read
     integer :: i, n
 
-    call allow_options(reader, card, hyperelastic_laws%name)
+    call allow_options(reader, card)
     is_named = .false.
     do i = 1, size(hyperelastic_laws)
       call flag_option(reader, card, trim(hyperelastic_laws(i)%name), is_named(i))
@@ -210,7 +210,7 @@ contains
     integer :: n
     logical :: ok
 
-    call allow_options(reader, card, ['N'])
+    call allow_options(reader, card)
     n = 1
     call integer_option(reader, card, 'N', 1, huge(1), n, ok)
     if (n > 1) then
@@ -299,7 +299,7 @@ contains
     type(fields_t) :: fields
     logical :: found, ok
 
-    call allow_options(reader, card, [character(1) ::])
+    call allow_options(reader, card)
     call next_data_line(reader, card, fields, found, 2, 'the density (and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*DENSITY needs a data line')
@@ -323,9 +323,9 @@ contains
     integer :: kind
     logical :: found, ok
 
-    call allow_options(reader, card, ['TYPE'], ['ZERO'])
+    call allow_options(reader, card)
     kind = 1
-    call choice_option(reader, card, 'TYPE', ['ISO      ', 'ISOTROPIC'], kind, ok)
+    call choice_option(reader, card, 'TYPE', kind, ok)
     if (has_option(card, 'TYPE') .and. .not. ok) return ! its lines have other constants
     call next_data_line(reader, card, fields, found, 2, 'the coefficient of thermal expansion '// &
       '(and one temperature)')
@@ -388,7 +388,7 @@ contains
     real(wp) :: thickness
     logical :: ok, found
 
-    call allow_options(reader, card, ['ELSET   ', 'MATERIAL'], ['CONTROLS   ', 'ORIENTATION'])
+    call allow_options(reader, card)
     call next_data_line(reader, card, fields, found, 1, 'a thickness, which is ignored')
     if (found) then
       if (.not. is_empty_field(fields, 1)) then

@@ -35,7 +35,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'REFINE') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['NSET ', 'ELSET', 'TIMES'])
+      call allow_options(reader, card)
       refinement = refinement_t(position=card%position)
       call integer_option(reader, card, 'TIMES', 1, most_times, refinement%times, ok)
       if (has_option(card, 'NSET') .and. has_option(card, 'ELSET')) then

@@ -93,11 +93,10 @@ contains
     integer :: i
     logical :: ok, any_set
 
-    call allow_options(reader, card, [character(len(analytical)) :: options, 'REF NODE', &
-      'ROT NODE', analytical], ['ISOTHERMAL'])
     if (has_option(card, analytical)) call report(reader, option_position(card, analytical), &
       "unknown parameter 'ANALYTICALSURFACE' of *RIGID BODY", '*OBSTACLE, NAME=, TYPE=PLANE, '// &
       'SPHERE or CYLINDER, REF NODE= is a rigid surface that moves with a node')
+    if (.not. has_option(card, analytical)) call allow_options(reader, card)
     call allow_no_data(reader, card)
     any_set = .false.
     do i = 1, size(options)

@@ -98,13 +98,9 @@ contains
       if (k > reader%n_cards) exit
       if (reader%cards(k)%keyword /= keyword) cycle
       call open_card(reader, k, card)
-      if (sets%kind == set_of_nodes) then
-        call allow_options(reader, card, ['NSET    ', 'GENERATE', 'ELSET   '], &
-          ['UNSORTED ', 'INTERNAL ', 'FREQUENCY'])
-      else
-        call allow_options(reader, card, ['ELSET   ', 'GENERATE'], ['UNSORTED ', 'INTERNAL ', &
-          'FREQUENCY'])
-      end if
+      call allow_options(reader, card)
+      if (has_option(card, 'INSTANCE')) call report(reader, option_position(card, 'INSTANCE'), &
+        'INSTANCE= belongs between *ASSEMBLY and *END ASSEMBLY')
       call name_option(reader, card, keyword, .true., name, ok)
       if (.not. ok) cycle
       if (index(name, of_gmsh) == 1) then

@@ -8,7 +8,7 @@ module read_source_mod
   use deck_source_mod, only: add_file_name, add_line, max_deck_length, reserve_text, source_t
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, quoted, &
     wants_more
-  use keywords_mod, only: without_tabs
+  use deck_table_mod, only: without_tabs
   use text_mod, only: string_t, to_text, upper
   use whole_file_mod, only: read_whole_file
   implicit none

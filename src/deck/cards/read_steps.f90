@@ -89,14 +89,15 @@ contains
         static_of = s
         call read_static(reader, card, steps(s))
       case ('END STEP')
-        call allow_options(reader, card, [character(1) ::])
+        call allow_options(reader, card)
         call allow_no_data(reader, card)
       case ('BOUNDARY')
         if (s == 0) then
           forget = .false.
-          call read_boundary(reader, card, model, amplitudes, draft, forget)
+          call read_boundary(reader, card, model, amplitudes, draft, forget, 0.0_wp)
         else
-          call read_boundary(reader, card, model, amplitudes, draft, steps(s)%replace_boundary)
+          call read_boundary(reader, card, model, amplitudes, draft, steps(s)%replace_boundary, &
+            merge(steps(s)%period, 0.0_wp, static_of == s))
           if (steps(s)%replace_boundary .and. renewed(s) == 0) renewed(s) = card%position
         end if
       case ('CLOAD')
@@ -229,7 +230,7 @@ contains
       if (reader%cards(k)%keyword /= 'BOUNDARY' .or. reader%cards(k)%step /= 1) cycle
       call open_card(reader, k, card)
       choice = 1
-      call choice_option(reader, card, 'OP', ['MOD', 'NEW'], choice, ok)
+      call choice_option(reader, card, 'OP', choice, ok)
       forget = forget .or. choice == 2
     end do
   end subroutine forget_initial
@@ -245,8 +246,7 @@ contains
     integer :: choice
     logical :: ok, nonlinear, perturbation, is_auto
 
-    call allow_options(reader, card, ['NLGEOM      ', 'PERTURBATION', 'AMPLITUDE   '], &
-      ['INC          ', 'NAME         ', 'UNSYMM       ', 'EXTRAPOLATION', 'CONVERT SDI  '])
+    call allow_options(reader, card)
     nonlinear = .true.
     call flag_option(reader, card, 'NLGEOM', nonlinear, 'AUTO', is_auto)
     reader%keeps_small_strain = reader%nlgeom == 'NO' .or. (reader%nlgeom == '' .and. &
@@ -277,7 +277,7 @@ contains
     if (perturbation) call report(reader, option_position(card, 'PERTURBATION'), &
       'PERTURBATION steps are not available')
     choice = 1
-    call choice_option(reader, card, 'AMPLITUDE', ['RAMP', 'STEP'], choice, ok)
+    call choice_option(reader, card, 'AMPLITUDE', choice, ok)
     if (choice == 2) call report(reader, option_position(card, 'AMPLITUDE'), &
       'loads ramp over a step; for anything else use *AMPLITUDE')
   end subroutine read_step_options
@@ -293,8 +293,7 @@ contains
     logical :: found, ok(2)
 
     ! Equilibrium takes no artificial damping, which is what STABILIZE and those beside it are of.
-    call allow_options(reader, card, ['DIRECT'], [character(9) :: 'SOLVER', 'STABILIZE', &
-      'FACTOR', 'ALLSDTOL', 'CONTINUE'])
+    call allow_options(reader, card)
     call flag_option(reader, card, 'DIRECT', step%direct)
     call next_data_line(reader, card, fields, found, 4, &
       'an increment, a period (and a smallest and a largest increment, which are ignored)')

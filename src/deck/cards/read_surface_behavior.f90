@@ -44,7 +44,7 @@ contains
       else if (reader%cards(k)%keyword == 'SURFACE BEHAVIOR' .and. is_below) then
         call open_card(reader, k, card)
         law = hard
-        call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', laws, law, ok)
+        call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', law, ok)
         is_tied = law == tied
       end if
     end do
@@ -64,7 +64,7 @@ contains
       if (k > 1) is_change = reader%cards(k - 1)%keyword == 'CHANGE SURFACE BEHAVIOR'
       call open_card(reader, k, card)
       law = hard
-      call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', laws, law, ok)
+      call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', law, ok)
       if (law == tied .and. is_change) call report(reader, option_position(card, &
         'PRESSURE-OVERCLOSURE'), 'surfaces are tied from the beginning, or not at all')
       if (law == tied) cycle
@@ -91,7 +91,7 @@ contains
     integer :: i
 
     call open_card(reader, k, card)
-    call allow_options(reader, card, ['INTERACTION'])
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
     call name_option(reader, card, 'INTERACTION', .true., name, ok)
     is_there = .false.

@@ -12,13 +12,15 @@ module read_surfaces_mod
   use block_mesh_mod, only: block_face, face_zmax
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use fields_mod, only: field_position, field_text, fields_t, is_empty_field, &
-    next_data_line, real_field, reference_field, reference_t
+  use fields_mod, only: any_number, field_position, field_text, fields_t, is_empty_field, &
+    name_field, next_data_line, real_field, reference_field, reference_t
   use growing_lists_mod, only: append
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_id, make_name_lookup
+  use matching_faces_mod, only: outer_faces
   use mesh_draft_mod, only: block_t, face_of_label, mesh_draft_t, refined_faces, solids, with_outer
-  use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
+  use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
+    open_card
   use read_block_mod, only: side_name
   use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
   use sorting_mod, only: sort_unique
@@ -74,8 +76,7 @@ contains
       position(surfaces%n) = card%position
       before = reader%diagnostics%n_mistakes
       flawed = .false.
-      call read_surface(reader, model, card, surfaces%list(surfaces%n), work, flawed, &
-        surfaces%of_nodes(surfaces%n), surfaces%sides(surfaces%n))
+      call read_surface(reader, model, card, surfaces, work, flawed)
       surfaces%flawed(surfaces%n) = flawed .or. reader%diagnostics%n_mistakes > before
     end do
     surfaces%n_named = surfaces%n
@@ -102,30 +103,97 @@ contains
     call find_nodes(mesh, surface)
   end subroutine fill_block_side
 
-  !> *SURFACE, NAME=name[, TYPE=ELEMENT|NODE]
-  subroutine read_surface(reader, model, card, surface, work, flawed, nodes, sides)
+  !> *SURFACE, NAME=name[, TYPE=ELEMENT|NODE][, COMBINE=UNION]: the last of the list.
+  subroutine read_surface(reader, model, card, surfaces, work, flawed)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
-    type(surface_t), intent(inout) :: surface
+    type(surface_list_t), intent(inout) :: surfaces
     integer(i8), intent(inout) :: work !! faces and nodes named so far
     logical, intent(inout) :: flawed   !! set where it names a set that is flawed
-    logical, intent(out) :: nodes      !! it is made of nodes
-    type(sides_t), intent(inout) :: sides !! of facets
     integer :: kind
     logical :: ok
 
-    call allow_options(reader, card, ['NAME', 'TYPE'], ['INTERNAL'])
+    call allow_options(reader, card)
     kind = of_elements
-    call choice_option(reader, card, 'TYPE', ['ELEMENT', 'NODE   '], kind, ok)
-    nodes = kind == of_nodes
-    if (nodes) then
-      call read_node_surface(reader, model, card, surface, work, flawed)
-    else
-      call read_face_surface(reader, model, card, surface, work, flawed, sides)
-    end if
+    call choice_option(reader, card, 'TYPE', kind, ok)
+    associate (surface => surfaces%list(surfaces%n), nodes => surfaces%of_nodes(surfaces%n))
+      nodes = kind == of_nodes .and. .not. has_option(card, 'COMBINE')
+      if (has_option(card, 'COMBINE')) then
+        call choice_option(reader, card, 'COMBINE', kind, ok)
+        if (ok) call join_surfaces(reader, model, card, surfaces, work, flawed)
+      else if (nodes) then
+        call read_node_surface(reader, model, card, surface, work, flawed)
+      else
+        call read_face_surface(reader, model, card, surface, work, flawed, &
+          surfaces%sides(surfaces%n))
+      end if
+    end associate
     if (work > max_work) call report(reader, card%position, 'the surfaces have too many faces')
   end subroutine read_surface
+
+  !> COMBINE=UNION: the faces of the surfaces that are named, which stand above.
+  subroutine join_surfaces(reader, model, card, surfaces, work, flawed)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(card_t), intent(in) :: card
+    type(surface_list_t), intent(inout) :: surfaces
+    integer(i8), intent(inout) :: work
+    logical, intent(inout) :: flawed
+    type(fields_t) :: fields
+    character(:), allocatable :: name
+    integer, allocatable :: keys(:)
+    integer :: i, k, n
+    logical :: found, ok
+
+    allocate (keys(0))
+    n = 0
+    do
+      call next_data_line(reader, card, fields, found, any_number, 'surfaces')
+      if (.not. found) exit
+      do i = 1, fields%n
+        if (is_empty_field(fields, i)) cycle
+        call name_field(reader, fields, i, 'a surface', name, ok)
+        if (.not. ok) return
+        do k = surfaces%n - 1, 1, -1
+          if (surfaces%names(k)%text == name) exit
+        end do
+        if (k == 0) then
+          call report(reader, field_position(reader, fields, i), 'surface '//quoted(name)// &
+            ' is not defined above')
+        else if (surfaces%of_nodes(k) .or. allocated(surfaces%sides(k)%facet)) then
+          call report(reader, field_position(reader, fields, i), 'surface '//quoted(name)// &
+            ' is not of faces of solid elements: only these are joined')
+        else
+          flawed = flawed .or. surfaces%flawed(k)
+          associate (faces => surfaces%list(k)%faces)
+            work = work + size(faces, 2)
+            if (work > max_work) return
+            call append(keys, n, 6*(faces(1, :) - 1) + faces(2, :))
+          end associate
+        end if
+      end do
+    end do
+    call set_faces(model, keys(:n), surfaces%list(surfaces%n))
+  end subroutine join_surfaces
+
+  !> Make a surface of faces, given as one number each.
+  subroutine set_faces(model, keys, surface)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: keys(:) !! 6 (element - 1) + face, in any order
+    type(surface_t), intent(inout) :: surface
+    integer, allocatable :: sorted(:)
+    integer :: i
+
+    sorted = keys
+    call sort_unique(sorted)
+    deallocate (surface%faces)
+    allocate (surface%faces(2, size(sorted)))
+    do i = 1, size(sorted)
+      surface%faces(:, i) = [(sorted(i) - 1)/6 + 1, mod(sorted(i) - 1, 6) + 1]
+    end do
+    call find_nodes(model%mesh, surface)
+  end subroutine set_faces
 
   !> Lines `element or set, S1..S6`, or `SPOS|SNEG` where they are facets.
   subroutine read_face_surface(reader, model, card, surface, work, flawed, sides)
@@ -138,7 +206,8 @@ contains
     type(sides_t), intent(inout) :: sides
     type(fields_t) :: fields
     type(reference_t) :: reference
-    integer, allocatable :: keys(:), elements(:), facets(:)
+    integer, allocatable :: keys(:), elements(:), facets(:), labels(:)
+    logical, allocatable :: is_outer(:, :)
     integer :: face, i, n, n_facets
     logical :: found, ok
 
@@ -150,6 +219,20 @@ contains
         'an element or a set of elements, and one of S1..S6, SPOS, SNEG')
       if (.not. found) exit
       call reference_field(reader, fields, 1, 'an element or a set of elements', reference, ok)
+      if (is_empty_field(fields, 2)) then
+        if (.not. ok) cycle
+        call referenced_elements(reader, model, reference, elements, flawed)
+        if (.not. allocated(is_outer)) is_outer = outer_faces(model%mesh)
+        labels = [(face, face=1, 6)]
+        ! Not those across the thickness of a plane.
+        if (model%mesh%plane /= solids) labels = [(face_of_label(model%mesh, face), face=1, 4)]
+        do i = 1, size(elements)
+          call append(keys, n, pack(6*(elements(i) - 1) + labels, is_outer(labels, elements(i))))
+        end do
+        work = work + size(elements)
+        if (work > max_work) return
+        cycle
+      end if
       call read_face(reader, fields, model%mesh%plane /= solids, face)
       if (face > 0 .and. face < spos) face = face_of_label(model%mesh, face)
       if (.not. ok) cycle
@@ -178,14 +261,7 @@ contains
       sides%facet(1, :) = (facets - 1)/2 + 1
       sides%facet(2, :) = mod(facets - 1, 2) + 1
     end if
-    keys = keys(:n)
-    call sort_unique(keys)
-    deallocate (surface%faces)
-    allocate (surface%faces(2, size(keys)))
-    do i = 1, size(keys)
-      surface%faces(:, i) = [(keys(i) - 1)/6 + 1, mod(keys(i) - 1, 6) + 1]
-    end do
-    call find_nodes(model%mesh, surface)
+    call set_faces(model, keys(:n), surface)
   end subroutine read_face_surface
 
   !> The facets that a reference means, as one number a side.

@@ -55,7 +55,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'INITIAL CONDITIONS') cycle
       call open_card(reader, k, card)
-      call allow_options(reader, card, ['TYPE'])
+      call allow_options(reader, card)
       call name_option(reader, card, 'TYPE', .false., kind, ok)
       if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
         '*INITIAL CONDITIONS needs TYPE=TEMPERATURE')
@@ -119,7 +119,7 @@ contains
     integer :: amplitude, i
     logical :: found
 
-    call allow_options(reader, card, ['AMPLITUDE ', 'TIME DELAY', 'OP        '])
+    call allow_options(reader, card)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, amplitude)
     do

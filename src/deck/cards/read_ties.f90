@@ -48,9 +48,14 @@ contains
         call open_card(reader, k, card)
         call name_option(reader, card, 'INTERACTION', .true., name, ok)
         if (.not. ok) cycle
-        if (.not. is_tied(reader, name)) cycle
-        call note(reader, 'surfaces that *SURFACE BEHAVIOR ties are taken as those of a *TIE: '// &
-          'its stiffness and *FRICTION are ignored')
+        if (has_option(card, 'TIED')) then
+          call note(reader, 'a *CONTACT PAIR that is TIED is taken as a *TIE: *FRICTION is ignored')
+        else if (is_tied(reader, name)) then
+          call note(reader, 'surfaces that *SURFACE BEHAVIOR ties are taken as those of a '// &
+            '*TIE: its stiffness and *FRICTION are ignored')
+        else
+          cycle
+        end if
         tie%name = ''
         call read_tied_pairs(reader, model, surfaces, obstacles, card, tie, ties)
       end if
@@ -65,18 +70,16 @@ contains
     type(name_table_t), intent(in) :: obstacles
     type(card_t), intent(inout) :: card
     type(tie_t), allocatable, intent(inout) :: ties(:)
-    character(3), parameter :: answers(2) = ['YES', 'NO ']
     type(tie_t) :: tie
     integer :: choice
     logical :: ok
 
-    call allow_options(reader, card, ['NAME              ', 'POSITION TOLERANCE', &
-      'ADJUST            '], ['TYPE       ', 'NO ROTATION'])
+    call allow_options(reader, card)
     if (has_option(card, 'CYCLIC SYMMETRY')) return ! its surfaces do not lie on each other
     call name_option(reader, card, 'NAME', .false., tie%name, ok)
     call real_option(reader, card, 'POSITION TOLERANCE', huge(1.0_wp), tie%tolerance, ok)
     choice = 1
-    call choice_option(reader, card, 'ADJUST', answers, choice, ok)
+    call choice_option(reader, card, 'ADJUST', choice, ok)
     tie%adjust = choice == 1
     call read_tied_pairs(reader, model, surfaces, obstacles, card, tie, ties)
   end subroutine read_tie

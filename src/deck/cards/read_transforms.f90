@@ -75,10 +75,10 @@ contains
     integer :: choice, found
     logical :: ok
 
-    call allow_options(reader, card, ['NSET', 'TYPE'])
+    call allow_options(reader, card)
     transform%position = card%position
     choice = 1
-    call choice_option(reader, card, 'TYPE', ['R', 'C'], choice, ok)
+    call choice_option(reader, card, 'TYPE', choice, ok)
     transform%cylindrical = choice == 2
     allocate (nodes(0))
     call name_option(reader, card, 'NSET', .true., name, ok)

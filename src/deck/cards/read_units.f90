@@ -33,7 +33,7 @@ contains
     units = ''
     call open_only_card(reader, 'UNITS', card, found)
     if (.not. found) return
-    call allow_options(reader, card, [character(1) ::])
+    call allow_options(reader, card)
     call next_data_line(reader, card, fields, found, 2, form)
     if (.not. found) then
       call report(reader, card%position, '*UNITS needs a data line: '//form)

@@ -9,7 +9,7 @@ module solver_options_mod
     formulation_pseudopotential, linear_auto, linear_direct, linear_gmres, local_exact, &
     local_newton, local_newton6, local_uzawa, solver_auto, solver_global_newton, solver_sweeps, &
     stop_at_change, stop_at_residual
-  use keywords_mod, only: same_word
+  use deck_table_mod, only: same_word
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_integer, take_positive
   use text_mod, only: as_list, one_of, string_t

@@ -7,8 +7,8 @@
 module cards_mod
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
-  use keywords_mod, only: find_keyword, in_model, in_step, is_ignored, is_missing, is_outside, &
-    keyword_names, keyword_t, max_keyword, same_word
+  use deck_table_mod, only: find_rule, in_model, in_step, is_ignored, is_missing, is_outside, &
+    item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, split_items
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
   implicit none
@@ -19,12 +19,6 @@ module cards_mod
   public :: is_data_line
 
   character, parameter :: tab = achar(9)
-
-  !> Options without a value.
-  character(*), parameter :: flags(*) = [character(13) :: 'GENERATE', 'DIRECT', 'NLGEOM', &
-    'UNSORTED', 'INTERNAL', 'INNER', 'SMALL SLIDING', 'PERTURBATION', 'NO THICKNESS', 'LAGRANGE', &
-    'PARABOLA', 'NO SEPARATION', 'NEO HOOKE', 'MOONEY-RIVLIN', &
-    'YEOH', 'ANDERSON', 'FIXED', 'SHRINK', 'ADD', 'REMOVE']
 
   integer, parameter :: blank_line = 0, keyword_line = 1, data_line = 2
 
@@ -149,7 +143,7 @@ contains
 
     subroutine open_keyword(line)
       integer, intent(in) :: line
-      type(keyword_t) :: keyword
+      type(rule_t) :: keyword
       integer :: star, first, last
       logical :: found
 
@@ -159,29 +153,45 @@ contains
       first = star + 1
       last = pieces%last(1)
       card = card_place_t(header=line, first=line + 1)
-      call find_keyword(reader%source%text(first:last), keyword, found)
+      call find_rule(reader%source%text(first:last), keyword, found)
       if (.not. found) then
         associate (word => reader%source%text(star:last))
           call report(reader, star, 'unknown keyword '//quoted(word), guess(word, keyword_names()))
         end associate
+      else if (keyword%name == 'DYNAMIC' .and. says_quasi_static()) then
+        call note(reader, '*DYNAMIC, APPLICATION=QUASI-STATIC is read as *STATIC: inertia is '// &
+          'left out')
+        call enter(rule_of('STATIC'), star, line)
       else if (keyword%reading == is_missing) then
         call refuse(keyword, star, '*'//trim(keyword%name)//' is not available in this version', &
-          remedy(keyword%name))
+          trim(keyword%remark))
       else if (keyword%reading == is_outside) then
         reader%other_field = .true.
         call refuse(keyword, star, '*'//trim(keyword%name)// &
-          ': bipot solves static frictional contact of elastic solids')
+          ': bipot solves static frictional contact of elastic solids', trim(keyword%remark))
       else if (keyword%reading == is_ignored) then
-        call note(reader, '*'//trim(keyword%name)//' is ignored'//why_ignored(keyword%name))
+        call note(reader, '*'//trim(keyword%name)//' is ignored'//why(keyword%remark))
       else
         call enter(keyword, star, line)
       end if
     end subroutine open_keyword
 
+    !> Whether an option of the keyword line says APPLICATION=QUASI-STATIC.
+    pure logical function says_quasi_static() result(says)
+      integer :: i
+
+      says = .false.
+      do i = 2, pieces%n
+        associate (option => reader%source%text(pieces%first(i):pieces%last(i)))
+          says = says .or. same_word(option, 'APPLICATION=QUASI-STATIC')
+        end associate
+      end do
+    end function says_quasi_static
+
     !> Report a keyword that is not read, where it stands first. Readers of other cards see that it
     !> was there, and report nothing that only follows from it.
     subroutine refuse(keyword, star, message, hint)
-      type(keyword_t), intent(in) :: keyword
+      type(rule_t), intent(in) :: keyword
       integer, intent(in) :: star
       character(*), intent(in) :: message
       character(*), intent(in), optional :: hint
@@ -200,7 +210,7 @@ contains
 
     !> Check that the keyword may stand here, and keep track of the steps.
     subroutine enter(keyword, star, line)
-      type(keyword_t), intent(in) :: keyword
+      type(rule_t), intent(in) :: keyword
       integer, intent(in) :: star, line
 
       card%keyword = keyword%name
@@ -221,6 +231,12 @@ contains
         card%keyword = ''
       else if (keyword%name == 'BOUNDARY' .and. step > 0 .and. open_step == 0) then
         call report(reader, star, '*BOUNDARY belongs before the first *STEP or in a step')
+        card%keyword = ''
+      else if (keyword%name == 'CONTACT PAIR' .and. (step > 1 .or. (step == 1 .and. &
+        open_step == 0))) then
+        call report(reader, star, '*CONTACT PAIR belongs before the first *STEP or into it', &
+          'define it there; *MODEL CHANGE, TYPE=CONTACT PAIR with REMOVE takes it out of the '// &
+          'first step, and with ADD puts it into a later one')
         card%keyword = ''
       else if (keyword%name == 'END STEP') then
         open_step = 0
@@ -257,36 +273,14 @@ contains
 
   end subroutine find_cards
 
-  !> Why a keyword changes nothing, where that needs to be said; may be empty.
-  pure function why_ignored(keyword) result(why)
-    character(*), intent(in) :: keyword
-    character(:), allocatable :: why
+  !> Behind a note, the reason; may be empty.
+  pure function why(remark) result(text)
+    character(*), intent(in) :: remark
+    character(:), allocatable :: text
 
-    why = ''
-    if (keyword == 'ORIENTATION') why = ': materials are isotropic, and stresses are written '// &
-      'in x, y, z'
-  end function why_ignored
-
-  !> What to write in place of a keyword that is not available; may be empty.
-  pure function remedy(keyword) result(hint)
-    character(*), intent(in) :: keyword
-    character(:), allocatable :: hint
-
-    select case (keyword)
-    case ('DISTRIBUTING COUPLING')
-      hint = '*COUPLING with *DISTRIBUTING joins a reference node to a surface'
-    case ('SYSTEM')
-      hint = 'the lines of *INSTANCE move and turn a part'
-    case ('NO ANALYSIS')
-      hint = 'bipot DECK --plan reads a deck and computes nothing'
-    case ('REFINE MESH')
-      hint = '*REFINE and --refine cut elements'
-    case ('MPC')
-      hint = '*EQUATION, *COUPLING with *KINEMATIC or *DISTRIBUTING, and *TIE join nodes'
-    case default
-      hint = ''
-    end select
-  end function remedy
+    text = trim(remark)
+    if (text /= '') text = ': '//text
+  end function why
 
   !> What a file is whose first line begins like this, where it is no deck; may be empty.
   pure function other_format(line) result(hint)
@@ -325,16 +319,24 @@ contains
         if (kind_of_line(source, line) == data_line) exit
       end do
       call split_line(source, line, pieces)
-      if (.not. is_option(source%text(pieces%first(1):pieces%last(1)))) return
+      if (.not. is_option(card%keyword, source%text(pieces%first(1):pieces%last(1)))) return
       card%first = line + 1
     end do
   end subroutine skip_continuation
 
-  pure logical function is_option(text) result(is)
-    character(*), intent(in) :: text
+  !> Whether a word below a keyword line that ends with a comma is an option of the keyword.
+  pure logical function is_option(keyword, text) result(is)
+    character(*), intent(in) :: keyword, text
+    type(rule_t) :: rule
+    type(item_t), allocatable :: items(:)
     integer :: i
 
-    is = index(text, '=') > 0 .or. any([(same_word(text, flags(i)), i=1, size(flags))])
+    is = index(text, '=') > 0
+    if (is) return
+    rule = rule_of(keyword)
+    call split_items(trim(rule%options)//merge(',', ' ', rule%options /= '' .and. &
+      rule%ignored /= '')//rule%ignored, items)
+    is = any([(same_word(text, items(i)%name) .and. items(i)%may_stand_alone, i=1, size(items))])
   end function is_option
 
   !> Put the parameters of all *PARAMETER cards into the table, in the order of the deck.

@@ -3,11 +3,12 @@ module options_mod
   use cards_mod, only: card_place_t, is_data_line, keep_reading, note, pieces_t, reader_t, report, &
     report_in_field, split_line
   use diagnostics_mod, only: guess, quoted
-  use keywords_mod, only: same_word, squeeze
+  use deck_table_mod, only: item_t, rule_of, rule_t, same_word, split_at, split_items, &
+    squeeze
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_integer, read_real, take_positive
   use substitution_mod, only: substitute
-  use text_mod, only: as_list, one_of, to_text, upper
+  use text_mod, only: one_of, string_t, to_text, upper
   implicit none
   private
 
@@ -99,7 +100,9 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(inout) :: card
     integer, intent(in) :: first, last
+    character(*), parameter :: frequency = 'FREQUENCY'
     type(option_t) :: option
+    type(rule_t) :: rule
     character(:), allocatable :: problem
     integer :: equal, start, at, i
 
@@ -132,6 +135,10 @@ contains
         option%value = unquote(reader%source%text(start:last))
       end if
     end if
+    ! FREQUENCY may be shortened, as by Abaqus/CAE.
+    rule = rule_of(card%keyword)
+    if (len(option%name) == 4 .and. index(frequency, option%name) == 1 .and. &
+      index(rule%options, frequency) > 0) option%name = frequency
     do i = 1, card%n_options
       if (card%options(i)%name /= option%name) cycle
       call report(reader, first, 'duplicate parameter '//quoted(option%name))
@@ -145,30 +152,53 @@ contains
     card%options(card%n_options) = option
   end subroutine add_option
 
-  !> Report the options that are not in `allowed`; note those in `ignored`.
-  subroutine allow_options(reader, card, allowed, ignored)
+  !> Report the options that the table of the deck does not give to the card's keyword; note those
+  !> that it ignores.
+  subroutine allow_options(reader, card)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    character(*), intent(in) :: allowed(:)            !! upper case
-    character(*), intent(in), optional :: ignored(:)
+    type(rule_t) :: rule
+    type(item_t), allocatable :: allowed(:), ignored(:)
+    type(string_t), allocatable :: names(:)
     integer :: i, j
 
+    rule = rule_of(card%keyword)
+    call split_items(rule%options, allowed)
+    call split_items(rule%ignored, ignored)
     options: do i = 1, card%n_options
       do j = 1, size(allowed)
-        if (same_word(card%options(i)%name, allowed(j))) cycle options
+        if (same_word(card%options(i)%name, allowed(j)%name)) cycle options
       end do
-      if (present(ignored)) then
-        do j = 1, size(ignored)
-          if (.not. same_word(card%options(i)%name, ignored(j))) cycle
-          call note(reader, trim(ignored(j))//' of *'//card%keyword//' is ignored')
-          cycle options
-        end do
-      end if
+      do j = 1, size(ignored)
+        if (.not. same_word(card%options(i)%name, ignored(j)%name)) cycle
+        call note(reader, ignored(j)%name//' of *'//card%keyword//' is ignored')
+        cycle options
+      end do
+      if (allocated(names)) deallocate (names)
+      allocate (names(size(allowed)))
+      do j = 1, size(allowed)
+        names(j)%text = allowed(j)%name
+      end do
       call report_in_field(reader, card%options(i)%position, 'unknown parameter '// &
-        quoted(card%options(i)%name)//' of *'//card%keyword, &
-        guess(card%options(i)%name, as_list(allowed)))
+        quoted(card%options(i)%name)//' of *'//card%keyword, guess(card%options(i)%name, names))
     end do options
   end subroutine allow_options
+
+  !> The words that an option takes, by the table of the deck.
+  pure subroutine find_words(keyword, name, words)
+    character(*), intent(in) :: keyword, name
+    type(string_t), allocatable, intent(out) :: words(:)
+    type(rule_t) :: rule
+    type(item_t), allocatable :: items(:)
+    integer :: i
+
+    rule = rule_of(keyword)
+    call split_items(rule%options, items)
+    do i = 1, size(items)
+      if (items(i)%name == name) exit
+    end do
+    call split_at(items(i)%value, '|', words)
+  end subroutine find_words
 
   pure integer function find_option(card, name) result(found)
     type(card_t), intent(in) :: card
@@ -345,27 +375,28 @@ contains
       ' must be a number, not '//quoted(card%options(i)%value))
   end subroutine signed_option
 
-  !> One of several words; `choice` is its index.
-  subroutine choice_option(reader, card, name, words, choice, ok)
+  !> One of the words that the table of the deck gives the option; `choice` is its place there.
+  subroutine choice_option(reader, card, name, choice, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     character(*), intent(in) :: name
-    character(*), intent(in) :: words(:)  !! upper case
     integer, intent(inout) :: choice      !! unchanged when the option is absent or wrong
     logical, intent(out) :: ok            !! false: absent, or a mistake was reported
+    type(string_t), allocatable :: words(:)
     integer :: i, j
 
     call value_option(reader, card, name, .false., i)
     ok = .false.
     if (i == 0) return
+    call find_words(card%keyword, name, words)
     do j = 1, size(words)
-      if (.not. same_word(card%options(i)%value, words(j))) cycle
+      if (.not. same_word(card%options(i)%value, words(j)%text)) cycle
       choice = j
       ok = .true.
       return
     end do
     call report(reader, card%options(i)%value_position, name//' must be '//one_of(words)// &
-      ', not '//quoted(card%options(i)%value), guess(upper(card%options(i)%value), as_list(words)))
+      ', not '//quoted(card%options(i)%value), guess(upper(card%options(i)%value), words))
   end subroutine choice_option
 
   !> Report data lines below a keyword that takes none.

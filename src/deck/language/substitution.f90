@@ -10,7 +10,7 @@
 module substitution_mod
   use diagnostics_mod, only: quoted
   use expressions_mod, only: evaluate, is_function
-  use keywords_mod, only: without_tabs
+  use deck_table_mod, only: without_tabs
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, number_text, read_real
   use parameters_mod, only: add_parameter, find_override, find_parameter, is_name_part, &
