@@ -128,6 +128,7 @@ contains
       if (id == 0) return
       call note(reader, '*DISTRIBUTING COUPLING weighs nodes by the areas of their faces: its '// &
         'weights are ignored')
+    case default ! each line of an *MPC names its reference node
     end select
     set = 1
     if (card%keyword == 'MPC') set = 2

@@ -96,7 +96,7 @@ contains
     if (has_option(card, analytical)) call report(reader, option_position(card, analytical), &
       "unknown parameter 'ANALYTICALSURFACE' of *RIGID BODY", '*OBSTACLE, NAME=, TYPE=PLANE, '// &
       'SPHERE or CYLINDER, REF NODE= is a rigid surface that moves with a node')
-    if (.not. has_option(card, analytical)) call allow_options(reader, card)
+    call allow_options(reader, card, taken=analytical)
     call allow_no_data(reader, card)
     any_set = .false.
     do i = 1, size(options)

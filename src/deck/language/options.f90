@@ -154,9 +154,10 @@ contains
 
   !> Report the options that the table of the deck does not give to the card's keyword; note those
   !> that it ignores.
-  subroutine allow_options(reader, card)
+  subroutine allow_options(reader, card, taken)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    character(*), intent(in), optional :: taken !! an option of which the caller says more
     type(rule_t) :: rule
     type(item_t), allocatable :: allowed(:), ignored(:)
     type(string_t), allocatable :: names(:)
@@ -166,6 +167,9 @@ contains
     call split_items(rule%options, allowed)
     call split_items(rule%ignored, ignored)
     options: do i = 1, card%n_options
+      if (present(taken)) then
+        if (same_word(card%options(i)%name, taken)) cycle options
+      end if
       do j = 1, size(allowed)
         if (same_word(card%options(i)%name, allowed(j)%name)) cycle options
       end do
