@@ -30,7 +30,7 @@ module load_step_error_mod
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: relative_motion
   use step_solver_mod, only: step_solver_t
-  use kinks_mod, only: has_too_many
+  use kinks_mod, only: has_too_many, most_touches
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
@@ -91,7 +91,11 @@ contains
     logical :: ok, is_doubtful, in_halves, is_split
 
     report%errors%load_steps = 0.0_wp
-    if (forgets_path(scene, points, solver)) return
+    if (forgets_path(scene, points, solver)) then
+      ! There is no other path to this place; a *STEP that remembers its own begins here.
+      call begin_again()
+      return
+    end if
     report%errors%load_steps = -1.0_wp
     in_halves = minval(scene%steps%n_increments) < few
     coarse%n_behind = coarse%n_behind + 1
@@ -100,9 +104,7 @@ contains
     n_run = coarse%n_behind
     coarse%n_behind = 0
     if (has_too_many(solver%response%loads%kinks, scene%steps(new%step))) then
-      coarse%state = new
-      coarse%energy = report%energy
-      coarse%most_strained = report%energy%strain
+      call begin_again()
       return
     end if
     left_beside = 0.0_wp
@@ -139,6 +141,13 @@ contains
     if (is_doubtful) call look_closer()
 
   contains
+
+    !> Take the run beside this one to where this one is.
+    subroutine begin_again()
+      call start_coarse(new, coarse)
+      coarse%energy = report%energy
+      coarse%most_strained = report%energy%strain
+    end subroutine begin_again
 
     !> In increments of half the size, where those of twice the size lead nowhere.
     subroutine follow_finely(n_pieces)
@@ -220,14 +229,16 @@ contains
     subroutine follow_events(n_run)
       integer, intent(in) :: n_run
       integer(i8) :: start, finish, behind
-      integer :: n_pieces
+      integer :: n_pieces, most_pieces
       type(state_t) :: half_way
 
+      ! A piece ends where an increment of the run does, at a kink or where contact begins.
+      most_pieces = n_run + size(solver%response%loads%kinks) + most_touches( &
+        solver%response%loads%kinks, scene%steps(new%step))
       behind = beginning(old, new%step)
       other = coarse%state
-      n_pieces = 0
-      pieces: do
-        n_pieces = n_pieces + 1
+      ok = .false.
+      pieces: do n_pieces = 1, most_pieces
         start = beginning(other, new%step)
         finish = new%position
         if (in_halves .and. start < behind) finish = behind
@@ -251,6 +262,7 @@ contains
         call add_left_over(middle, other)
         if (.not. ok .or. finish == new%position) exit pieces
       end do pieces
+      ok = ok .and. n_pieces <= most_pieces
       if (is_doubtful .and. ok) is_doubtful = abs(left_beside) > halved*abs(left)
       ! Where the run has ended at the events too, half the size leaves half of the error.
       if (ok) report%errors%load_steps = merge(of_halves(), 1.0_wp, n_pieces <= n_run)*change()
