@@ -37,8 +37,8 @@ contains
     !! false: these are not known, for nothing balances the loads then, contact is solved together
     !! with bodies that have no factor, or it has been condensed anew since
     type(contact_controls_t) :: controls
-    real(wp), allocatable :: r(:, :)
-    integer :: i
+    real(wp) :: r(3, size(change))
+    integer :: i, n
 
     reaction = contact%reaction
     ok = count_rows(solver%contact) == n_rows
@@ -52,9 +52,10 @@ contains
         if (.not. any(abs(change(group%active)) > 0.0_wp)) cycle
         ok = .not. allocated(group%body)
         if (.not. ok) return
-        r = contact%reaction(:, group%active)
-        call react(group, controls, contact, change(group%active), r, ok)
-        reaction(:, group%active) = r
+        n = size(group%active)
+        r(:, :n) = contact%reaction(:, group%active)
+        call react(group, controls, contact, change(group%active), r(:, :n), ok)
+        reaction(:, group%active) = r(:, :n)
       end associate
       if (.not. ok) return
     end do

@@ -82,7 +82,7 @@ class Page(unittest.TestCase):
 
     def test_errors_and_remedies(self):
         parts = re.split(r"^### ", PAGE, flags=re.MULTILINE)[1:]
-        self.assertEqual(len(parts), 20)
+        self.assertEqual(len(parts), 19)
         for part in parts:
             with self.subTest(part.splitlines()[0]):
                 fences = FENCE.findall(part)
