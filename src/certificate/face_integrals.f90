@@ -25,8 +25,6 @@ module face_integrals_mod
   integer, parameter :: most = 16 !! corners that are collected
   real(wp), parameter :: speck = 1.0e-6_wp
   !! of a face: a triangle that is not cut any more, but where cutting ends by itself [-]
-  integer, parameter :: most_cuts = 5000
-  !! of a triangle: along a line on which a Jacobian is 0 there are some 2,000
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of a face [-]
   ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions.
   real(wp), parameter :: point_3(3) = 0.5_wp + 0.5_wp*sqrt(0.6_wp)*[-1, 0, 1]
@@ -52,7 +50,7 @@ contains
     type(shared_t) :: shared
     real(wp) :: corner(2, most), mean(2), least
     logical :: is_polynomial
-    integer :: n, i, n_corners, left
+    integer :: n, i, n_corners
 
     call collect_corners(slave_part, master_part, corner, n)
     if (n < 3) return
@@ -65,13 +63,11 @@ contains
     call put_in_order(mean, corner(:, :n))
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
     do i = 1, n
-      left = most_cuts
       if (is_polynomial) then
         call add_triangle(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
           weight_3, shared)
       else
-        call add_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
-          left, shared)
+        call add_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, shared)
       end if
     end do
   end function integrate_shared
@@ -118,29 +114,26 @@ contains
 
   !> Add the integrals over a triangle of the plane, in halves of its longest edge where a Jacobian
   !> changes much between its corners.
-  pure recursive subroutine add_parts(slave, master, a, b, c, least, left, shared)
+  pure recursive subroutine add_parts(slave, master, a, b, c, least, shared)
     real(wp), intent(in) :: slave(:, :), master(:, :)  !! as of `integrate_shared` [length]
     real(wp), intent(in) :: a(2), b(2), c(2)           !! its corners [length]
     real(wp), intent(in) :: least             !! area that is not halved [length^2]
-    integer, intent(inout) :: left            !! cuts that may be made yet, however deep
     type(shared_t), intent(inout) :: shared
 
-    if (area_of(a, b, c) < least .or. left == 0 .or. .not. (changes(slave) .or. &
-      changes(master))) then
+    if (area_of(a, b, c) < least .or. .not. (changes(slave) .or. changes(master))) then
       call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
       return
     end if
-    left = left - 1
     select case (maxloc([norm2(c - b), norm2(a - c), norm2(b - a)], 1))
     case (1)
-      call add_parts(slave, master, a, b, 0.5_wp*(b + c), least, left, shared)
-      call add_parts(slave, master, a, 0.5_wp*(b + c), c, least, left, shared)
+      call add_parts(slave, master, a, b, 0.5_wp*(b + c), least, shared)
+      call add_parts(slave, master, a, 0.5_wp*(b + c), c, least, shared)
     case (2)
-      call add_parts(slave, master, a, b, 0.5_wp*(c + a), least, left, shared)
-      call add_parts(slave, master, 0.5_wp*(c + a), b, c, least, left, shared)
+      call add_parts(slave, master, a, b, 0.5_wp*(c + a), least, shared)
+      call add_parts(slave, master, 0.5_wp*(c + a), b, c, least, shared)
     case default
-      call add_parts(slave, master, a, 0.5_wp*(a + b), c, least, left, shared)
-      call add_parts(slave, master, 0.5_wp*(a + b), b, c, least, left, shared)
+      call add_parts(slave, master, a, 0.5_wp*(a + b), c, least, shared)
+      call add_parts(slave, master, 0.5_wp*(a + b), b, c, least, shared)
     end select
 
   contains

@@ -10,7 +10,7 @@ module curved_overlap_mod
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
     few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
-    even_enough, speck, most_halvings, halves_of
+    even_enough, speck, halves_of
   implicit none
   private
 
@@ -116,7 +116,7 @@ contains
     type(overlap_t) :: overlap
     real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
-    integer :: n, i, left
+    integer :: n, i
 
     call find_common(plane, in_plane(plane, part), polygon, n, overlap%area)
     if (.not. overlap%area > 0.0_wp) return
@@ -130,8 +130,7 @@ contains
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
       if (.not. (slave%is_affine .and. master%is_affine)) then
-        left = most_halvings
-        call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)
+        call add_halved(plane, slave, master, corner, speck*whole, patch, overlap)
       else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
         call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
       else
@@ -141,25 +140,23 @@ contains
   end function find_curved_overlap
 
   !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
-  pure recursive subroutine add_halved(plane, slave, master, corner, least, left, patch, overlap)
+  pure recursive subroutine add_halved(plane, slave, master, corner, least, patch, overlap)
     type(plane_t), intent(in) :: plane
     type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
-    integer, intent(inout) :: left        !! halvings that may be made yet, however deep
     type(patch_t), intent(in), optional :: patch
     type(overlap_t), intent(inout) :: overlap
     real(wp) :: halves(2, 3, 2)
 
-    if (area_of(corner) < least .or. left == 0 .or. min(evenness_of(slave), &
-      evenness_of(master)) > even_enough) then
+    if (area_of(corner) < least .or. min(evenness_of(slave), evenness_of(master)) > even_enough) &
+      then
       call add_points(plane, slave, master, corner, many_points, many_weights, patch, overlap)
       return
     end if
-    left = left - 1
     halves = halves_of(corner)
-    call add_halved(plane, slave, master, halves(:, :, 1), least, left, patch, overlap)
-    call add_halved(plane, slave, master, halves(:, :, 2), least, left, patch, overlap)
+    call add_halved(plane, slave, master, halves(:, :, 1), least, patch, overlap)
+    call add_halved(plane, slave, master, halves(:, :, 2), least, patch, overlap)
 
   contains
 

@@ -11,8 +11,7 @@ module face_overlap_mod
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
   public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, some_points, &
-    some_weights, many_points, many_weights, evenness, even_enough, speck, most_halvings, &
-    halves_of
+    some_weights, many_points, many_weights, evenness, even_enough, speck, halves_of
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -59,9 +58,6 @@ module face_overlap_mod
   ! triangle is halved where the least over the largest Jacobian at its corners is less than this.
   ! That ends by itself where no Jacobian of the faces is 0, however small; else at this part.
   real(wp), parameter :: even_enough = 0.7_wp, speck = 1.0e-6_wp !! [-]
-  ! Where a Jacobian is 0 along a line some 2,000 parts touch it. More have been seen of faces that
-  ! are folded or inside out alone, of which no number of parts has the integrals.
-  integer, parameter :: most_halvings = 4096 !! of a triangle of an overlap
 
   ! What a rule leaves of integrals of two shape functions over a face, beside its area, by how far
   ! the face is from a parallelogram: seven points of_few d^2, twelve of_some d^3, measured with
@@ -190,7 +186,7 @@ contains
     real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
     real(wp) :: normal(3), defect
     logical :: is_open
-    integer :: n, i, left
+    integer :: n, i
 
     flat = in_plane(plane, master)
     call find_common(plane, flat, polygon, n, overlap%area)
@@ -228,9 +224,8 @@ contains
         centre = sum(polygon(:, :n), 2)/real(n, wp)
         do i = 1, n
           corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
-          left = most_halvings
           if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
-            speck, is_open)*plane%area, left, overlap)
+            speck, is_open)*plane%area, overlap)
         end do
       end if
     end associate
@@ -280,11 +275,10 @@ contains
   end subroutine add_fan
 
   !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
-  pure recursive subroutine add_halved(faces, corner, least, left, overlap)
+  pure recursive subroutine add_halved(faces, corner, least, overlap)
     type(two_faces_t), intent(in) :: faces
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
-    integer, intent(inout) :: left        !! halvings that may be made yet, however deep
     type(overlap_t), intent(inout) :: overlap
     real(wp) :: of_slave(3), of_master(3), halves(2, 3, 2)
     integer :: k
@@ -295,15 +289,14 @@ contains
       of_master(k) = dot_product(faces%master_jacobian, shape_at(faces%master, &
         faces%master_is_triangle, corner(:, k)))
     end do
-    if (min(evenness(of_slave), evenness(of_master)) > even_enough .or. area_of(corner) < least &
-      .or. left == 0) then
+    if (min(evenness(of_slave), evenness(of_master)) > even_enough .or. area_of(corner) < least) &
+      then
       call add_points(faces, corner, many_points, many_weights, overlap)
       return
     end if
-    left = left - 1
     halves = halves_of(corner)
-    call add_halved(faces, halves(:, :, 1), least, left, overlap)
-    call add_halved(faces, halves(:, :, 2), least, left, overlap)
+    call add_halved(faces, halves(:, :, 1), least, overlap)
+    call add_halved(faces, halves(:, :, 2), least, overlap)
   end subroutine add_halved
 
   !> The halves of a triangle, cut across its longest edge. Cut in four, one that comes down to a
