@@ -24,7 +24,7 @@ module deformed_forces_mod
   implicit none
   private
 
-  public :: find_deformed_forces, gauss, corner, local_gradients
+  public :: find_deformed_forces
 
   real(wp), parameter :: gauss = 1.0_wp/sqrt(3.0_wp) !! coordinate of the points, of weight 1
   real(wp), parameter :: corner(3, 8) = real(reshape([-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, &

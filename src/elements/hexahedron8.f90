@@ -19,7 +19,7 @@ module hexahedron8_mod
 
   public :: shape_gradients, centre_shape_gradients, centre_jacobian, centre_gradient
   public :: jacobian_determinants, volume
-  public :: node_products, along_edges
+  public :: along_edges
   public :: stiffness_length
   public :: displacement_gradients, strain_of, mode_strain_of, force_of
   public :: isotropic_stiffness
@@ -181,23 +181,6 @@ contains
     d = jacobian_determinants(x)
     v = sum(d(:8))
   end function volume
-
-  !> int N_a N_b dV of the nodes. Their sums are exact for any element, and so are the first moments
-  !> that they make of its volume: integrands are of third degree in each coordinate.
-  pure function node_products(x) result(m)
-    real(wp), intent(in) :: x(3, 8) !! nodes [length]
-    real(wp) :: m(8, 8)             !! [length^3]
-    real(wp) :: d(16), part(8)
-    integer :: g
-
-    d = jacobian_determinants(x)
-    m = 0.0_wp
-    do g = 1, 8
-      part = 0.125_wp*(1.0_wp + gauss*xi_node(g)*xi_node)* &
-        (1.0_wp + gauss*eta_node(g)*eta_node)*(1.0_wp + gauss*zeta_node(g)*zeta_node)
-      m = m + d(g)*(spread(part, 2, 8)*spread(part, 1, 8)) ! symmetric to the bit
-    end do
-  end function node_products
 
   ! ------------------------------------------------------------------ strain, force, stiffness
 

@@ -1,22 +1,22 @@
 !> Sums over the whole mesh: internal forces, pressures, weight, surface areas.
 module mesh_forces_mod
   use kinds_mod, only: wp
-  use cells_mod, only: face_nodes, has_middles
+  use cells_mod, only: face_nodes, most_nodes, has_middles
   use connectivity_mod, only: all_nodes_of_face, nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use surfaces_mod, only: surface_t
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus
-  use hexahedron8_mod, only: node_products, stiffness_length
+  use hexahedron8_mod, only: stiffness_length
+  use node_products_mod, only: cell_functions_t, find_node_products
   use congruent_forces_mod, only: add_element_forces
   use faces_mod, only: face_area_vectors, face_node_areas
-  use second_order_mod, only: products_of_second_order => node_products, &
-    stiffness_length_of_second_order => stiffness_length
+  use second_order_mod, only: stiffness_length_of_second_order => stiffness_length
   implicit none
   private
 
   public :: internal_force, force_rounding, pressure_force, gravity_force, &
-    element_products, add_nodal_areas
+    add_nodal_areas
 
 contains
 
@@ -103,36 +103,23 @@ contains
     real(wp), intent(in) :: x(:, :)
     !! (3,n_nodes) places of the nodes, or how far they have moved [length]
     real(wp), intent(inout) :: f(:, :)       !! (3,n_nodes) [force]
-    real(wp), allocatable :: products(:, :)
-    integer, allocatable :: nodes(:)
-    real(wp) :: weight(3)
-    integer :: i, a
+    type(cell_functions_t) :: functions
+    real(wp) :: products(most_nodes, most_nodes), weight(3)
+    integer :: i, a, n
 
     do i = 1, size(elements)
-      call element_products(mesh, elements(i), nodes, products)
-      do a = 1, size(nodes) ! of which some may be one
-        weight = acceleration*sum(products(:, a)) + matmul(gradient, matmul(x(:, nodes), &
-          products(:, a)))
-        f(:, nodes(a)) = f(:, nodes(a)) + materials(mesh%material(elements(i)))%density*weight
-      end do
+      associate (e => elements(i), nodes => nodes_of_element(mesh%connectivity, elements(i)))
+        n = size(nodes)
+        call find_node_products(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), functions, &
+          products(:n, :n))
+        do a = 1, n
+          weight = acceleration*sum(products(:n, a)) + matmul(gradient, matmul(x(:, nodes), &
+            products(:n, a)))
+          f(:, nodes(a)) = f(:, nodes(a)) + materials(mesh%material(e))%density*weight
+        end do
+      end associate
     end do
   end subroutine gravity_force
-
-  !> int N_a N_b dV of an element's nodes; of a hexahedron with less than eight some are one.
-  pure subroutine element_products(mesh, e, nodes, products)
-    type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: e
-    integer, allocatable, intent(out) :: nodes(:)
-    real(wp), allocatable, intent(out) :: products(:, :) !! (n,n) [length^3]
-
-    if (has_middles(mesh%connectivity%cell(e))) then
-      nodes = nodes_of_element(mesh%connectivity, e)
-      products = products_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes))
-    else
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      products = node_products(mesh%coordinates(:, nodes))
-    end if
-  end subroutine element_products
 
   !> Add to each node its part of the faces of a surface; nodes that none of them has keep theirs.
   !> Of faces with mid-side nodes the parts of corners are 0 or negative.

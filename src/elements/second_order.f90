@@ -16,7 +16,7 @@ module second_order_mod
   private
 
   public :: second_order_t, second_order, make_at_points, find_jacobians_at_nodes, &
-    displacement_gradients, strain_of, stiffness, nodal_force, node_products, stiffness_length, &
+    displacement_gradients, strain_of, stiffness, nodal_force, stiffness_length, &
     extrapolate_to_nodes
 
   !> An element: what its integrals need of its shape functions.
@@ -202,23 +202,6 @@ contains
     call second_order(cell, x, element)
     f = force_of(element, stress_of(strain_of(element, u), elastic))
   end function nodal_force
-
-  !> int N_a N_b dV of the nodes, by the points of the cell. Of a corner the sum may be negative.
-  pure function node_products(cell, x) result(m)
-    integer,  intent(in) :: cell           !! row of the table of cells
-    real(wp), intent(in) :: x(:, :)        !! (3,n_nodes) [length]
-    real(wp) :: m(size(x, 2), size(x, 2))  !! [length^3]
-    type(second_order_t) :: element
-    real(wp) :: part(size(x, 2))
-    integer :: g
-
-    call second_order(cell, x, element)
-    m = 0.0_wp
-    do g = 1, element%n_points
-      part = shape_functions(cells(cell), cells(cell)%point(:, g))
-      m = m + element%weight(g)*(spread(part, 2, size(part))*spread(part, 1, size(part)))
-    end do
-  end function node_products
 
   !> How large a nodal stiffness of the element is beside its elastic constants: int |g_a|^2 dV, the
   !> mean over the nodes.

@@ -2,12 +2,12 @@
 module load_stiffness_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append, enlarge
-  use cells_mod, only: face_nodes
+  use cells_mod, only: face_nodes, most_nodes
   use connectivity_mod, only: all_nodes_of_face, nodes_of_element
   use loads_mod, only: following_t
   use scene_mod, only: scene_t
   use faces_mod, only: face_area_vectors
-  use mesh_forces_mod, only: element_products
+  use node_products_mod, only: cell_functions_t, find_node_products
   use dof_map_mod, only: dof_map_t, interface_terms_of
   use assembly_mod, only: triplets_t
   implicit none
@@ -60,8 +60,8 @@ contains
     type(triplets_t) :: added
     real(wp) :: ke(3*face_nodes, 3*face_nodes)
     real(wp), allocatable :: skew(:), largest(:) !! (n_free) of a vector without a pattern
-    real(wp), allocatable :: products(:, :)
-    integer, allocatable :: of_element(:)
+    real(wp) :: products(most_nodes, most_nodes)
+    type(cell_functions_t) :: functions
     integer :: its(face_nodes), s, i, n, n_added
 
     allocate (skew(map%n_free), largest(map%n_free), source=0.0_wp)
@@ -84,10 +84,13 @@ contains
     do s = 1, size(scene%regions)
       if (.not. any(abs(following%gradient(:, :, s)) > 0.0_wp)) cycle
       do i = 1, size(scene%regions(s)%elements)
-        associate (e => scene%regions(s)%elements(i))
-          call element_products(scene%mesh, e, of_element, products)
-          call add_nodes(map, of_element, -scene%materials(scene%mesh%material(e))%density* &
-            by_axes(products, following%gradient(:, :, s)), added, n_added, skew, largest)
+        associate (e => scene%regions(s)%elements(i), nodes => nodes_of_element( &
+                   scene%mesh%connectivity, scene%regions(s)%elements(i)))
+          n = size(nodes)
+          call find_node_products(scene%mesh%connectivity%cell(e), &
+            scene%mesh%coordinates(:, nodes), functions, products(:n, :n))
+          call add_nodes(map, nodes, -scene%materials(scene%mesh%material(e))%density* &
+            by_axes(products(:n, :n), following%gradient(:, :, s)), added, n_added, skew, largest)
         end associate
       end do
     end do
