@@ -49,6 +49,18 @@ def wedge_rule():
     return np.array(points), np.array([w * s for w in weights for s in v])
 
 
+def whole_rule(corners):
+    """6 x 6 x 6 points and weights of a cell with so many corners, folded from the cube."""
+    points, weights = gauss_rule(6)
+    if corners == 8:
+        return points, weights
+    s, t, r = (1 + points.T) / 2
+    weights = weights / 8 * (1 - s)
+    if corners == 6:
+        return np.stack([s, t * (1 - s), points[:, 2]], axis=1), 2 * weights
+    return np.stack([s, t * (1 - s), r * (1 - s) * (1 - t)], axis=1), weights * (1 - s) * (1 - t)
+
+
 def values_and_slopes(powers, inverse, points):
     """Functions (G, A) and gradients (G, A, 3) of nodes at points of the parent."""
     values = np.prod(points[:, None] ** powers[None], axis=2) @ inverse
@@ -74,6 +86,8 @@ class Kind:
         inverse = np.linalg.inv(table)
         points, self.weights = rule
         self.values, self.gradients = values_and_slopes(powers, inverse, points)
+        points, self.whole_weights = whole_rule(self.corners)
+        self.whole = values_and_slopes(powers, inverse, points)
 
 
 class Face:
@@ -267,11 +281,14 @@ class Mesh:
         return out.reshape(3 * count, 3 * count)
 
     def weight(self, elements, acceleration):
-        """Forces (N, 3) of gravity on elements, by the points of the stiffness."""
+        """Forces (N, 3) of gravity on elements, exact also where they are curved."""
         out = np.zeros_like(self.points)
         for e in elements:
-            nodes, _, volume = self.at_points(e)
-            shares = self.materials[e][2] * volume @ KINDS[self.elements[e][0]].values
+            kind, nodes = self.elements[e]
+            values, gradients = KINDS[kind].whole
+            jacobian = np.einsum("gai,aj->gij", gradients, self.points[nodes])
+            volume = KINDS[kind].whole_weights * np.linalg.det(jacobian)
+            shares = self.materials[e][2] * volume @ values
             np.add.at(out, nodes, shares[:, None] * acceleration)
         return out
 
