@@ -81,8 +81,8 @@ contains
       return
     end if
     if (errors%geometry < 0.0_wp) then
-      words = words//percent(errors%mesh)//' by the mesh, and by the geometry of faces nobody '// &
-        'knows how much: all that presses does so at edges within faces'
+      words = words//percent(errors%mesh)//' by the mesh; the error by the geometry of faces '// &
+        'is not known'
       return
     end if
     words = words//percent(total_error(errors))//', not '//percent(scene%accuracy%wanted)

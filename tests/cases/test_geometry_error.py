@@ -1,4 +1,4 @@
-"""What the geometry of faces makes of forces where meshes do not match is told, and counts."""
+"""What the geometry of faces makes of forces where meshes do not match is estimated, and counts."""
 
 import unittest
 

@@ -292,7 +292,7 @@ class LateContact(unittest.TestCase):
 
 class OneMesh(unittest.TestCase):
     def test_edges_of_a_tool_inside_faces(self):
-        """The deck's mesh tells half of what it is off by and more, whichever side is the slave."""
+        """The estimate is at least half of the error, whichever side is the slave."""
         # Sums of normal forces with n = 24, 16 elements along the punch: of the finest of four
         # meshes 151, 106 and 190, which go on falling by some parts in a hundred.
         for (a, b), true in (((0.55, 1.45), 151), ((0.8, 1.2), 106), ((0.3, 1.7), 190)):

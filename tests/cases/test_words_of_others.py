@@ -1,0 +1,118 @@
+"""Words that other programs write mean here what they mean there: values by hand.
+
+A cube of edge 1, E = 1000 and nu = 0 is pressed on a plane: the force is 1000 times the shortening.
+"""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+CUBE = """*BLOCK, NAME=A, NX=1, NY=1, NZ=1
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=A, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+{friction}*OBSTACLE, NAME=G, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*CONTACT PAIR, INTERACTION=I{options}
+{slave}, G
+"""
+HELD = "*BOUNDARY\nA-ZMAX, 1, 2\n"
+
+
+def cube(friction="", options="", slave="A-ZMIN"):
+    """Return the cube before the plane."""
+    return CUBE.format(friction=friction, options=options, slave=slave)
+
+
+def step(cards, period=1.0):
+    """Return a step of four increments at small strain."""
+    return f"*STEP\n*STATIC, DIRECT\n{period / 4}, {period}\n{cards}*END STEP\n"
+
+
+class Words(unittest.TestCase):
+    def forces(self, deck):
+        """Return the forces on the cube in all increments."""
+        run = Run(deck, name="words")
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        with run.result() as result:
+            self.assertTrue(result.certified)
+            return result.pairs[0].resultant
+
+    def check(self, deck, force):
+        """Check the normal force at the end."""
+        np.testing.assert_allclose(self.forces(deck)[-1], [0, 0, force], atol=1e-7)
+
+    def test_smooth_step(self):
+        """t^3 (10 - 15 t + 6 t^2), at quarters."""
+        deck = "*AMPLITUDE, NAME=S, DEFINITION=SMOOTH STEP\n0., 0., 1., 1.\n" + cube() + step(
+            HELD + "*BOUNDARY, AMPLITUDE=S\nA-ZMAX, 3, 3, -0.01\n"
+        )
+        t = np.array([0.25, 0.5, 0.75, 1.0])
+        np.testing.assert_allclose(
+            self.forces(deck)[:, 2], 10 * t**3 * (10 - 15 * t + 6 * t**2), rtol=1e-9
+        )
+
+    def test_rounded_corners(self):
+        """The parabola from 3/8 to 5/8 that touches the lines is at 1 - 1/8 in the middle."""
+        deck = "*AMPLITUDE, NAME=S, SMOOTH=0.25\n0., 0., 0.5, 1., 1., 0.\n" + cube() + step(
+            HELD + "*BOUNDARY, AMPLITUDE=S\nA-ZMAX, 3, 3, -0.01\n"
+        )
+        np.testing.assert_allclose(self.forces(deck)[:3, 2], [5, 8.75, 5], rtol=1e-9)
+
+    def test_velocity(self):
+        """0.005 per unit of time, for 2."""
+        self.check(cube() + step(HELD + "*BOUNDARY, TYPE=VELOCITY\nA-ZMAX, 3, 3, -0.005\n", 2), 10)
+
+    def test_rough(self):
+        """The foot sticks while the top is moved by 0.002: shear 500 x 0.002."""
+        deck = cube(friction="*FRICTION, ROUGH\n") + step(
+            "*BOUNDARY\nA-ZMAX, 1, 1, 0.002\nA-ZMAX, 2\nA-ZMAX, 3, 3, -0.01\n"
+        )
+        np.testing.assert_allclose(self.forces(deck)[-1], [-1, 0, 10], atol=1e-6)
+
+    def test_surfaces_of_whole_sets_and_unions(self):
+        press = step(HELD + "*BOUNDARY\nA-ZMAX, 3, 3, -0.01\n")
+        whole = "*SURFACE, NAME=SKIN\nA,\n"
+        union = (
+            "*SURFACE, NAME=FOOT\nA, S1\n*SURFACE, NAME=SIDE\nA, S3\n"
+            "*SURFACE, NAME=BOTH, COMBINE=UNION\nFOOT, SIDE\n"
+        )
+        self.check(whole + cube(slave="SKIN") + press, 10)
+        self.check(union + cube(slave="BOTH") + press, 10)
+
+    def test_forces_that_follow(self):
+        """Nodes of solids do not turn, so their forces keep their direction."""
+        deck = cube() + step("*BOUNDARY\nA-ZMAX, 1, 2\n*CLOAD, FOLLOWER\nA-ZMAX, 3, -2.5\n")
+        self.check(deck, 10)
+
+    def test_pairs_that_are_tied(self):
+        """A second cube on top of the first, glued to it: both in a row, half as stiff."""
+        deck = (
+            "*BLOCK, NAME=B, NX=1, NY=1, NZ=1\n0., 0., 1.,  1., 1., 1.\n"
+            "*SOLID SECTION, ELSET=B, MATERIAL=M\n" + cube()
+            + "*CONTACT PAIR, INTERACTION=I, TIED\nB-ZMIN, A-ZMAX\n"
+            + step("*BOUNDARY\nB-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.01\n")
+        )
+        self.check(deck, 5)
+
+    def test_couplings(self):
+        """A force of 10 on the reference node, whichever way its card is written."""
+        ways = {
+            "kinematic": "*KINEMATIC COUPLING, REF NODE=900\nA-ZMAX, 1, 6\n",
+            "beam": "*MPC\nBEAM, A-ZMAX, 900\n",
+            "distributing": "*ELEMENT, TYPE=DCOUP3D, ELSET=D\n900, 900\n"
+            "*DISTRIBUTING COUPLING, ELSET=D\nA-ZMAX, 1.\n",
+        }
+        for name, card in ways.items():
+            with self.subTest(name):
+                node = "*NODE\n900, .5, .5, 2.\n"
+                hold = "*BOUNDARY\nA-ZMIN, 1, 2\n*CLOAD\n900, 3, -10.\n"
+                self.check(node + cube() + card + step(hold), 10)
+
+
+if __name__ == "__main__":
+    unittest.main()
