@@ -53,6 +53,7 @@ contains
     do i = 1, model%mesh%n_nodes
       if (model%used(i) .or. model%reference(i) .or. model%rigid(i) .or. model%joined(i) .or. &
         model%turned(i) > 0) cycle
+      if (is_another(i)) cycle
       n = n + 1
       if (first == 0) first = i
     end do
@@ -60,6 +61,18 @@ contains
     model%mesh%taken_out = .true.
     call note(reader, to_text(n)//' of '//to_text(n_nodes)// &
       ' nodes belong to no element (the first: node '//to_text(model%mesh%node_id(first))//')')
+
+  contains
+
+    !> Whether a node is taken as another one in its place.
+    logical function is_another(node)
+      integer, intent(in) :: node
+
+      is_another = .false.
+      if (.not. allocated(model%mesh%nodes%instead)) return
+      if (node <= size(model%mesh%nodes%instead)) is_another = model%mesh%nodes%instead(node) /= &
+        node
+    end function is_another
   end subroutine note_unused_nodes
 
   !> Report elements that are turned inside out or flat.

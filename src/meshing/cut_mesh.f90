@@ -104,6 +104,7 @@ contains
       mesh%element_id(:n) = mesh%element_id(origin)
       mesh%element_position(:n) = mesh%element_position(origin)
       mesh%element_kind(:n) = mesh%element_kind(origin)
+      if (allocated(mesh%collapsed)) mesh%collapsed = mesh%collapsed(origin)
       mesh%connectivity = pieces%connectivity
       mesh%piece_id = ids
       mesh%outer = mesh%outer(:, origin) .and. pieces%is_outer

@@ -2,6 +2,8 @@
 module mesh_draft_mod
   use growing_lists_mod, only: append, enlarge
   use kinds_mod, only: i8, wp
+  use cells_mod, only: cells
+  use collapsed_cells_mod, only: no_area
   use connectivity_mod, only: connectivity_t
   use mesh_size_mod, only: blocks_t
   use lookup_mod, only: find_id, id_lookup_t
@@ -12,7 +14,8 @@ module mesh_draft_mod
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
   public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
-  public :: is_of_block, find_elements, with_outer, refined_faces, given_nodes
+  public :: is_of_block, find_elements, has_label, is_line, labelled_faces, refined_faces, &
+    given_nodes
   public :: solids, plane_strain, plane_stress, axisymmetric, names_of_planes, &
     with_copies, nodes_of_plane, face_of_label
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element
@@ -94,6 +97,10 @@ module mesh_draft_mod
     type(early_set_t), allocatable :: sets(:)
     integer :: n_sets = 0
     type(id_lookup_t) :: nodes, elements, skipped !! made when all are read
+    ! Where some are wedges, pyramids or tetrahedra that the deck writes as other cells:
+    integer, allocatable :: collapsed(:)     !! (n_elements) column of the list below; 0: others
+    integer, allocatable :: faces_of(:, :)
+    !! (6,:) the face that each of the written cell is, no_area, or -1: this has no such face
     ! Where they are elements of a plane, which are expanded to solids one element thick:
     integer :: plane = solids                !! or plane_strain and its kin
     real(wp) :: sector_angle = 0.0_wp        !! as of mesh_t
@@ -246,16 +253,54 @@ contains
     if (draft%plane /= solids) face = label + 2
   end function face_of_label
 
-  !> Those of elements that have a part of this face of the deck's elements.
-  pure function with_outer(draft, elements, face) result(chosen)
+  !> Whether the element that the deck writes has a face.
+  pure logical function has_label(draft, element, label)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: element
+    integer, intent(in) :: label   !! as of face_of_label
+
+    has_label = label <= cells(draft%connectivity%cell(element))%n_faces
+    if (.not. allocated(draft%collapsed)) return
+    if (draft%collapsed(element) > 0) has_label = &
+      draft%faces_of(label, draft%collapsed(element)) >= no_area
+  end function has_label
+
+  !> Whether a face that an element has is a line or a point, as nodes of it are one.
+  pure logical function is_line(draft, element, label)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, intent(in) :: element
+    integer, intent(in) :: label   !! as of face_of_label
+
+    is_line = .false.
+    if (.not. allocated(draft%collapsed)) return
+    if (draft%collapsed(element) > 0) is_line = draft%faces_of(label, draft%collapsed(element)) &
+      == no_area
+  end function is_line
+
+  !> The faces of elements that a face of the elements of the deck consists of.
+  pure function labelled_faces(draft, elements, label) result(faces)
     type(mesh_draft_t), intent(in) :: draft
     integer, intent(in) :: elements(:)
-    integer, intent(in) :: face        !! 1..6
-    integer, allocatable :: chosen(:)
+    integer, intent(in) :: label       !! as of face_of_label, which all of them have
+    integer, allocatable :: faces(:, :) !! (2,n) element, face 1..6
+    integer :: face(size(elements)), i
 
-    chosen = elements
-    if (allocated(draft%outer)) chosen = pack(elements, draft%outer(face, elements))
-  end function with_outer
+    face = label
+    if (allocated(draft%collapsed)) then
+      do i = 1, size(elements)
+        if (draft%collapsed(elements(i)) > 0) face(i) = draft%faces_of(label, &
+          draft%collapsed(elements(i)))
+      end do
+    end if
+    if (allocated(draft%outer)) then
+      do i = 1, size(elements)
+        if (face(i) == no_area) cycle
+        if (.not. draft%outer(face(i), elements(i))) face(i) = no_area
+      end do
+    end if
+    faces = transpose(reshape([pack(elements, face > no_area), pack(face, face > no_area)], &
+      [count(face > no_area), 2]))
+  end function labelled_faces
 
   !> The faces of solid elements that faces of the deck's elements consist of.
   pure function refined_faces(draft, faces) result(parts)
@@ -267,9 +312,9 @@ contains
     allocate (parts(2, size(faces, 2)))
     n = 0
     do i = 1, size(faces, 2)
-      associate (elements => with_outer(draft, pieces_of(draft, faces(1, i)), faces(2, i)))
-        do k = 1, size(elements)
-          call append(parts, n, [elements(k), faces(2, i)])
+      associate (pieces => labelled_faces(draft, pieces_of(draft, faces(1, i)), faces(2, i)))
+        do k = 1, size(pieces, 2)
+          call append(parts, n, pieces(:, k))
         end do
       end associate
     end do

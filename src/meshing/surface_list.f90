@@ -8,7 +8,7 @@ module surface_list_mod
   use find_faces_mod, only: find_outer_faces
   use kinds_mod, only: i8
   use lookup_mod, only: find_name, name_lookup_t
-  use mesh_draft_mod, only: mesh_draft_t, solids, with_outer
+  use mesh_draft_mod, only: has_label, is_line, labelled_faces, mesh_draft_t, solids
   use sets_mod, only: find_set, model_t
   use sorting_mod, only: sort_unique
   use surfaces_mod, only: all_nodes_of, bare_nodes, surface_t
@@ -106,12 +106,7 @@ contains
 
     call add_unnamed(surfaces)
     index = surfaces%n
-    deallocate (surfaces%list(index)%faces)
-    associate (outer => with_outer(mesh, elements, face))
-      allocate (surfaces%list(index)%faces(2, size(outer)))
-      surfaces%list(index)%faces(1, :) = outer
-    end associate
-    surfaces%list(index)%faces(2, :) = face
+    surfaces%list(index)%faces = labelled_faces(mesh, elements, face)
     call find_nodes(mesh, surfaces%list(index))
   end subroutine add_surface_of_sides
 
@@ -126,9 +121,14 @@ contains
     integer :: i
 
     do i = 1, size(elements)
+      ok = has_label(mesh, elements(i), face)
+      if (ok) then
+        if (is_line(mesh, elements(i), face)) call note(reader, 'faces of elements that name a '// &
+          'node twice are left out of surfaces and loads where they are lines (the first: '// &
+          'element '//to_text(mesh%element_id(elements(i)))//')')
+        cycle
+      end if
       associate (cell => cells(mesh%connectivity%cell(elements(i))))
-        ok = face <= cell%n_faces
-        if (ok) cycle
         if (mesh%plane /= solids) then
           call report(reader, position, 'element '//to_text(mesh%element_id(elements(i)))// &
             ' is a triangle: it has no edge '//to_text(face - 2))

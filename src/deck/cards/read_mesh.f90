@@ -8,15 +8,16 @@ module read_mesh_mod
   use cells_mod, only: cells, hexahedron_8, wedge_6, wedge_15
   use cards_mod, only: keep_reading, note, reader_t, report
   use connectivity_mod, only: add_elements
+  use collapse_elements_mod, only: collapse_elements, join_places
   use diagnostics_mod, only: guess, quoted
   use element_types_mod, only: element_types, plane_types, plane_type_called, type_called
   use fields_mod, only: any_number, fields_t, integer_field, is_empty_field, limit_fields, &
     looks_like_id, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
-  use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, max_nodes, &
-    mesh_draft_t, no_facet, not_a_coordinate, refused_element, reserve_elements, reserve_nodes, &
-    rigid_facet, set_of_elements, set_of_nodes, shell_facet, solids
+  use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, &
+    is_of_block, max_nodes, mesh_draft_t, no_facet, not_a_coordinate, refused_element, &
+    reserve_elements, reserve_nodes, rigid_facet, set_of_elements, set_of_nodes, shell_facet, solids
   use mesh_mod, only: kind_c3d8
   use options_mod, only: allow_options, card_t, has_option, name_option, option_position
   use text_mod, only: as_list, one_of, string_t, to_text
@@ -469,6 +470,7 @@ contains
     end if
 
     call make_id_lookup(draft%node_id(:draft%n_nodes), draft%nodes)
+    call drop_repeated_nodes(reader, draft)
     call report_duplicates(reader, 'node', draft%node_id, draft%node_position, draft%nodes)
     call make_id_lookup(draft%element_id(:draft%n_elements), draft%elements)
     call report_duplicates(reader, 'element', draft%element_id, draft%element_position, &
@@ -500,14 +502,14 @@ contains
           nodes(k) = node
         end do
         if (.not. ok) n_wrong = n_wrong + 1
-        if (ok) call report_repeated_node(reader, draft, e, nodes(nodes_in_deck(draft, &
-          draft%connectivity%cell(e))), ok)
         if (.not. ok) nodes = min(1, draft%n_nodes)
       end associate
     end do
     if (n_wrong > max_wrong) call report(reader, draft%element_position(draft%n_elements), &
       to_text(n_wrong - max_wrong)//' more elements name nodes that are not defined')
     if (draft%n_nodes == 0) call drop_elements(draft)
+    call join_places(reader, draft)
+    call collapse_elements(reader, draft)
   end subroutine connect_mesh
 
   !> Forget all elements: there is no node that they could have.
@@ -524,22 +526,38 @@ contains
     end do
   end subroutine drop_elements
 
-  subroutine report_repeated_node(reader, draft, e, nodes, ok)
+  !> Nodes that are defined twice in the same place are one: the later ones get ids of their own,
+  !> and sets that have them the first.
+  subroutine drop_repeated_nodes(reader, draft)
     type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: e, nodes(:)
-    logical, intent(out) :: ok !! all nodes are different
-    integer :: k
+    type(mesh_draft_t), intent(inout) :: draft
+    integer :: first(draft%n_nodes), i, k, n, id
 
-    ok = .true.
-    do k = 2, size(nodes)
-      if (all(nodes(:k - 1) /= nodes(k))) cycle
-      call report(reader, draft%element_position(e), 'element '//to_text(draft%element_id(e))// &
-        ' names node '//to_text(draft%node_id(nodes(k)))//' twice')
-      ok = .false.
-      return
+    if (.not. allocated(draft%nodes%order)) return
+    first = [(i, i=1, draft%n_nodes)]
+    n = 0
+    id = 0
+    do i = 2, draft%nodes%n
+      associate (before => first(draft%nodes%order(i - 1)), now => draft%nodes%order(i))
+        if (draft%node_id(now) /= draft%node_id(before)) cycle
+        if (any(abs(draft%coordinates(:, now) - draft%coordinates(:, before)) > 0.0_wp)) cycle
+        if (is_of_block(draft, now)) cycle
+        if (n == 0) id = draft%node_id(now)
+        n = n + 1
+        first(now) = before
+      end associate
     end do
-  end subroutine report_repeated_node
+    if (n == 0 .or. n > huge(n) - draft%highest_node) return
+    do k = 1, draft%n_nodes
+      if (first(k) == k) cycle
+      draft%highest_node = draft%highest_node + 1
+      draft%node_id(k) = draft%highest_node
+    end do
+    call note(reader, 'nodes that are defined twice in the same place are one: '//to_text(n)// &
+      ' (the first: node '//to_text(id)//')')
+    call make_id_lookup(draft%node_id(:draft%n_nodes), draft%nodes)
+    draft%nodes%instead = first
+  end subroutine drop_repeated_nodes
 
   subroutine report_duplicates(reader, what, ids, positions, lookup)
     type(reader_t), intent(inout) :: reader

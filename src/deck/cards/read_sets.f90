@@ -173,7 +173,12 @@ contains
     set = draft%sets(sets%early(entry))
     if (set%flawed) sets%list(home)%flawed = .true.
     if (set%block == 0) then
-      call append(sets%list(home)%members, sets%list(home)%n, [(i, i = set%first, set%last)])
+      if (sets%kind == set_of_nodes .and. allocated(draft%nodes%instead)) then
+        call append(sets%list(home)%members, sets%list(home)%n, &
+          draft%nodes%instead(set%first:set%last))
+      else
+        call append(sets%list(home)%members, sets%list(home)%n, [(i, i = set%first, set%last)])
+      end if
       call append(sets%list(home)%skipped, sets%list(home)%n_skipped, &
         [(i, i = set%skipped(1), set%skipped(2))])
       return

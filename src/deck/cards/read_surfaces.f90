@@ -18,7 +18,8 @@ module read_surfaces_mod
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_id, make_name_lookup
   use matching_faces_mod, only: outer_faces
-  use mesh_draft_mod, only: block_t, face_of_label, mesh_draft_t, refined_faces, solids, with_outer
+  use mesh_draft_mod, only: block_t, face_of_label, labelled_faces, mesh_draft_t, refined_faces, &
+    solids
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
     open_card
   use read_block_mod, only: side_name
@@ -246,11 +247,12 @@ contains
       end if
       call check_side(reader, model%mesh, elements, face, field_position(reader, fields, 2), ok)
       if (.not. ok) cycle
-      elements = with_outer(model%mesh, elements, face)
       work = work + size(elements)
       if (work > max_work) return
       ! One number a face, to sort by element and drop repetitions.
-      call append(keys, n, 6*(elements - 1) + face)
+      associate (faces => labelled_faces(model%mesh, elements, face))
+        call append(keys, n, 6*(faces(1, :) - 1) + faces(2, :))
+      end associate
     end do
     if (n_facets > 0) then
       if (n > 0) call report(reader, card%position, 'a surface has faces of solid elements '// &

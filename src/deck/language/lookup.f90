@@ -15,6 +15,8 @@ module lookup_mod
     integer, allocatable :: order(:) !! (n) indices by ascending id; not allocated when consecutive
     integer :: first_id = 1
     integer :: n = 0
+    integer, allocatable :: instead(:)
+    !! (n) the index that an id means in the place of its own; not allocated: its own
   end type id_lookup_t
 
   !> From names to the first entry of a list that has it.
@@ -61,6 +63,7 @@ contains
     if (.not. allocated(lookup%order)) then
       if (id >= lookup%first_id .and. id - lookup%first_id < lookup%n) then
         found = id - lookup%first_id + 1
+        if (allocated(lookup%instead)) found = lookup%instead(found)
       end if
       return
     end if
@@ -74,7 +77,9 @@ contains
         high = middle
       end if
     end do
-    if (ids(lookup%order(low)) == id) found = lookup%order(low)
+    if (ids(lookup%order(low)) /= id) return
+    found = lookup%order(low)
+    if (allocated(lookup%instead)) found = lookup%instead(found)
   end function find_id
 
   !> Prepare the look-up of `names`.
