@@ -23,7 +23,7 @@ class MeshSequence:
     of_extrapolated   whether the accuracy is that of the extrapolated values
     mesh, load_steps, others   errors of these, or of the result, by source, -1 where not known
     mesh_and_load_steps  what these two make together, -1 where that of the mesh is not known
-    theory            what small strain leaves out, -1 where it is no part of the accuracy
+    small_strain      what small strain leaves out, -1 where it is no part of the accuracy
     element_size        (K,) edges of the elements over those of the deck
     divisions, elements, processor_time   (K,) parts of each increment, elements, seconds
     cuts              (K,) how often the elements at contact were cut beside all others
@@ -47,7 +47,7 @@ class MeshSequence:
         )
         both = self.mesh + max(0.0, self.load_steps) if self.mesh >= 0 else -1.0
         self.mesh_and_load_steps = float(group.attrs.get("mesh_and_load_steps", both))
-        self.theory = float(group.attrs.get("theory", -1))
+        self.small_strain = float(group.attrs.get("small_strain", -1))
         self.element_size: Array = group["element_size"][()]
         self.divisions: Array = group["divisions"][()].astype(int)
         self.cuts: Array = group["cuts"][()].astype(int)

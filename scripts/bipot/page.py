@@ -27,7 +27,7 @@ BEGIN = re.compile(r"(?i)\*\* \s*\*\s*INCLUDE\b")
 SHARP = 150  # dots per inch of the pictures, which are as wide as the page
 MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
 WORST = 50
-LARGE = 0.1  # error by small-strain theory that is worth a warning
+LARGE = 0.1  # error by small strain that is worth a warning
 CLASS_TEXT = ' class="text"'
 CERTIFIED = {1: "yes", 0: "no", -1: "pending"}
 
@@ -214,11 +214,11 @@ def warnings(result: Result) -> list[str]:
         more = ", ..." if len(bad) > 10 else ""
         found.append(f"not certified: increments {', '.join(map(str, bad[:10]))}{more}")
     counters = result.counters if "counters" in result.file["run"] else {}
-    theory = counters.get("largest_theory_error", 0.0)
-    if theory > LARGE:
-        off = "more than it can say" if theory > 1e300 else f"{100 * theory:.2g} %"
-        is_off = "is" if result.theory_is == "estimate" else "may be"
-        found.append(f"small-strain theory {is_off} off by {off}: strains up to "
+    error = counters.get("largest_small_strain_error", 0.0)
+    if error > LARGE:
+        off = "an unknown amount" if error > 1e300 else f"{100 * error:.2g} %"
+        is_off = "is" if result.small_strain_is == "estimate" else "may be"
+        found.append(f"small strain {is_off} off by {off}: strains up to "
                      f"{100 * counters['largest_strain']:.2g} %, rotations up to "
                      f"{counters['largest_rotation']:.2g} rad")
     for name, words in (
@@ -313,9 +313,9 @@ def errors_of_runs(runs: MeshSequence) -> str:
             ("contact and arithmetic", runs.others),
         )
     ]
-    if runs.theory >= 0:
-        theory = "unknown" if runs.theory > 1e300 else short(runs.theory)
-        parts.append(f"small-strain theory {theory}")
+    if runs.small_strain >= 0:
+        error = "unknown" if runs.small_strain > 1e300 else short(runs.small_strain)
+        parts.append(f"small strain {error}")
     reached = "reached" if runs.reached else "not reached"
     asked = f"; {short(runs.wanted)} was asked for and is {reached}" if runs.wanted else ""
     what = "extrapolated values" if runs.of_extrapolated else "result"

@@ -627,10 +627,10 @@ class Result:
         return of_energy or not len(self.pairs)
 
     @property
-    def theory_is(self) -> str:
-        """What `error/theory` is: a "bound", an "estimate", or of "finite strain", and then 0."""
+    def small_strain_is(self) -> str:
+        """What `error/small_strain` is: "bound", "estimate", or "finite strain", and then 0."""
         group = self.file.get("history/error")
-        told = group.attrs.get("theory_is", "bound") if group is not None else "bound"
+        told = group.attrs.get("small_strain_is", "bound") if group is not None else "bound"
         return told.decode() if isinstance(told, bytes) else str(told)
 
     @property

@@ -21,7 +21,7 @@ module theory_of_runs_mod
   !> What finite strain would change of a run, at the ends of its steps the largest.
   type :: run_theory_t
     real(wp) :: error = 0.0_wp
-    !! of the resultants; huge: more than linear theory can say; 0 at finite strain [-]
+    !! of the resultants; huge: not known; 0 at finite strain [-]
     logical  :: is_estimate = .false.  !! by a shadow run, else a bound
     real(wp) :: of_law(2) = 0.0_wp
     !! estimates with the deck's law, and with another one where it leaves the law open; else 0 [-]

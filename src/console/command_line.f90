@@ -488,7 +488,7 @@ contains
       '  --memory SIZE       memory of each run, as 4GB or 500MB; likewise', &
       '  --refine K          divide each element into eight, K times (0 to 6); sets, surfaces', &
       '                      and loads follow; --accuracy, --time and --memory keep this mesh', &
-      '  --theory            estimate the error of small-strain theory by a run at finite strain', &
+      '  --theory            estimate the error of small strain by a run at finite strain', &
       '                      beside the linear one, instead of a bound on it', &
       '  --nlgeom W          no: small strain; yes: finite strain, in place of the deck''s', &
       '                      NLGEOM; auto: small strain where that is enough, for 1 % or the', &

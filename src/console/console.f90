@@ -10,14 +10,15 @@ module console_mod
   use parallel_mod, only: has_launcher
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
-  use increment_report_mod, only: increment_report_t, error_parts_t, worst_entry, status_open, &
+  use increment_report_mod, only: increment_report_t, error_parts_t, worst_entry, told_theory, &
+    status_open, &
     status_stick, status_slide
   implicit none
   private
 
   public :: console_t, open_console, count_from, say, print_lines, print_increment, &
     print_warning, clear_bar, seconds_in_words, solver_name, theory_in_words, &
-    theory_worth_naming
+    theory_worth_naming, theory_part
 
   !> Where and how to print.
   type :: console_t
@@ -172,32 +173,35 @@ contains
     if (errors%load_steps >= 0.0_wp) words = words//', load steps '//percent(errors%load_steps)
     words = words//', contact '//percent(errors%contact)//', arithmetic '// &
       percent(errors%arithmetic)
-    if (errors%theory > 0.0_wp .or. errors%follows_theory) words = words//'; theory: '// &
-      theory_part(errors)
+    if (errors%theory > 0.0_wp .or. errors%follows_theory) words = words//'; small strain: '// &
+      theory_part(errors%theory, errors%follows_theory, errors%of_law)
   end function errors_in_words
 
   !> At most 5.7 %; 2.1 %; 6.5 %, or 3.1 % by neo-Hooke's law.
-  pure function theory_part(errors) result(words)
-    type(error_parts_t), intent(in) :: errors
+  pure function theory_part(error, is_estimate, of_law) result(words)
+    real(wp), intent(in) :: error       !! of small strain, as of error_parts_t [-]
+    logical, intent(in) :: is_estimate  !! else a bound
+    real(wp), intent(in), optional :: of_law(2)
+    !! estimates with the deck's law and, not negative, another one: told in its place [-]
     character(:), allocatable :: words
 
-    if (.not. errors%follows_theory) then
-      words = 'at most '//percent(errors%theory)
-    else
-      words = of_law(errors%of_law(1))
-      if (errors%of_law(2) >= 0.0_wp) words = words//', or '//of_law(errors%of_law(2))// &
-        ' by neo-Hooke''s law'
-    end if
+    words = or_not_known(told_theory(error, is_estimate))
+    if (.not. is_estimate .and. told_theory(error, .false.) < huge(1.0_wp)) words = 'at most '// &
+      words
+    if (.not. (is_estimate .and. present(of_law))) return
+    words = or_not_known(of_law(1))
+    if (of_law(2) >= 0.0_wp .and. minval(of_law) < huge(1.0_wp)) words = words//', or '// &
+      or_not_known(of_law(2))//' by neo-Hooke''s law'
 
   contains
 
-    pure function of_law(error) result(part)
+    pure function or_not_known(error) result(part)
       real(wp), intent(in) :: error
       character(:), allocatable :: part
 
-      part = 'more than linear theory can say'
+      part = 'not known'
       if (error < huge(1.0_wp)) part = percent(error)
-    end function of_law
+    end function or_not_known
 
   end function theory_part
 
@@ -214,21 +218,17 @@ contains
     named = merge(error, 0.0_wp, error > allowed)
   end function theory_worth_naming
 
-  !> What goes behind a promise of a small-strain solution; '' where its theory is not in doubt.
-  pure function theory_in_words(error, is_followed) result(words)
-    real(wp), intent(in) :: error !! by the theory, 0: not worth naming [-]
-    logical, intent(in), optional :: is_followed !! it is an estimate, not a bound
-    character(:), allocatable :: words, verb, amount
+  !> What goes behind a promise of a small-strain solution; '' where small strain is not in doubt.
+  pure function theory_in_words(error, is_estimate) result(words)
+    real(wp), intent(in) :: error !! of small strain, 0: not worth naming [-]
+    logical, intent(in) :: is_estimate !! else a bound
+    character(:), allocatable :: words
 
     words = ''
     if (.not. error > 0.0_wp) return
-    verb = 'may be'
-    amount = 'more than it can say'
-    if (error < huge(1.0_wp)) amount = percent(error)
-    if (present(is_followed)) then
-      if (is_followed) verb = 'is'
-    end if
-    words = ' within small-strain theory, which '//verb//' off by '//amount//' here'
+    words = ' at small strain, whose error is not known here'
+    if (told_theory(error, is_estimate) < huge(1.0_wp)) words = ' at small strain, which '// &
+      trim(merge('is    ', 'may be', is_estimate))//' off by '//percent(error)//' here'
   end function theory_in_words
 
   !> A contact solver as the console calls it.

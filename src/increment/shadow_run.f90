@@ -4,8 +4,8 @@
 !> increments, with the factor and the compliance of the linear run, which it gives back as they
 !> were. A third one does so at small strain: the difference of the two is the theory's, whatever
 !> the increments' size makes of friction. Each of its increments begins with the change that small
-!> strain has made. Where it does not settle, or where what it finds is unstable, linear theory
-!> cannot say how far it is off.
+!> strain has made. Where it does not settle, or where what it finds is unstable, how far
+!> small strain is off is not known.
 !> docs/theory.md (8.39).
 module shadow_run_mod
   use kinds_mod, only: wp, i8
@@ -34,6 +34,7 @@ module shadow_run_mod
 
   public :: shadow_run_t, shadow_solver_t, has_no_shadow, count_shadows, begin_shadows, &
     is_due, follow_shadows, compare_shadows, look_at_stability
+  public :: laws_at_finite_strain, take_laws
   public :: not_unstable, is_unstable, may_be_unstable, unknown_stability
 
   ! At the end of a *STEP, at finite strain.
@@ -59,7 +60,7 @@ module shadow_run_mod
   !> What shadow runs are solved with, beside the solver of the linear run.
   type :: shadow_solver_t
     type(scene_t) :: finite           !! the scene at finite strain
-    type(law_t), allocatable :: law(:, :) !! (n_materials,n_runs) of each run
+    type(law_t), allocatable :: law(:, :) !! (n_materials,n_laws) as of laws_at_finite_strain
     type(load_response_t) :: response !! of the *STEP
     integer :: step = 0               !! that the response is of; 0: none yet
     real(wp), allocatable :: begun(:, :)
@@ -85,32 +86,38 @@ contains
   !> does; none where finite strain is no theory beside the run, but its own.
   pure integer function count_shadows(scene) result(n)
     type(scene_t), intent(in) :: scene
-    integer :: i
 
     n = 0
-    if (.not. scene%accuracy%follows_theory .or. scene%finite_strain) return
-    n = 1
-    do i = 1, size(scene%materials)
-      if (scene%materials(i)%law%is_open) n = 2
-    end do
+    if (scene%accuracy%follows_theory .and. .not. scene%finite_strain) n = &
+      size(laws_at_finite_strain(scene%materials), 2)
   end function count_shadows
 
+  !> The laws that finite strain may have: the deck's, and where a card leaves the law open the
+  !> other one of the same constants.
+  pure function laws_at_finite_strain(materials) result(law)
+    type(material_t), intent(in) :: materials(:)
+    type(law_t), allocatable :: law(:, :) !! (n_materials,1 or 2)
+    integer :: i, n
+
+    n = 1
+    do i = 1, size(materials)
+      if (materials(i)%law%is_open) n = 2
+    end do
+    allocate (law(size(materials), n))
+    do i = 1, size(materials)
+      law(i, :) = materials(i)%law
+      if (materials(i)%law%is_open) law(i, n) = other_law(materials(i)%law)
+    end do
+  end function laws_at_finite_strain
+
   !> Begin what shadow runs are solved with, and what stability is looked at with where a bound is
-  !> to do. The first one has the deck's laws, the second one the
-  !> other law of the same constants where a card leaves the law open.
+  !> to do.
   subroutine begin_shadows(scene, shadow)
     type(scene_t), intent(in) :: scene
     type(shadow_solver_t), intent(out) :: shadow
-    integer :: i
 
     shadow%finite = at_finite_strain(scene)
-    allocate (shadow%law(size(scene%materials), count_shadows(scene)))
-    do i = 1, size(scene%materials)
-      associate (law => scene%materials(i)%law)
-        shadow%law(i, :) = law
-        if (size(shadow%law, 2) > 1 .and. law%is_open) shadow%law(i, 2) = other_law(law)
-      end associate
-    end do
+    shadow%law = laws_at_finite_strain(scene%materials)
   end subroutine begin_shadows
 
   !> The same scene at finite strain.

@@ -13,7 +13,7 @@ module increment_report_mod
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
     ended_moving, ended_out_of_reach, ended_passed, ended_inverted, ended_out_of_balance, &
     ended_indefinite
-  public :: worst_entry, force_sums, largest_pressure, is_redundant_at, count_redundant
+  public :: worst_entry, force_sums, largest_pressure, is_redundant_at, count_redundant, told_theory
 
   ! How a contact solver that has not converged ended.
   integer, parameter :: ended_well = 0       !! it did converge
@@ -65,7 +65,7 @@ module increment_report_mod
     real(wp) :: of_facets = -1.0_wp  !! flat faces that stand for arcs
     real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition
     real(wp) :: theory = -1.0_wp
-    !! what finite strain would change: in no sum; huge: more than linear theory can say
+    !! what finite strain would change: in no sum; huge: not known
     logical  :: follows_theory = .false. !! it is an estimate by a shadow run, else a bound
     real(wp) :: of_law(2) = -1.0_wp
     !! the estimates with the deck's law, and where it leaves the law open with another one
@@ -181,6 +181,15 @@ contains
     total = errors%contact + errors%load_steps + norm2([errors%mesh, errors%geometry]) + &
       errors%arithmetic
   end function total_error
+
+  !> The error of small strain as users get it: a bound above 1 says nothing. Huge: not known.
+  pure real(wp) function told_theory(error, is_estimate) result(told)
+    real(wp), intent(in) :: error          !! as of error_parts_t [-]
+    logical,  intent(in) :: is_estimate    !! else it is a bound
+
+    told = error
+    if (error > 1.0_wp .and. .not. is_estimate) told = huge(1.0_wp)
+  end function told_theory
 
   !> The largest of the certificate's entries that are measured by the contact tolerance; huge where
   !> one of them is no number, which Fortran's MAX may pass over.

@@ -8,7 +8,7 @@ module history_fields_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: is_extra
-  use increment_report_mod, only: increment_report_t, total_error, count_redundant
+  use increment_report_mod, only: increment_report_t, total_error, count_redundant, told_theory
   use output_field_mod, only: field_t, field_list_t, add_field, get_fields
   implicit none
   private
@@ -129,12 +129,13 @@ contains
       call ratio('error/of_facets', 'of it by flat faces that stand for arcs', e%of_facets)
       call ratio('error/arithmetic', 'forces out of balance, and rounding times the condition', &
         e%arithmetic)
-      call ratio('error/theory', 'what finite strain would change, at the end of a step: a '// &
-        'bound or an estimate, as theory_is of the group says', e%theory)
-      call ratio('error/theory_deck_law', 'the estimate with the deck''s law, which of '// &
+      call ratio('error/small_strain', 'what finite strain would change, at the end of a '// &
+        'step: a bound or an estimate, as small_strain_is of the group says; above 1e300: not '// &
+        'known', told_theory(e%theory, e%follows_theory))
+      call ratio('error/small_strain_deck_law', 'the estimate with the deck''s law, which of '// &
         '*ELASTIC is St Venant-Kirchhoff''s', e%of_law(1))
-      call ratio('error/theory_other_law', 'the estimate where *ELASTIC is neo-Hooke''s law', &
-        e%of_law(2))
+      call ratio('error/small_strain_other_law', 'the estimate where *ELASTIC is neo-Hooke''s '// &
+        'law', e%of_law(2))
       call ratio('error/law', 'what the law that *ELASTIC leaves open makes at finite strain', &
         e%law)
       call ratio('error/total', 'contact, load steps, arithmetic, and the root of the '// &

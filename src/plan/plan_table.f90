@@ -69,7 +69,7 @@ contains
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
       'accuracy', 0, accuracy, accuracy)
     if (count_shadows(scene) > 0 .and. .not. plan%choices%precision%iterative) call add_line(plan, &
-      'theory', 0, 'its error by a run at finite strain beside this one'//trim(merge( &
+      'small strain', 0, 'its error by a run at finite strain beside this one'//trim(merge( &
       ', with each of two laws', repeat(' ', 23), count_shadows(scene) > 1)))
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
       solver_in_words(scene%contact, plan%choices%tolerance))

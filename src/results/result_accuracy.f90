@@ -5,6 +5,7 @@ module result_accuracy_mod
   use errors_mod, only: error_t
   use text_mod, only: string_t
   use mesh_size_mod, only: relative_size
+  use increment_report_mod, only: told_theory
   use mesh_sequence_mod, only: mesh_sequence_t, theory_beside, theory_of_last
   use sequence_error_mod, only: sequence_error_t, extrapolated, extrapolated_error
   use measured_quantities_mod, only: quantity_t, error_scales
@@ -41,7 +42,7 @@ contains
     call write_attribute(file, group, 'load_steps', 0.0_wp, error)
     call write_attribute(file, group, 'mesh_and_load_steps', 0.0_wp, error)
     call write_attribute(file, group, 'others', 0.0_wp, error)
-    call write_attribute(file, group, 'theory', -1.0_wp, error)
+    call write_attribute(file, group, 'small_strain', -1.0_wp, error)
     call of_runs('element_size', 'edges of the elements over those of the deck', 'ratio')
     call of_runs('divisions', 'parts of each increment of the deck', 'number')
     call of_runs('cuts', 'of elements at contact, beside all others', 'number')
@@ -135,7 +136,8 @@ contains
     call write_attribute(file, group, 'others', errors%others, error)
     if (sequence%theory /= theory_beside) then
       associate (theory => theory_of_last(sequence))
-        call write_attribute(file, group, 'theory', theory%error, error)
+        call write_attribute(file, group, 'small_strain', told_theory(theory%error, &
+          theory%is_estimate), error)
       end associate
     end if
     associate (runs => sequence%runs)

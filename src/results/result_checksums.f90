@@ -31,7 +31,7 @@ module result_checksums_mod
     '/state/slot_2@row'//nl//'/state/slot_2@length'//nl//'/state/slot_2@bits'//nl// &
     '/checksums@contents'//nl//'/accuracy@reached'//nl//'/accuracy@mesh'//nl// &
     '/accuracy@load_steps'//nl//'/accuracy@mesh_and_load_steps'//nl// &
-    '/accuracy@others'//nl//'/accuracy@theory'//nl//'/accuracy/element_size'//nl// &
+    '/accuracy@others'//nl//'/accuracy@small_strain'//nl//'/accuracy/element_size'//nl// &
     '/accuracy/divisions'//nl//'/accuracy/elements'//nl//'/accuracy/processor_time'//nl// &
     '/accuracy/values'//nl//'/accuracy/extrapolated'//nl//'/accuracy/error'//nl// &
     '/accuracy/order'//nl//'/accuracy/scale'//nl//'/accuracy/cuts'//nl// &

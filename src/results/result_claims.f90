@@ -270,8 +270,8 @@ contains
 
     theory = ''
     call open_sound(path, hdf5, error)
-    if (.not. allocated(error)) call read_attribute(hdf5, '/history/error', 'theory_is', theory, &
-      error)
+    if (.not. allocated(error)) call read_attribute(hdf5, '/history/error', &
+      'small_strain_is', theory, error)
     if (allocated(error)) theory = ''
   end function theory_of
 

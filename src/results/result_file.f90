@@ -262,8 +262,8 @@ contains
       "': increment "//to_text(n_copied + 1)//' is not read as it was written')
   end subroutine copy_increments
 
-  !> What error/theory is of.
-  pure function theory_is(scene, plan) result(words)
+  !> What error/small_strain is of.
+  pure function small_strain_is(scene, plan) result(words)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: words
@@ -272,7 +272,7 @@ contains
     if (scene%accuracy%follows_theory .and. .not. plan%choices%precision%iterative) words = &
       'estimate'
     if (scene%finite_strain) words = 'finite strain'
-  end function theory_is
+  end function small_strain_is
 
   !> Make the groups of a run, or open those of one that is continued.
   subroutine lay_out(file, scene, plan, n_rows, error)
@@ -292,7 +292,7 @@ contains
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
     call create_history(file%hdf5, n_rows, scene%accuracy%of == accuracy_of_energy, &
-      theory_is(scene, plan), file%history, error)
+      small_strain_is(scene, plan), file%history, error)
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return

@@ -26,11 +26,12 @@ module result_history_mod
 
 contains
 
-  subroutine create_history(file, n_rows, of_energy, theory_is, history, error)
+  subroutine create_history(file, n_rows, of_energy, small_strain_is, history, error)
     type(hdf5_file_t), intent(in) :: file
     integer, intent(in) :: n_rows !! that the file has already, of a run that is continued
     logical, intent(in) :: of_energy !! errors are parts of the energy, not of a resultant
-    character(*), intent(in) :: theory_is !! error/theory: bound, estimate, finite strain
+    character(*), intent(in) :: small_strain_is
+    !! error/small_strain: bound, estimate, finite strain
     type(history_t), intent(out) :: history
     type(error_t), allocatable, intent(out) :: error
     type(field_t), allocatable :: fields(:)
@@ -45,7 +46,7 @@ contains
     call describe_group(file, group//'/error', 'estimated errors; -1 where there is no estimate', &
       error)
     call write_attribute(file, group//'/error', 'of_energy', merge(1_i8, 0_i8, of_energy), error)
-    call write_attribute(file, group//'/error', 'theory_is', theory_is, error)
+    call write_attribute(file, group//'/error', 'small_strain_is', small_strain_is, error)
     call plan_history_fields(fields)
     allocate (history%rows(size(fields)))
     do i = 1, size(fields)

@@ -7,6 +7,8 @@ module close_run_mod
   use scene_mod, only: scene_t
   use controls_mod, only: precision_in_words
   use linearisation_mod, only: sum_of
+  use increment_report_mod, only: told_theory
+  use shadow_run_mod, only: has_no_shadow
   use tally_mod, only: tally_t
   use console_mod, only: console_t, say, print_lines, print_warning, seconds_in_words, &
     theory_in_words, theory_worth_naming
@@ -30,7 +32,7 @@ contains
     if (console%verbose) call print_costs(console, tally)
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
     is_followed = tally%follows_theory > 0
-    call tell_theory(console, theory, is_followed, tally)
+    call tell_theory(scene, console, theory, is_followed, tally)
     if (tally%largest_stress > elastic) call print_lines(console, [string_t( &
       'von Mises'' stress gets to '//percent(tally%largest_stress)//' of Young''s modulus: '// &
       'no metal stays elastic there')], 'note: ')
@@ -73,21 +75,28 @@ contains
 
   !> How far strains and rotations went where the error of small strain is named. docs/theory.md
   !> (8.11).
-  subroutine tell_theory(console, error, is_followed, tally)
+  subroutine tell_theory(scene, console, error, is_followed, tally)
+    type(scene_t), intent(in) :: scene
     type(console_t), intent(in) :: console
     real(wp), intent(in) :: error !! as of theory_worth_naming [-]
     logical, intent(in) :: is_followed !! it is an estimate
     type(tally_t), intent(in) :: tally
     type(string_t) :: line(1)
-    character(:), allocatable :: amount
+    character(:), allocatable :: far, cure
 
     if (.not. error > 0.0_wp) return
-    amount = 'more than linear theory can say'
-    if (error < huge(1.0_wp)) amount = percent(error)
-    line(1)%text = 'note: strains up to '//percent(tally%largest_strain)//', rotations up to '// &
-      to_text(tally%largest_rotation, 2)//' rad: finite strain '// &
-      trim(merge('changes   ', 'may change', is_followed))//' forces by '//amount// &
-      '; --nlgeom yes includes it'
+    far = 'strains up to '//percent(tally%largest_strain)//', rotations up to '// &
+      to_text(tally%largest_rotation, 2)//' rad'
+    cure = '--nlgeom yes includes it'
+    if (told_theory(error, is_followed) < huge(1.0_wp)) then
+      line(1)%text = far//': finite strain '//trim(merge('changes   ', 'may change', &
+        is_followed))//' forces by '//percent(error)
+    else
+      line(1)%text = 'small strain: '//far//' change forces by an unknown amount'
+      if (.not. (scene%accuracy%follows_theory .or. has_no_shadow(scene) /= '')) cure = &
+        '--theory estimates it'
+    end if
+    line(1)%text = 'note: '//line(1)%text//'; '//cure
     call print_lines(console, line)
   end subroutine tell_theory
 

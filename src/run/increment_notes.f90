@@ -217,8 +217,7 @@ contains
     call add_note(notes, increment, .true., ': whether the equilibrium is stable is not known: '// &
       'the bordered tangent could not be factorised')
   end subroutine note_unknown_stability
-
-  !> From here on linear theory does not say how far it is off, by a law.
+  !> From here on it is not known how far small strain is off, by a law.
   pure subroutine note_lost_shadow(increment, stability, is_other_law, notes)
     type(increment_t), intent(in) :: increment
     integer, intent(in) :: stability !! as of shadow_solver_t
@@ -232,7 +231,7 @@ contains
     if (stability == is_unstable) why = ' the equilibrium is unstable (it buckles)'
     if (stability == may_be_unstable) why = ' the equilibrium may be unstable (it buckles)'
     call add_note(notes, increment, .true., ': at finite strain'//law//why//': how far small '// &
-      'strain is off is more than linear theory can say')
+      'strain is off is not known')
   end subroutine note_lost_shadow
 
   !> Where contact forces are many times what drives them at the end of a *STEP.

@@ -5,6 +5,7 @@ module judge_theory_mod
   use kinds_mod, only: wp
   use text_mod, only: percent
   use controls_mod, only: allowed_error
+  use increment_report_mod, only: told_theory
   use mesh_sequence_mod, only: mesh_sequence_t, theory_counts, theory_tried, theory_of_last, &
     is_spoiled_by_theory, set_theory_aside
   use theory_of_runs_mod, only: run_theory_t, may_spoil, is_more_than_its_part, &
@@ -75,8 +76,8 @@ contains
       decided = 'as much'
       if (theory%law > allowed) decided = 'more than '//percent(allowed)
       why = 'which law holds at finite strain decides '//decided//', and *ELASTIC does not say '// &
-        'which: small strain is off by '//or_more(theory%of_law(1))//' with St Venant and '// &
-        'Kirchhoff''s, by '//or_more(theory%of_law(2))//' with neo-Hooke''s. *HYPERELASTIC, '// &
+        'which: small strain is off by '//or_unknown(theory%of_law(1))//' with St Venant and '// &
+        'Kirchhoff''s, by '//or_unknown(theory%of_law(2))//' with neo-Hooke''s. *HYPERELASTIC, '// &
         'NEO HOOKE or *ELASTIC, LAW=SVK says it'
     else
       why = 'small strain '//off_in_words(theory)
@@ -88,16 +89,18 @@ contains
     type(run_theory_t), intent(in) :: theory
     character(:), allocatable :: words
 
-    words = trim(merge('is off by          ', 'may be off by up to', theory%is_estimate))//' '// &
-      or_more(theory%error)
+    associate (told => told_theory(theory%error, theory%is_estimate))
+      words = trim(merge('is off by          ', 'may be off by up to', theory%is_estimate .or. &
+        .not. told < huge(told)))//' '//or_unknown(told)
+    end associate
   end function off_in_words
 
-  pure function or_more(error) result(words)
+  pure function or_unknown(error) result(words)
     real(wp), intent(in) :: error !! [-]
     character(:), allocatable :: words
 
-    words = 'more than it can say'
+    words = 'an unknown amount'
     if (error < huge(1.0_wp)) words = percent(error)
-  end function or_more
+  end function or_unknown
 
 end module judge_theory_mod

@@ -213,7 +213,7 @@ contains
       why = has_no_shadow(scene)
       if (why == '') return
       scene%accuracy%follows_theory = .false.
-      note%text = 'the error of small-strain theory is bounded, not estimated: NLGEOM does not '// &
+      note%text = 'the error of small strain is bounded, not estimated: NLGEOM does not '// &
         'cover '//why
       scene%notes = [scene%notes, note]
     end subroutine check_shadow

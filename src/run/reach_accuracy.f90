@@ -17,6 +17,7 @@ module reach_accuracy_mod
   use slice_axis_mod, only: axis_across
   use mesh_sequence_mod, only: mesh_sequence_t, mesh_run_t, has_bound, &
     theory_beside, theory_tried, theory_spoils, is_counted, theory_of_last
+  use increment_report_mod, only: told_theory
   use theory_of_runs_mod, only: run_theory_t
   use shadow_run_mod, only: has_no_shadow
   use judge_theory_mod, only: judge_theory, why_kept, theory_is_followed, &
@@ -33,7 +34,8 @@ module reach_accuracy_mod
   use command_line_mod, only: options_t, refuse_option
   use tally_mod, only: tally_t
   use close_run_mod, only: close_run
-  use console_mod, only: console_t, say, seconds_in_words, theory_in_words, theory_worth_naming
+  use console_mod, only: console_t, say, seconds_in_words, theory_in_words, &
+    theory_worth_naming, theory_part
   use prepare_scene_mod, only: prepare_scene, result_path
   use run_mesh_mod, only: run_mesh, goes_on
   use print_summary_mod, only: print_summary
@@ -278,14 +280,14 @@ contains
       call say('estimated error of '//subject_in_words(deck%accuracy)//', run by run '// &
         '(edges: over those of the deck)')
       call say(' run  elements      edges  increments    CPU time      mesh  load steps'// &
-        trim(merge('    theory', '          ', sequence%theory /= theory_beside)))
+        trim(merge('  small strain', '              ', sequence%theory /= theory_beside)))
     end if
     call estimate_sequence(sequence, errors)
     associate (run => sequence%runs(size(sequence%runs)))
       write (line, '(i4, i10, a11, i12, a12, a10, a12)') size(sequence%runs), run%n_elements, &
         edges_in_words(run), sequence%n_increments*run%divisions, seconds_in_words(run%seconds), &
         known(errors%mesh), known(errors%load_steps)
-      if (sequence%theory /= theory_beside) write (line(72:81), '(a10)') theory_in_short( &
+      if (sequence%theory /= theory_beside) write (line(72:85), '(a14)') theory_in_short( &
         run%theory)
     end associate
     call say(trim(line)//trim(merge('  again, to keep it', repeat(' ', 19), is_again)))
@@ -296,8 +298,8 @@ contains
     type(run_theory_t), intent(in) :: theory
     character(:), allocatable :: words
 
-    words = 'unknown'
-    if (.not. theory%error < huge(1.0_wp)) return
+    words = 'not known'
+    if (.not. told_theory(theory%error, theory%is_estimate) < huge(1.0_wp)) return
     words = percent(theory%error)
     if (.not. theory%is_estimate) words = '<'//words
   end function theory_in_short
@@ -330,7 +332,7 @@ contains
     if (run%divisions > 1) words = words//', increments in '//to_text(run%divisions)
   end function settings_in_words
 
-  !> Mesh 3.1 % (BODY:TOOL/friction_force), load steps 0.2 %, theory 1 %.
+  !> Mesh 3.1 % (BODY:TOOL/friction_force), load steps 0.2 %, small strain 1 %.
   function errors_in_words(sequence, errors) result(words)
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
@@ -352,9 +354,8 @@ contains
     if (.not. is_counted(sequence) .or. size(sequence%runs) == 0) return
     associate (theory => theory_of_last(sequence))
       if (words /= '') words = words//', '
-      words = words//'theory '
-      if (.not. theory%is_estimate) words = words//'at most '
-      words = words//percent(theory%error)
+      words = words//'small strain '
+      words = words//theory_part(theory%error, theory%is_estimate)
     end associate
   end function errors_in_words
 

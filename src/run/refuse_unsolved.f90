@@ -408,7 +408,7 @@ contains
 
     call raise_at(increment, error, 'element '//to_text(scene%mesh%element_id(element))// &
       ' is turned inside out, det(I + grad u) = '//to_text(least, 2)//': the body would go '// &
-      'through itself, far beyond small-strain theory; check loads, prescribed displacements '// &
+      'through itself, far beyond small strain; check loads, prescribed displacements '// &
       'and units')
   end subroutine refuse_inverted
 

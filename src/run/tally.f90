@@ -7,7 +7,7 @@ module tally_mod
   use parallel_mod, only: usage_t, usage_of_others
   use controls_mod, only: precision_controls_t
   use increments_mod, only: increment_t
-  use increment_report_mod, only: increment_report_t, worst_entry, total_error
+  use increment_report_mod, only: increment_report_t, worst_entry, total_error, told_theory
   use theory_of_runs_mod, only: run_theory_t
   use block_diagonal_mod, only: count_entries
   use linearisation_mod, only: solver_work_t, sum_of
@@ -207,7 +207,9 @@ contains
     call amount('imbalance', tally%imbalance)
     call amount('largest_strain', tally%largest_strain)
     call amount('largest_rotation', tally%largest_rotation)
-    call amount('largest_theory_error', tally%theory)
+    if (present(list)) call archive(list, tally%theory)
+    if (lists) call add('largest_small_strain_error', told_theory(tally%theory, &
+      tally%follows_theory > 0))
     call amount('largest_law_error', tally%law)
     call amount('certificate_tolerance', tally%allowed)
     call amount('compliance_bytes', tally%compliance_bytes)

@@ -347,7 +347,7 @@ class EveryDeck(Folder):
             case = Case(deck, *options)
             self.check(case, kills=(0.15, 0.3, 0.45, 0.6, 0.75, 0.9))
             with h5py.File(self.folder / "killed" / NAME) as file:
-                told = file["history/error"].attrs["theory_is"]
+                told = file["history/error"].attrs["small_strain_is"]
                 self.assertEqual(told, b"finite strain")
 
     def test_local_directions_and_tables_of_sets(self):

@@ -9,7 +9,7 @@ from bipot.result import SLIDE, STICK
 FEW = 25  # increments that get a mark each: the line between two hides how few they are
 PALETTE = ("#2f6db0", "#e8813a", "#2a9d6f", "#7a4fa3", "#c2443c", "#8a6d3b", "#4aa3c7", "#7f7f7f")
 ERRORS = {"mesh": "mesh", "load_steps": "load steps", "contact": "contact",
-          "arithmetic": "arithmetic", "total": "sum of these four", "theory": "theory"}
+          "arithmetic": "arithmetic", "total": "total", "small_strain": "small strain"}
 
 
 def over_time(result, axes):
@@ -104,13 +104,13 @@ def draw_errors(result):
         least, largest = np.inf, 0.0
         for colour, (name, values) in zip(PALETTE, errors.items(), strict=False):
             # -1: not estimated, or pending; 0 has no place on these axes.
-            # Huge: more than linear theory can say.
+            # Huge: not known.
             known = (values >= 0) & (values < 1e300)
             positive = known & (values > 0)
             marks = {"marker": ".", "markersize": 5} if known.sum() <= FEW else {}
             drawn = np.where(positive, values, np.nan)
-            if name == "theory" and result.theory_is == "bound":
-                name = "theory (at most)"
+            if name == "small strain" and result.small_strain_is == "bound":
+                name = "small strain (at most)"
             label = name if positive.any() or not known.any() else f"{name} (0)"
             # A sum often equals its largest part, which is drawn on top of it.
             width, order = (3.6, 1.5) if name == ERRORS["total"] else (1.2, 2)
