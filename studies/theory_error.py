@@ -392,8 +392,8 @@ that is more than a third, and the law is known, the runs begin again at finite 
 on a `*STEP`, or `--nlgeom no`, asks for the accuracy of the small-strain solution alone. All of
 these runs look at the stability at the ends of steps, too, where a bound is enough at the
 displacement of the linear run: of what is unstable the error is not known. At finite strain what
-buckles is refused on the first mesh, for finer ones are softer; elements that may be too soft on a coarse
-mesh (C3D8I, C3D8B, C3D20R) have to say so on two.
+buckles is refused on the first mesh, for finer ones are softer; elements that may be too soft on a
+coarse mesh (C3D8I, C3D8B, C3D20R) have to say so on two.
 
 Of {len(rows)} accuracies that scenes were asked for {len(reached)} are reached,
 {claim(not wrong, "and none of these is farther off than was asked")}. Where the law that the deck
@@ -474,8 +474,8 @@ within 20 % of 1 %.
 
 Where it is not known how far small strain is off the run says that: {"; ".join(lost)}. The
 column is straight, and finite strain changes its force by a few per cent; but beyond Euler's load
-it is unstable, and what a run finds is not what the column does. The cantilever's force is another one
-altogether.
+it is unstable, and what a run finds is not what the column does. The cantilever's force is another
+one altogether.
 
 {table(("scene", "end of step", "bound", "SVK", "true", "neo-Hooke", "true", "laws apart"), lines)}
 

@@ -312,7 +312,8 @@ class Estimate(unittest.TestCase):
             plain, followed = (Run(deck, *more, name=name) for more in ((), ("--theory",)))
             self.assertEqual(unlike(plain.file, followed.file), [])
             with plain.result() as one, followed.result() as other:
-                self.assertEqual((one.small_strain_is, other.small_strain_is), ("bound", "estimate"))
+                self.assertEqual([run.small_strain_is for run in (one, other)],
+                                 ["bound", "estimate"])
             # The bound is one.
             self.assertTrue(np.all(errors(plain) >= errors(followed)))
 
