@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 MOST_LINES = 400  # of a deck's part
 BEGIN = re.compile(r"(?i)\*\* \s*\*\s*INCLUDE\b")
-SHARP = 150  # dots per inch of the pictures, which are as wide as the page
 MOST_ROWS = 1000  # of a table of increments; of more, the ends of steps and the worst
 WORST = 50
 LARGE = 0.1  # error by small strain that is worth a warning
@@ -44,8 +43,8 @@ def make_page(result: Result, look: Look | None = None) -> str:
     sections = [
         ("summary", "Summary", summary(result)),
         ("notes", "Notes and warnings", notes(result)),
-        ("pictures", "Pictures", pictures(result, look)),
         ("forces", "Contact forces", forces(result)),
+        ("pictures", "Pictures", pictures(result, look)),
         ("errors", "Estimated errors", estimated_errors(result)),
         ("plan", "Plan", plan(result)),
         ("certificate", "Certificate", certificate(result)),
@@ -237,7 +236,7 @@ def pictures(result: Result, look: Look | None) -> str:
     made = []
     for picture in pictures_of(result, look):
         target = io.BytesIO()
-        save(picture.figure, target, picture.tight, form="png", dpi=SHARP)
+        save(picture.figure, target, picture.tight, form="png")
         data = base64.b64encode(target.getvalue()).decode()
         text = escape(picture.text)
         made.append(

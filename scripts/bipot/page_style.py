@@ -2,7 +2,7 @@
 
 STYLE = """\
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; margin: 0 auto;
-  max-width: 62rem; padding: 1rem 1.25rem 3rem; }
+  max-width: 78rem; padding: 1rem 1.25rem 3rem; }
 h1 { font-size: 1.6rem; line-height: 1.25; margin: 1rem 0 0.25rem; }
 h2 { font-size: 1.2rem; margin: 2.25rem 0 0.5rem; border-bottom: 1px solid #ccc; }
 p.about { color: #555; margin: 0 0 0.75rem; }
@@ -12,7 +12,7 @@ li.bad { color: #9c1c1c; }
 nav a { margin-right: 1rem; white-space: nowrap; }
 a { color: #1f5a96; }
 figure { margin: 1.25rem 0; break-inside: avoid; }
-figure img { display: block; width: 100%; height: auto; }
+figure img { display: block; max-width: 100%; height: auto; }
 figcaption { color: #444; font-size: 0.9rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.85rem; font-variant-numeric: tabular-nums; }

@@ -26,6 +26,8 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.along import Path as PathAlong
+from bipot.along import path_of
 from bipot.element_faces import ELEMENT_FACES, outer_faces_of, split_faces
 from bipot.errors import ResultError
 from bipot.mesh_sequence import GROUP as ACCURACY
@@ -546,6 +548,25 @@ class Result:
     def reference_nodes(self) -> ReferenceNodes:
         """What moves or carries forces beside the elements, by the deck's ids of the nodes."""
         return ReferenceNodes(self)
+
+    # --- Along a path -------------------------------------------------------------------------
+
+    def along(
+        self, points: ArrayLike, count: int | None = None, *,
+        elements: str | ArrayLike | None = None,
+    ) -> PathAlong:
+        """Return a path through places before any displacement, for values along it.
+
+        points    (P, 3) places, two or more
+        count     number of points at equal distances on the straight lines between those places;
+                  None: the places as they are
+        elements  a set of elements of the deck, or their rows: the path sees no other
+
+        `path.field("displacement")` are values at the points, `path.table()` and `path.to_csv`
+        all that one wants to know, `path.plot()` a figure. Raises ValueError for what is no path,
+        ResultError where no element has a point of it.
+        """
+        return path_of(self, points, count, elements)
 
     # --- For other programs -------------------------------------------------------------------
 

@@ -27,6 +27,8 @@ except ImportError as error:
         f" (this is {sys.executable})"
     )
 
+POINTS = 201  # of a path
+
 
 def names_of_pictures(words):
     """Return the names in a list of pictures."""
@@ -35,6 +37,17 @@ def names_of_pictures(words):
     if unknown:
         raise argparse.ArgumentTypeError(f"unknown picture '{unknown[0]}': {', '.join(NAMES)}")
     return names
+
+
+def places(words):
+    """Return the places (P, 3) that are named, for argparse."""
+    try:
+        found = [[float(x) for x in place.split(",")] for place in words.split(":")]
+    except ValueError:
+        found = []
+    if len(found) < 2 or any(len(place) != 3 for place in found):
+        raise argparse.ArgumentTypeError(f"not two or more places, such as 0,0,0:1,0,0: {words!r}")
+    return found
 
 
 def plane(words):
@@ -65,6 +78,11 @@ def command_line():
         help="of the displacement or the stress, in place of its magnitude",
     )
     parser.add_argument(
+        "--along", type=places, metavar="X,Y,Z:X,Y,Z",
+        help="values along the straight lines between places of the undeformed bodies, as a curve"
+        " and a table, instead of the pictures (--along=-1,0,0:1,0,0 where a minus comes first)",
+    )
+    parser.add_argument(
         "--increment", type=int, default=-1, metavar="N",
         help="the stored increment that is drawn, from 0; negative: from the last (-1)",
     )
@@ -81,7 +99,7 @@ def command_line():
         help="of the colours of the bodies (those of the increment)",
     )
     parser.add_argument(
-        "--dpi", type=int, help="dots per inch of the pictures (110; of bodies 200)"
+        "--dpi", type=int, help="dots per inch of the pictures (chosen: they are 1200 pixels wide)"
     )
     parser.add_argument(
         "--format", choices=("png", "svg", "pdf"), default="png", help="of the pictures"
@@ -113,6 +131,20 @@ def draw_all(result, look, folder, options):
         yield path
 
 
+def draw_along(result, look, folder, options):
+    """Draw what lies along a path, and write it as a table; yield both paths."""
+    try:
+        path = result.along(options.along, POINTS)
+    except ValueError as error:
+        raise ResultError(f"--along: {error}") from error
+    folder.mkdir(parents=True, exist_ok=True)
+    picture, table = folder / f"along.{options.format}", folder / "along.csv"
+    save(path.plot(look.index), picture, dpi=options.dpi)
+    yield picture
+    path.to_csv(table, look.index)
+    yield table
+
+
 def show(result, options):
     """Show the result as the options ask for it."""
     if result.run.get("status") not in ("finished", "settled"):
@@ -137,7 +169,8 @@ def show(result, options):
         return
     folder = options.folder or Path(f"{result.path.stem}-pictures")
     drawn = 0
-    for path in draw_all(result, look, folder, options):
+    draw = draw_along if options.along else draw_all
+    for path in draw(result, look, folder, options):
         print(path)
         drawn += 1
     if not drawn:

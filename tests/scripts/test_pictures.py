@@ -21,7 +21,7 @@ sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
 import synthetic_result  # noqa: E402
 from bipot.drawing import rendering, views  # noqa: E402
-from bipot.drawing.bodies import Bodies, Look  # noqa: E402
+from bipot.drawing.bodies import Bodies, Look, Scene  # noqa: E402
 from bipot.drawing.contact_map import Map  # noqa: E402
 from bipot.drawing.histories import draw_errors, draw_forces  # noqa: E402
 from bipot.drawing.skin import cut_skin, whole_skin  # noqa: E402
@@ -406,12 +406,39 @@ class Clip(WithFolder):
             self.assertIn(said, done.stderr)
 
 
-def show(*arguments):
-    """Run scripts/show; its bodies are drawn by matplotlib, which is there in any case."""
+def show(*arguments, **environment):
+    """Run scripts/show."""
     return subprocess.run(
         [sys.executable, ROOT / "scripts" / "show", *arguments], capture_output=True, text=True,
-        env={**os.environ, "BIPOT_PICTURES": "matplotlib"}, check=False,
+        env={**os.environ, **environment}, check=False,
     )
+
+
+class Command(WithFolder):
+    """The command takes the Python of an active environment, and draws paths."""
+
+    def test_the_active_environment(self):
+        python = self.folder / "env" / "bin" / "python3"
+        python.parent.mkdir(parents=True)
+        python.write_text("#!/bin/sh\necho the active one: \"$@\"\n")
+        python.chmod(0o755)
+        done = show("small.vtkhdf", VIRTUAL_ENV=str(self.folder / "env"))
+        self.assertEqual(done.stdout, f"the active one: {ROOT}/scripts/show small.vtkhdf\n")
+
+    def test_a_path(self):
+        synthetic_result.write(self.folder / "small.vtkhdf")
+        done = show("small.vtkhdf", "--along", "0,0.5,0.5:2,0.5,0.5")
+        self.assertEqual(done.stdout.split(),
+                         ["small-pictures/along.png", "small-pictures/along.csv"], done.stderr)
+        lines = Path("small-pictures/along.csv").read_text().splitlines()
+        self.assertEqual(len(lines), 202)
+        png = Path("small-pictures/along.png").read_bytes()
+        self.assertAlmostEqual(struct.unpack(">I", png[16:20])[0], 1200, delta=2)
+        for words, said in (("0,0,0:1,1", "not two or more places"),
+                            ("0,0,9:1,0,9", "no element has a point of this path")):
+            done = show("small.vtkhdf", "--along", words)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn(said, done.stderr)
 
 
 class Named(WithFolder):
@@ -422,7 +449,7 @@ class Named(WithFolder):
         synthetic_result.write(path)
         with h5py.File(path, "r+") as file:
             file["run"].attrs["units"] = np.bytes_(units)
-        with Result(path) as result, patch("bipot.drawing.bodies.render", return_value=None):
+        with Result(path) as result:
             figure = result.plot(what)
             words = [text.get_text() for text in figure.findobj(mpl.text.Text)]
             limits = figure.axes[-1].get_ylim()
@@ -438,7 +465,7 @@ class Named(WithFolder):
             plain, same = self.figure_of("", what)
             self.assertIn(label.partition(" [")[0] + " [deck units]", plain)
             self.assertEqual(limits, same)
-        self.assertIn("x [mm]", self.figure_of("kN, mm", "displacement")[0])
+        self.assertIn("0.5 mm", self.figure_of("kN, mm", "displacement")[0])
         self.assertIn("x", self.figure_of("", "displacement")[0])
 
     def test_units_of_quantities(self):
@@ -462,7 +489,7 @@ class Named(WithFolder):
 
 
 class Rendered(WithFolder):
-    """Bodies as pixels, which PyVista makes."""
+    """Bodies as pixels."""
 
     def setUp(self):
         super().setUp()
@@ -501,31 +528,24 @@ class Rendered(WithFolder):
             np.testing.assert_allclose(np.cross(right, up), eye, atol=1e-12)
             self.assertGreaterEqual(up[2], -1e-12)
 
-    def test_matplotlib_where_it_is_asked_for(self):
-        with patch.dict(os.environ, {"BIPOT_PICTURES": "matplotlib"}):
-            self.assertFalse(rendering.can_render.__wrapped__())
+    def picture_of(self, polygons, values, view, obstacles=(), lines=()):
+        """Return the Image of a scene, 240 by 180 pixels, and its colours."""
+        none = np.zeros((0, 2, 3))
+        scene = Scene(np.array(polygons, float), np.array(values, float),
+                      np.array(lines, float).reshape(-1, 2, 3), none, none,
+                      [np.array([pieces], float) for pieces in obstacles])
+        eye = views.towards_the_eye(*view)
+        camera = rendering.camera_on(scene.polygons.reshape(-1, 3), eye, (240, 180))
+        norm, colours = mpl.colors.Normalize(0, 30), Bodies(self.result).colour_map("stress")
+        return rendering.render_scene(scene, camera, norm, colours), camera, colours
 
-    def test_where_nothing_can_be_drawn_matplotlib_is_taken(self):
-        # A PyVista that ends the process, as VTK does without a graphics library.
-        (self.folder / "pyvista.py").write_text("import os\nos.abort()\n")
-        done = subprocess.run(
-            [sys.executable, ROOT / "scripts" / "show", "small.vtkhdf", "--only", "stress"],
-            capture_output=True, text=True, check=False,
-            env={**os.environ, "PYTHONPATH": str(self.folder)},
-        )
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stderr, "^show: PyVista can draw nothing here, so matplotlib draws")
-        self.assertEqual(done.stdout, "small-pictures/stress.png\n")
-
-    @needs("pyvista")
-    def test_pyvista_draws_the_cube_where_it_is(self):
-        """A cube seen along x is a square of the colour of its value, before a white ground."""
-        # Without a graphics library VTK would end the tests, too.
-        self.assertTrue(rendering.can_render(), "apt-get install libegl1 libgl1-mesa-dri")
+    def test_a_cube_is_drawn_where_it_is(self):
+        """Seen along x it is a square of the colour of its value, before a white ground."""
         bodies = Bodies(self.result, Look(scale=0.0, view=(0.0, 0.0)))
         scene = bodies.scene(-1, "stress")._replace(obstacles=[])
+        camera = rendering.camera_on(scene.polygons.reshape(-1, 3), bodies.eye, (240, 180))
         norm, colours = mpl.colors.Normalize(0, 30), bodies.colour_map("stress")
-        image = rendering.render_scene(scene, bodies.eye, norm, colours, (240, 180))
+        image = rendering.render_scene(scene, camera, norm, colours)
         self.assertEqual(image.pixels.shape, (180, 240, 3))
         drawn = (image.pixels < 250).any(axis=2)
         rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
@@ -535,6 +555,52 @@ class Rendered(WithFolder):
         expected = np.array(colours(1.0))[:3]
         np.testing.assert_allclose(middle, expected, atol=0.12)
         np.testing.assert_array_equal(image.pixels[2, 2], 255)
+
+    def test_what_is_nearer_is_seen_in_any_order(self):
+        """Two squares that cut each other: at each pixel the upper one, whichever comes first."""
+        one = [(0, 0, 0), (2, 0, 2), (2, 1, 2), (0, 1, 0)]
+        two = [(0, 0, 2), (2, 0, 0), (2, 1, 0), (0, 1, 2)]
+        image, camera, colours = self.picture_of([one, two], [[0] * 4, [30] * 4], (90, 0))
+        other, _, _ = self.picture_of([two, one], [[30] * 4, [0] * 4], (90, 0))
+        np.testing.assert_array_equal(image.pixels, other.pixels)
+        for place, value in (((0.5, 0.5, 1.5), 1.0), ((1.5, 0.5, 1.5), 0.0)):
+            column, row, _ = (camera.seen(np.array(place)) / rendering.FINE).astype(int)
+            colour = image.pixels[row, column] / 255
+            np.testing.assert_allclose(colour / colour.max(),
+                                       colours(value)[:3] / max(colours(value)[:3]), atol=0.02)
+
+    def test_values_vary_over_a_face(self):
+        """Half way between two values a pixel has the colour half way between theirs."""
+        square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+        image, camera, colours = self.picture_of([square], [[0, 30, 30, 0]], (90, 0))
+        for x in (0.25, 0.5, 0.75):
+            column, row, _ = (camera.seen(np.array([x, 0.5, 0])) / rendering.FINE).astype(int)
+            colour = image.pixels[row, column] / 255
+            np.testing.assert_allclose(colour / colour.max(),
+                                       colours(x)[:3] / max(colours(x)[:3]), atol=0.02)
+
+    def test_obstacles_and_lines(self):
+        """What stands behind is hidden, what stands before is a veil; so with lines."""
+        square = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)]
+        above = [(1, 0, 1), (1, 2, 1), (2, 2, 1), (2, 0, 1)]  # seen from its back
+        below = [(0, 0, -1), (2, 0, -1), (2, 2, -1), (0, 2, -1)]
+        lines = [[(0.2, 1, 0), (0.9, 1, 0)], [(0.2, 0.5, -0.5), (0.9, 0.5, -0.5)]]
+        bare, camera, _ = self.picture_of([square], [[15] * 4], (90, 0))
+        image, _, _ = self.picture_of([square], [[15] * 4], (90, 0), (above, below), lines)
+
+        def pixel(of, *place):
+            column, row, _ = (camera.seen(np.array(place)) / rendering.FINE).astype(int)
+            return of.pixels[row - 1 : row + 2, column].astype(int).reshape(-1)
+
+        np.testing.assert_array_equal(pixel(image, 0.5, 1.5, 0), pixel(bare, 0.5, 1.5, 0))
+        np.testing.assert_array_equal(pixel(image, 0.5, 0.5, 0), pixel(bare, 0.5, 0.5, 0))
+        self.assertLess(pixel(image, 0.5, 1, 0).min(), 130)
+        veiled = pixel(image, 1.5, 1.5, 0) / pixel(bare, 1.5, 1.5, 0)
+        ground = 255 * np.array(mpl.colors.to_rgb(rendering.GROUND))
+        share = rendering.VEIL
+        plain = pixel(bare, 1.5, 1.5, 0)[:3]
+        np.testing.assert_allclose(veiled[:3] * plain, (1 - share) * plain + share * ground,
+                                   atol=0.1 * share * 255)
 
 
 class Views(WithFolder):
@@ -660,6 +726,14 @@ class TimeAxes(WithFolder):
                 np.testing.assert_array_equal(line.get_xdata(), times)
             self.assertIn("time", figure.axes[-1].get_xlabel())
             mpl.pyplot.close(figure)
+
+    def test_errors_that_are_none_have_no_curve(self):
+        figure = draw_errors(self.result)
+        legend = figure.axes[0].get_legend()
+        self.assertEqual([text.get_text() for text in legend.get_texts()], ["equilibrium"])
+        (said,) = (text.get_text() for text in figure.axes[0].texts)
+        self.assertEqual(said, "0: adhesion, complementarity, cone, law, penetration")
+        mpl.pyplot.close(figure)
 
     def test_legends_cover_no_axes(self):
         for figure in (draw_forces(self.result, self.result.pairs[0]), draw_errors(self.result)):

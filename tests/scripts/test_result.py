@@ -227,7 +227,7 @@ class ShowTest(WithFolder):
 
     def test_one_increment_is_enough(self):
         synthetic_result.write(self.path, finished=1)
-        done = self.show("small.vtkhdf", BIPOT_PICTURES="matplotlib")
+        done = self.show("small.vtkhdf")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue((self.folder / "small-pictures" / "animation.gif").exists())
 

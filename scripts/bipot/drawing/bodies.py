@@ -1,4 +1,4 @@
-"""The deformed bodies and the obstacles that they touch, in 3-D axes."""
+"""The deformed bodies and the obstacles that they touch."""
 
 from __future__ import annotations
 
@@ -6,20 +6,16 @@ from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import Normalize, to_rgb
-from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from matplotlib.colors import Normalize
 
 from bipot.drawing import views
 from bipot.drawing.rendering import render, show_image
 from bipot.drawing.skin import cut_pieces, cut_skin, whole_skin
-from bipot.drawing.style import BOTH, COLD, OBSTACLE, PLAIN, RED, WARM, colour_bar, styled
+from bipot.drawing.style import BOTH, COLD, RED, WARM, colour_bar, styled
 from bipot.element_faces import face_normals
 from bipot.errors import ResultError
 from bipot.result import von_mises
 
-# Small pieces make the colours of a coarse mesh smooth; more of them than this only cost time.
-PIECES = 3000
 ERROR = 0.02  # by which contact may be drawn wrong, of the size of the bodies
 SMALL = 0.3  # extent of what is pressed, of that size, up to which it gets a close-up
 MARGIN = 1.0  # about it, of its extent
@@ -55,16 +51,6 @@ class Scene(NamedTuple):
     outline: np.ndarray  #: (M, 2, 3) sharp edges
     start: np.ndarray  #: (M, 2, 3) those before loading, none where they are not drawn
     obstacles: list[np.ndarray]  #: (F, 4, 3) pieces of each
-
-
-def subdivide(corners, pieces):
-    """Cut faces (F, 4, k) into pieces x pieces bilinear parts: (F * pieces**2, 4, k)."""
-    s = np.linspace(0, 1, pieces + 1)
-    s, t = np.meshgrid(s, s, indexing="ij")
-    shape = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
-    grid = np.einsum("ijc,fck->fijk", shape, corners)
-    parts = [grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:]]
-    return np.stack(parts, axis=3).reshape(-1, 4, corners.shape[2])
 
 
 def sharp_edges(corners, faces):
@@ -371,120 +357,6 @@ class Bodies:
         start = self.result.points[self.edges] if self.shows_start else np.zeros((0, 2, 3))
         return Scene(polygons, values, lines, outline, start, self.obstacle_surfaces(index))
 
-    def draw(self, axes, index, quantity, norm):
-        """Draw bodies and obstacles at a stored increment, coloured by `quantity`."""
-        corners, values, edges = self.drawn_faces(index, quantity)
-        pieces = int(np.clip(np.sqrt(PIECES / max(len(corners), 1)), 1, 8))
-        parts = subdivide(np.concatenate([corners, values[:, :, None]], axis=2), pieces)
-        parts = self.cut_out(parts)
-        means = parts[:, :, -1].mean(axis=1)
-        colours = self.colour_map(quantity)(norm(np.nan_to_num(means)))
-        colours[np.isnan(means), :3] = to_rgb(PLAIN)
-        colours[:, :3] *= self.light(parts)[:, None]
-
-        # The mesh's lines are flat polygons a little nearer to the eye, so that the drawing
-        # order hides those behind the body; as short as the parts of the faces, for that order
-        # goes by the middle of each polygon.
-        s = np.linspace(0, 1, pieces + 1)[:, None, None, None]
-        along = (1 - s) * corners + s * np.roll(corners, -1, axis=1)
-        grid = self.grid(index)
-        across = (1 - s) * grid[:, 0] + s * grid[:, 1]
-        first, last = (
-            np.concatenate([one[:, edges].reshape(-1, 6), two.reshape(-1, 6)])
-            for one, two in ((along[:-1], across[:-1, 0]), (along[1:], across[1:, 0]))
-        )
-        lines = self.cut_out(np.stack([first, first, last, last], axis=1))
-        lines = lines[:, :, :3] + 0.02 * self.size * self.eye
-        line_colour = np.array([0.25, 0.25, 0.25, 0.6 if len(corners) < 2000 else 0.25])
-        sheets, sheet_colours = self.obstacle_sheets(index)
-        bodies = Poly3DCollection(
-            [*parts[:, :, :3], *lines, *sheets],
-            facecolors=np.concatenate([colours, np.zeros((len(lines), 4)), sheet_colours]),
-            edgecolors=np.concatenate(
-                [colours, np.tile(line_colour, (len(lines), 1)), 0.9 * sheet_colours]
-            ),
-            linewidths=0.45,
-            zsort="average",
-        )
-        if self.shows_start:
-            before = Line3DCollection(
-                self.result.points[self.edges], colors="#9a9a9a", linewidths=0.8, linestyles="--"
-            )
-            before.set_sort_zpos(-1e300)
-            axes.add_collection3d(before)
-        axes.add_collection3d(bodies)
-        self.frame(axes)
-
-    def drawn_faces(self, index, quantity):
-        """Return the faces turned to the eye.
-
-        Corners and offsets (F, 4, 6), values (F, 4), and which sides are edges of elements (F, 4).
-        """
-        offset = self.skin.vertices.at(self.offset)
-        corners = self.skin.vertices.at(self.places(index)) - offset
-        seen = face_normals(corners) @ self.eye > 0
-        if self.box:
-            seen &= (corners.max(axis=1) >= self.box[0]).all(axis=1)
-            seen &= (corners.min(axis=1) <= self.box[1]).all(axis=1)
-        corners = np.concatenate([corners, offset], axis=2)
-        return corners[seen], self.face_values(index, quantity)[seen], self.skin.sides[seen]
-
-    def grid(self, index):
-        """Return the lines of the mesh across a section with their offsets, (S, 2, 6)."""
-        offset = self.skin.grid.at(self.offset)
-        return np.concatenate([self.skin.grid.at(self.places(index)) - offset, offset], axis=2)
-
-    def cut_out(self, pieces):
-        """Return the pieces (F, 4, 6 or more) that are shown, moved by their offsets."""
-        if self.box:
-            middle, room = pieces[:, :, :3].mean(axis=1), 0.01 * self.size
-            shown = (middle > self.box[0] - room) & (middle < self.box[1] + room)
-            pieces = pieces[shown.all(axis=1)]
-        moved = pieces[:, :, :3] + pieces[:, :, 3:6]
-        return np.concatenate([moved, pieces[:, :, 6:]], axis=2)
-
-    def light(self, corners):
-        """Return how bright faces are: a lamp over the spectator's shoulder gives them depth."""
-        lamp = self.eye + np.array([-0.4, 0.3, 0.8 * np.sign(self.eye[2])])
-        shine = face_normals(corners[:, :, :3]) @ (lamp / np.linalg.norm(lamp))
-        return 0.7 + 0.3 * np.clip(shine, 0, 1)
-
-    def obstacle_sheets(self, index):
-        """Return the obstacles' pieces (F, 4, 3) and colours (F, 4), half transparent.
-
-        Each is moved along the line of sight, which is not seen: to the side of the body on which
-        it is, so that the drawing order cannot take one for the other.
-        """
-        sheets = [np.zeros((0, 4, 3)), *self.obstacle_surfaces(index)]
-        pieces = np.concatenate(sheets)
-        normals = face_normals(pieces)
-        before = np.where(normals @ self.eye < 0, 1.0, -1.0)
-        pieces = pieces + (0.05 * self.size * before)[:, None, None] * self.eye
-        colours = np.tile([*to_rgb(OBSTACLE), 0.22], (len(pieces), 1))
-        colours[before < 0, 3] = 0.35
-        return pieces, colours
-
-    def frame(self, axes):
-        """Set view, limits and labels of 3-D axes."""
-        axes.set_proj_type("ortho")
-        axes.view_init(*self.direction)
-        # A thin body still gets axes that can be labelled.
-        margin = 0.03 * self.size
-        low, high = self.view[0] - margin, self.view[1] + margin
-        length = self.result.units.length
-        for name, first, last in zip("xyz", low, high, strict=True):
-            getattr(axes, f"set_{name}lim")(first, last)
-            getattr(axes, f"set_{name}label")(f"{name} [{length}]" if length else name)
-            axis = getattr(axes, f"{name}axis")
-            axis.set_pane_color((1, 1, 1, 0))
-            thin = last - first < 0.2 * np.max(high - low)
-            axis.set_major_locator(MaxNLocator(1 if thin else 4))
-            axis._axinfo["grid"].update(color="#e4e4e4", linewidth=0.5)
-        axes.set_box_aspect(high - low, zoom=1.05)
-        axes.tick_params(labelsize=7, pad=0)
-        if self.apart:  # places are none
-            axes.set_axis_off()
-
     def scale_words(self):
         """Return how displacements are drawn."""
         if self.scale == 1:
@@ -523,16 +395,9 @@ def draw_bodies(bodies, quantity):
     row = result.field_rows[last]
     norm = bodies.norm(quantity, [last])
     figure = plt.figure(figsize=(7.2, 5.4))
-    image = render(bodies, last, quantity, norm)
-    if image is None:
-        axes = figure.add_subplot(projection="3d")
-        bodies.draw(axes, last, quantity, norm)
-        pad = 0.13
-    else:
-        axes = figure.add_subplot()
-        show_image(axes, image, bodies)
-        pad = 0.03
-    colour_bar(figure, axes, norm, bodies.colour_map(quantity), bodies.label(quantity), pad)
+    axes = figure.add_subplot()
+    show_image(axes, render(bodies, last, quantity, norm), bodies)
+    colour_bar(figure, axes, norm, bodies.colour_map(quantity), bodies.label(quantity))
     when = f"{result.label(row)}{error_of_force(result, row)}"
     axes.set_title(f"{result.path.stem}: {when}\n{bodies.words()}", pad=12)
     return figure

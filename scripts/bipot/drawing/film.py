@@ -1,15 +1,18 @@
 """The animation of a result."""
 
 import sys
+from itertools import product
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib import animation
 
 from bipot.drawing.contact_map import Map
+from bipot.drawing.rendering import camera_on, render, show_image
 from bipot.drawing.style import colour_bar, styled
 
 MAX_FRAMES = 60
+SIZE = (480, 360)  # pixels of the bodies
 
 
 class Progress:
@@ -36,7 +39,11 @@ def draw_animation(result, bodies, pair, path, writer):
         1, 2 if pair else 1, left=0.02, right=0.97, top=0.82, bottom=0.18,
         width_ratios=[1.6, 1] if pair else [1],
     )
-    body_axes = figure.add_subplot(places[0], projection="3d")
+    body_axes = figure.add_subplot(places[0])
+    # The same place is at the same pixel in all frames.
+    low, high = bodies.view
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    camera = camera_on(corners, bodies.eye, SIZE)
     colour_bar(
         figure, body_axes, norm, bodies.colour_map("displacement"), bodies.label("displacement")
     )
@@ -46,7 +53,7 @@ def draw_animation(result, bodies, pair, path, writer):
     def draw(frame):
         row = result.field_rows[frame]
         body_axes.clear()
-        bodies.draw(body_axes, frame, "displacement", norm)
+        show_image(body_axes, render(bodies, frame, "displacement", norm, camera), bodies)
         if surface:
             map_axes.clear()
             surface.draw(map_axes, row)

@@ -8,7 +8,7 @@ from bipot.result import SLIDE, STICK
 
 FEW = 25  # increments that get a mark each: the line between two hides how few they are
 PALETTE = ("#2f6db0", "#e8813a", "#2a9d6f", "#7a4fa3", "#c2443c", "#8a6d3b", "#4aa3c7", "#7f7f7f")
-ERRORS = {"mesh": "mesh", "load_steps": "load steps", "contact": "contact",
+ERRORS = {"mesh": "mesh", "geometry": "geometry", "load_steps": "load steps", "contact": "contact",
           "arithmetic": "arithmetic", "total": "total", "small_strain": "small strain"}
 
 
@@ -101,7 +101,7 @@ def draw_errors(result):
         if f"error/{name}" in result.history_names
     }
     for one, errors in zip(axes, (result.certificate, estimates), strict=True):
-        least, largest = np.inf, 0.0
+        least, largest, none = np.inf, 0.0, []
         for colour, (name, values) in zip(PALETTE, errors.items(), strict=False):
             # -1: not estimated, or pending; 0 has no place on these axes.
             # Huge: not known.
@@ -111,20 +111,22 @@ def draw_errors(result):
             drawn = np.where(positive, values, np.nan)
             if name == "small strain" and result.small_strain_is == "bound":
                 name = "small strain (at most)"
-            label = name if positive.any() or not known.any() else f"{name} (0)"
+            if not positive.any():
+                none += [name] * bool(known.any())
+                continue
             # A sum often equals its largest part, which is drawn on top of it.
             width, order = (3.6, 1.5) if name == ERRORS["total"] else (1.2, 2)
             # Across increments without an estimate the line goes on.
-            one.plot(times[known], drawn[known], color=colour, label=label, linewidth=width,
+            one.plot(times[known], drawn[known], color=colour, label=name, linewidth=width,
                      zorder=order, **marks)
-            if positive.any():
-                least = min(least, values[positive].min())
-                largest = max(largest, values[positive].max())
+            least = min(least, values[positive].min())
+            largest = max(largest, values[positive].max())
         one.set_yscale("log")
         if largest > 0:
             one.set_ylim(least / 3, largest * 3)
-        if errors:
             legend_beside(one)
+        if none:
+            one.text(0.01, 0.02, f"0: {', '.join(none)}", transform=one.transAxes, fontsize=8)
     axes[0].set_ylabel("errors, relative")
     axes[0].set_title(f"{result.path.stem}: certificate of each increment")
     axes[1].set_ylabel("errors, relative")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bipot.drawing.bodies import Bodies, Look
-from bipot.drawing.style import COLD, OBSTACLE, RED, WARM
+from bipot.drawing.style import COLD, GROUND, RED, WARM
 from bipot.errors import ResultError
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def make_plotter(
         )
         for name, pieces in bodies.named_obstacles(index):
             plotter.add_mesh(
-                surface(pieces), name=f"obstacle {name}", color=OBSTACLE, opacity=0.3,
+                surface(pieces), name=f"obstacle {name}", color=GROUND, opacity=0.3,
                 ambient=0.4, reset_camera=False,
             )
         plotter.add_text(

@@ -11,7 +11,8 @@ from bipot.result import OPEN, SLIDE, STICK
 COLOURS = {OPEN: "#ffffff", STICK: "#2f6db0", SLIDE: "#e8813a"}
 INK, GRID = "#303030", "#c9c9c9"
 PLAIN = "#dcdcd8"  # a body where it has no colour of its own
-OBSTACLE = "#7d8794"
+GROUND = "#b3bac2"  # of obstacles
+COLUMNS = 1200  # pixels of a picture
 
 # Light where nothing happens, so that lines of the mesh and shades are seen there; ever darker.
 # BOTH is of components: cold below 0, warm above.
@@ -50,17 +51,25 @@ def styled(draw):
     return in_style
 
 
-def colour_bar(figure, axes, norm, colour_map, label, pad=0.13):
+def colour_bar(figure, axes, norm, colour_map, label):
     """Draw a colour bar beside axes."""
-    bar = figure.colorbar(ScalarMappable(norm, colour_map), ax=axes, shrink=0.7, pad=pad)
+    bar = figure.colorbar(ScalarMappable(norm, colour_map), ax=axes, shrink=0.7, pad=0.03)
     bar.set_label(label)
     bar.outline.set_visible(False)
 
 
 def save(figure, target, tight=True, form=None, dpi=None):
-    """Write a picture to a path or a file, and forget the figure."""
-    figure.savefig(
-        target, bbox_inches="tight" if tight else None, facecolor="white", format=form,
-        dpi=dpi or "figure",
-    )  # fmt: skip
+    """Write a picture to a path or a file, and forget the figure.
+
+    Without `dpi` it is COLUMNS pixels wide.
+    """
+    with plt.rc_context(STYLE):
+        width = figure.get_figwidth()
+        if tight:
+            room = plt.rcParams["savefig.pad_inches"]
+            width = figure.get_tightbbox().width + 2 * room
+        figure.savefig(
+            target, bbox_inches="tight" if tight else None, facecolor="white", format=form,
+            dpi=dpi or COLUMNS / width,
+        )  # fmt: skip
     plt.close(figure)
