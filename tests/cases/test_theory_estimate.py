@@ -484,7 +484,8 @@ class Accuracy(unittest.TestCase):
             self.assertEqual((stable.status, unstable.status), (0, 2), stable.errors)
             with stable.result() as result:
                 self.assertEqual(result.small_strain_is, "bound")
-            self.assertRegex(unstable.errors, "not reached: small strain is off by an unknown amount")
+            self.assertRegex(
+                unstable.errors, "not reached: small strain is off by an unknown amount")
             alone = Run(free(named), "--accuracy", "0.3", "--nlgeom", "no", name="column", load=1.2)
             self.assertEqual(alone.status, 0, alone.errors)
 
