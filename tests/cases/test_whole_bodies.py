@@ -48,6 +48,20 @@ class Falling(unittest.TestCase):
                 self.assertIn("nothing balances the loads along body 1", run.errors)
                 self.assertIn("translation along z", run.errors)
 
+    def test_a_push_beyond_friction_is_refused_where_friction_ends(self):
+        # Weight 1, a push that grows to 0.31 where friction holds 0.3: the run goes on to there.
+        plane = wall("Z", "MIN").replace("NAME=I\n", "NAME=I\n*FRICTION\n0.3\n")
+        weight = "*STEP\n*STATIC\n*DLOAD\nB, GRAV, 1., 0, 0, -1\n*END STEP\n"
+        push = "*STEP\n*STATIC\n0.25, 1.\n*DSLOAD\nB-XMIN, P, 0.31\n*END STEP\n"
+        run = Run(CUBE + plane + weight + push, name="pushed")
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("nothing balances the loads along body 1", run.errors)
+        self.assertIn("translation along x", run.errors)
+        with run.result() as result:
+            force = result.pairs[0].resultant[-1]
+        self.assertLess(-force[0], 0.3)
+        self.assertAlmostEqual(force[0], -0.3, delta=1e-4)
+
     def test_loads_that_supports_carry_need_nothing_else(self):
         # Held along x alone; a pressure of 10 along x leaves the cube's other motions alone.
         load = "*BOUNDARY\nB-XMIN, 1, 1, 0.\n*DSLOAD\nB-XMAX, P, 10."

@@ -26,6 +26,7 @@ module floating_search_mod
   use floating_mod, only: floating_t, part_points, shift_of
   use newton_iterate_mod, only: residual_at
   use floating_centre_mod, only: drift_t, centre_t, solve_at_centre, sees_nothing, find_resistance
+  use closest_balance_mod, only: find_closest_balance, most_wedged
   use growing_friction_mod, only: friction_shares
   use joint_newton_mod, only: solve_jointly
   implicit none
@@ -57,7 +58,6 @@ module floating_search_mod
   !! 1000 rows and more, the search ends nowhere
   real(wp), parameter :: scalings(5) = [0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp/3.0_wp, 1.0_wp/9.0_wp]
   !! of the natural map's, for the laws in Newton's method then; 0: its own [-]
-  real(wp), parameter :: most_wedged = 1.0e4_wp     !! of the loads: reactions to believe [-]
   real(wp), parameter :: promising = 1.0e-4_wp      !! of what that leaves over: worth a trial [-]
   real(wp), parameter :: vanished = 1.0e-3_wp
   !! reactions, of those it began with: wedges that lock (mu = 1 and 5) keep more [-]
@@ -99,7 +99,7 @@ contains
     type(contact_report_t), intent(out) :: report
     type(search_t) :: search
     integer :: i, n_lines
-    logical :: found, may_part
+    logical :: found, may_part, is_hopeless
 
     search%load = matmul(drift%load, floating%back)
     search%x_start = x_free + matmul(floating%g, drift%a) - matmul(floating%w_q, search%load) + &
@@ -110,12 +110,15 @@ contains
     search%now%r = r
     allocate (search%leap(floating%n_seen), source=0.0_wp)
     n_lines = 0
+    is_hopeless = .false.
     may_part = .not. any(abs(drift%load) > drift%rounding) .and. any(abs(r) > 0.0_wp)
     recentre: do i = 1, max_recentrings
       x_free = search%x_start + matmul(floating%q, search%now%centre)
       call try_centre(problem, floating, x_free, controls, drift, search, report)
       if (report%converged .or. .not. search%best%is_solved) exit recentre
       if (search%now%is_solved .and. sees_nothing(search%now)) exit recentre
+      if (i == 1) call ask_for_hope(problem, floating, search, is_hopeless)
+      if (is_hopeless) exit recentre
       if (may_part) then
         if (maxval(abs(search%best%r)) <= vanished*maxval(abs(search%r_first))) then
           call part_bodies(problem, floating, controls, drift, search, x_free, report)
@@ -137,11 +140,11 @@ contains
       end if
       call choose_centre(problem, floating, x_free, controls, search)
     end do recentre
-    if (.not. report%converged .and. problem%n_rows <= largest_joint .and. &
+    if (.not. (report%converged .or. is_hopeless) .and. problem%n_rows <= largest_joint .and. &
       .not. is_map(problem%compliance) .and. &
       .not. (search%now%is_solved .and. sees_nothing(search%now))) call try_jointly(problem, &
       floating, controls, drift, search, x_free, report)
-    if (.not. report%converged .and. search%now%is_solved) then
+    if (.not. (report%converged .or. is_hopeless) .and. search%now%is_solved) then
       if (.not. sees_nothing(search%now)) call go_plainly(problem, floating, controls, drift, &
         search, x_free, report)
     end if
@@ -167,6 +170,28 @@ contains
         shift_of(floating, pack_rows(problem, r)))
     end associate
   end subroutine solve_floating
+
+  !> Whether no reactions at all balance the loads, wherever the motions go. What the closest ones
+  !> leave over is then all that there is to say.
+  subroutine ask_for_hope(problem, floating, search, is_hopeless)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    type(search_t), intent(inout) :: search
+    logical, intent(out) :: is_hopeless
+    real(wp) :: e(floating%n_seen), left(floating%n)
+
+    is_hopeless = .false.
+    if (floating%n_seen > largest_joint) return
+    call find_closest_balance(problem, floating%q, search%load, e, is_hopeless)
+    left = matmul(matmul(floating%q, e), floating%g)
+    is_hopeless = is_hopeless .and. any(abs(left) > nearly*search%best%small)
+    if (.not. is_hopeless) return
+    associate (best => search%best)
+      best%e = e
+      best%left = best%left - best%left_seen + left
+      best%left_seen = left
+    end associate
+  end subroutine ask_for_hope
 
   !> Try a place near the best centre at which no point touches: where no load drives the motions,
   !> that is a solution. Near it reactions fall as fast as the imbalance, and the search alone would
