@@ -85,7 +85,7 @@ need_packages() {
       "(or give --no-install if you have them in another way)"
     as_root=(sudo)
   fi
-  say "installing from Debian: ${missing[*]}"
+  say "installing from Debian, with what they need: ${missing[*]}"
   # Old package lists may still do, so a failed update alone is no reason to stop.
   with_progress "$build/apt.log" "updating package lists" "${as_root[@]}" apt-get update || true
   with_progress "$build/apt.log" "installing packages" "${as_root[@]}" \
@@ -128,35 +128,70 @@ cached() {
   sed -n "s/^$2:[A-Z]*=//p" "$1/CMakeCache.txt" 2>/dev/null
 }
 
-# Reports every 10 seconds how far a command is that writes to a log: report_progress LOG WHAT.
-# A build writes percentages; of other commands only the time so far is known.
-report_progress() {
-  local log=$1 what=$2 began=$SECONDS percent
-  while sleep 10 && kill -0 $$ 2>/dev/null; do
+# How far commands are by their logs: progress_of BEGAN LOG... Builds write percentages, of which the
+# mean counts; apt-get says how many packages it installs, unpacks one after the other and sets them up.
+# Of others only the time so far is known.
+progress_of() {
+  local began=$1 log percent sum=0 seconds=$((SECONDS - $1)) total words
+  shift
+  if total=$(sed -nE 's/^.* ([0-9]+) newly installed,.*/\1/p' "$1" 2>/dev/null | tail -n 1) &&
+    [ -n "$total" ]; then
+    for words in "Setting up:set up" "Unpacking:unpacked" "Get:downloaded"; do
+      percent=$(grep -c "^${words%%:*}" "$1")
+      [ "$percent" -eq 0 ] || break
+    done
+    printf '%s %d of %d, %d s so far' "${words#*:}" "$percent" "$total" "$seconds"
+    return
+  fi
+  for log in "$@"; do
     percent=$(sed -nE 's/^\[ *([0-9]+)%\].*/\1/p' "$log" 2>/dev/null | tail -n 1)
-    if [ "${percent:-0}" -gt 0 ] && [ "$percent" -lt 100 ]; then
-      say "$what: $percent %, about $(((SECONDS - began) * (100 - percent) / percent)) s left"
-    else
-      say "$what: $((SECONDS - began)) s so far"
-    fi
+    sum=$((sum + ${percent:-0}))
   done
+  percent=$((sum / $#))
+  if [ "$percent" -gt 0 ] && [ "$percent" -lt 100 ]; then
+    printf '%d %%, about %d s left' "$percent" $((seconds * (100 - percent) / percent))
+  else
+    printf '%d s so far' "$seconds"
+  fi
+}
+
+# Reports every 10 seconds, until it is stopped, how far commands are: start_reporter WHAT LOG...
+# One reporter at a time: what is begun meanwhile is part of what it reports.
+reporter=
+start_reporter() {
+  local what=$1
+  shift
+  [ -z "$reporter" ] || return 0
+  # In a process group of its own, to be ended with its sleep, which else would keep the output of
+  # this script open. It must not hold the lock.
+  set -m
+  {
+    began=$SECONDS
+    while sleep 10 && kill -0 $$ 2>/dev/null; do
+      say "$what: $(progress_of "$began" "$@")"
+    done
+  } </dev/null 9>&- &
+  reporter=$!
+  set +m
+}
+
+stop_reporter() {
+  [ -n "$reporter" ] || return 0
+  kill -- "-$reporter" 2>/dev/null || true
+  wait "$reporter" 2>/dev/null || true
+  reporter=
 }
 
 # Runs a command, its output in a log, with a line of progress every 10 seconds: with_progress LOG
 # WHAT COMMAND... The status is the command's.
 with_progress() {
-  local log=$1 what=$2 status=0 reporter
+  local log=$1 what=$2 status=0 began_here=no
   shift 2
   : >"$log"
-  # In a process group of its own, to be ended with its sleep, which else would keep the output of
-  # this script open. It must not hold the lock.
-  set -m
-  report_progress "$log" "$what" </dev/null 9>&- &
-  reporter=$!
-  set +m
+  [ -n "$reporter" ] || began_here=yes
+  start_reporter "$what" "$log"
   "$@" >>"$log" 2>&1 </dev/null || status=$?
-  kill -- "-$reporter" 2>/dev/null || true
-  wait "$reporter" 2>/dev/null || true
+  [ "$began_here" = no ] || stop_reporter
   return "$status"
 }
 

@@ -1,26 +1,31 @@
 #!/usr/bin/env python3
 """What scripts/test says of runs of ctest: how long they take, what was skipped, how they ended.
 
-    ctest_summary.py expect TREE... [-- OPTIONS OF CTEST]
-    ctest_summary.py skips TREE...
-    ctest_summary.py verdict SECONDS [--forbidden NAME]... TREE...
+    ctest_summary.py expect TREE [-- OPTIONS OF CTEST]
+    ctest_summary.py times TREE...
+    ctest_summary.py skips RUN...
+    ctest_summary.py verdict SECONDS [--forbidden NAME]... RUN...
 
-A TREE is a build folder; TREE/ctest.log is what ctest last printed there (empty: no test of the
-tree was chosen), TREE/ctest.output its log of what each test printed. `expect` adds the times that
-the chosen tests took before, which ctest keeps beside its logs. `skips` prints a line for each test
-that was skipped, and for each part of a test file, with the reason that it gave. `verdict` prints
-one line: "79 of 79 passed in 12 min", or "3 of 79 failed: NAME, NAME, NAME (12 min)", and ends with
-status 1 where it is not the former.
+A TREE is a build folder. A RUN is TREE/ctest, say: RUN.log is what ctest printed (empty: no test of
+the tree was chosen), RUN.output its log of what each test printed. `expect` adds the times that the
+chosen tests took before, which ctest keeps beside its logs. `times` prints the processor times of
+all tests that ran, which `tests/timed` wrote into TREE/test-times: the 20 longest, the sum of each
+label, those over 15 s outside --full, then all. `skips` prints a line for each test that was
+skipped, and for each part of a test file, with the reason that it gave. `verdict` prints one line:
+"79 of 79 passed in 12 min", or "3 of 79 failed: NAME, NAME, NAME (12 min)", and ends with status 1
+where it is not the former.
 """
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 PROCESSES = 2  # scripts/test runs so many tests at once
+MOST_SECONDS = 15  # of the processor that a test may take outside --full
 LISTED = re.compile(r"^\s+\d+ - (\S+) \((.+?)\)", re.MULTILINE)
 SKIPS = {"Skipped", "Disabled"}
 
@@ -49,34 +54,87 @@ def costs(tree: Path) -> dict[str, float]:
     return found
 
 
-def expect(trees: list[Path], options: list[str]) -> str:
+def listed(tree: Path, options: list[str]) -> dict[str, list[str]]:
+    """Return the labels of the tests that options of ctest choose in a tree, by test."""
+    done = subprocess.run(
+        ["ctest", "--test-dir", str(tree), "--show-only=json-v1", *options],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        return {}
+    found = {}
+    for test in json.loads(done.stdout)["tests"]:
+        values = {entry["name"]: entry["value"] for entry in test.get("properties", [])}
+        found[test["name"]] = values.get("LABELS", [])
+    return found
+
+
+def expect(tree: Path, options: list[str]) -> str:
     """Return the sentence that says how many tests there are and how long they will take."""
-    count, seconds, unknown = 0, 0.0, 0
-    for tree in trees:
-        listing = subprocess.run(
-            ["ctest", "--test-dir", str(tree), "-N", *options],
-            capture_output=True,
-            text=True,
-            check=False,
-        ).stdout
-        names = re.findall(r"^ *Test +#\d+: (\S+)", listing, re.MULTILINE)
-        known = costs(tree)
-        times = [known[name] for name in names if name in known]
-        count += len(names)
-        unknown += len(names) - len(times)
-        seconds += max([sum(times) / PROCESSES, *times])
+    names = listed(tree, options)
+    known = costs(tree)
+    times = [known[name] for name in names if name in known]
+    count, unknown = len(names), len(names) - len(times)
     tests = f"{count} test{'s' * (count != 1)}"
     if count == 0:
-        return "no test is chosen"
+        return f"{tree.name}: no test is chosen"
     if unknown == count:
-        return f"{tests}: no times of earlier runs; all tests take 15 to 30 min on two processors"
+        return f"{tree.name}: {tests}, no times of earlier runs"
     more = f", and {unknown} of which no time is known" if unknown else ""
-    return f"{tests}: about {in_words(seconds)} by the times of earlier runs{more}"
+    seconds = max([sum(times) / PROCESSES, *times])
+    return f"{tree.name}: {tests}, about {in_words(seconds)} by the times of earlier runs{more}"
 
 
-def outputs(tree: Path) -> dict[str, str]:
-    """Return what each test of the last run of a tree printed."""
-    path = tree / "ctest.output"
+def seconds_of(text: str) -> float:
+    """Return the processor time of a test from what `tests/timed` wrote [s]."""
+    clock = re.findall(r"(\d+)m([\d.]+)s", text)
+    # Of the shell that ran the test, then of the test: in user and in system mode.
+    return sum(60 * int(minutes) + float(seconds) for minutes, seconds in clock[2:4])
+
+
+def processor_times(tree: Path) -> dict[str, float]:
+    """Return the processor time of each test that ran in a tree [s]."""
+    paths = (tree / "test-times").glob("*")
+    return {path.name: seconds_of(path.read_text(encoding="utf-8")) for path in paths}
+
+
+def times(trees: list[Path]) -> str:
+    """Return the table of processor times."""
+    rows = []
+    for tree in trees:
+        labels = listed(tree, ["-C", "full"])
+        for name, seconds in processor_times(tree).items():
+            if name in labels:
+                rows.append((seconds, name + label(tree), labels[name] or ["no label"]))
+    rows.sort(reverse=True)
+    by_label: dict[str, float] = {}
+    for seconds, _, names in rows:
+        for name in names:
+            by_label[name] = by_label.get(name, 0.0) + seconds
+    usual = [(seconds, name) for seconds, name, names in rows if "full" not in names]
+    long = [name for seconds, name in usual if seconds > MOST_SECONDS]
+    return "\n".join(
+        [
+            f"processor time of {len(usual)} tests: {sum(seconds for seconds, _ in usual):.0f} s",
+            f"over {MOST_SECONDS} s outside --full: {', '.join(long) or 'none'}",
+            "",
+            "by label:",
+            *(f"{seconds:9.1f} s  {name}" for name, seconds in sorted(by_label.items())),
+            "",
+            "the longest:",
+            *(f"{seconds:9.1f} s  {name}" for seconds, name in usual[:20]),
+            "",
+            "all:",
+            *(f"{seconds:9.1f} s  {name}" for seconds, name, _ in rows),
+        ]
+    )
+
+
+def outputs(run: Path) -> dict[str, str]:
+    """Return what each test of a run printed."""
+    path = run.with_suffix(".output")
     if not path.is_file():
         return {}
     text = path.read_text(encoding="utf-8", errors="replace")
@@ -84,13 +142,14 @@ def outputs(tree: Path) -> dict[str, str]:
     return dict(re.findall(pattern, text, re.MULTILINE | re.DOTALL))
 
 
-def skips(tree: Path) -> list[str]:
+def skips(run: Path) -> list[str]:
     """Return a line for each test that was skipped and for each part of one."""
-    log = read_log(tree)
+    log = read_log(run)
+    tree = run.parent
     skipped = {name for name, how in LISTED.findall(log) if how in SKIPS}
     ran = set(re.findall(r"^ *\d+/\d+ Test +#\d+: (\S+) ", log, re.MULTILINE))
     lines = []
-    for name, output in outputs(tree).items():
+    for name, output in outputs(run).items():
         if name in skipped:
             said = [line.strip() for line in output.splitlines() if line.strip()]
             reason = said[-1].removeprefix("skipped: ") if said else "it does not say why"
@@ -103,17 +162,18 @@ def skips(tree: Path) -> list[str]:
     return lines
 
 
-def read_log(tree: Path) -> str:
-    """Return what ctest printed of a tree."""
-    path = tree / "ctest.log"
+def read_log(run: Path) -> str:
+    """Return what ctest printed of a run."""
+    path = run.with_suffix(".log")
     return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
 
 
-def verdict(seconds: float, forbidden: list[str], trees: list[Path]) -> tuple[str, bool]:
+def verdict(seconds: float, forbidden: list[str], runs: list[Path]) -> tuple[str, bool]:
     """Return the closing line, and whether all is well."""
     total, failed, n_skipped, broken = 0, [], 0, []
-    for tree in trees:
-        log = read_log(tree)
+    for run in runs:
+        tree = run.parent
+        log = read_log(run)
         if not log:
             continue
         closing = re.search(
@@ -146,12 +206,14 @@ def main(arguments: list[str]) -> int:
     """Print what was asked for; return the exit status."""
     command, rest = arguments[0], arguments[1:]
     if command == "expect":
-        cut = rest.index("--") if "--" in rest else len(rest)
-        print(expect([Path(tree) for tree in rest[:cut]], rest[cut + 1 :]))
+        print(expect(Path(rest[0]), rest[2:]))
+        return 0
+    if command == "times":
+        print(times([Path(tree) for tree in rest]))
         return 0
     if command == "skips":
-        for tree in rest:
-            for line in skips(Path(tree)):
+        for run in rest:
+            for line in skips(Path(run)):
                 print(line)
         return 0
     seconds, rest = float(rest[0]), rest[1:]
@@ -159,7 +221,7 @@ def main(arguments: list[str]) -> int:
     while rest and rest[0] == "--forbidden":
         forbidden.append(rest[1])
         rest = rest[2:]
-    line, is_well = verdict(seconds, forbidden, [Path(tree) for tree in rest])
+    line, is_well = verdict(seconds, forbidden, [Path(run) for run in rest])
     print(line)
     return 0 if is_well else 1
 

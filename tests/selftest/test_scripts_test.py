@@ -6,6 +6,7 @@ tests of a tree are commands of the shell.
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -76,16 +77,17 @@ class ScriptsTest(unittest.TestCase):
         self.root = Path(folder.name).resolve() / "project"
         for path in ("scripts", "tests", "trees", "bin"):
             (self.root / path).mkdir(parents=True)
-        for path in ("scripts/test", "scripts/common.sh", "tests/ctest_summary.py"):
+        for path in ("scripts/test", "scripts/common.sh", "tests/ctest_summary.py", "tests/timed"):
             shutil.copy(SOURCE / path, self.root / path)
         (self.root / "tests/requirements.txt").write_text("")
         (self.root / "part.py").write_text(PART)
         for name, text in (("cmake", CMAKE), ("mpirun", "#!/bin/sh\n")):
             (self.root / "bin" / name).write_text(text)
             (self.root / "bin" / name).chmod(0o755)
-        both = add("unit_a", "true", "LABELS unit") + add("case_b", "true")
-        self.tree("debug", both)
-        self.tree("build", both + add("lint", "true"))
+        units = add("unit_a", "true", "LABELS unit")
+        self.tree("debug", units + add("case_b", "true", "LABELS checked"))
+        self.tree("build", units + add("case_b", "true", "LABELS checked") +
+                  add("case_c", "true", "LABELS readme") + add("lint", "true"))  # fmt: skip
         self.tree("mpi", add("ranks", "true"))
 
     def tree(self, name: str, text: str) -> None:
@@ -115,22 +117,49 @@ class ScriptsTest(unittest.TestCase):
         built_what = sorted(" ".join(line.split()) for line in lines if "check_build" not in line)
         return done.returncode, done.stdout, done.stderr, built_what
 
-    def test_all_trees_without_options(self) -> None:
+    def test_plain_runs_units_and_what_guards_the_readme(self) -> None:
         status, printed, told, built = self.run_it()
         self.assertEqual(status, 0, printed + told)
-        # Units are those of the Debug tree, once.
-        self.assertEqual(built, ["build --target bipot", "build --target case_tools",
+        self.assertEqual(built, ["build --target case_tools unit_a"])
+        self.assertRegex(printed.splitlines()[-1], r"^2 of 2 passed in \d+ s$")
+        self.assertIn("build: 2 tests, no times of earlier runs", told)
+        self.assertRegex(printed, r"\nprocessor time: \d+ s installing, \d+ s building, \d+ s te")
+        self.assertTrue((self.root / "build/test-times.txt").is_file())
+
+    def test_all_runs_everything_once(self) -> None:
+        status, printed, told, built = self.run_it("--all")
+        self.assertEqual(status, 0, printed + told)
+        # What is checked in the Debug tree is not run again.
+        self.assertEqual(built, ["build --target bipot", "build --target case_tools unit_a",
                                  "build/debug", "build/mpi"])  # fmt: skip
-        self.assertRegex(printed.splitlines()[-1], r"^5 of 5 passed in \d+ s$")
-        self.assertEqual(printed.count("100% tests passed, 0 tests failed out of"), 6)
-        self.assertIn("6 tests: no times of earlier runs", told)
+        self.assertRegex(printed.splitlines()[-1], r"^6 of 6 passed in \d+ s$")
+
+    def test_rest_is_what_plain_left(self) -> None:
+        status, _, told, _ = self.run_it("--rest")
+        self.assertEqual(status, 3)
+        self.assertIn("run scripts/test before it", told)
+        self.assertEqual(self.run_it()[0], 0)
+        status, printed, told, _ = self.run_it("--rest")
+        self.assertEqual(status, 0, printed + told)
+        ran = [line.split()[3] for line in printed.splitlines() if "Passed" in line]
+        self.assertEqual(sorted(ran), ["case_b", "lint", "ranks", "unit_a"])
+        # The verdict is of both calls.
+        self.assertRegex(printed.splitlines()[-1], r"^6 of 6 passed in \d+ s$")
+        self.assertIn("\nby label:\n", printed)
+
+    def test_rest_tells_what_failed_before_it(self) -> None:
+        self.tree("build", add("unit_a", "false", "LABELS unit"))
+        self.assertEqual(self.run_it()[0], 1)
+        status, printed, _, _ = self.run_it("--rest")
+        self.assertEqual(status, 1)
+        self.assertRegex(printed.splitlines()[-1], r"^1 of 4 failed: unit_a \(\d+ s\)$")
 
     def test_options_of_ctest_choose_the_release_tree_and_what_is_built(self) -> None:
         for options, wanted, count in (
             (("-R", "unit_a"), ["build --target unit_a"], 1),
             (("-R", "case_b"), ["build --target case_tools"], 1),
             (("-R", "lint"), [], 1),
-            (("-E", "lint"), ["build --target case_tools unit_a"], 2),
+            (("-E", "lint"), ["build --target case_tools unit_a"], 3),
             (("--debug", "-R", "unit"), ["build/debug --target unit_a"], 1),
             (("--mpi", "-R", "ranks"), ["build --target bipot", "build/mpi --target bipot"], 1),
             (("--debug",), ["build/debug"], 2),
@@ -152,43 +181,83 @@ class ScriptsTest(unittest.TestCase):
         data = self.root / "build/Testing/Temporary/CTestCostData.txt"
         data.write_text("unit_a 3 200\ncase_b 2 100\n---\n")
         told = self.run_it("-R", "unit_a|case_b|lint")[2]
-        self.assertIn("3 tests: about 3 min by the times of earlier runs, and 1 of which", told)
+        self.assertIn("build: 3 tests, about 3 min by the times of earlier runs, and 1 of", told)
 
     def test_nothing_chosen_is_a_failure(self) -> None:
         status, printed, _, _ = self.run_it("-R", "no_such_test")
         self.assertEqual((status, printed.splitlines()[-1]), (1, "no test was chosen"))
 
     def test_trees_are_chosen_once(self) -> None:
-        for options in (("--debug", "--mpi"), ("--full", "--debug")):
+        for options in (("--debug", "--mpi"), ("--full", "--debug"), ("--rest", "--all")):
             status, _, told, built = self.run_it(*options)
             self.assertEqual((status, built), (1, []))
             self.assertIn("at a time", told)
+        self.assertEqual(self.run_it("--list")[0], 1)
+
+    def full_tree(self, **commands: str) -> None:
+        """The Release tree, with parts of --full."""
+        timed = f'"{self.root}/tests/timed" "{self.root}/build/test-times'
+        parts = "".join(
+            f'add_test(full_{name} {timed}/full_{name}" "/bin/sh" "-c" '
+            f"\"echo {name} >>'{self.root}/ran'; {command}\")\n"
+            f"set_tests_properties(full_{name} PROPERTIES LABELS full)\n"
+            for name, command in commands.items()
+        )
+        (self.root / "build/test-times").mkdir(parents=True, exist_ok=True)
+        (self.root / "build/bipot").write_text("a program\n")
+        self.tree("build", add("unit_a", "true", "LABELS unit") + add("lint", "true") +
+                  f'if(CTEST_CONFIGURATION_TYPE STREQUAL "full")\n{parts}endif()\n')  # fmt: skip
+        (self.root / "build/Makefile").unlink(missing_ok=True)
+
+    def states(self, printed: str) -> dict[str, str]:
+        """Return how the parts ended, by their names."""
+        return dict(re.findall(r"^(\w+) +(passed|failed|not run)$", printed, re.MULTILINE))
 
     def test_full(self) -> None:
-        both = add("unit_a", "true", "LABELS unit") + add("lint", "true")
-        for command, status, verdict in (
-            ("test $BIPOT_SEED -gt 20000000", 0, "passed"), ("false", 1, "FAILED")
-        ):  # fmt: skip
-            of_full = add("full_x", command, "LABELS full")
-            self.tree("build", f'{both}if(CTEST_CONFIGURATION_TYPE STREQUAL "full")\n'
-                      f"{of_full}endif()\n")  # fmt: skip
-            (self.root / "build/Makefile").unlink(missing_ok=True)
-            with self.subTest(command):
-                found, printed, told, built = self.run_it("--full")
-                self.assertEqual(found, status, printed + told)
-                # Nothing is left to the Debug tree.
-                self.assertEqual(built, ["build", "build --target bipot", "build/debug",
-                                         "build/mpi"])  # fmt: skip
-                self.assertRegex(printed.splitlines()[-1], rf"^full: {verdict} in \d+ min$")
-                percent = 100 if status == 0 else 0
-                self.assertRegex(printed, rf"\nlabelled full: +{percent}% tests passed")
-                self.assertIn("5 of 5 passed", printed)
+        self.full_tree(x="test $BIPOT_SEED -gt 20000000", y="false")
+        status, printed, told, built = self.run_it("--full")
+        self.assertEqual(status, 1, printed + told)
+        # Nothing is left to the Debug tree.
+        self.assertEqual(built, ["build", "build --target bipot", "build --target case_tools",
+                                 "build/debug", "build/mpi"])  # fmt: skip
+        self.assertRegex(printed.splitlines()[-1], r"^full: FAILED in \d+ min$")
+        passed = ("release", "debug", "mpi", "kernels", "x")
+        ended = {**dict.fromkeys(passed, "passed"), "y": "failed"}
+        self.assertEqual(self.states(printed), ended)
+        self.assertEqual(self.states(self.run_it("--full", "--list")[1]), ended)
+
+    def test_full_is_taken_up_where_it_ended(self) -> None:
+        self.full_tree(x="true", y=f"test -f '{self.root}/mended'")
+        self.assertEqual(self.run_it("--full")[0], 1)
+        (self.root / "mended").touch()
+        status, printed, told, built = self.run_it("--full")
+        self.assertEqual(status, 0, printed + told)
+        self.assertIn("left are: y", told)
+        self.assertEqual(built, ["build --target case_tools"])
+        self.assertEqual(self.states(printed), {"y": "passed"})
+        self.assertEqual(sorted((self.root / "ran").read_text().split()), ["x", "y", "y"])
+        # After that all begins anew, likewise with another seed or program.
+        self.assertEqual(len(self.states(self.run_it("--full")[1])), 6)
+
+    def test_parts_of_full_run_alone(self) -> None:
+        self.full_tree(x="true", y="true")
+        status, printed, told, built = self.run_it("--full", "y")
+        self.assertEqual(status, 0, printed + told)
+        self.assertEqual(self.states(printed), {"y": "passed"})
+        self.assertEqual(built, ["build --target case_tools"])
+        listed = self.states(self.run_it("--full", "--list")[1])
+        self.assertEqual((listed["x"], listed["y"]), ("not run", "passed"))
+        status, printed, told, _ = self.run_it("--full", "debug")
+        self.assertEqual((status, self.states(printed)), (0, {"debug": "passed"}), told)
+        status, _, told, _ = self.run_it("--full", "z")
+        self.assertEqual(status, 1)
+        self.assertIn("no part of --full: z", told)
 
     def test_what_failed_is_named(self) -> None:
         self.tree("debug", add("unit_a", "false"))
         self.tree("build", add("unit_a", "true") + add("case_b", "echo no; false") +
                   'add_test(case_c "/no/such/program")\n')  # fmt: skip
-        status, printed, _, _ = self.run_it()
+        status, printed, _, _ = self.run_it("--all")
         self.assertEqual(status, 1)
         self.assertRegex(
             printed.splitlines()[-1], r"^3 of 5 failed: unit_a \(debug\), case_b, case_c \(\d+ s\)$"
@@ -227,11 +296,37 @@ class Summary(unittest.TestCase):
         words = [ctest_summary.in_words(s) for s in (0.2, 59, 119, 120, 720, 5400)]
         self.assertEqual(words, ["0 s", "59 s", "119 s", "2 min", "12 min", "90 min"])
 
+    def test_processor_times(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            tree = Path(name) / "debug"
+            (tree / "test-times").mkdir(parents=True)
+            (tree / "CTestTestfile.cmake").write_text(
+                add("case_a", "true", "LABELS checked") + add("unit_b", "true", "LABELS unit") +
+                add("lint", "true")
+            )  # fmt: skip
+            for test, mine in (("case_a", "0m14.5s 0m1.0s"), ("unit_b", "1m0.25s 0m0.5s"),
+                               ("gone", "0m1s 0m1s")):  # fmt: skip
+                (tree / "test-times" / test).write_text(f"0m9s 0m9s\n{mine}\nstatus 0\n")
+            lines = ctest_summary.times([tree]).splitlines()
+            self.assertEqual(lines[0], "processor time of 2 tests: 76 s")
+            self.assertEqual(lines[1], "over 15 s outside --full: unit_b (debug), case_a (debug)")
+            self.assertIn("     15.5 s  checked", lines)
+            self.assertEqual(lines[-1], "     15.5 s  case_a (debug)")
+
+    def test_timed(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            command = [str(SOURCE / "tests/timed"), f"{name}/times", "sh", "-c",
+                       "i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done; exit 77"]  # fmt: skip
+            self.assertEqual(subprocess.run(command, check=False).returncode, 77)
+            text = Path(name, "times").read_text()
+            self.assertEqual(text.splitlines()[-1], "status 77")
+            self.assertGreater(ctest_summary.seconds_of(text), 0.0)
+
     def test_a_run_that_came_to_no_end_is_no_success(self) -> None:
         with tempfile.TemporaryDirectory() as name:
             tree = Path(name)
             (tree / "ctest.log").write_text("    Start 1: unit_a\n")
-            line, is_well = ctest_summary.verdict(1, [], [tree])
+            line, is_well = ctest_summary.verdict(1, [], [tree / "ctest"])
             self.assertFalse(is_well)
             self.assertIn("came to no end", line)
             # Labels stand behind the names in later versions of ctest.
@@ -239,7 +334,7 @@ class Summary(unittest.TestCase):
                 "\n50% tests passed, 1 tests failed out of 2\n\nThe following tests FAILED:\n"
                 "\t  1 - unit_a (Failed)                unit\n"
             )
-            line, is_well = ctest_summary.verdict(1, [], [tree])
+            line, is_well = ctest_summary.verdict(1, [], [tree / "ctest"])
             self.assertEqual((line, is_well), ("1 of 2 failed: unit_a (1 s)", False))
 
 

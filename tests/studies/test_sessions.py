@@ -1,27 +1,15 @@
-"""The commands on the user's pages run, and print what the pages show."""
+"""The commands on the pages of decks and of plans run, and print what the pages show.
 
-import os
+So do those of README.md and of the tutorial, in files of their own.
+"""
+
 import re
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
-ROOT = Path(os.environ.get("BIPOT_SOURCE", Path(__file__).resolve().parents[2]))
-sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
+from page_test import PageTest
+from study import ROOT
 
-from bipot.executable import built_program  # noqa: E402
-from studies.sessions import (  # noqa: E402
-    PAGES,
-    alike,
-    difference,
-    furnish,
-    missing_tool,
-    replay,
-    run_code,
-    sessions_of,
-    shortened,
-)
+from studies.sessions import PAGES, alike, difference, sessions_of, shortened
 
 # Commands outside sessions: these are run by other tests, or install something.
 ELSEWHERE = re.compile(
@@ -32,7 +20,6 @@ COMMAND = re.compile(
     r"^ *(?:\$ )?((?:build/)?bipot (?!\d)\S.*|scripts/\w+\b.*|studies/run.*)$", re.MULTILINE
 )
 FENCED = re.compile(r"^```\w*\n(.*?)^```|(^ {4}[^\n]*\n)", re.DOTALL | re.MULTILINE)
-CODE = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 RUN = """\
 bipot 0.1.0: a block
 memory          about    150 MB (24.6 GB free)
@@ -42,28 +29,14 @@ time            about    1.1 s of CPU time: factorise 0.4 s
 """.splitlines()
 
 
-class Sessions(unittest.TestCase):
+class Sessions(PageTest):
     """Every page in a folder of its own, its commands one after the other."""
 
-    def check(self, name):
-        """Run the commands of a page, then its pieces of Python as one program."""
-        page = (ROOT / name).read_text(encoding="utf-8")
-        with tempfile.TemporaryDirectory(prefix="bipot-") as place:
-            folder = Path(place)
-            furnish(folder, built_program())
-            for command, status, printed in replay(page, folder):
-                if printed is None:
-                    print(f"{missing_tool(command.words)} is not installed: {command.words}",
-                          file=sys.stderr)
-                    continue
-                with self.subTest(command=command.words):
-                    self.assertEqual(status, 0, "\n".join(printed))
-                    self.assertIsNone(difference(command.shown, printed), "\n".join(printed))
-            code = "".join(CODE.findall(page))
-            if not code or name == "docs/python.md":
-                return
-            done = run_code(code, page, folder)
-            self.assertEqual(done.returncode, 0, done.stderr)
+    def test_deck(self):
+        self.check("docs/deck.md")
+
+    def test_plan(self):
+        self.check("docs/plan.md")
 
     def test_every_command_is_in_a_session(self):
         for name in PAGES:
@@ -73,16 +46,6 @@ class Sessions(unittest.TestCase):
             for words in COMMAND.findall(code):
                 command = words.split("  ")[0]
                 self.assertTrue(command in run or ELSEWHERE.match(command), f"{name}: {command}")
-
-
-def add_page(name):
-    """Add the test of a page."""
-    word = Path(name).stem.lower()
-    setattr(Sessions, f"test_{word}", lambda self: self.check(name))
-
-
-for page_name in PAGES:
-    add_page(page_name)
 
 
 class Comparison(unittest.TestCase):
