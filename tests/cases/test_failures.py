@@ -216,6 +216,23 @@ class Disk(Failures):
                 self.assert_told(status, errors, r"File too large|limit on files \(ulimit -f\)")
                 self.assert_kept(folder, errors)
 
+    def test_the_limit_on_files_counts_fields_at_gauss_points(self):
+        text = DECK.read_text(encoding="utf-8")
+        gauss = "*EL FILE, POSITION=INTEGRATION POINTS\nS\n"
+        needed = []
+        for card in ("", gauss):
+            with tempfile.TemporaryDirectory() as folder:
+                deck = Path(folder) / "block.inp"
+                deck.write_text(text.replace("*END STEP", f"{card}*END STEP"))
+                status, errors, _ = run(
+                    folder, "--force", "--set", "n=12", limits=[(resource.RLIMIT_FSIZE, MEGABYTE)],
+                    deck=deck,
+                )  # fmt: skip
+            self.assert_told(status, errors, r"limit on files \(ulimit -f\) is 1 MB")
+            needed.append(float(re.search(r"it may take ([\d.]+) MB", errors)[1]))
+        # Six numbers of 8 bytes at 8 points of each of the elements.
+        self.assertGreater(needed[1] - needed[0], 0.98 * 12**3 * 8 * 6 * 8 / MEGABYTE)
+
     def test_a_full_disk_at_any_write(self):
         self.fail_writes(errno.ENOSPC, "No space left on device", 25)
 

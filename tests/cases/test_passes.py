@@ -298,6 +298,20 @@ class PastAFin(Case):
                 for word in ("gets 0.05 deep", "of F-XMIN", "use smaller increments"):
                     self.assertIn(word, run.errors)
 
+    def test_a_way_of_less_than_a_face_is_followed(self):
+        # Faces of 0.2 x 1, half of which is 0.51: the way of 0.7 is more, half of it is less.
+        text, stl = self.graze(True, way=0.7, direct=", DIRECT")
+        for old, new in (
+            ("NX=2, NY=4, NZ=6\n0., 0., 0., 0.2, 1.0, 1.0", "NX=2, NY=1, NZ=1\n0,0,0, .2, .2, 1."),
+            ("NX=2, NY=2, NZ=2\n-0.3, -1.2, 0.5, 0.35, 0.3999999999999999, 0.4",
+             "NX=2, NY=1, NZ=1\n-.3, -.25, 0., .35, .2, 1."),
+        ):  # fmt: skip
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        run = self.run_deck(text, stl)
+        self.assertEqual(run.status, 2, run.output)
+        self.assertIn("gets 0.05 deep", run.errors)
+
     def test_a_tool_that_stays_beside_it_is_not_cut(self):
         for body in (False, True):
             for way in (0.7, -3.0):
