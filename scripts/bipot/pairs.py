@@ -302,3 +302,36 @@ class Pair:
         """Boundary faces whose four corners are points of this pair, as mesh points (F, 4)."""
         faces, _ = self.result.boundary
         return faces[np.isin(faces, self.nodes).all(axis=1)]
+
+    @cached_property
+    def lines(self) -> list[tuple[Array, Array]]:
+        """The slave surface of elements of a plane: points of the pair along each of its lines.
+
+        Points (n,), rows of `nodes`, and their distances along the line (n,). A line begins where
+        x is least, or y; of a closed one the first point is the last, too.
+        """
+        points = self.result.points
+        in_plane = np.abs(points[:, 2]) <= 1e-9 * np.ptp(points, axis=0).max()
+        beside: dict[int, set[int]] = {}
+        for face in self.faces:
+            for a, b in zip(face, np.roll(face, -1), strict=True):
+                if a != b and in_plane[a] and in_plane[b]:
+                    beside.setdefault(int(a), set()).add(int(b))
+                    beside.setdefault(int(b), set()).add(int(a))
+        row = {int(node): k for k, node in enumerate(self.nodes)}
+        order = sorted(beside, key=lambda node: (len(beside[node]) != 1, *points[node]))
+        found, left = [], set(beside)
+        for start in order:
+            if start not in left:
+                continue
+            line = [start]
+            left.discard(start)
+            while ahead := beside[line[-1]] & left:
+                line.append(min(ahead))
+                left.discard(line[-1])
+            if len(line) > 2 and start in beside[line[-1]]:
+                line.append(start)
+            steps = np.linalg.norm(np.diff(points[line], axis=0), axis=1)
+            distance = np.concatenate([[0.0], np.cumsum(steps)])
+            found.append((np.array([row[node] for node in line]), distance))
+        return found

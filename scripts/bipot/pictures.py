@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 
 from bipot.drawing.bodies import COMPONENTS, QUANTITIES, Bodies, Look, draw_bodies
 from bipot.drawing.contact_map import draw_contact
+from bipot.drawing.curves import draw_pressures
 from bipot.drawing.film import draw_animation
 from bipot.drawing.histories import draw_errors, draw_forces
 from bipot.drawing.sequence import draw_sequence
@@ -83,10 +84,12 @@ def pictures_of(
             continue
         suffix = "" if len(result.pairs) == 1 else "-" + re.sub(r"[^A-Za-z0-9]+", "-", pair.name)
         if "contact" in names:
+            text = f"Which points of {pair.name} are open, stick and slide"
+            text += (" over the time." if result.is_plane else
+                     ", at a few increments; arrows are friction.")
             yield Picture(
-                f"contact{suffix}", f"Which points of {pair.name} are open, stick and slide, at "
-                "a few increments; arrows are friction.", draw_contact(result, pair), False,
-            )  # fmt: skip
+                f"contact{suffix}", text, draw_contact(result, pair), result.is_plane
+            )
         if "forces" in names:
             yield Picture(
                 f"forces{suffix}", f"Forces of {pair.name} over the time, and friction over "
@@ -107,6 +110,9 @@ def pictures_of(
 def picture_of_bodies(result: Result, look: Look, quantity: str, name: str) -> Picture:
     """Return a picture of the bodies in the colours of a quantity."""
     pressure = quantity == "pressure"
+    if pressure and result.is_plane:
+        return Picture(name, "The contact pressure over the length of the surfaces.",
+                       draw_pressures(result, look.index), True)
     bodies = Bodies(result, look, apart=pressure, close=pressure)
     label = bodies.words_for(quantity)
     when = result.label(result.field_rows[look.index])
@@ -116,7 +122,7 @@ def picture_of_bodies(result: Result, look: Look, quantity: str, name: str) -> P
 
 def animate(result: Result, path, writer, look: Look | None = None) -> None:
     """Save the animation of the bodies, with the pair that has the largest surface beside them."""
-    pairs = [pair for pair in result.pairs.values() if len(pair.nodes)]
+    pairs = [pair for pair in result.pairs.values() if len(pair.nodes) and not result.is_plane]
     largest = max(pairs, key=lambda pair: pair.area.sum(), default=None)
     draw_animation(result, Bodies(result, look), largest, path, writer)
 
@@ -160,6 +166,8 @@ def make_figure(result, what, pair, look):
             raise ValueError(f"{what} has no component {look.component!r}")
         result.field("displacement", look.index)  # that there is such an increment
         pressure = what == "pressure"
+        if pressure and result.is_plane:
+            return draw_pressures(result, look.index)
         return draw_bodies(Bodies(result, look, apart=pressure, close=pressure), what)
     if not result.pairs:
         raise ResultError(f"{result.path}: no contact pair")

@@ -271,6 +271,11 @@ class Result:
             return None
         return {name: dataset[()] for name, dataset in group.items()}
 
+    @property
+    def is_plane(self) -> bool:
+        """Whether the mesh is a slice or a wedge that stands for bodies of elements of a plane."""
+        return self.run.get("bodies") in ("slice", "wedge")
+
     # --- Mesh ---------------------------------------------------------------------------------
 
     @cached_property

@@ -7,6 +7,7 @@ module result_run_mod
   use text_mod, only: string_t
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t, compliance_products
+  use mesh_mod, only: mesh_t
   use mesh_size_mod, only: mesh_size_t
   use plan_mod, only: plan_t, bound_in_words
   use hdf5_files_mod, only: hdf5_file_t, create_group, flush_file
@@ -75,6 +76,7 @@ contains
     call write_arithmetic(hdf5, plan%choices%precision, plan%choices%compliance, error)
     call write_mesh_size(hdf5, plan%choices%mesh_size, plan%choices%divisions, error)
     call write_attribute(hdf5, '/run', 'tangent', tangent_of(scene, plan), error)
+    call write_attribute(hdf5, '/run', 'bodies', bodies_of(scene%mesh), error)
     call write_attribute(hdf5, '/run', 'status', padded(run_running), error)
     call write_attribute(hdf5, '/run', 'continued', repeat(achar(0), room_for_sessions), error)
     if (allocated(provenance%counters)) then
@@ -106,6 +108,16 @@ contains
     if (scene%finite_strain) name = 'kept'
     if (scene%finite_strain .and. plan%choices%precision%renews_tangent) name = 'newton'
   end function tangent_of
+
+  !> What the mesh is of the bodies: their solids, or a slice or a wedge that stands for them.
+  pure function bodies_of(mesh) result(name)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: name
+
+    name = 'solid'
+    if (mesh%is_slice) name = 'slice'
+    if (mesh%sector_angle > 0.0_wp) name = 'wedge'
+  end function bodies_of
 
   !> Keep what was chosen by what the machine had left, so that a continued run, perhaps on another
   !> or at another time, computes in the same arithmetic.

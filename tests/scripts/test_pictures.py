@@ -533,7 +533,7 @@ class Rendered(WithFolder):
         none = np.zeros((0, 2, 3))
         scene = Scene(np.array(polygons, float), np.array(values, float),
                       np.array(lines, float).reshape(-1, 2, 3), none, none,
-                      [np.array([pieces], float) for pieces in obstacles])
+                      [np.array([pieces], float) for pieces in obstacles], none)
         eye = views.towards_the_eye(*view)
         camera = rendering.camera_on(scene.polygons.reshape(-1, 3), eye, (240, 180))
         norm, colours = mpl.colors.Normalize(0, 30), Bodies(self.result).colour_map("stress")

@@ -51,6 +51,7 @@ class Scene(NamedTuple):
     outline: np.ndarray  #: (M, 2, 3) sharp edges
     start: np.ndarray  #: (M, 2, 3) those before loading, none where they are not drawn
     obstacles: list[np.ndarray]  #: (F, 4, 3) pieces of each
+    edges: np.ndarray  #: (S, 2, 3) of obstacles that are seen as lines
 
 
 def sharp_edges(corners, faces):
@@ -252,6 +253,8 @@ class Bodies:
 
         Bodies are seen from above. From where contact is seen is asked with `apart` alone.
         """
+        if self.result.is_plane:
+            return self.look.view or views.FRONT
         points = self.places(-1)
         surfaces = [views.ContactFaces(pair, points) for pair in self.result.pairs.values()]
         before_bodies = [one for one in surfaces if len(one.pair.master_nodes)]
@@ -355,7 +358,12 @@ class Bodies:
             polygons, values = polygons[shown], values[shown]
             lines, outline = lines[of_lines], outline[of_outline]
         start = self.result.points[self.edges] if self.shows_start else np.zeros((0, 2, 3))
-        return Scene(polygons, values, lines, outline, start, self.obstacle_surfaces(index))
+        obstacles = self.obstacle_surfaces(index)
+        edges = np.zeros((0, 2, 3))
+        if self.result.is_plane:
+            pieces = np.concatenate([np.zeros((0, 4, 3)), *obstacles])
+            edges = np.stack([pieces, np.roll(pieces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+        return Scene(polygons, values, lines, outline, start, obstacles, edges)
 
     def scale_words(self):
         """Return how displacements are drawn."""

@@ -5,6 +5,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 
 from bipot.drawing import views
+from bipot.drawing.curves import draw_states
 from bipot.drawing.style import COLOURS, GRID, INK, styled
 from bipot.element_faces import face_normals
 from bipot.result import OPEN, STATUS_NAMES
@@ -221,7 +222,12 @@ def telling_rows(result, count=4):
 
 @styled
 def draw_contact(result, pair):
-    """Return a figure with maps of the contact surface at a few increments."""
+    """Return a figure with maps of the contact surface at a few increments.
+
+    Of elements of a plane the surface is a line, and all increments have room.
+    """
+    if result.is_plane:
+        return draw_states(result, pair)
     surface = Map(pair)
     rows = telling_rows(result)
     side = 3.1 if len(rows) > 1 else 4.4

@@ -115,7 +115,8 @@ def render_scene(scene, camera, norm, colours) -> Image:
     picture[seen] *= shade[seen, None]
     pixel = camera.shape[1] / (WIDTH * DPI)  # what a line of width 1 is on a screen
     for segments, colour, width in (
-        (scene.lines, "#6e6e6e", 1.0), (scene.start, "#a8a8a8", 1.2), (scene.outline, INK, 1.8),
+        (scene.edges, "#7d8794", 3.0), (scene.lines, "#6e6e6e", 1.0), (scene.start, "#a8a8a8", 1.2),
+        (scene.outline, INK, 1.8),
     ):
         brush = max(1, round(FINE * width * pixel))
         where = line_pixels(camera.seen(segments), brush, depth - lift, (rows, columns))

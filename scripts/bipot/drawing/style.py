@@ -66,6 +66,7 @@ def save(figure, target, tight=True, form=None, dpi=None):
     with plt.rc_context(STYLE):
         width = figure.get_figwidth()
         if tight:
+            figure.draw_without_rendering()  # which lays it out
             room = plt.rcParams["savefig.pad_inches"]
             width = figure.get_tightbbox().width + 2 * room
         figure.savefig(

@@ -7,6 +7,7 @@ from bipot.element_faces import face_normals
 # The first view that is nearly as good as any is taken: from above, if the contact allows it.
 DIRECTIONS = [(el, az) for el in (24.0, -24.0) for az in (-58.0, 32.0, -148.0, 122.0)]
 ABOVE = DIRECTIONS[:4]
+FRONT = (90.0, -90.0)  # of elements of a plane
 NEARLY = 0.9
 ROOM = 0.08  # between bodies that are pulled apart, of the size of all
 
