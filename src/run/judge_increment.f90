@@ -28,7 +28,8 @@ module judge_increment_mod
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
   use nodes_behind_mod, only: find_node_behind
-  use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs
+  use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs, &
+    turns_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
   use sequence_error_mod, only: says_of_steps
   use inverted_elements_mod, only: find_reach, find_inverted
@@ -229,10 +230,15 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(face_entry_t) :: unfelt
+    real(wp) :: allowed(size(scene%pairs)) !! [length]
     logical :: is_missed
 
-    call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, &
-      least_overlap(scene, tolerance, solved%state%displacement), unfelt, is_missed)
+    associate (u => solved%state%displacement)
+      allowed = least_overlap(scene, tolerance, u)
+      if (is_linear(scene)) allowed = allowed + turns_of_pairs(scene, u)
+    end associate
+    call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, allowed, &
+      unfelt, is_missed)
     if (is_missed) then
       call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
     else

@@ -433,6 +433,40 @@ class BeforeFaces(unittest.TestCase):
                     if status == 2:
                         self.assertIn("contact is missed", run.errors)
 
+    def test_what_turning_makes_of_a_motion_is_not_missed_at_small_strain(self):
+        """Two heads are held side by side at their tops, one a little lower; they lean alike, and
+        part below. Only in deformed places, by slope times height, is one in the other.
+        """
+        text = """*BLOCK, NAME=A, ELSET=ALL, NX=1, NY=1, NZ=2
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=B, ELSET=ALL, NX=1, NY=1, NZ=2
+1., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=ALL, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+B-XMIN, A-XMAX
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+A-ZMAX, 1, 2
+B-ZMAX, 1, 2
+A-ZMAX, 3, 3, -0.001
+B-ZMAX, 3
+*DSLOAD
+A-XMIN, P, -1.1
+B-XMAX, P, 1.
+*END STEP
+"""
+        run = Run(text, name="heads")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertTrue(result.certified)
+            np.testing.assert_array_equal(result.pairs[0].resultant[-1], 0.0)
+
     def test_polygons_that_fit_into_each_other_are_no_dents(self):
         # Hub and ring have other faces: they overlap by their rises where both press evenly.
         run = Run(INPUT / "press.inp")

@@ -16,8 +16,8 @@ module unfelt_overlaps_mod
   implicit none
   private
 
-  public :: find_unfelt_overlap, find_entered_faces, hollows_of_pairs, &
-    fits_of_pairs
+  public :: find_unfelt_overlap, find_entered_faces, hollows_of_pairs, fits_of_pairs, &
+    turns_of_pairs
 
 contains
 
@@ -30,7 +30,7 @@ contains
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
     real(wp), intent(in) :: hollow(:)             !! (n_pairs) of `hollows_of_pairs` [length]
-    real(wp), intent(in) :: allowed               !! what is no overlap [length]
+    real(wp), intent(in) :: allowed(:)            !! (n_pairs) what is no overlap [length]
     type(face_entry_t), intent(out) :: deepest    !! depth 0: there is none
     logical, intent(out) :: is_missed
     type(face_entry_t) :: found
@@ -43,9 +43,9 @@ contains
         if (.not. is_before_faces(of, scene%obstacles)) cycle
         if (is_pair_removed(points, pair)) cycle
         do side = 1, n_sides(points, pair)
-          found = of_side(scene, points, contact, allowed, pair, side)
+          found = of_side(scene, points, contact, allowed(pair), pair, side)
           if (.not. found%depth > 0.0_wp) cycle
-          missed = found%depth > allowed + hollow(pair)
+          missed = found%depth > allowed(pair) + hollow(pair)
           if (is_missed .and. .not. missed) cycle
           if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
           is_missed = missed
@@ -207,6 +207,50 @@ contains
       end associate
     end do
   end function fits_of_pairs
+
+  !> How far displacements take the faces of each pair through each other by turning them, which is
+  !> of second order: the largest displacement of its nodes times the most that an edge of a face
+  !> turns or stretches. 0 of pairs that are not before faces.
+  pure function turns_of_pairs(scene, u) result(turned)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp) :: turned(size(scene%pairs)) !! [length]
+    real(wp) :: moved, most
+    integer :: pair
+
+    turned = 0.0_wp
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (.not. is_before_faces(of, scene%obstacles)) cycle
+        moved = 0.0_wp
+        most = 0.0_wp
+        call add_turns(scene%mesh, scene%surfaces(of%surface), u, moved, most)
+        if (of%master == 0) call add_turns(scene%mesh, scene%surfaces(of%master_surface), u, &
+          moved, most)
+        turned(pair) = moved*most
+      end associate
+    end do
+  end function turns_of_pairs
+
+  !> The largest displacement of a surface's nodes, and the most that an edge turns or stretches.
+  pure subroutine add_turns(mesh, surface, u, moved, most)
+    type(mesh_t), intent(in) :: mesh
+    type(surface_t), intent(in) :: surface
+    real(wp), intent(in) :: u(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(inout) :: moved, most  !! [length], [-]
+    integer, allocatable :: faces(:, :)
+    integer :: f, k, n
+
+    faces = nodes_of(surface%faces, mesh%connectivity)
+    do f = 1, size(faces, 2)
+      n = corners_in(faces(:, f))
+      associate (a => faces(:n, f), b => faces([(modulo(k, n) + 1, k=1, n)], f))
+        moved = max(moved, maxval(norm2(u(:, a), dim=1)))
+        most = max(most, maxval(norm2(u(:, a) - u(:, b), dim=1)/max(tiny(1.0_wp), &
+          norm2(mesh%coordinates(:, a) - mesh%coordinates(:, b), dim=1)), mask=a /= b))
+      end associate
+    end do
+  end subroutine add_turns
 
   !> How far flat faces stand out of a smooth hollow surface, at most; 0 of flat or convex ones.
   pure real(wp) function hollowness(mesh, surface) result(rise)
