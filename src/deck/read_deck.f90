@@ -16,8 +16,9 @@ module read_deck_mod
     refuse_loose
   use errors_mod, only: error_t
   use flat_deck_mod, only: flat_deck
+  use generate_mesh_mod, only: generate_mesh, read_system
   use flatten_assembly_mod, only: flatten_assembly
-  use kinds_mod, only: wp
+  use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t
   use mesh_size_mod, only: blocks_t, mesh_size_t
   use local_origin_mod, only: move_origin
@@ -39,7 +40,7 @@ module read_deck_mod
   use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
   use plane_mesh_mod, only: across_plane, hold_plane, spread_equations
   use read_plane_mod, only: check_even, find_plane, read_plane
-  use read_mesh_mod, only: connect_mesh, read_elements, read_nodes
+  use read_mesh_mod, only: connect_mesh, read_elements, read_nodes, system_t
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
   use read_body_solver_mod, only: read_body_solver
@@ -474,18 +475,30 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     type(card_t) :: card
+    type(system_t) :: system
+    integer(i8) :: work
     integer :: k
 
+    work = 0
     do k = 1, reader%n_cards
-      if (.not. any(reader%cards(k)%keyword == ['NODE   ', 'ELEMENT', 'BLOCK  '])) cycle
-      call open_card(reader, k, card)
-      select case (card%keyword)
+      select case (reader%cards(k)%keyword)
       case ('NODE')
-        call read_nodes(reader, card, model%mesh)
+        call open_card(reader, k, card)
+        call read_nodes(reader, card, system, model%mesh)
       case ('ELEMENT')
+        call open_card(reader, k, card)
         call read_elements(reader, card, model%mesh)
-      case default
+      case ('BLOCK')
+        call open_card(reader, k, card)
         call read_block(reader, card, model%mesh)
+      case ('SYSTEM')
+        call open_card(reader, k, card)
+        call read_system(reader, card, system)
+      case ('NGEN', 'NFILL', 'NCOPY', 'ELGEN', 'ELCOPY')
+        call open_card(reader, k, card)
+        call generate_mesh(reader, k, card, model%mesh, work)
+      case default
+        cycle
       end select
     end do
   end subroutine read_mesh_cards

@@ -4,7 +4,7 @@ module mesh_draft_mod
   use kinds_mod, only: i8, wp
   use cells_mod, only: cells
   use collapsed_cells_mod, only: no_area
-  use connectivity_mod, only: connectivity_t
+  use connectivity_mod, only: add_elements, connectivity_t
   use mesh_size_mod, only: blocks_t
   use lookup_mod, only: find_id, id_lookup_t
   use resource_limits_mod, only: has_memory
@@ -13,7 +13,8 @@ module mesh_draft_mod
   private
 
   public :: mesh_draft_t, block_t, early_set_t, reserve_nodes, add_node_beside, reserve_elements
-  public :: add_early_set, add_skipped, add_skipped_node, add_block, max_nodes, not_a_coordinate
+  public :: add_node, add_element, add_early_set, add_skipped, add_skipped_node, add_block
+  public :: max_nodes, not_a_coordinate
   public :: is_of_block, find_elements, has_label, is_line, labelled_faces, refined_faces, &
     given_nodes
   public :: solids, plane_strain, plane_stress, axisymmetric, names_of_planes, &
@@ -145,6 +146,37 @@ contains
     call enlarge(draft%node_position, draft%n_nodes, want)
     call enlarge(draft%coordinates, draft%n_nodes, want)
   end subroutine reserve_nodes
+
+  !> One more node, for which there is room.
+  subroutine add_node(draft, id, x, position)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: id
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: position !! in the deck
+
+    draft%n_nodes = draft%n_nodes + 1
+    draft%node_id(draft%n_nodes) = id
+    draft%node_position(draft%n_nodes) = position
+    draft%coordinates(:, draft%n_nodes) = x
+    draft%highest_node = max(draft%highest_node, id)
+  end subroutine add_node
+
+  !> One more element, for which there is room.
+  subroutine add_element(draft, id, kind, cell, nodes, position)
+    type(mesh_draft_t), intent(inout) :: draft
+    integer, intent(in) :: id
+    integer, intent(in) :: kind     !! kind_c3d8 and its kin
+    integer, intent(in) :: cell     !! row of the table of cells
+    integer, intent(in) :: nodes(:) !! ids
+    integer, intent(in) :: position !! in the deck
+
+    call add_elements(draft%connectivity, draft%n_elements, cell, reshape(nodes, [size(nodes), 1]))
+    draft%n_elements = draft%n_elements + 1
+    draft%element_id(draft%n_elements) = id
+    draft%element_kind(draft%n_elements) = kind
+    draft%element_position(draft%n_elements) = position
+    draft%highest_element = max(draft%highest_element, id)
+  end subroutine add_element
 
   !> One more node, behind all others, in the place of one that is there; `ok` is false when there
   !> is no room for it.

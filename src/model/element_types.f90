@@ -6,8 +6,7 @@ module element_types_mod
   implicit none
   private
 
-  public :: element_types, plane_types, type_called, plane_type_called, &
-    name_of_type
+  public :: element_types, plane_types, type_called, plane_type_called, taken_as, name_of_type
 
   type :: element_type_t
     character(6) :: name !! in decks
@@ -31,6 +30,7 @@ module element_types_mod
   type(element_type_t), parameter :: plane_types(*) = [ &
     element_type_t('CPE3', kind_c3d8, wedge_6), &
     element_type_t('CPE4', kind_c3d8, hexahedron_8), &
+    element_type_t('CPE4B', kind_c3d8b, hexahedron_8), &
     element_type_t('CPE6', kind_c3d8, wedge_15), &
     element_type_t('CPE8', kind_c3d8, hexahedron_20), &
     element_type_t('CPE8R', kind_c3d8, hexahedron_20_reduced), &
@@ -41,6 +41,7 @@ module element_types_mod
     element_type_t('CPS8R', kind_c3d8, hexahedron_20_reduced), &
     element_type_t('CAX3', kind_c3d8, wedge_6), &
     element_type_t('CAX4', kind_c3d8, hexahedron_8), &
+    element_type_t('CAX4B', kind_c3d8b, hexahedron_8), &
     element_type_t('CAX6', kind_c3d8, wedge_15), &
     element_type_t('CAX8', kind_c3d8, hexahedron_20), &
     element_type_t('CAX8R', kind_c3d8, hexahedron_20_reduced)]
@@ -64,6 +65,41 @@ contains
       if (element_types(row)%name == name) return
     end do
   end function type_called
+
+  !> The type that one of other programs with the same nodes is taken as, its own name where there
+  !> is none: full integration in the place of one point; displacements alone in the place of hybrid
+  !> and modified elements, with a mean dilatation where these have a constant pressure.
+  pure function taken_as(name) result(plain)
+    character(*), intent(in) :: name !! upper case
+    character(:), allocatable :: plain
+    integer :: last
+
+    last = len_trim(name)
+    if (last > 2) then
+      if (name(last - 1:last) == 'HS') last = last - 1
+    end if
+    plain = name(:last)
+    if (last < 4) return
+    if (name(last:last) == 'H') plain = name(:last - 1)
+    select case (plain)
+    case ('C3D8', 'C3D8R', 'CPE4', 'CPE4R', 'CAX4', 'CAX4R')
+      ! C3D8RH is what meshio writes for any hexahedron.
+      if (len(plain) < last .and. name /= 'C3D8RH') then
+        plain = plain(:4)//'B'
+      else
+        plain = plain(:4)
+      end if
+    case ('CPS4R')
+      plain = 'CPS4'
+    case ('C3D10M', 'C3D10I')
+      plain = 'C3D10'
+    case ('CPE6M', 'CPS6M', 'CAX6M')
+      plain = plain(:4)
+    case default
+      continue
+    end select
+    if (type_called(plain) == 0 .and. plane_type_called(plain) == 0) plain = name
+  end function taken_as
 
   !> The name of the type of an element, the first where it has several.
   pure function name_of_type(kind, cell) result(name)

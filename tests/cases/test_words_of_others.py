@@ -3,7 +3,9 @@
 A cube of edge 1, E = 1000 and nu = 0 is pressed on a plane: the force is 1000 times the shortening.
 """
 
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 from program import Run
@@ -112,6 +114,67 @@ class Words(unittest.TestCase):
                 node = "*NODE\n900, .5, .5, 2.\n"
                 hold = "*BOUNDARY\nA-ZMIN, 1, 2\n*CLOAD\n900, 3, -10.\n"
                 self.check(node + cube() + card + step(hold), 10)
+
+    def test_hybrid_elements(self):
+        """Nearly incompressible between stiff plates: twice as soft as elements that lock.
+
+        C3D8H is the mean dilatation of C3D8B to the bit; CPE4H is within 5 % of CPE8R, which does
+        not lock either.
+        """
+        block = (
+            "*BLOCK, NAME=A, NX=4, NY=1, NZ=2, TYPE={}\n0., 0., 0.,  2., .5, 1.\n"
+            + cube().split("\n", 2)[2].replace("1000., 0.\n", "1000., 0.4999\n")
+            + step("*BOUNDARY\nA-ZMAX, 1, 2\nA-ZMIN, 1, 2\nA, 2\nA-ZMAX, 3, 3, -0.01\n")
+        )
+        hybrid, plain, stiff = (
+            self.forces(block.format(kind))[-1, 2] for kind in ("C3D8H", "C3D8B", "C3D8")
+        )
+        self.assertEqual(hybrid, plain)
+        self.assertGreater(stiff, 2 * hybrid)
+        forces = {kind: self.plane_force(kind, 8) for kind in ("CPE4", "CPE4H", "CPE8R")}
+        np.testing.assert_allclose(forces["CPE4H"], forces["CPE8R"], rtol=0.05)
+        self.assertGreater(forces["CPE4"], 2 * forces["CPE8R"])
+
+    def plane_force(self, kind, n):
+        """Return the force of a slice of 2n x n elements, nu = 0.4999, on a line."""
+        order = 2 if "8" in kind else 1
+        ids = {}
+        for j in range(n * order + 1):
+            for i in range(2 * n * order + 1):
+                if order == 1 or i % 2 == 0 or j % 2 == 0:
+                    ids[i, j] = len(ids) + 1
+        lines = ["*NODE"]
+        lines += [f"{k}, {i / n / order}, {j / n / order}" for (i, j), k in ids.items()]
+        lines.append(f"*ELEMENT, TYPE={kind}, ELSET=A")
+        around = [(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5)]
+        for j in range(n):
+            for i in range(2 * n):
+                nodes = [
+                    ids[int((i + a) * order), int((j + b) * order)]
+                    for a, b in around[:4 * order]
+                ]
+                lines.append(", ".join(map(str, [2 * n * j + i + 1, *nodes])))
+        foot = [str(k) for (i, j), k in ids.items() if j == 0]
+        top = [str(k) for (i, j), k in ids.items() if j == n * order]
+        lines += ["*NSET, NSET=FOOT", *foot, "*NSET, NSET=TOP", *top]
+        cards = cube(slave="FOOT").split("\n", 2)[2].replace("1000., 0.\n", "1000., 0.4999\n")
+        cards = cards.replace("0., 0., 0.,  0., 0., 1.", "0., 0., 0.,  0., 1., 0.")
+        deck = "\n".join(lines) + "\n" + cards
+        deck += step("*BOUNDARY\nTOP, 1\nTOP, 2, 2, -0.01\nFOOT, 1\n")
+        return self.forces(deck)[-1, 1]
+
+    def test_latin_1(self):
+        """A comment and a heading of an old file; names must be UTF-8 still."""
+        deck = "*HEADING\nPr\xfcfk\xf6rper\n** Gr\xf6\xdfe\n" + cube()
+        deck += step(HELD + "*BOUNDARY\nA-ZMAX, 3, 3, -0.01\n")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "old.inp"
+            path.write_bytes(deck.encode("latin-1"))
+            run = Run(path)
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        self.assertIn("are not UTF-8 text: read as Latin-1", run.output)
+        with run.result() as result:
+            self.assertIn("Pr\xfcfk\xf6rper", result.run_text("deck"))
 
 
 if __name__ == "__main__":

@@ -7,24 +7,36 @@
 module read_mesh_mod
   use cells_mod, only: cells, hexahedron_8, wedge_6, wedge_15
   use cards_mod, only: keep_reading, note, reader_t, report
-  use connectivity_mod, only: add_elements
   use collapse_elements_mod, only: collapse_elements, join_places
   use diagnostics_mod, only: guess, quoted
-  use element_types_mod, only: element_types, plane_types, plane_type_called, type_called
+  use element_types_mod, only: element_types, plane_types, plane_type_called, taken_as, &
+    type_called
   use fields_mod, only: any_number, fields_t, integer_field, is_empty_field, limit_fields, &
     looks_like_id, next_data_line, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
-  use mesh_draft_mod, only: add_early_set, add_skipped, add_skipped_node, early_set_t, &
-    is_of_block, max_nodes, mesh_draft_t, no_facet, not_a_coordinate, refused_element, &
-    reserve_elements, reserve_nodes, rigid_facet, set_of_elements, set_of_nodes, shell_facet, solids
+  use mesh_draft_mod, only: add_early_set, add_element, add_node, add_skipped, add_skipped_node, &
+    early_set_t, is_of_block, max_nodes, mesh_draft_t, no_facet, not_a_coordinate, &
+    refused_element, reserve_elements, reserve_nodes, rigid_facet, set_of_elements, set_of_nodes, &
+    shell_facet, solids
   use mesh_mod, only: kind_c3d8
-  use options_mod, only: allow_options, card_t, has_option, name_option, option_position
+  use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
+    option_position
   use text_mod, only: as_list, one_of, string_t, to_text
   implicit none
   private
 
-  public :: read_nodes, read_elements, connect_mesh, check_element_type
+  public :: system_t, read_nodes, read_elements, connect_mesh, check_element_type
+
+  !> The axes of *SYSTEM, in which the lines of *NODE are.
+  type :: system_t
+    logical :: is_set = .false.
+    real(wp) :: origin(3) = 0.0_wp !! [length]
+    real(wp) :: axis(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
+      0.0_wp, 1.0_wp], [3, 3])     !! unit vectors, one a column
+  end type system_t
+
+  integer, parameter :: rectangular = 1, cylindrical = 2 !! SYSTEM= of *NODE
 
   ! What a type of element is to us, beside the kinds of elements.
   integer, parameter :: unknown_type = 0, skipped_type = -1
@@ -36,17 +48,20 @@ module read_mesh_mod
 
 contains
 
-  !> *NODE[, NSET=name]: id, x, y, z
-  subroutine read_nodes(reader, card, draft)
+  !> *NODE[, NSET=name][, SYSTEM=R|C]: id, x, y, z
+  subroutine read_nodes(reader, card, system, draft)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    type(system_t), intent(in) :: system !! of the last *SYSTEM
     type(mesh_draft_t), intent(inout) :: draft
     type(fields_t) :: fields
-    integer :: id, i, n, first, before
+    integer :: id, i, first, before, along
     real(wp) :: x(3)
     logical :: found, ok(4), room
 
     call allow_options(reader, card)
+    along = merge(rectangular, 0, system%is_set)
+    if (has_option(card, 'SYSTEM')) call choice_option(reader, card, 'SYSTEM', along, ok(1))
     first = draft%n_nodes + 1
     before = reader%diagnostics%n_mistakes
     do
@@ -63,6 +78,7 @@ contains
         end if
       end do
       if (.not. ok(1)) cycle
+      if (all(ok) .and. along > 0) x = in_space(system, along, x)
       if (repeats_last(id, x)) then
         call note(reader, 'a line of *NODE that is written twice is taken once')
         cycle
@@ -73,12 +89,7 @@ contains
           ', memory permitting)')
         exit
       end if
-      n = draft%n_nodes + 1
-      draft%n_nodes = n
-      draft%node_id(n) = id
-      draft%node_position(n) = fields%start
-      draft%coordinates(:, n) = merge(x, not_a_coordinate, ok(2:))
-      draft%highest_node = max(draft%highest_node, id)
+      call add_node(draft, id, merge(x, not_a_coordinate, ok(2:)), fields%start)
     end do
     call add_option_set(reader, card, 'NSET', [first, draft%n_nodes], &
       reader%diagnostics%n_mistakes > before, draft)
@@ -96,6 +107,21 @@ contains
         draft%coordinates(:, draft%n_nodes)) > 0.0_wp)
     end function repeats_last
   end subroutine read_nodes
+
+  !> The place of coordinates of a system: along its axes, or a radius, an angle in degrees from its
+  !> x axis and a height along its z axis.
+  pure function in_space(system, along, x) result(place)
+    type(system_t), intent(in) :: system
+    integer, intent(in) :: along    !! rectangular, cylindrical
+    real(wp), intent(in) :: x(3)
+    real(wp) :: place(3), angle
+    real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+
+    place = x
+    angle = x(2)*degree
+    if (along == cylindrical) place(1:2) = x(1)*[cos(angle), sin(angle)]
+    if (system%is_set) place = system%origin + matmul(system%axis, place)
+  end function in_space
 
   !> *ELEMENT, TYPE=type[, ELSET=name]: id, nodes, over one line or more
   subroutine read_elements(reader, card, draft)
@@ -144,24 +170,25 @@ contains
       if (.not. has_option(card, 'TYPE') .and. .not. required) kind = kind_c3d8
       return
     end if
-    row = type_called(name)
+    row = type_called(taken_as(name))
     if (row > 0) then
       kind = element_types(row)%kind
       cell = element_types(row)%cell
+      if (element_types(row)%name /= name) call note(reader, name//' elements are taken as '// &
+        trim(element_types(row)%name)//what_it_is(name))
       return
     end if
     if (present(of_plane)) then
-      if (of_plane) call find_plane_type(reader, name, row)
+      if (of_plane) row = plane_type_called(taken_as(name))
       if (row > 0) then
         kind = plane_types(row)%kind
         cell = plane_types(row)%cell
+        if (plane_types(row)%name /= name) call note(reader, name//' elements are taken as '// &
+          trim(plane_types(row)%name)//what_it_is(name))
         return
       end if
     end if
     select case (name)
-    case ('C3D8R', 'C3D8H', 'C3D8RH')
-      kind = kind_c3d8
-      call note(reader, name//' elements are taken as C3D8: 8-node hexahedra with full integration')
     case ('DCOUP3D')
       kind = of_coupling
     case default
@@ -187,17 +214,20 @@ contains
     end select
   end subroutine check_element_type
 
-  !> The row of the plane type of a name, 0: there is none.
-  subroutine find_plane_type(reader, name, row)
-    type(reader_t), intent(inout) :: reader
-    character(*), intent(in) :: name !! upper case
-    integer, intent(out) :: row
+  !> How the type that stands for another is computed.
+  pure function what_it_is(name) result(words)
+    character(*), intent(in) :: name !! that the deck has
+    character(:), allocatable :: words
 
-    row = plane_type_called(name)
-    if (name(4:) /= '4R' .or. plane_type_called(name(:4)) == 0) return
-    row = plane_type_called(name(:4))
-    call note(reader, name//' elements are taken as '//name(:4)//': full integration')
-  end subroutine find_plane_type
+    words = ''
+    if (index(name, 'H') == 0 .or. name == 'C3D8RH') then
+      if (index(name, '8R') + index(name, '4R') > 0) words = ': full integration'
+    else if (any(name(:4) == ['C3D8', 'CPE4', 'CAX4']) .and. index(name, 'I') == 0) then
+      words = ': a mean dilatation in the place of a constant pressure'
+    else
+      words = ': displacements alone, without pressures of their own'
+    end if
+  end function what_it_is
 
   !> Whether a type is of fluids, heat, acoustics or networks, a spring or damper, a mass, or one of
   !> the user's own.
@@ -222,12 +252,10 @@ contains
       hint = 'C3D20 from Gmsh: '//no_inner_nodes
     case ('C3D13', 'C3D14')
       hint = 'in Gmsh Mesh.ElementOrder=1, or no recombined surfaces beside tetrahedra'
-    case ('C3D4H', 'C3D5H', 'C3D6H', 'C3D10M', 'C3D10H', 'C3D10MH', 'C3D10T', 'C3D10HS', 'C3D10I')
-      hint = 'C3D10 does not lock near incompressibility; from Gmsh: Mesh.ElementOrder=2'
-    case ('C3D15H', 'C3D15V', 'C3D18')
+    case ('C3D10T')
+      hint = 'C3D10 computes displacements'
+    case ('C3D15V', 'C3D18')
       hint = 'C3D15 from Gmsh: '//no_inner_nodes
-    case ('C3D20H', 'C3D20RH', 'C3D20RI')
-      hint = 'C3D20R does not lock near incompressibility'
     case default
       hint = guess(name, known)
     end select
@@ -326,16 +354,8 @@ contains
           ', memory permitting)')
         return
       end if
-      i = draft%n_elements + 1
-      associate (nodes => in_all_places(draft, cell, entries(2:)))
-        call add_elements(draft%connectivity, draft%n_elements, cell, reshape(nodes, [size(nodes), &
-          1]))
-      end associate
-      draft%n_elements = i
-      draft%element_id(i) = entries(1)
-      draft%element_kind(i) = kind
-      draft%element_position(i) = position
-      draft%highest_element = max(draft%highest_element, entries(1))
+      call add_element(draft, entries(1), kind, cell, in_all_places(draft, cell, entries(2:)), &
+        position)
     end do
     if (have > 0) call too_few()
 

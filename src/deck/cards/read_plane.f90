@@ -10,7 +10,7 @@ module read_plane_mod
   use cells_mod, only: cells
   use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: any_mistakes, quoted
-  use element_types_mod, only: plane_type_called
+  use element_types_mod, only: plane_type_called, taken_as
   use fields_mod, only: field_position, fields_t, is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: axisymmetric, mesh_draft_t, names_of_planes, plane_strain, &
@@ -59,7 +59,7 @@ contains
       if (name == '') cycle
       kind = findloc(index(name, names_of_planes), 1, dim=1)
       if (kind == 0) cycle
-      if (plane_type_called(name(:merge(4, len(name), name(4:) == '4R'))) == 0) then
+      if (plane_type_called(taken_as(name)) == 0) then
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
           ' is not available; use one of 3, 4, 6 or 8 nodes, or with 8 nodes and reduced '// &
           'integration')

@@ -6,7 +6,7 @@
 !> directory. In the text the line itself becomes a comment, followed by the lines of the file.
 module read_source_mod
   use deck_source_mod, only: add_file_name, add_line, max_deck_length, reserve_text, source_t
-  use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, quoted, &
+  use diagnostics_mod, only: add_note, add_plain_mistake, any_mistakes, diagnostics_t, quoted, &
     wants_more
   use deck_table_mod, only: without_tabs
   use text_mod, only: string_t, to_text, upper
@@ -86,13 +86,22 @@ contains
     type(source_t), intent(inout) :: source
     type(diagnostics_t), intent(inout) :: diagnostics
     integer :: first, last, next, number, file, bad, card_line
-    character(:), allocatable :: reason, card
+    character(:), allocatable :: reason, card, text
+    logical :: ok
 
     card = ''
     call add_file_name(source, chain(depth)%text)
     file = source%n_files
     call first_bad_byte(raw, bad, reason)
     if (bad > 0) then
+      call read_latin_1(raw, text, ok)
+      if (ok) then
+        call add_note(diagnostics, 'comments and headings of '//quoted(chain(depth)%text)// &
+          ' are not UTF-8 text: read as Latin-1')
+        source%n_files = source%n_files - 1
+        call add_text(text, chain, depth, source, diagnostics)
+        return
+      end if
       call report_bad_byte(raw, bad, reason, chain(depth)%text, source%length, diagnostics)
       return
     end if
@@ -350,6 +359,54 @@ contains
       return
     end do
   end subroutine first_bad_byte
+
+  !> A text whose comments and headings alone have bytes that are not UTF-8: these as characters of
+  !> Latin-1, and the control characters among them as question marks.
+  pure subroutine read_latin_1(raw, text, ok)
+    character(*), intent(in) :: raw
+    character(:), allocatable, intent(out) :: text
+    logical, intent(out) :: ok !! false: other lines have such bytes, or the text has zeros
+    character(:), allocatable :: reason
+    integer :: first, last, next, bad, i, n, code
+    logical :: in_heading, is_comment
+
+    allocate (character(2*len(raw)) :: text)
+    n = 0
+    first = 1
+    in_heading = .false.
+    ok = .true.
+    do while (first <= len(raw))
+      call find_line_end(raw, first, last, next)
+      is_comment = .false.
+      associate (line => raw(first:last))
+        i = verify(line, blanks)
+        if (i > 0) then
+          if (line(i:i) == '*') then
+            is_comment = index(line(i:), '**') == 1
+            if (.not. is_comment) in_heading = upper(line(i:min(i + 7, len(line)))) == '*HEADING'
+          end if
+        end if
+        call first_bad_byte(line, bad, reason)
+        if (bad > 0) ok = (is_comment .or. in_heading) .and. iachar(line(max(bad, 1):max(bad, &
+          1))) > 127
+        if (.not. ok) return
+        do i = 1, len(line)
+          code = iachar(line(i:i))
+          n = n + 1
+          text(n:n) = line(i:i)
+          if (bad == 0 .or. code < 128) cycle
+          if (code < 160) text(n:n) = '?'
+          if (code < 160) cycle
+          text(n:n + 1) = achar(192 + code/64)//achar(128 + mod(code, 64))
+          n = n + 1
+        end do
+      end associate
+      text(n + 1:n + next - last - 1) = raw(last + 1:next - 1)
+      n = n + next - last - 1
+      first = next
+    end do
+    text = text(:n)
+  end subroutine read_latin_1
 
   !> Say where in its file the bad byte is; the file's lines are not in the source.
   subroutine report_bad_byte(raw, bad, reason, path, position, diagnostics)

@@ -66,8 +66,19 @@ module deck_table_mod
     rule_t('PARAMETER', anywhere, is_read, data='name = value'), &
     rule_t('UNITS', in_model, is_read, data='force, length'), &
     rule_t('INCLUDE', anywhere, is_read, 'INPUT=path!'), &
-    rule_t('NODE', in_model, is_read, 'NSET=name', data='id, x, y, z'), &
+    rule_t('NODE', in_model, is_read, 'NSET=name, SYSTEM=R|C', data='id, x, y, z'), &
+    rule_t('SYSTEM', in_model, is_read, data='origin, point of the x axis; point of the plane'), &
+    rule_t('NGEN', in_model, is_read, 'NSET=name, LINE=P|C', &
+    data='first node, last node, step, third node, its x, y, z, normal x, y, z'), &
+    rule_t('NFILL', in_model, is_read, 'NSET=name', data='set, set, intervals, step'), &
+    rule_t('NCOPY', in_model, is_read, 'CHANGE NUMBER=count!, OLD SET=name!, NEW SET=name, '// &
+    'SHIFT, REFLECT=LINE|MIRROR|POINT, MULTIPLE=count:1', &
+    data='x, y, z; xa, ya, za, xb, yb, zb, degrees; or points'), &
     rule_t('ELEMENT', in_model, is_read, 'TYPE=type!, ELSET=name', data='id, node, node, ...'), &
+    rule_t('ELGEN', in_model, is_read, 'ELSET=name', data='element, count, step of nodes, '// &
+    'step of elements, ... three times'), &
+    rule_t('ELCOPY', in_model, is_read, 'ELEMENT SHIFT=count!, SHIFT NODES=count!, '// &
+    'OLD SET=name!, NEW SET=name'), &
     rule_t('BLOCK', in_model, is_read, 'NAME=name!, NX=count!, NY=count!, NZ=count!, '// &
     'TYPE=type:C3D8, ELSET=name', data='x, y, z, size along x, along y, along z; '// &
     'axis, ratio of sizes, MIDDLE'), &
@@ -213,7 +224,6 @@ module deck_table_mod
     remark='materials are isotropic, and stresses are written in x, y, z')]
 
   type(rule_t), parameter :: cards_missing(*) = [ &
-    rule_t('SYSTEM', anywhere, is_missing, remark='the lines of *INSTANCE move and turn a part'), &
     rule_t('CONTACT', anywhere, is_missing, &
     remark='name each pair of surfaces: *CONTACT PAIR, INTERACTION=name'), &
     rule_t('NO ANALYSIS', anywhere, is_missing, &
@@ -227,12 +237,7 @@ module deck_table_mod
     rule_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
     rule_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing, &
     remark='*HYPERELASTIC with NEO HOOKE, MOONEY-RIVLIN or YEOH, and *HYPERFOAM are isotropic'), &
-    rule_t('NGEN', anywhere, is_missing, remark='write the nodes, or a *BLOCK of elements'), &
-    rule_t('NFILL', anywhere, is_missing, remark='write the nodes, or a *BLOCK of elements'), &
-    rule_t('NCOPY', anywhere, is_missing, remark='write the nodes, or parts and instances'), &
     rule_t('NMAP', anywhere, is_missing, remark='write the coordinates as they are'), &
-    rule_t('ELGEN', anywhere, is_missing, remark='write the elements, or a *BLOCK of them'), &
-    rule_t('ELCOPY', anywhere, is_missing, remark='write the elements, or parts and instances'), &
     rule_t('CONTACT INCLUSIONS', anywhere, is_missing, &
     remark='name each pair of surfaces: *CONTACT PAIR, INTERACTION=name'), &
     rule_t('CONTACT EXCLUSIONS', anywhere, is_missing, &
