@@ -2,7 +2,8 @@
 !>
 !> An increment takes its loads in a straight line from its beginning to its end. One that goes
 !> across a kink takes another way than the deck's, and friction remembers ways. A Fourier series
-!> has a kink wherever it turns round: between these it goes one way, and how fast is no matter.
+!> and a table with rounded corners have a kink wherever they turn round: between these they go one
+!> way, and how fast is no matter.
 !> docs/theory.md section 1.
 module kinks_mod
   use kinds_mod, only: wp, i8
@@ -57,7 +58,7 @@ contains
         positions = [positions, spread(0_i8, 1, 2*size(a%time))]
         least = straight*maxval(abs(a%value))
         do i = 1, size(a%time)
-          time = a%time(i) + begin
+          time = turn_beside(a, i) + begin
           if (time <= 0.0_wp .or. time > step%period) cycle
           if (jumps_at(a, i, least)) then
             position = position_of(step, time)
@@ -333,6 +334,23 @@ contains
     end if
     turns_at = abs(a%value(i) - chord) > least
   end function turns_at
+
+  !> The time of point i, or where the parabola there turns round: between straight lines up and
+  !> down it does so beside the point, on the side of the line that is less steep.
+  pure real(wp) function turn_beside(a, i) result(time)
+    type(amplitude_t), intent(in) :: a
+    integer, intent(in) :: i
+    real(wp) :: slope(2), reach
+
+    time = a%time(i)
+    if (.not. a%rounding > 0.0_wp .or. i == 1 .or. i == size(a%time)) return
+    associate (t => a%time(i - 1:i + 1), v => a%value(i - 1:i + 1))
+      reach = a%rounding*min(t(2) - t(1), t(3) - t(2))
+      if (.not. reach > 0.0_wp) return
+      slope = [(v(2) - v(1))/(t(2) - t(1)), (v(3) - v(2))/(t(3) - t(2))]
+    end associate
+    if (slope(1)*slope(2) < 0.0_wp) time = time + reach*sum(slope)/(slope(1) - slope(2))
+  end function turn_beside
 
   !> The nearest position to a time of the step.
   pure integer(i8) function position_of(step, time)
