@@ -7,7 +7,7 @@ module foreseen_costs_mod
   implicit none
   private
 
-  public :: fits, seconds_to_run, memory_to_run, note_plan
+  public :: fits, seconds_to_run, memory_to_run, memory_when_finer, note_plan
 
   !> How a cost grows as elements get smaller: but for a part that is fixed, as a power of their
   !> number along an edge; while it is small as another, until the arithmetic of the factor, or
@@ -122,6 +122,15 @@ contains
     memory = planned_at(sequence, sequence%plans%memory, of_memory, relative_size(mesh_size))
   end function memory_to_run
 
+  !> Memory of a run with elements so many times smaller than those of another one.
+  pure real(wp) function memory_when_finer(sequence, memory, times) result(finer)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: memory !! of that run [bytes]
+    real(wp), intent(in) :: times
+
+    finer = cost_when_finer(sequence, memory, of_memory, times)
+  end function memory_when_finer
+
   !> A cost at a size of elements: between the plans of a coarser and a finer mesh along a power of
   !> the size; else from the nearest, with the growth that is given.
   pure real(wp) function planned_at(sequence, costs, growth, h) result(cost)
@@ -129,11 +138,10 @@ contains
     real(wp), intent(in) :: costs(:) !! of its plans
     type(growth_t), intent(in) :: growth
     real(wp), intent(in) :: h        !! size of the elements [-]
-    real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
-    real(wp) :: at, n_cut
+    real(wp), parameter :: least = 1.0e-9_wp
+    real(wp) :: at
     integer :: coarser, finer, i
 
-    n_cut = merge(2.0_wp, 3.0_wp, sequence%first%across > 0)
     coarser = 0
     finer = 0
     do i = 1, size(costs)
@@ -156,23 +164,10 @@ contains
       end associate
     else
       i = max(coarser, finer)
-      associate (grows => max(costs(i) - growth%fixed, least_part*costs(i)))
-        cost = costs(i) - grows + grown(grows, (size_of(i)/h)**(n_cut/3.0_wp))
-      end associate
+      cost = cost_when_finer(sequence, costs(i), growth, size_of(i)/h)
     end if
 
   contains
-
-    !> A cost with elements so many times smaller.
-    pure real(wp) function grown(from, times)
-      real(wp), intent(in) :: from, times
-      real(wp) :: while_small !! times, 1 and more
-
-      while_small = 1.0_wp
-      if (from < growth%small) while_small = min(max(1.0_wp, times), &
-        (growth%small/max(from, least))**(1.0_wp/growth%power(1)))
-      grown = from*while_small**growth%power(1)*(times/while_small)**growth%power(2)
-    end function grown
 
     pure real(wp) function size_of(k)
       integer, intent(in) :: k
@@ -181,6 +176,25 @@ contains
     end function size_of
 
   end function planned_at
+
+  !> A cost with elements so many times smaller.
+  pure real(wp) function cost_when_finer(sequence, cost, growth, times) result(finer)
+    type(mesh_sequence_t), intent(in) :: sequence
+    real(wp), intent(in) :: cost
+    type(growth_t), intent(in) :: growth
+    real(wp), intent(in) :: times
+    real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
+    real(wp) :: along, while_small !! times, along an edge of three; 1 and more
+
+    along = times**(merge(2.0_wp, 3.0_wp, sequence%first%across > 0)/3.0_wp)
+    associate (grows => max(cost - growth%fixed, least_part*cost))
+      while_small = 1.0_wp
+      if (grows < growth%small) while_small = min(max(1.0_wp, along), &
+        (growth%small/max(grows, least))**(1.0_wp/growth%power(1)))
+      finer = cost - grows + grows*while_small**growth%power(1)*(along/while_small)** &
+        growth%power(2)
+    end associate
+  end function cost_when_finer
 
   !> Whether two sizes of elements are one.
   pure logical function is_same(a, b)

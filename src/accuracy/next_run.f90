@@ -8,6 +8,7 @@ module next_run_mod
   use convergence_mod, only: size_for_error, least_order
   use mesh_sequence_mod, only: mesh_sequence_t, family_t, has_bound, mesh_runs, step_runs, &
     runs_up_to, sizes_of
+  use foreseen_costs_mod, only: memory_when_finer
   use finer_meshes_mod, only: finer, mesh_before, least_step, largest_step, second_step
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: runs_for_steps, later_step_runs, change_is_known, with_inferred
@@ -42,7 +43,8 @@ module next_run_mod
   !! times smaller that elements must get, from which on it is looked whether that helps
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
-  real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
+  real(wp), parameter :: most_too_large = 10.0_wp
+  !! times what it is: an error as coarse meshes have told it (docs/studies/effectivity.md) [-]
   real(wp), parameter :: hoped_order = 1.0_wp
   !! of finer meshes: on coarse ones the order is often less than what it becomes
 
@@ -328,7 +330,7 @@ contains
     type(sequence_error_t), intent(in) :: errors !! of the last of them
     type(choice_t), intent(inout) :: choice
     integer, allocatable :: runs(:)
-    real(wp) :: left, needed
+    real(wp) :: left, order, needed, least_needed
 
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
@@ -377,21 +379,22 @@ contains
         end associate
         return
       end if
-      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh + errors%geometry, aimed_at*left, &
-        max(hoped_order, errors%of_mesh(errors%worst)%order))
+      order = max(hoped_order, errors%of_mesh(errors%worst)%order)
+      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh + errors%geometry, aimed_at*left, order)
       choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
         wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))
       choice%may_be_last = needed <= largest_step
       if (needed > far_off) then
         if (is_as_wrong_as_before()) choice%outcome = not_convergent
       end if
-      ! The factor of elements s times smaller takes s^4 of the memory. What is small yet is no
-      ! measure of that, and another mesh is cheap.
       choice%finer = needed
-      choice%memory = last%memory*needed**4
-      if (choice%memory > 2.0_wp*memory_left .and. last%memory > small*memory_left) then
+      choice%memory = memory_when_finer(sequence, last%memory, needed)
+      ! Refused is what no machine of this size does for all that estimates may be too large. Else
+      ! the next mesh replaces the forecast by a fact, as long as its plan fits.
+      least_needed = 1.0_wp/size_for_error(1.0_wp, (errors%mesh + errors%geometry)/most_too_large, &
+        left, order)
+      if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) &
         choice%outcome = beyond_machine
-      end if
     end associate
 
   contains

@@ -56,11 +56,11 @@ contains
   !> What comes of a choice whose plan is made: whether it is run, or else what is to be planned
   !> instead.
   !>
-  !> Where nothing is to be run at all, the finest mesh within the bounds is looked for by plans
-  !> alone.
+  !> Without a bound a mesh that does not fit ends the search. Where nothing is to be run at all,
+  !> the finest mesh within the bounds is looked for by plans alone.
   subroutine judge_plan(sequence, room, only_plans, choice)
     type(mesh_sequence_t), intent(in) :: sequence !! knows the plan
-    real(wp), intent(in) :: room
+    real(wp), intent(in) :: room !! as of choose_next; huge: whatever it takes [bytes]
     logical, intent(in) :: only_plans
     type(choice_t), intent(inout) :: choice !! gets what is foreseen, or is another
     type(sequence_error_t) :: errors
@@ -69,7 +69,16 @@ contains
 
     choice%is_replaced = .false.
     choice%n_plans = choice%n_plans + 1
-    if (.not. has_bound(sequence)) return
+    if (.not. has_bound(sequence)) then
+      if (size(sequence%runs) == 0 .or. sequence%repeated > 0.0_wp) return
+      choice%memory = memory_to_run(sequence, choice%mesh_size)
+      if (choice%memory <= room) return
+      choice%outcome = beyond_machine
+      choice%finer = relative_size(sequence%runs(size(sequence%runs))%mesh_size)/ &
+        relative_size(choice%mesh_size)
+      choice%is_replaced = .true.
+      return
+    end if
     if (sequence%repeated > 0.0_wp) then
       ! To be kept it is made again, and was within the bounds before.
       choice%seconds = sequence%spent + sequence%repeated

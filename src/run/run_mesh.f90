@@ -97,7 +97,8 @@ contains
       is_known_to_fit = sequence%repeated > 0.0_wp .or. continues
       is_first = is_first .and. size(sequence%runs) == 0
       call note_costs(scene, plan, sequence)
-      call judge_plan(sequence, real(plan%memory_left, wp), options%plan, choice)
+      call judge_plan(sequence, merge(huge(1.0_wp), real(plan%memory_left, wp), options%force), &
+        options%plan, choice)
       if (choice%is_replaced) return
     end if
     ! Of the time that is allowed other threads would use up an unknown part.
