@@ -70,8 +70,9 @@ class Gallery(unittest.TestCase):
         self.assertEqual((len(cards), cards[-1]), (site.SHOWN + 1, "..."))
 
     def test_tables(self):
-        done = SimpleNamespace(returncode=0, stdout="plan\nstep  pair  x\n   1  A\nthe end", stderr="")
-        self.assertEqual(site.table_of(done), "step  pair  x\n   1  A\nthe end")
+        table = "step  pair  x\n   1  A\nthe end"
+        done = SimpleNamespace(returncode=0, stdout="plan\n" + table, stderr="")
+        self.assertEqual(site.table_of(done), table)
         done = SimpleNamespace(returncode=2, stdout="plan", stderr="a\nbipot: error: none")
         self.assertEqual(site.table_of(done), "bipot: error: none")
 
