@@ -16,6 +16,7 @@ tradeoff (scripts/tradeoff) and peers (scripts/compare).
 """
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -61,7 +62,15 @@ def __getattr__(name: str) -> Any:
     """Import what is asked for: the command `bipot` begins without numpy and HDF5."""
     for module, names in _MODULES.items():
         if name in names:
-            return getattr(importlib.import_module(f"bipot.{module}"), name)
+            try:
+                return getattr(importlib.import_module(f"bipot.{module}"), name)
+            except ModuleNotFoundError as error:
+                if error.name not in ("h5py", "numpy"):
+                    raise
+                raise ImportError(
+                    f"bipot.{name} needs {error.name}: pip install numpy h5py, or on Debian:"
+                    f" apt-get install python3-numpy python3-h5py (this is {sys.executable})"
+                ) from None
     raise AttributeError(f"module 'bipot' has no attribute {name!r}")
 
 

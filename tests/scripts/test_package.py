@@ -87,6 +87,18 @@ class Program(WithFolder):
         environment = {k: v for k, v in os.environ.items() if k != "BIPOT"}
         return self.folder / "site", {**environment, "PYTHONPATH": "site"}
 
+    def test_without_numpy_one_sentence_says_what_to_install(self):
+        (self.folder / "numpy.py").write_text("raise ModuleNotFoundError(name='numpy')\n")
+        path = os.pathsep.join([str(self.folder), str(ROOT / "scripts")])
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", "import bipot; bipot.read('a.vtkhdf')"],
+            capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path},
+        )
+        self.assertNotEqual(done.returncode, 0)
+        self.assertRegex(done.stderr.splitlines()[-1],
+                         r"^ImportError: bipot\.read needs numpy: pip install numpy h5py, or on ")
+        self.assertNotIn("During handling", done.stderr)
+
     def test_an_installed_package_has_its_own_and_needs_nothing_of_the_clone(self):
         site, environment = self.installed()
         self.assertFalse((site / "bipot" / "program.py").exists())
