@@ -25,6 +25,7 @@
 module stability_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
+  use cells_mod, only: hexahedron_20, hexahedron_20_reduced
   use growing_lists_mod, only: enlarge
   use small_matrix_mod, only: cross
   use linked_nodes_mod, only: coupled_nodes
@@ -73,6 +74,9 @@ module stability_mod
     logical :: follows = .false.   !! pressures do, and have no energy; nor have moments
     logical :: bends = .false.     !! likewise on surfaces of bodies: their curvature is left out
     logical :: by_element = .false. !! C3D8B, or modes of C3D8I, may be the reason
+    integer :: n_hourglass = 0
+    !! motions that lower it as elements with reduced integration see them, and not with full
+    !! integration; they are not counted above
   end type stability_t
 
   !> The contact points where they are.
@@ -102,7 +106,34 @@ contains
 
   !> Stability at the end of an increment, or where the next one begins. At small strain bodies are
   !> stable.
+  !>
+  !> Reduced integration sees no strain in some motions of an element (hourglass modes), so that the
+  !> stresses alone say what energy these have. Where motions seem to lower it those count that do
+  !> so with full integration. docs/theory.md (8.29).
   subroutine find_stability(scene, points, solver, state, following, stability)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver      !! its unknowns and constraints
+    type(state_t), intent(in) :: state
+    type(following_t), intent(in) :: following     !! loads there
+    type(stability_t), intent(out) :: stability
+    type(scene_t) :: fully
+    type(stability_t) :: with_full
+
+    call find_as_integrated(scene, points, solver, state, following, stability)
+    if (stability%n_unstable == 0) return
+    if (.not. any(scene%mesh%connectivity%cell == hexahedron_20_reduced)) return
+    fully = scene
+    where (fully%mesh%connectivity%cell == hexahedron_20_reduced) &
+      fully%mesh%connectivity%cell = hexahedron_20
+    call find_as_integrated(fully, points, solver, state, following, with_full)
+    if (.not. with_full%is_known) return
+    with_full%n_hourglass = max(0, stability%n_unstable - with_full%n_unstable)
+    stability = with_full
+  end subroutine find_stability
+
+  !> The same with the points of integration that the mesh has.
+  subroutine find_as_integrated(scene, points, solver, state, following, stability)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver      !! its unknowns and constraints
@@ -193,7 +224,7 @@ contains
       n = merge(0, n - rows%n + k%n_negative, allocated(error))
     end function count_unstable
 
-  end subroutine find_stability
+  end subroutine find_as_integrated
 
   !> The points that press, by their reactions.
   pure type(pressed_t) function pressed_points(scene, points, solver, state) result(contact)

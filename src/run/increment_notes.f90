@@ -28,7 +28,7 @@ module increment_notes_mod
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_unknown_stability, note_lost_shadow, note_settled
+    note_hourglass, note_unknown_stability, note_lost_shadow, note_settled
 
   !> A line for the console.
   type :: note_t
@@ -208,6 +208,17 @@ contains
     call add_note(notes, increment, .true., ': the equilibrium may be unstable'// &
       unstable_in_words(stability)//'. '//what//' may yet hold it')
   end subroutine note_unstable
+
+  !> Motions that reduced integration alone leaves unstable.
+  pure subroutine note_hourglass(increment, stability, notes)
+    type(increment_t), intent(in) :: increment
+    type(stability_t), intent(in) :: stability
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ': '//counted(stability%n_hourglass, &
+      'hourglass motion')//' of elements with reduced integration would release energy, and '// &
+      'with full integration would not: the body does not buckle that way')
+  end subroutine note_hourglass
 
   !> The matrix whose pivots tell could not be factorised.
   pure subroutine note_unknown_stability(increment, notes)

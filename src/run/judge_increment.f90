@@ -47,7 +47,8 @@ module judge_increment_mod
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable, note_unknown_stability, note_lost_shadow, note_settled
+    note_unusual, note_unstable, note_hourglass, note_unknown_stability, note_lost_shadow, &
+    note_settled
   implicit none
   private
 
@@ -347,6 +348,7 @@ contains
       solver%response%loads, solved%increment%fraction, solved%increment%step_time), stability)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
     if (.not. stability%is_known) call note_unknown_stability(solved%increment, notes)
+    if (stability%n_hourglass > 0) call note_hourglass(solved%increment, stability, notes)
     if (stability%n_unstable == 0) return
     if (is_hint(stability)) then
       call note_unstable(solved%increment, stability, notes)

@@ -1,6 +1,7 @@
 """Equilibria at finite strain that are not stable are refused, or noted where points slide."""
 
 import unittest
+from itertools import product
 from math import pi
 
 import numpy as np
@@ -160,6 +161,109 @@ class Columns(unittest.TestCase):
         self.assertEqual(run.status, 2)
         self.assertIn("C3D8I instead of C3D8B", run.errors)
         self.assertIn("note: C3D8B at finite strain", run.errors + run.output)
+
+
+def second_order_column(element, part):
+    """Deck of the same column of 2 x 2 x 10 elements, of which none takes more points."""
+    load = 4 * pi**2 * YOUNG / 12 / LENGTH**2
+    box = Box("B", (2, 2, 10), (element,), size=(1, 1, LENGTH), shift=0)
+    return box.cards() + f"""\
+*MATERIAL, NAME=STEEL
+*ELASTIC
+{YOUNG}, 0.3
+*STEP, NLGEOM
+*STATIC
+0.5, 1.
+*BOUNDARY
+B-Z0, 1, 3
+B-Z1, 1, 2
+B-Z1, 3, 3, {-part * load / YOUNG * LENGTH!r}
+*END STEP
+"""
+
+
+PRESSED_FLAT = f"""\
+*MATERIAL, NAME=STEEL
+*ELASTIC, LAW=NEO HOOKE
+{YOUNG}, 0.3
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+LOW, G
+*OBSTACLE, NAME=G, TYPE=PLANE
+"""
+
+
+def plate(element):
+    """Deck of a plate of 3 x 3 x 2 elements, pressed to 0.8 of its thickness without friction."""
+    box = Box("B", (3, 3, 2), (element,), size=(100, 100, 1), shift=0)
+    return box.cards() + f"""\
+*SURFACE, NAME=LOW, TYPE=NODE
+B-Z0
+{PRESSED_FLAT}0., 0., 0., 0., 0., 1.
+*STEP, NLGEOM
+*STATIC
+0.25, 1.
+*BOUNDARY
+B-X0, 1
+B-Y0, 2
+B-Z1, 3, 3, -0.2
+*END STEP
+"""
+
+
+def strip(element):
+    """The same of 4 x 4 elements of a plane."""
+    ids = {}
+    lines = ["*NODE"]
+    for i, j in product(range(9), repeat=2):
+        if i % 2 == 0 or j % 2 == 0:
+            ids[i, j] = len(ids) + 1
+            lines.append(f"{ids[i, j]}, {12.5 * i}, {j / 8}, 0.")
+    lines.append(f"*ELEMENT, TYPE={element}, ELSET=B")
+    around = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1))
+    for e, (i, j) in enumerate(product(range(4), repeat=2), 1):
+        lines.append(f"{e}, " + ", ".join(str(ids[2 * i + a, 2 * j + b]) for a, b in around))
+    for name, axis, end in (("LEFT", 0, 0), ("TOP", 1, 8)):
+        lines += [f"*NSET, NSET={name}", *(str(n) for at, n in ids.items() if at[axis] == end)]
+    lines += ["*SURFACE, NAME=LOW", *(f"{e}, S1" for e in range(1, 17, 4))]
+    return "\n".join(lines) + f"""
+*SOLID SECTION, ELSET=B, MATERIAL=STEEL
+{PRESSED_FLAT}0., 0., 0., 0., 1., 0.
+*STEP, NLGEOM
+*STATIC
+0.25, 1.
+*BOUNDARY
+LEFT, 1
+TOP, 2, 2, -0.2
+*END STEP
+"""
+
+
+class Hourglass(unittest.TestCase):
+    """Motions that reduced integration leaves without strain are no buckling of the body."""
+
+    def test_pressed_flat(self):
+        """A stretch of 0.8 is homogeneous, and stable: the elements with all points say so."""
+        for deck, element, full in ((plate, "C3D20R", "C3D20"), (strip, "CPE8R", "CPE8"),
+                                    (strip, "CPS8R", "CPS8")):
+            runs = [Run(deck(kind), name="flat") for kind in (element, full)]
+            for run in runs:
+                self.assertEqual(run.status, 0, run.errors)
+            self.assertRegex(runs[0].output, r"note: step 1, increment 4: \d hourglass motion")
+            self.assertNotIn("hourglass", runs[1].output)
+            forces = []
+            for run in runs:
+                with run.result() as result:
+                    forces.append(np.linalg.norm(result.pairs[0].resultant[-1]))
+            self.assertAlmostEqual(forces[0] / forces[1], 1.0, 6)
+
+    def test_a_column_buckles(self):
+        """At the load of the elements with all points, 0.995 of Euler's."""
+        for element in ("C3D20", "C3D20R"):
+            for part, status in ((0.985, 0), (1.005, 2)):
+                run = Run(second_order_column(element, part), name="column")
+                self.assertEqual(run.status, status, run.errors)
+            self.assertIn("the equilibrium is unstable (2 motions", run.errors)
 
 
 def between_plates(load, sides):
