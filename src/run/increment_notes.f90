@@ -28,7 +28,7 @@ module increment_notes_mod
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_hourglass, note_unknown_stability, note_lost_shadow, note_settled
+    note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, note_settled
 
   !> A line for the console.
   type :: note_t
@@ -244,6 +244,64 @@ contains
     call add_note(notes, increment, .true., ': at finite strain'//law//why//': how far small '// &
       'strain is off is not known')
   end subroutine note_lost_shadow
+
+  !> Obstacles that touch nodes along one normal with unlike friction, at the end of a *STEP: where
+  !> neither of the two is free to move the law lets them share the force at will.
+  pure subroutine note_coincident(scene, points, increment, prescribed, state, report, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
+    type(state_t), intent(in) :: state      !! at its end
+    type(increment_report_t), intent(in) :: report
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    real(wp), parameter :: along = 1.0_wp - 1.0e-9_wp !! cosine of normals that are one [-]
+    integer :: point(scene%mesh%n_nodes) !! of a pair that touches each node; 0: none
+    real(wp) :: slack
+    integer :: one, other, i, n
+
+    slack = 10.0_wp*scene%contact%tolerance*maxval(abs(state%displacement)) + &
+      rounding_of_places(scene, state%displacement)
+    associate (contact => report%contact, pairs => scene%pairs)
+      do one = 1, size(pairs)
+        if (.not. stays(one)) cycle
+        point = 0
+        do i = points%first(one), points%first(one + 1) - 1
+          if (contact%gap(i) <= slack) point(points%node(i)) = i
+        end do
+        do other = one + 1, size(pairs)
+          if (.not. stays(other)) cycle
+          n = 0
+          do i = points%first(other), points%first(other + 1) - 1
+            associate (j => point(points%node(i)))
+              if (j == 0 .or. contact%gap(i) > slack) cycle
+              if (.not. abs(points%mu(i) - points%mu(j)) > 0.0_wp) cycle
+              if (max(contact%reaction(1, i), contact%reaction(1, j)) > 0.0_wp .and. &
+                dot_product(contact%frame(:, 1, i), contact%frame(:, 1, j)) > along) n = n + 1
+            end associate
+          end do
+          if (n > 0) call add_note(notes, increment, .false., ': '//pairs(one)%name//' and '// &
+            pairs(other)%name//' touch '//counted(n, 'node')//' along the same normal, with '// &
+            'unlike friction coefficients: the shares of the two in the force, and so the '// &
+            'friction, are not determined')
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Whether a pair is before an obstacle that only supports move.
+    pure logical function stays(pair)
+      integer, intent(in) :: pair
+
+      stays = scene%pairs(pair)%master > 0
+      if (.not. stays) return
+      associate (ref_node => scene%obstacles(scene%pairs(pair)%master)%ref_node)
+        if (ref_node > 0) stays = all(prescribed(:, ref_node))
+      end associate
+    end function stays
+
+  end subroutine note_coincident
 
   !> Where contact forces are many times what drives them at the end of a *STEP.
   subroutine note_opposed_reactions(scene, points, first_gap, increment, state, report, notes)

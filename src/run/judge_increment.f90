@@ -47,8 +47,8 @@ module judge_increment_mod
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable, note_hourglass, note_unknown_stability, note_lost_shadow, &
-    note_settled
+    note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
+    note_lost_shadow, note_settled
   implicit none
   private
 
@@ -145,6 +145,8 @@ contains
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_redundant(scene, plan%points, increment, report, notes)
+        call note_coincident(scene, plan%points, increment, solver%body%prescribed, solved%state, &
+          report, notes)
         call note_opposed_reactions(scene, plan%points, solver%first_gap, increment, &
           solved%state, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &

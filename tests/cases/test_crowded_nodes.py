@@ -6,6 +6,7 @@ Planes below the highest ones change nothing, however many they are.
 import unittest
 
 import numpy as np
+from program import Run
 from two_bodies import solved
 
 from studies.deck_cards import block, deck, pair, step
@@ -67,6 +68,53 @@ class CrowdedNodes(unittest.TestCase):
                 self.assertGreaterEqual(
                     min(pair.gap[-1].min() for pair in many.pairs.values()), -1e-10
                 )
+
+    def test_two_planes_in_one(self):
+        """With unlike coefficients they may share the force at will: a note says so."""
+
+        def solve(second, height):
+            run = Run(
+                BLOCK_ON_TWO.replace("SECOND", second).replace("HEIGHT", str(height)), name="two"
+            )
+            self.assertEqual(run.status, 0, run.output + run.errors)
+            return run.output
+
+        note = "note: step 1: B-ZMIN:G1 and B-ZMIN:G2 touch 9 nodes along the same normal"
+        self.assertIn(note, solve("0.3", 0))
+        for second, height in (("0.5", 0), ("0.3", -1)):  # the sum is known; out of reach
+            self.assertNotIn("the same normal", solve(second, height))
+
+
+BLOCK_ON_TWO = """\
+*BLOCK, NAME=B, ELSET=B, NX=2, NY=2, NZ=1
+0., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=G1, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*OBSTACLE, NAME=G2, TYPE=PLANE
+0., 0., HEIGHT, 0., 0., 1.
+*SURFACE INTERACTION, NAME=ONE
+*FRICTION
+0.5
+*SURFACE INTERACTION, NAME=TWO
+*FRICTION
+SECOND
+*CONTACT PAIR, INTERACTION=ONE
+B-ZMIN, G1
+*CONTACT PAIR, INTERACTION=TWO
+B-ZMIN, G2
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+B-ZMAX, 1, 1, 0.02
+B-ZMAX, 2
+B-ZMAX, 3, 3, -0.01
+*END STEP
+"""
 
 
 if __name__ == "__main__":
