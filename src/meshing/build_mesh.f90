@@ -10,7 +10,7 @@ module build_mesh_mod
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
   use mesh_draft_mod, only: mesh_draft_t, names_of_planes, not_a_coordinate, &
-    plane_strain, plane_stress, solids
+    solids
   use mesh_mod, only: find_bodies, kind_c3d8, mesh_t
   use scene_mod, only: material_t
   use sets_mod, only: model_t
@@ -261,7 +261,9 @@ contains
     mesh%origin = draft%origin
     mesh%sector_angle = draft%sector_angle
     mesh%parts = draft%parts
-    mesh%is_slice = draft%plane == plane_strain .or. draft%plane == plane_stress
+    mesh%plane = draft%plane
+    mesh%thickness = draft%thickness
+    mesh%is_thickness_given = draft%is_thickness_given
     deallocate (draft%coordinates)
     mesh%node_id = draft%node_id(:draft%n_nodes)
     deallocate (draft%node_id)

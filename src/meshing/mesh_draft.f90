@@ -9,6 +9,7 @@ module mesh_draft_mod
   use lookup_mod, only: find_id, id_lookup_t
   use resource_limits_mod, only: has_memory
   use numbers_mod, only: largest_number
+  use mesh_mod, only: solids, plane_strain, plane_stress, axisymmetric
   implicit none
   private
 
@@ -31,9 +32,8 @@ module mesh_draft_mod
 
   integer, parameter :: set_of_nodes = 1, set_of_elements = 2
 
-  !> What the elements of a deck are.
-  integer, parameter :: solids = 0, plane_strain = 1, plane_stress = 2, axisymmetric = 3
-  character(3), parameter :: names_of_planes(3) = ['CPE', 'CPS', 'CAX'] !! their types begin so
+  !> The types of plane strain, plane stress and axisymmetric elements begin so.
+  character(3), parameter :: names_of_planes(3) = ['CPE', 'CPS', 'CAX']
 
   ! What a rigid body may make of an element that is skipped else: nothing, a facet of a type that
   ! other programs compute, or of one that is rigid by itself.
@@ -106,6 +106,8 @@ module mesh_draft_mod
     integer :: plane = solids                !! or plane_strain and its kin
     real(wp) :: sector_angle = 0.0_wp        !! as of mesh_t
     real(wp) :: parts = 1.0_wp               !! likewise
+    real(wp) :: thickness = 1.0_wp           !! likewise
+    logical :: is_thickness_given = .false.  !! likewise
     logical, allocatable :: on_axis(:)       !! (nodes of the plane) of axisymmetric elements
     integer, allocatable :: copies(:, :)
     !! (2,nodes of the plane) the node opposite and the one between; 0: none; not allocated: solids

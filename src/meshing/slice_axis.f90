@@ -9,7 +9,7 @@ module slice_axis_mod
   use obstacle_shapes_mod, only: is_same_along
   use refine_elements_mod, only: along_edge, edge_nodes, local_axis
   use scene_mod, only: scene_t
-  use mesh_mod, only: deck_rounding
+  use mesh_mod, only: deck_rounding, solids
   use surfaces_mod, only: surface_t, nodes_of
   implicit none
   private
@@ -33,7 +33,7 @@ contains
     integer, allocatable :: opposite(:)
 
     axis = 3
-    if (scene%mesh%sector_angle > 0.0_wp .or. scene%mesh%is_slice) return
+    if (scene%mesh%plane /= solids) return
     axis = 0
     allocate (opposite(0))
     if (scene%constraints%n > 0 .or. allocated(scene%rotations) .or. allocated(scene%local_axes) &

@@ -7,8 +7,12 @@ module mesh_mod
   implicit none
   private
 
+  public :: solids, plane_strain, plane_stress, axisymmetric
   public :: mesh_t, find_bodies, deck_rounding, joined_nodes, elements_at_nodes, shown_nodes, &
     element_rows, moved_mesh, kind_c3d8, kind_c3d8i, kind_c3d8b
+
+  !> What the elements of a deck are.
+  integer, parameter :: solids = 0, plane_strain = 1, plane_stress = 2, axisymmetric = 3
 
   integer, parameter :: kind_c3d8 = 1  !! full integration
   integer, parameter :: kind_c3d8i = 2 !! incompatible modes
@@ -40,7 +44,9 @@ module mesh_mod
     !! (n of them) nodes that elements use, ascending: the points of a result's mesh
     real(wp) :: sector_angle = 0.0_wp
     !! of a wedge about the y axis that stands for a body of revolution; 0: none [rad]
-    logical :: is_slice = .false. !! of a body in plane strain, or of a plate: nothing slips along z
+    integer :: plane = solids     !! or plane_strain and its kin: in slices nothing slips along z
+    real(wp) :: thickness = 1.0_wp !! of slices, in the deck [length]
+    logical :: is_thickness_given = .false.
     real(wp) :: parts = 1.0_wp    !! so many slices or wedges have the forces of the deck
     integer :: n_nodes = 0
     integer :: n_given = 0 !! the first so many are the deck's

@@ -3,7 +3,7 @@
 !> docs/theory.md section 8.
 module sectors_mod
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, plane_strain, plane_stress
   implicit none
   private
 
@@ -19,7 +19,8 @@ contains
     logical, intent(in) :: halfway
     real(wp) :: around(3), x(3)
 
-    around = merge([0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp, mesh%is_slice)
+    around = merge([0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp, any(mesh%plane == &
+      [plane_strain, plane_stress]))
     if (.not. mesh%sector_angle > 0.0_wp) return
     x = mesh%coordinates(:, node) + mesh%origin
     if (halfway) x = [cos(0.5_wp*mesh%sector_angle), 0.0_wp, sin(0.5_wp*mesh%sector_angle)]

@@ -19,6 +19,7 @@ module plan_table_mod
   use alternatives_mod, only: where_in_words
   use amounts_mod, only: bytes_in_words, bounds_in_words
   use shadow_run_mod, only: count_shadows
+  use mesh_mod, only: mesh_t, plane_strain, plane_stress, axisymmetric
   implicit none
   private
 
@@ -47,6 +48,8 @@ contains
     mesh = to_text(size(scene%mesh%element_nodes))//' nodes, '//to_text(scene%mesh%n_elements)// &
       ' elements'
     call add_line(plan, 'mesh', bound_fixed, mesh, mesh)
+    mesh = plane_in_words(scene%mesh)
+    if (mesh /= '') call add_line(plan, 'model', bound_fixed, mesh, mesh)
     call describe_bodies(scene, motions, plan)
     call add_line(plan, 'equations', bound, to_text(plan%n_equations)//', '// &
       to_text(plan%n_interface)//' of them on contact nodes')
@@ -75,6 +78,27 @@ contains
       solver_in_words(scene%contact, plan%choices%tolerance))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
   end subroutine describe
+
+  !> Plane stress, thickness 1 (not given); empty of solids.
+  pure function plane_in_words(mesh) result(words)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: words
+
+    words = ''
+    select case (mesh%plane)
+    case (plane_strain)
+      words = 'plane strain (CPE)'
+    case (plane_stress)
+      words = 'plane stress (CPS)'
+    case (axisymmetric)
+      words = 'bodies of revolution (CAX) about the y axis, forces are for 360 degrees'
+      return
+    case default
+      return
+    end select
+    words = words//', thickness '//to_text(mesh%thickness, 6)
+    if (.not. mesh%is_thickness_given) words = words//' (not given)'
+  end function plane_in_words
 
   !> 75 x 75, or of several bodies 2 blocks, the largest 75 x 75,
   function blocks_in_words(plan) result(words)

@@ -7,7 +7,7 @@ module result_run_mod
   use text_mod, only: string_t
   use scene_mod, only: scene_t
   use controls_mod, only: precision_controls_t, compliance_products
-  use mesh_mod, only: mesh_t
+  use mesh_mod, only: mesh_t, plane_strain, plane_stress
   use mesh_size_mod, only: mesh_size_t
   use plan_mod, only: plan_t, bound_in_words
   use hdf5_files_mod, only: hdf5_file_t, create_group, flush_file
@@ -115,7 +115,7 @@ contains
     character(:), allocatable :: name
 
     name = 'solid'
-    if (mesh%is_slice) name = 'slice'
+    if (any(mesh%plane == [plane_strain, plane_stress])) name = 'slice'
     if (mesh%sector_angle > 0.0_wp) name = 'wedge'
   end function bodies_of
 

@@ -1,5 +1,6 @@
 """Elements of a plane: finer meshes, joints, friction, the axis; closed forms of contact."""
 
+import re
 import unittest
 from math import cos, pi, radians, sin, sqrt
 
@@ -464,6 +465,24 @@ class Friction(Case):
 # Forces along y of CalculiX, with a linear pressure-overclosure of 1e7 and a stick slope of 1e6: on
 # the thickness of 2, and 180 times those of its wedge of 2 degrees.
 CALCULIX = {"CPE4": 14.29068, "CAX4": 180 * 0.1279933}
+
+
+class Named(Case):
+    """What a plane is is said, of a Gmsh mesh above all: it has one type for all."""
+
+    def test_model_and_thickness(self):
+        for kind, thickness, words in (
+            ("CPE4", "10.", "plane strain (CPE), thickness 10"),
+            ("CPS4", "", "plane stress (CPS), thickness 1 (not given)"),
+            ("CAX4", "", "bodies of revolution (CAX) about the y axis, forces are for 360 degrees"),
+        ):
+            boundary = "" if kind == "CAX4" else "*BOUNDARY\nALEFT-N, 1"
+            run = self.solve(press(kind, thickness=thickness, boundary=boundary))
+            self.assertRegex(run.output, rf"(?m)^model +{re.escape(words)}$")
+            self.assertIn(words, run.plan)
+        solid = "*BLOCK, NAME=A, ELSET=A, NX=1, NY=1, NZ=1\n0, 0, 0, 2, 1.5, 0.5\n"
+        run = self.solve(solid + section("A") + step("*BOUNDARY\nA-YMIN, 1, 3"))
+        self.assertNotRegex(run.output, "(?m)^model")
 
 
 class BesideSolids(Case):

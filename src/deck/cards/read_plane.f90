@@ -103,7 +103,8 @@ contains
     end do
     call check_places(reader, draft, ok)
     if (.not. ok) return
-    call read_thickness(reader, thickness, ok)
+    call read_thickness(reader, thickness, draft%is_thickness_given, ok)
+    draft%thickness = thickness
     if (ok) then
       call check_thickness(reader, draft, thickness)
     else
@@ -174,22 +175,25 @@ contains
   end subroutine check_places
 
   !> The thickness of the sections, which all have the same.
-  subroutine read_thickness(reader, thickness, ok)
+  subroutine read_thickness(reader, thickness, is_given, ok)
     type(reader_t), intent(inout) :: reader
     real(wp), intent(out) :: thickness
+    logical, intent(out) :: is_given  !! by any of them
     logical, intent(out) :: ok
     type(card_t) :: card
     real(wp) :: one
     integer :: k
-    logical :: is_first
+    logical :: is_first, is_found
 
     thickness = 1.0_wp
+    is_given = .false.
     ok = .true.
     is_first = .true.
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
       call open_card(reader, k, card)
-      call read_line(reader, card, one, ok)
+      call read_line(reader, card, one, is_found, ok)
+      is_given = is_given .or. is_found
       if (ok .and. .not. is_first .and. abs(one - thickness) > 0.0_wp) then
         call report(reader, card%position, 'all sections of plane elements have the same '// &
           'thickness, here '//to_text(one, 6)//' and '//to_text(thickness, 6))
@@ -245,13 +249,12 @@ contains
   end subroutine find_edges
 
   !> The data line of a section: a thickness, 1 where there is none.
-  subroutine read_line(reader, card, thickness, ok)
+  subroutine read_line(reader, card, thickness, found, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     real(wp), intent(out) :: thickness
-    logical, intent(out) :: ok
+    logical, intent(out) :: found, ok
     type(fields_t) :: fields
-    logical :: found
 
     thickness = 1.0_wp
     ok = .true.
