@@ -10,9 +10,10 @@
 !> displacements of a body as a whole cancel to the last bit. docs/theory.md, sections 6 and 8.
 module stress_forces_mod
   use kinds_mod, only: wp
+  use undefined_mod, only: undefined
   use cells_mod, only: has_middles
   use connectivity_mod, only: nodes_of_hexahedron
-  use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
+  use mesh_mod, only: mesh_t, kind_c3d8, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use increment_forces_mod, only: increment_forces_t
   use second_order_forces_mod, only: add_second_order_forces
@@ -87,8 +88,15 @@ contains
       end do
       call gather(mesh, materials, u, e, next - e, batch)
       call find_strains(batch)
-      if (mesh%element_kind(e) == kind_c3d8i) call add_modes(batch)
-      if (mesh%element_kind(e) == kind_c3d8b) call average_dilatation(batch)
+      select case (mesh%element_kind(e))
+      case (kind_c3d8)
+      case (kind_c3d8i)
+        call add_modes(batch)
+      case (kind_c3d8b)
+        call average_dilatation(batch)
+      case default
+        batch%u = undefined
+      end select
       call find_forces(batch)
       call scatter(mesh, moved, batch, forces)
       e = next

@@ -2,10 +2,11 @@
 !> the displacements of its nodes. docs/theory.md (8.22), (8.23).
 module element_tangent_mod
   use kinds_mod, only: wp
+  use undefined_mod, only: undefined
   use dense_mod, only: symmetric_eigenvectors
   use strain_measures_mod, only: growth_of, deformation_of
   use material_law_mod, only: law_t, finite_stress, finite_tangent
-  use mesh_mod, only: kind_c3d8i, kind_c3d8b
+  use mesh_mod, only: kind_c3d8, kind_c3d8i, kind_c3d8b
   use small_matrix_mod, only: inverse
   use finite_strain_mod, only: finite_element_t, gradients_of_law, mode_part
   implicit none
@@ -31,18 +32,21 @@ contains
     integer :: g
 
     negative = 0
-    if (element%kind == kind_c3d8b) then
+    select case (element%kind)
+    case (kind_c3d8b)
       call add_mean_dilatation(element, law, k)
-    else if (element%kind == kind_c3d8i) then
+    case (kind_c3d8i)
       call condense_modes(element, modes, law, k, negative)
-    else
+    case (kind_c3d8)
       k = 0.0_wp
       h = element%h
       do g = 1, 8
         k = k + couple(element%weight(g)*finite_tangent(law, h(:, :, g)), &
           element%gradient(:, :, g), element%gradient(:, :, g))
       end do
-    end if
+    case default
+      k = undefined
+    end select
   end subroutine tangent_of
 
   !> Replace negative eigenvalues of a matrix, or a part of them, by a small part of their size: all

@@ -4,8 +4,9 @@
 !> procedure here.
 module elements_mod
   use kinds_mod, only: wp
+  use undefined_mod, only: undefined
   use elasticity_mod, only: elasticity_t, stress_of
-  use mesh_mod, only: kind_c3d8i, kind_c3d8b
+  use mesh_mod, only: kind_c3d8, kind_c3d8i, kind_c3d8b
   use hexahedron8_mod, only: shape_gradients, strain_of, force_of
   use c3d8_mod, only: c3d8_stiffness => stiffness
   use c3d8i_mod, only: c3d8i_stiffness => stiffness, relaxed_strain
@@ -29,8 +30,10 @@ contains
       k = c3d8i_stiffness(x, elastic)
     case (kind_c3d8b)
       k = c3d8b_stiffness(x, elastic)
-    case default
+    case (kind_c3d8)
       k = c3d8_stiffness(x, elastic)
+    case default
+      k = undefined
     end select
   end function stiffness
 
@@ -76,8 +79,10 @@ contains
       strain = relaxed_strain(x, inverse_jacobian, weight, u, elastic)
     case (kind_c3d8b)
       strain = mean_dilatation_strain(inverse_jacobian, weight, u)
-    case default
+    case (kind_c3d8)
       strain = strain_of(inverse_jacobian, u)
+    case default
+      strain = undefined
     end select
   end function strain_at_points
 

@@ -5,9 +5,10 @@
 !> objective. At small strain they are those of elements_mod. docs/theory.md (8.12) to (8.15).
 module finite_strain_mod
   use kinds_mod, only: wp
+  use undefined_mod, only: undefined
   use strain_measures_mod, only: growth_of, deformation_of
   use material_law_mod, only: law_t, finite_stress, finite_energy
-  use mesh_mod, only: kind_c3d8i, kind_c3d8b
+  use mesh_mod, only: kind_c3d8, kind_c3d8i, kind_c3d8b
   use small_matrix_mod, only: inverse
   use hexahedron8_mod, only: shape_gradients, centre_shape_gradients, centre_gradient, &
     displacement_gradients
@@ -91,12 +92,14 @@ contains
     integer :: g, i
 
     h = element%h
-    if (element%kind == kind_c3d8i) then
+    select case (element%kind)
+    case (kind_c3d8)
+    case (kind_c3d8i)
       do g = 1, 8
         m = mode_part(element, modes, g)
         h(:, :, g) = h(:, :, g) + m + matmul(element%h_0, m)
       end do
-    else if (element%kind == kind_c3d8b) then
+    case (kind_c3d8b)
       call find_dilatation(element, growth, b)
       do g = 1, 8
         h(:, :, g) = b(g)*h(:, :, g)
@@ -106,7 +109,9 @@ contains
             (b(g)**2 + b(g) + 1.0_wp)
         end do
       end do
-    end if
+    case default
+      h = undefined
+    end select
   end function gradients_of_law
 
   !> sum m_k (x) beta_k at a Gauss point.

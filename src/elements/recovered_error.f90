@@ -6,7 +6,7 @@
 module recovered_error_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells, has_middles, hexahedron_8, hexahedron_20, hexahedron_nodes, &
-    tetrahedron_10, wedge_6, wedge_15
+    tetrahedron_10, wedge_6
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
@@ -28,6 +28,10 @@ module recovered_error_mod
   public :: estimate_mesh_error
 
   integer, parameter :: n_dense = cells(hexahedron_20)%n_points
+  integer, parameter :: least_quadrature(size(cells)) = [0, hexahedron_8, 0, tetrahedron_10, 0, &
+    wedge_6, 0, hexahedron_8, hexahedron_8]
+  !! the cell that has it: 2 x 2 x 2 points, 4 of a tetrahedron, 3 x 2 of a wedge; 0: no mid-side
+  !! nodes
 
 contains
 
@@ -175,20 +179,6 @@ contains
       end associate
     end do
   end subroutine make_samples
-
-  !> The cell whose quadrature that is: 4 points of a tetrahedron, 3 x 2 of a wedge, 2 x 2 x 2.
-  pure integer function least_quadrature(cell) result(row)
-    integer, intent(in) :: cell !! row of the table of cells, with mid-side nodes
-
-    select case (cell)
-    case (tetrahedron_10)
-      row = tetrahedron_10
-    case (wedge_15)
-      row = wedge_6
-    case default
-      row = hexahedron_8
-    end select
-  end function least_quadrature
 
   !> Gauss's 3 x 3 x 3 points in the hexahedron that a cell is where some corners are one.
   pure subroutine dense_quadrature(cell, point, weight)

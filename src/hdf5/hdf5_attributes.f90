@@ -148,7 +148,8 @@ contains
     integer :: ignored
 
     type_id = text_type(extents(1), ascii=.true.)
-    call put(file, object, name, [type_id, type_id], address, extents(2:), error)
+    call put(file, object, name, [type_id, type_id], address, extents(2:), error, &
+      flushed=.false.)
     call h5tclose_f(type_id, ignored)
   end subroutine put_text
 
@@ -162,7 +163,7 @@ contains
 
     if (allocated(error)) return
     call put(file, object, name, [type_in_file(kind), type_in_memory(kind)], address, extents, &
-             error)
+      error, flushed=.false.)
   end subroutine put_attribute
 
   subroutine put(file, object, name, types, address, extents, error, flushed)
@@ -172,7 +173,7 @@ contains
     type(c_ptr), intent(in) :: address
     integer, intent(in) :: extents(:)
     type(error_t), allocatable, intent(inout) :: error
-    logical, intent(in), optional :: flushed !! at once, with all of the object; no if absent
+    logical, intent(in) :: flushed !! at once, with all of the object
     integer(hid_t) :: object_id
     integer :: status, ignored
 
@@ -182,7 +183,7 @@ contains
     if (status < 0) object_id = no_id
     call put_in(object_id, name, types, address, extents, status)
     if (status < 0) call fail_to_put(error, file, object, name)
-    if (present(flushed)) call flush_object(file, object, object_id, error)
+    if (flushed) call flush_object(file, object, object_id, error)
     if (object_id /= no_id) call h5oclose_f(object_id, ignored)
   end subroutine put
 

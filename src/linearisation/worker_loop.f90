@@ -2,9 +2,9 @@
 !> announces it.
 module worker_loop_mod
   use kinds_mod, only: i8
-  use errors_mod, only: error_t
+  use errors_mod, only: error_t, exit_machine, raise
   use parallel_mod, only: next_task, task_length, task_usage, task_pattern, &
-    task_stiffness, task_double, task_single, task_rows, task_iterative, tell_usage
+    task_stiffness, task_double, task_single, task_rows, task_iterative, task_end, tell_usage
   use assembly_mod, only: triplets_t
   use mesh_parts_mod, only: list_own_part, assemble_own_part
   use node_parts_mod, only: assemble_own_nodes
@@ -46,8 +46,10 @@ contains
         call assemble_own_nodes(iterative%summed)
       case (task_iterative)
         call participate_iterative(task, iterative, error)
-      case default ! task_end
+      case (task_end)
         exit
+      case default
+        call raise(error, exit_machine, 'internal error: a task that no rank knows')
       end select
       if (allocated(error)) return
     end do

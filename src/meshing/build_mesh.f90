@@ -5,8 +5,7 @@ module build_mesh_mod
   use inverted_elements_mod, only: jacobians_of
   use constraints_mod, only: constraints_t
   use kinds_mod, only: wp
-  use cells_mod, only: cells, has_middles, hexahedron_8, hexahedron_20, hexahedron_20_of_14, &
-    hexahedron_20_reduced, hexahedron_nodes, tetrahedron_4, tetrahedron_10, wedge_15
+  use cells_mod, only: cells, has_middles, hexahedron_nodes
   use connectivity_mod, only: connectivity_t, nodes_of_element, nodes_of_hexahedron, &
     some_elements
   use mesh_draft_mod, only: mesh_draft_t, names_of_planes, not_a_coordinate, &
@@ -19,6 +18,18 @@ module build_mesh_mod
   private
 
   public :: mark_used_nodes, note_unused_nodes, check_elements, check_locking, build_mesh
+
+  real(wp), parameter :: never = huge(1.0_wp)
+  real(wp), parameter :: noise_from(size(cells)) = 1.0e-9_wp + [0.5_wp, 0.499_wp, 0.48_wp, never, &
+    0.49_wp, 0.495_wp, 0.49_wp, never, never]
+  !! Poisson's ratio up to which the pressures of a flat block on a ball are off by at most a fifth
+  !! of the largest in the mean, two elements across the radius of contact
+  !! (tests/cases/test_locking.py has the block), of each cell with full integration of
+  !! displacements alone; never: such elements do not lock. Those of the 8-node hexahedron, from
+  !! 0.495 on, are left to the note. [-]
+  character(*), parameter :: without_locking(size(cells)) = [character(14) :: 'C3D8B', 'C3D20R', &
+    'C3D10', '', 'C3D8B or C3D10', 'C3D10', 'C3D8B or C3D10', '', '']
+  !! solid elements to take in the place of those of a cell
 
 contains
 
@@ -157,7 +168,8 @@ contains
     if (size(material) < draft%n_elements) return
     do e = 1, draft%n_elements
       associate (cell => draft%connectivity%cell(e))
-        if (material(e) < 1 .or. .not. locks(draft%element_kind(e), cell)) cycle
+        if (material(e) < 1 .or. draft%element_kind(e) /= kind_c3d8) cycle
+        if (noise_from(cell) >= never) cycle
         associate (elastic => materials(material(e))%law%elastic)
           if (.not. elastic%shear > 0.0_wp) cycle ! its numbers could not be read
           poisson = 0.5_wp*elastic%lambda/(elastic%lambda + elastic%shear)
@@ -178,38 +190,6 @@ contains
     end do
   end subroutine check_locking
 
-  !> Whether elements lock: those with full integration of displacements alone, but for the 10-node
-  !> tetrahedron.
-  pure logical function locks(kind, cell)
-    integer, intent(in) :: kind !! kind_c3d8 or its kin
-    integer, intent(in) :: cell !! row of the table of cells
-
-    locks = kind == kind_c3d8 .and. all(cell /= [tetrahedron_10, hexahedron_20_reduced, &
-      hexahedron_20_of_14])
-  end function locks
-
-  !> Poisson's ratio up to which the pressures of a flat block on a ball are off by at most a fifth
-  !> of the largest in the mean, two elements across the radius of contact
-  !> (tests/cases/test_locking.py has the block). Those of the 8-node hexahedron, from 0.495 on, are
-  !> left to the note. [-]
-  pure real(wp) function noise_from(cell)
-    integer, intent(in) :: cell !! row of the table of cells
-
-    select case (cell)
-    case (hexahedron_8)
-      noise_from = 0.5_wp
-    case (hexahedron_20)
-      noise_from = 0.499_wp
-    case (wedge_15)
-      noise_from = 0.495_wp
-    case (tetrahedron_4)
-      noise_from = 0.48_wp
-    case default
-      noise_from = 0.49_wp
-    end select
-    noise_from = noise_from + 1.0e-9_wp
-  end function noise_from
-
   !> The elements that do not lock in the place of those of a cell.
   pure function instead_of(plane, cell) result(types)
     integer, intent(in) :: plane !! solids, plane_strain and its kin
@@ -218,18 +198,9 @@ contains
 
     if (plane /= solids) then
       types = names_of_planes(plane)//'8R'
-      return
+    else
+      types = trim(without_locking(cell))
     end if
-    select case (cell)
-    case (tetrahedron_4, wedge_15)
-      types = 'C3D10'
-    case (hexahedron_20)
-      types = 'C3D20R'
-    case (hexahedron_8)
-      types = 'C3D8B'
-    case default
-      types = 'C3D8B or C3D10'
-    end select
   end function instead_of
 
   !> Whether an element is a box along the axes, its corners in their order: then all is well with

@@ -18,8 +18,9 @@
 !> docs/theory.md section 4.
 module solve_mod
   use kinds_mod, only: wp
+  use undefined_mod, only: undefined
   use controls_mod, only: contact_controls_t, solver_auto, solver_global_newton, &
-                          formulation_bipotential, local_exact, stop_at_residual
+                          solver_sweeps, formulation_bipotential, local_exact, stop_at_residual
   use problem_mod, only: contact_problem_t, contact_report_t
   use compliance_mod, only: is_map
   use sweeps_mod, only: solve_by_sweeps
@@ -88,8 +89,10 @@ contains
       call solve_automatically(problem, x_free, controls, r, report, .true.)
       if (report%converged .or. .not. is_warm) return
       call start_anew(problem, x_free, controls, r, report)
-    case default
+    case (solver_sweeps)
       call solve_by_sweeps(problem, x_free, controls, r, report)
+    case default
+      r = undefined
     end select
   end subroutine solve_contact
 
@@ -116,9 +119,15 @@ contains
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(inout) :: r(:, :)                !! (3,n_points) [force]
     type(contact_report_t), intent(inout) :: report
+    type(contact_report_t) :: here
+    real(wp) :: trial(3, problem%n_points)
 
     report%stages = 1
-    call stage(problem, x_free, controls, by_newton, r, report, from_nothing=.true.)
+    trial = 0.0_wp
+    call solve_by_global_newton(problem, x_free, controls, trial, here)
+    here%stages = 1
+    if (here%residual < report%residual) r = trial
+    call take_over(here, report)
   end subroutine start_newton_anew
 
   !> The stages of AUTO.
@@ -200,19 +209,17 @@ contains
   end subroutine sweep_and_try
 
   !> One stage: its counts add up, its reactions stay only if they are better.
-  subroutine stage(problem, x_free, controls, kind, r, report, from_nothing)
+  subroutine stage(problem, x_free, controls, kind, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)
     type(contact_controls_t), intent(in) :: controls
     integer, intent(in) :: kind                !! by_newton, ...
     real(wp), intent(inout) :: r(:, :)
     type(contact_report_t), intent(inout) :: report
-    logical, intent(in), optional :: from_nothing !! not from the last reactions
     type(contact_report_t) :: here
     real(wp) :: trial(3, problem%n_points)
 
     trial = r
-    if (present(from_nothing)) trial = 0.0_wp
     select case (kind)
     case (by_newton)
       call solve_by_global_newton(problem, x_free, controls, trial, here)
@@ -220,8 +227,11 @@ contains
       call solve_by_proximal_newton(problem, x_free, controls, trial, here)
     case (by_growing_friction)
       call solve_with_growing_friction(problem, x_free, controls, trial, here)
-    case default
+    case (by_sweeps)
       call solve_by_sweeps(problem, x_free, controls, trial, here)
+    case default
+      trial = undefined
+      here%residual = huge(1.0_wp)
     end select
     here%stages = 1
     if (report%stages == 0 .or. here%residual < report%residual) r = trial

@@ -2,8 +2,9 @@
 !> their newest.
 module sweeps_mod
   use kinds_mod, only: wp, sp
-  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton6, &
-                          local_exact, stop_at_change, solver_sweeps
+  use undefined_mod, only: undefined
+  use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
+                          local_newton6, local_exact, stop_at_change, solver_sweeps
   use law_mod, only: project_prediction, driven_friction
   use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
@@ -199,10 +200,24 @@ contains
       solve_point => solve_newton6
     case (local_exact)
       solve_point => solve_exact
-    case default
+    case (local_newton)
       solve_point => solve_newton
+    case default
+      solve_point => solve_nothing
     end select
   end subroutine choose_local_solver
+
+  !> Of a local solver that is not known: its forces end the sweeps as diverging ones.
+  pure subroutine solve_nothing(point, r, iterations, converged)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(inout) :: r(3)
+    integer, intent(out) :: iterations
+    logical, intent(out) :: converged
+
+    r = undefined*point%w(:, 1)
+    iterations = 1
+    converged = .true. ! no other solver takes its place
+  end subroutine solve_nothing
 
   !> One visit to every point, in the order of the points.
   subroutine sweep_points(problem, x_free, controls, template, solve_point, base, packed, sweep)

@@ -146,7 +146,7 @@ contains
       do i = 1, 3
         ! What is held across a plane hold_plane says.
         if (with(i) .and. (i < 3 .or. model%mesh%plane == solids)) call add_values(reader, &
-          model, nodes, i, value, draft%boundary, draft%work)
+          model, nodes, i, value, draft%boundary, draft%work, sum_up=.false.)
         if (with(3 + i)) call add_rotations(reader, model, nodes, i, value, draft)
         if (with(i)) call add_rotations(reader, model, turned, i, value, draft)
       end do
@@ -199,13 +199,13 @@ contains
     integer :: i
 
     call add_values(reader, model, pack(nodes, .not. (model%used(nodes) .or. &
-      model%rotation_node(nodes) > 0)), dof, value, draft%rotations, draft%work)
+      model%rotation_node(nodes) > 0)), dof, value, draft%rotations, draft%work, sum_up=.false.)
     do i = 1, size(nodes)
       if (model%rotation_node(nodes(i)) == 0) cycle
       of_node = value
       of_node%value = value%value*model%rotation_arm(nodes(i))
       call add_values(reader, model, [model%rotation_node(nodes(i))], dof, of_node, &
-        draft%boundary, draft%work)
+        draft%boundary, draft%work, sum_up=.false.)
     end do
   end subroutine add_rotations
 
@@ -528,7 +528,7 @@ contains
     type(nodal_value_t), intent(in) :: value  !! its value and amplitude
     type(value_list_t), intent(inout) :: list
     integer(i8), intent(inout) :: work
-    logical, intent(in), optional :: sum_up
+    logical, intent(in) :: sum_up
     integer :: i, node, at
 
     work = work + size(nodes)
@@ -542,7 +542,7 @@ contains
       at = list%slot(dof, node)
       if (at >= 1 .and. at <= list%n) then
         if (list%values(at)%node == node .and. list%values(at)%dof == dof) then
-          if (.not. present(sum_up)) then
+          if (.not. sum_up) then
             list%values(at)%value = value%value
             list%values(at)%amplitude = value%amplitude
             list%values(at)%fixed = value%fixed

@@ -174,12 +174,16 @@ contains
       call read_numbers(reader, card, 'a sphere', 'four numbers: x, y, z of its centre, then '// &
         'its radius', value(:4), position(:4), ok)
       if (ok) call read_radius(reader, position(4), value(4), obstacle)
-    case default
+    case (obstacle_cylinder)
       call read_numbers(reader, card, 'a cylinder', 'seven numbers: x, y, z of a point of its '// &
         'axis, then of the direction of the axis, then its radius', value, position, ok)
       if (ok) call read_direction(reader, 'the axis of a cylinder', position(4), value(4:6), &
         obstacle%normal)
       if (ok) call read_radius(reader, position(7), value(7), obstacle)
+    case default
+      call report(reader, option_position(card, 'TYPE'), 'internal error: no numbers '// &
+        'are known of this TYPE')
+      ok = .false.
     end select
     if (ok) obstacle%point = from_origin(obstacle, value(:3), origin)
   end subroutine read_shape
