@@ -23,7 +23,7 @@ module blas_core_mod
   character(*), parameter :: core_variable = 'OPENBLAS_CORETYPE'
   ! Set before the second start: there is never a third.
   character(*), parameter :: guard_variable = 'BIPOT_BLAS_CORE'
-  character(*), parameter :: with_one_thread = 'chosen, with one thread' !! which nobody asked for
+  integer(c_int), parameter :: with_own_threads = 1 !! of openblas_get_parallel: not OpenMP's
   character(*), parameter :: thread_variables(2) = &
     [character(20) :: 'OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS']
 
@@ -33,6 +33,12 @@ module blas_core_mod
       implicit none
       type(c_ptr) :: text
     end function text_function
+
+    function number_function() result(number) bind(c)
+      import :: c_int
+      implicit none
+      integer(c_int) :: number
+    end function number_function
 
     subroutine set_threads_function(n) bind(c)
       import :: c_int
@@ -73,24 +79,21 @@ contains
   !> before it has joined the others it is a process like any.
   subroutine choose_blas_core()
     character(:), allocatable :: core
-    logical :: threads_given, worked
+    logical :: worked
 
-    threads_given = threads_are_given()
-    if (.not. threads_given) call use_threads(1)
+    if (.not. threads_are_given()) then
+      call use_threads(1)
+      call end_threads()
+    end if
     core = blas_core_name()
     if (core == '') return
-    if (any_set([character(20) :: guard_variable])) return
+    if (any_set([character(20) :: guard_variable, core_variable])) return
     if (watched()) return
     core = wanted_core(core, processor_flags())
-    if (any_set([character(20) :: core_variable])) core = ''
-    if (core == '' .and. threads_given) return
-    call set_environment(guard_variable, trim(merge('chosen'//repeat(' ', 17), with_one_thread, &
-      threads_given)), .true., worked)
+    if (core == '') return
+    call set_environment(guard_variable, 'chosen', .true., worked)
     if (.not. worked) return
-    if (core /= '') call set_environment(core_variable, core, .true., worked)
-    if (.not. worked) return
-    ! Threads that would wait in a loop for work are then not even made.
-    if (.not. threads_given) call set_environment('OPENBLAS_NUM_THREADS', '1', .true., worked)
+    call set_environment(core_variable, core, .true., worked)
     if (.not. worked) return
     call start_again()
   end subroutine choose_blas_core
@@ -174,10 +177,7 @@ contains
 
   !> Whether the user has said how many threads there are to be.
   logical function threads_are_given() result(answer)
-    character(len(with_one_thread)) :: guard
-
-    call get_environment_variable(guard_variable, guard)
-    answer = any_set(thread_variables) .and. guard /= with_one_thread
+    answer = any_set(thread_variables)
   end function threads_are_given
 
   !> From now on so many threads work in OpenBLAS; with another BLAS nothing happens.
@@ -191,6 +191,22 @@ contains
     call c_f_procpointer(address, set_threads)
     call set_threads(int(n, c_int))
   end subroutine use_threads
+
+  !> End the threads that OpenBLAS makes when it is loaded, and that would wait in a loop for work.
+  !> It makes them anew where more than one is to work. Those of OpenMP are not there yet.
+  subroutine end_threads()
+    type(c_funptr) :: address, parallel
+    procedure(number_function), pointer :: number_of
+    integer(c_int) :: ignored
+
+    parallel = c_dlsym(c_null_ptr, c_text('openblas_get_parallel'))
+    address = c_dlsym(c_null_ptr, c_text('blas_thread_shutdown_'))
+    if (.not. (c_associated(parallel) .and. c_associated(address))) return
+    call c_f_procpointer(parallel, number_of)
+    if (number_of() /= with_own_threads) return
+    call c_f_procpointer(address, number_of)
+    ignored = number_of()
+  end subroutine end_threads
 
   !> Whether valgrind (which does not know all instructions) or a sanitizer watches.
   logical function watched() result(answer)

@@ -107,6 +107,20 @@ class CommandLine(unittest.TestCase):
         else:
             self.assertNotEqual(chosen.upper(), "PRESCOTT")
 
+    def test_it_starts_once_where_the_kernels_are_right(self):
+        environment = {name: value for name, value in os.environ.items()
+                       if not name.endswith("_NUM_THREADS")}  # fmt: skip
+        environment |= {"OPENBLAS_CORETYPE": self.kernels(), "LD_DEBUG": "libs"}
+        answer = subprocess.run(
+            [PROGRAM, "--version"], capture_output=True, text=True, timeout=600, check=True,
+            env=environment,
+        )
+        self.assertEqual(answer.stderr.count("initialize program:"), 1)
+        # Libraries in the user's folder are none of the program's.
+        tried = re.findall(r"trying file=(.*)", answer.stderr)
+        self.assertTrue(tried)
+        self.assertEqual([path for path in tried if not path.startswith("/")], [])
+
     def test_quiet_prints_one_sentence(self):
         run = Run(BLOCK, "--quiet", **SMALL)
         self.assertEqual(len(run.output.strip().split("\n")), 1)
