@@ -393,8 +393,9 @@ contains
       ! the next mesh replaces the forecast by a fact, as long as its plan fits.
       least_needed = 1.0_wp/size_for_error(1.0_wp, (errors%mesh + errors%geometry)/most_too_large, &
         left, order)
-      if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) &
+      if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) then
         choice%outcome = beyond_machine
+      end if
     end associate
 
   contains
