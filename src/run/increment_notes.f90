@@ -247,9 +247,11 @@ contains
 
   !> Obstacles that touch nodes along one normal with unlike friction, at the end of a *STEP: where
   !> neither of the two is free to move the law lets them share the force at will.
-  pure subroutine note_coincident(scene, points, increment, prescribed, state, report, notes)
+  pure subroutine note_coincident(scene, points, tolerance, increment, prescribed, state, report, &
+                                  notes)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: tolerance       !! of contact [-]
     type(increment_t), intent(in) :: increment
     logical, intent(in) :: prescribed(:, :) !! (3,n_nodes)
     type(state_t), intent(in) :: state      !! at its end
@@ -260,7 +262,7 @@ contains
     real(wp) :: slack
     integer :: one, other, i, n
 
-    slack = 10.0_wp*scene%contact%tolerance*maxval(abs(state%displacement)) + &
+    slack = 10.0_wp*tolerance*maxval(abs(state%displacement)) + &
       rounding_of_places(scene, state%displacement)
     associate (contact => report%contact, pairs => scene%pairs)
       do one = 1, size(pairs)

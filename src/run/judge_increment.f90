@@ -145,8 +145,8 @@ contains
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
         call note_redundant(scene, plan%points, increment, report, notes)
-        call note_coincident(scene, plan%points, increment, solver%body%prescribed, solved%state, &
-          report, notes)
+        call note_coincident(scene, plan%points, solver%choices%tolerance, increment, &
+          solver%body%prescribed, solved%state, report, notes)
         call note_opposed_reactions(scene, plan%points, solver%first_gap, increment, &
           solved%state, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
