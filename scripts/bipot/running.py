@@ -46,7 +46,7 @@ DeckLike = str | os.PathLike[str] | Deck
 GRACE = 10.0
 # How long the words of one that a signal has reached already may take to be read [s].
 NOTICE = 0.2
-STOPPING = "stopping when this increment is in the file"
+STOPPING = "stopping within a second"
 HDF5_BEGINS = b"\x89HDF"
 AT_PLACE = re.compile(r"^(?!bipot: )(.+?)(?::(\d+):(\d+))?: error: (.*)$")
 DONE_OF = re.compile(r"  (\d+) of (\d+)(?:, .* left)?$")
@@ -358,7 +358,7 @@ class Process:
     def stop(self) -> int:
         """Have it keep what is done, and end; return its status."""
         tells = [self.process.terminate, self.process.terminate, self.process.kill]
-        # Ctrl-C in a terminal reaches it too, and a second signal would cost the increment.
+        # Ctrl-C in a terminal reaches it too, and a second signal would not wait at all.
         with suppress(subprocess.TimeoutExpired):
             return self.wait(NOTICE)
         if any(STOPPING in line for line in self.said):

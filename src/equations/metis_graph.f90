@@ -3,7 +3,7 @@ module metis_graph_mod
   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
   use errors_mod, only: error_t, raise, exit_machine
   use text_mod, only: to_text
-  use system_mod, only: pass_on_sigterm
+  use system_mod, only: pass_on_sigterm, stop_if_signalled
   implicit none
   private
 
@@ -107,7 +107,11 @@ contains
 
     ! METIS catches SIGTERM while it works and takes it for an error of its own: given on to whom it
     ! was meant for, it ends the program, or is remembered.
-    if (status == metis_error) call pass_on_sigterm()
+    if (status == metis_error) then
+      call pass_on_sigterm()
+      call stop_if_signalled(error)
+      if (allocated(error)) return
+    end if
     if (status /= metis_ok) call raise(error, exit_machine, 'METIS could not '//what// &
       ' (status '//to_text(int(status))//')')
   end subroutine check

@@ -10,16 +10,19 @@ module libc_mod
   private
 
   public :: c_exit, c_exit_at_once, c_errno_location, c_setenv, c_gethostname, c_isatty, c_usleep
-  public :: c_signal, c_raise, sig_dfl, sig_ign
-  public :: sigabrt, sigbus, sigfpe, sigill, sigint, sigpipe, sigsegv, sigterm, sigxcpu, sigxfsz
+  public :: c_signal, c_raise, c_alarm, sig_dfl, sig_ign
+  public :: sigabrt, sigalrm, sigbus, sigfpe, sigill, sigint, sigpipe, sigsegv, sigterm, sigxcpu
+  public :: sigxfsz
   public :: c_fork, c_waitpid, c_execv, c_pipe, c_getrlimit, c_setrlimit
   public :: real_malloc, real_realloc, real_calloc, c_free, c_malloc_trim
   public :: c_madvise, c_strlen, c_dlsym
   public :: c_read, c_write, c_close, c_fopen, c_fileno, c_fsync, c_fclose
-  public :: c_opendir, c_readdir, c_dirfd, c_closedir, c_flock, c_rename, c_readlink, c_statvfs
+  public :: c_opendir, c_readdir, c_dirfd, c_closedir, c_flock, c_rename, c_unlink, c_readlink
+  public :: c_statvfs
 
   integer(c_int), parameter :: sigint = 2, sigill = 4, sigabrt = 6, sigbus = 7, sigfpe = 8
-  integer(c_int), parameter :: sigsegv = 11, sigpipe = 13, sigterm = 15, sigxcpu = 24, sigxfsz = 25
+  integer(c_int), parameter :: sigsegv = 11, sigpipe = 13, sigalrm = 14, sigterm = 15
+  integer(c_int), parameter :: sigxcpu = 24, sigxfsz = 25
   integer(c_intptr_t), parameter :: sig_dfl = 0 !! what a signal does where nobody handles it
   integer(c_intptr_t), parameter :: sig_ign = 1 !! the handler of a signal that is ignored
 
@@ -97,6 +100,15 @@ module libc_mod
       integer(c_int), value :: number
       integer(c_int) :: status
     end function c_raise
+
+    !> Send the process a SIGALRM in so many seconds, with 0 none any more; gives those that were
+    !> left of another one.
+    function c_alarm(seconds) result(left) bind(c, name='alarm')
+      import :: c_int
+      implicit none
+      integer(c_int), value :: seconds
+      integer(c_int) :: left
+    end function c_alarm
 
     function c_fork() result(process) bind(c, name='fork')
       import :: c_int
@@ -313,6 +325,13 @@ module libc_mod
       character(c_char), intent(in) :: old(*), new(*)
       integer(c_int) :: status
     end function c_rename
+
+    function c_unlink(path) result(status) bind(c, name='unlink')
+      import :: c_char, c_int
+      implicit none
+      character(c_char), intent(in) :: path(*)
+      integer(c_int) :: status
+    end function c_unlink
 
     !> Where a link leads: the length of the text.
     function c_readlink(path, target, room) result(length) bind(c, name='readlink')

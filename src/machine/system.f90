@@ -1,19 +1,23 @@
 !> What the program asks of the machine it runs on: clocks, memory, the terminal, signals.
 module system_mod
-  use, intrinsic :: iso_c_binding, only: c_funloc, c_int, c_intptr_t, c_null_char, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_int, c_intptr_t, &
+    c_null_char, c_size_t
   use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
   use kinds_mod, only: wp, i8
-  use libc_mod, only: c_exit_at_once, c_isatty, c_raise, c_setenv, c_signal, c_usleep, c_write, &
-    sig_ign, sigint, sigterm
+  use errors_mod, only: error_t, raise, exit_signal
+  use libc_mod, only: c_alarm, c_exit_at_once, c_isatty, c_raise, c_setenv, c_signal, c_unlink, &
+    c_usleep, c_write, sig_ign, sigalrm, sigint, sigterm
   implicit none
   private
 
   public :: wall_seconds, cpu_seconds, peak_memory_bytes, output_is_terminal, utc_now, &
-    build_description, sleep_for, set_environment, processor_flags, catch_signals, caught_signal, &
-    pass_on_sigterm, signal_name
+    build_description, sleep_for, set_environment, processor_flags, catch_signals, &
+    stop_if_signalled, pass_on_sigterm
 
   !> The first signal that came; 0: none.
   integer(c_int), volatile :: caught = 0
+  !> File that is of no use unless it is complete, for the handler to remove.
+  character(c_char) :: unfinished(4096) = c_null_char
 
 contains
 
@@ -152,24 +156,41 @@ contains
 
   ! ------------------------------------------------------------------ signals
 
-  !> From now on SIGINT and SIGTERM are noted, for `caught_signal` to tell; a second one ends the
-  !> process at once, with the status that a shell gives it. A signal that is ignored (nohup, jobs
-  !> in the background) stays ignored.
-  subroutine catch_signals()
+  !> From now on SIGINT and SIGTERM are noted, and stop_if_signalled says so. The process has a
+  !> second to come to it; then it ends wherever it is, as at a second signal, with the status that
+  !> a shell gives it. A signal that is ignored (nohup, jobs in the background) stays ignored.
+  subroutine catch_signals(to_remove)
+    character(*), intent(in), optional :: to_remove
+    !! a file, on such an end; not present: another process tells this one when to stop
     integer(c_int), parameter :: numbers(2) = [sigint, sigterm]
     integer(c_intptr_t) :: before
     integer :: i
 
+    unfinished(1) = c_null_char
+    if (present(to_remove)) then
+      if (len(to_remove) < size(unfinished)) unfinished(:len(to_remove) + 1) = transfer( &
+        to_remove//c_null_char, unfinished)
+      before = c_signal(sigalrm, transfer(c_funloc(end_at_once), before))
+    else
+      before = c_signal(sigalrm, sig_ign)
+    end if
     do i = 1, size(numbers)
       before = c_signal(numbers(i), transfer(c_funloc(note_signal), before))
       if (before == sig_ign) before = c_signal(numbers(i), sig_ign)
     end do
   end subroutine catch_signals
 
-  !> The signal that came first, 0 where none did.
-  integer function caught_signal()
-    caught_signal = int(caught)
-  end function caught_signal
+  !> Where a signal was caught: an error that says so, and ends the run. It may take its time.
+  subroutine stop_if_signalled(error)
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int) :: left
+
+    if (caught == 0) return
+    call raise(error, int(exit_signal + caught), 'stopped by '//trim(merge('SIGINT ', 'SIGTERM', &
+      caught == sigint)))
+    left = c_alarm(0_c_int)
+    if (left /= 0) return
+  end subroutine stop_if_signalled
 
   !> Send this process a SIGTERM that a library took for its own.
   subroutine pass_on_sigterm()
@@ -179,27 +200,47 @@ contains
     if (status /= 0) return
   end subroutine pass_on_sigterm
 
-  pure function signal_name(number) result(name)
-    integer, intent(in) :: number !! of caught_signal
-    character(:), allocatable :: name
-
-    name = 'SIGTERM'
-    if (number == sigint) name = 'SIGINT'
-  end function signal_name
-
   !> The handler. It may come at any moment, while it is at work too, so it does nothing but what
   !> signals allow.
   recursive subroutine note_signal(number) bind(c)
     integer(c_int), value :: number
-    character(*), parameter :: words = new_line('a')//'bipot: stopping when this increment '// &
-      'is in the file; a second signal stops at once'//new_line('a')
-    integer(c_int), parameter :: by_a_signal = 128, standard_error = 2
+    character(*), parameter :: words = new_line('a')//'bipot: stopping within a second; a '// &
+      'second signal stops at once'//new_line('a')
+    integer(c_int) :: left
+
+    if (caught /= 0) call c_exit_at_once(exit_signal + number)
+    caught = number
+    call tell(words)
+    left = c_alarm(1_c_int)
+    if (left /= 0) return
+  end subroutine note_signal
+
+  !> The handler of what comes a second later, where nothing has stopped in order. Whatever is lost
+  !> is what a kill would lose: an increment that is not in the file.
+  recursive subroutine end_at_once(number) bind(c)
+    integer(c_int), value :: number
+    character(*), parameter :: some = 'bipot: stopped within an increment; those before it, if '// &
+      'any, are in the file, and --continue goes on'//new_line('a')
+    character(*), parameter :: none = 'bipot: stopped before an increment was finished'// &
+      new_line('a')
+
+    if (number /= sigalrm .or. caught == 0) return ! from elsewhere
+    if (c_unlink(unfinished) == 0) then
+      call tell(none)
+    else
+      call tell(some)
+    end if
+    call c_exit_at_once(exit_signal + caught)
+  end subroutine end_at_once
+
+  !> Say something from within a handler.
+  recursive subroutine tell(words)
+    character(*), intent(in) :: words
+    integer(c_int), parameter :: standard_error = 2
     integer(c_intptr_t) :: written
 
-    if (caught /= 0) call c_exit_at_once(by_a_signal + number)
-    caught = number
     written = c_write(standard_error, words, int(len(words), c_size_t))
     if (written < 0) return
-  end subroutine note_signal
+  end subroutine tell
 
 end module system_mod

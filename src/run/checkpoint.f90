@@ -5,9 +5,9 @@
 !> factorised, so that every number comes out the same to the last bit.
 module checkpoint_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_wrong_input, exit_signal
+  use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: to_text
-  use system_mod, only: caught_signal, cpu_seconds, signal_name
+  use system_mod, only: cpu_seconds
   use number_list_mod, only: number_list_t, list_of, numbers_in, is_used_up, archive
   use step_contact_mod, only: set_contact_of_step
   use scene_mod, only: scene_t
@@ -33,7 +33,7 @@ module checkpoint_mod
   private
 
   public :: progress_t, not_known, start_run, restore_checkpoint, save_checkpoint, enter_step, &
-    stop_if_signalled, how_to_continue
+    how_to_continue
 
   real(wp), parameter :: not_known = huge(1.0_wp) !! worst error
 
@@ -268,14 +268,6 @@ contains
     end do
     last = max(last, widened_in)
   end function last_factorised
-
-  !> Where a signal asks for it, end the run.
-  subroutine stop_if_signalled(error)
-    type(error_t), allocatable, intent(out) :: error
-
-    if (caught_signal() == 0) return
-    call raise(error, exit_signal + caught_signal(), 'stopped by '//signal_name(caught_signal()))
-  end subroutine stop_if_signalled
 
   !> What a stopped run has left, and the command that goes on with it.
   function how_to_continue(path, has_some, n_done, n_increments, command) result(words)

@@ -4,6 +4,7 @@ module run_mesh_mod
   use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
   use text_mod, only: string_t, to_text, percent
   use system_mod, only: wall_seconds, cpu_seconds, catch_signals
+  use fresh_file_mod, only: beginning_of
   use resource_limits_mod, only: check_library_room
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
@@ -242,7 +243,7 @@ contains
     continues = goes_on(options, scene) ! later any run has a file
     call check_library_room(3*room_to_write(scene, plan), 'begin the result file', error)
     if (allocated(error)) return
-    call catch_signals()
+    call catch_signals(beginning_of(path))
     solver%choices = plan%choices
     progress%tally%read_time = wall_seconds() - console%started ! deck and plan
     file%is_kept = .true.

@@ -3,7 +3,7 @@
 module solve_next_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t, exit_not_solved
-  use system_mod, only: wall_seconds
+  use system_mod, only: wall_seconds, stop_if_signalled
   use controls_mod, only: take_double
   use scene_mod, only: scene_t
   use plan_mod, only: plan_t
@@ -28,7 +28,7 @@ module solve_next_mod
   use tally_mod, only: note_sizes
   use settled_cycles_mod, only: follow_cycle
   use interference_mod, only: has_interference, set_extra_gap
-  use checkpoint_mod, only: progress_t, enter_step, stop_if_signalled
+  use checkpoint_mod, only: progress_t, enter_step
   use refuse_unsolved_mod, only: is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_passed, &
     note_turn, note_double

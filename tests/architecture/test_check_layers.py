@@ -87,7 +87,7 @@ def clean_tree() -> dict[str, str]:
     tree["machine/system.f90"] = module(
         "machine/system",
         procedures="  subroutine s()\n    integer :: i\n    i = 1\n  end subroutine",
-    ).replace("contains", "  integer, volatile, save :: flag(2) = [0, 1]\ncontains", 1)
+    ).replace("contains", "  integer, volatile, save :: flag(2) = [0, 1], other = 0\ncontains", 1)
     tree["model/mesh.f90"] = """\
 ! use plan_mod, stop, call exit(1): a comment
 module mesh_mod
@@ -501,7 +501,7 @@ class CheckLayers(unittest.TestCase):
         self.plant("contact/solvers/solve", "  save", "module variables: 'save'")
         tree = clean_tree()
         text = tree["machine/system.f90"]
-        tree["machine/system.f90"] = text.replace("[0, 1]", "[0, 1], other")
+        tree["machine/system.f90"] = text.replace("other = 0", "other = 0, third")
         self.expect(tree, "machine/system.f90:8: module variable")
         tree["machine/system.f90"] = text.replace("contains", "  logical :: other\ncontains", 1)
         self.expect(
