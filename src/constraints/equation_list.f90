@@ -139,10 +139,12 @@ contains
   end subroutine mark_named
 
   !> Report supports of what depends on others.
-  subroutine refuse_held(reader, model, equations, steps)
+  subroutine refuse_held(reader, model, equations, distributing, steps)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(equation_list_t), intent(in) :: equations
+    integer, intent(in) :: distributing(:)
+    !! reference nodes of *DISTRIBUTING, and those that stand for their rotations
     type(load_step_t), intent(in) :: steps(:)
     integer :: number(3, model%mesh%n_nodes), step, i, c
     logical :: told(equations%list%n)
@@ -159,7 +161,7 @@ contains
           if (told(c)) cycle
           if (.not. keep_reading(reader)) return
           call report(reader, equations%position(c), dof_in_words(model, b%node, b%dof)// &
-            carried_in_words(c))
+            carried_in_words(c, b%node))
           ! Of a set the first is enough.
           told = told .or. equations%position(:equations%list%n) == equations%position(c)
         end associate
@@ -169,10 +171,16 @@ contains
   contains
 
     !> What a prescribed degree of freedom depends on, and what to do.
-    function carried_in_words(c) result(words)
-      integer, intent(in) :: c
+    function carried_in_words(c, node) result(words)
+      integer, intent(in) :: c, node
       character(:), allocatable :: words, reference
 
+      if (any(distributing == node)) then
+        words = ' is the mean over a surface by *DISTRIBUTING, and a *BOUNDARY prescribes it: '// &
+          'prescribe it with *KINEMATIC in its place, which keeps the surface rigid, or give '// &
+          'the node a force or a moment (*CLOAD)'
+        return
+      end if
       associate (all => equations%list)
         if (all%first(c + 1) > all%first(c)) then
           if (model%rotation_node(all%master(all%first(c))) > 0) then

@@ -331,8 +331,9 @@ contains
     end do
   end subroutine reach_along_edges
 
-  !> Which points before faces have a face that, made larger by the travel, meets one of these, and
-  !> the nodes of what lies opposite the faces of these points, which get weights.
+  !> Which points before faces have a face that, made larger by the travel and by how deep the two
+  !> are in each other, meets one of these, and the nodes of what lies opposite the faces of these
+  !> points, which get weights.
   pure subroutine find_near(scene, points, pair, master, places, travel, near, faced)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -361,7 +362,8 @@ contains
         do f = 1, size(slave, 2)
           associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
                      i => point(slave(:count(slave(:, f) > 0), f)))
-            way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
+            way = travel(mesh%body(slave(1, f))) + of%overlap + max(0.0_wp, &
+              -minval(points%extra_gap(i)))
             call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
             if (size(found) > 0) near(i) = .true.
           end associate
@@ -372,7 +374,8 @@ contains
           associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
                      i => point(slave(:count(slave(:, f) > 0), f)))
             if (.not. any(near(i))) cycle
-            way = travel(mesh%body(slave(1, f))) + max(0.0_wp, -minval(points%extra_gap(i)))
+            way = travel(mesh%body(slave(1, f))) + of%overlap + max(0.0_wp, &
+              -minval(points%extra_gap(i)))
             along = (reach + way)*abs(outward_normal(x(:, :corners_in(slave(:, f)))))
             call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
             do k = 1, size(found)

@@ -219,7 +219,9 @@ contains
       [scene%first_temperature, spread(0.0_wp, 1, draft%model%mesh%n_stand_ins)]
     call note_held(reader, scene%constraints, draft%model%mesh%n_nodes, draft%model%mesh%hangs, &
       scene%steps)
-    call refuse_held(reader, draft%model, draft%equations, scene%steps)
+    call refuse_held(reader, draft%model, draft%equations, [pack(draft%couplings%node, &
+      draft%couplings%distributes), pack(draft%couplings%rotation_node, &
+      draft%couplings%distributes)], scene%steps)
     call build_mesh(draft%model%mesh, draft%material, scene%constraints, scene%mesh)
     call refuse_loose(reader, draft%equations, scene%mesh)
     call check_turns(reader, scene)

@@ -59,6 +59,39 @@ class OutOfReach(unittest.TestCase):
             gaps.append(result.pairs[0].gap[-1])
         np.testing.assert_allclose(*gaps, rtol=0, atol=1e-9)
 
+    def test_a_lever_goes_further_than_its_supports(self):
+        """Its end sinks by eight times what turns its root: the plan is revised, and says so."""
+        result = solved(self, LEVER)
+        self.assertRegex(result.output, r"note: .* reaches LOW-ZMAX, .* thought out of reach")
+        self.assertGreater(result.pairs[0].resultant[-1, 2], 0.1)
+
+
+LEVER = """\
+*BLOCK, NAME=UP, NX=8, NY=1, NZ=1
+0., 0., 0., 8., 1., 1.
+*BLOCK, NAME=LOW, NX=4, NY=1, NZ=1
+6., -0.5, -1.2, 4., 2., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=UP, MATERIAL=M
+*SOLID SECTION, ELSET=LOW, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+UP-ZMIN, LOW-ZMAX
+*STEP
+*STATIC
+1., 1.
+*BOUNDARY
+LOW-ZMIN, 1, 3
+UP-XMIN, 2, 3
+1, 1
+10, 1
+19, 1, 1, 0.05
+28, 1, 1, 0.05
+*END STEP
+"""
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -57,6 +57,8 @@ contains
       if (n == 0) cycle
       remedy = 'the first increment presses them out; ADJUST=0 of *CONTACT PAIR removes them '// &
         'without strain'
+      if (is_asked_for(pair)) remedy = 'the deck asks for it, and the first increment presses '// &
+        'them out'
       if (allocated(points%overlap)) then
         associate (here => [(i, i=points%first(pair), points%first(pair + 1) - 1)])
           if (any(points%extra_gap(here) > points%constant_gap(here))) remedy = 'at first '// &
@@ -69,6 +71,22 @@ contains
         to_text(deepest, 4)//' at node '//to_text(scene%mesh%node_id(node))//'; '//remedy
       lines = [lines, line]
     end do
+
+  contains
+
+    !> Whether *CLEARANCE, or gaps of *CONTACT GAP beside a mesh without overlap, make it: ADJUST
+    !> does not change these.
+    pure logical function is_asked_for(pair)
+      integer, intent(in) :: pair
+
+      associate (of => scene%pairs(pair), first => points%first(pair), &
+                 last => points%first(pair + 1) - 1)
+        is_asked_for = of%has_clearance .and. of%clearance < 0.0_wp
+        if (.not. is_asked_for) is_asked_for = .not. any(depth(first:last) + &
+          points%extra_gap(first:last) > least)
+      end associate
+    end function is_asked_for
+
   end function overlaps
 
   !> Where *CONTACT INTERFERENCE changes extra gaps: keep what does not change of them and the

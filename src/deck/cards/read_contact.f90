@@ -259,8 +259,9 @@ contains
     call find_surface_or_set(reader, model, fields%start, name, surfaces, pair%surface)
     if (pair%surface == 0) return
     if (has_facets(surfaces, pair%surface)) then
-      call report(reader, fields%start, 'the slave surface '//quoted(name)//' consists of '// &
-        'facets of a rigid body: it can only be a master')
+      ! Of other elements that are no solids an error was reported.
+      if (surfaces%obstacle(pair%surface) > 0) call report(reader, fields%start, 'the slave '// &
+        'surface '//quoted(name)//' consists of facets of a rigid body: it can only be a master')
       pair%surface = 0
       return
     end if
@@ -282,11 +283,19 @@ contains
     type(name_table_t), intent(in) :: obstacles
     type(contact_pair_t), intent(inout) :: pair
     character(:), allocatable :: name
-    logical :: ok
+    logical :: ok, is_self
 
     pair%master = 0
     pair%master_surface = 0
     pair%overlap = 0.0_wp
+    is_self = is_empty_field(fields, 2)
+    if (.not. is_self) is_self = field_text(reader, fields, 1) == field_text(reader, fields, 2)
+    if (is_self) then
+      call report(reader, fields%start, 'contact of a surface with itself is not available: a '// &
+        'pair needs a slave and a master that is another surface or an obstacle', 'give the '// &
+        'parts of the surface that may touch each other names of their own (*SURFACE)')
+      return
+    end if
     call name_field(reader, fields, 2, 'an obstacle or a surface', name, ok)
     if (.not. ok) return
     if (find_name(obstacles%lookup, obstacles%names, name) == 0 .and. max(find_surface(surfaces, &
