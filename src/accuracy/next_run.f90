@@ -43,6 +43,7 @@ module next_run_mod
   !! times smaller that elements must get, from which on it is looked whether that helps
   integer, parameter :: most_parts = 64
   real(wp), parameter :: rounding = 1.0e-9_wp
+  real(wp), parameter :: small = 0.02_wp !! of the machine's memory [-]
   real(wp), parameter :: most_too_large = 10.0_wp
   !! times what it is: an error as coarse meshes have told it (docs/studies/effectivity.md) [-]
   real(wp), parameter :: hoped_order = 1.0_wp
@@ -390,11 +391,13 @@ contains
       choice%finer = needed
       choice%memory = memory_when_finer(sequence, last%memory, needed)
       ! Refused is what no machine of this size does for all that estimates may be too large. Else
-      ! the next mesh replaces the forecast by a fact, as long as its plan fits.
+      ! the next mesh replaces the forecast by a fact, as long as its plan fits; what is small yet
+      ! is no measure of what is not, and another mesh is cheap.
       least_needed = 1.0_wp/size_for_error(1.0_wp, (errors%mesh + errors%geometry)/most_too_large, &
         left, order)
-      if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) then
-        choice%outcome = beyond_machine
+      if (last%memory > small*memory_left) then
+        if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) &
+          choice%outcome = beyond_machine
       end if
     end associate
 
