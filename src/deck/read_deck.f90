@@ -257,7 +257,8 @@ contains
       call read_rigid_bodies(reader, model, draft%bodies)
       call read_sections_of_bolts(reader, model, draft%bolts)
       ! Nodes that equations alone name may be named by sets.
-      if (.not. has_card(reader, 'EQUATION')) call note_unused_nodes(reader, model)
+      if (.not. has_card(reader, 'EQUATION') .and. .not. has_card(reader, 'MPC')) call &
+        note_unused_nodes(reader, model)
       call check_elements(reader, mesh)
       call check_matching(reader, mesh)
       call read_sets(reader, model)
@@ -283,7 +284,8 @@ contains
       call read_equations(reader, model, equations)
       call spread_equations(model, equations)
       draft%n_equations = equations%list%n
-      if (equations%list%n > 0) call note_unused_nodes(reader, model)
+      if (has_card(reader, 'EQUATION') .or. has_card(reader, 'MPC')) call note_unused_nodes( &
+        reader, model)
       call find_facets(reader, model, draft%bodies)
       call read_surfaces(reader, model, surfaces)
       call keep_named_sets(reader, model, surfaces, scene)

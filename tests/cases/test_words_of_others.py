@@ -101,6 +101,17 @@ class Words(unittest.TestCase):
         )
         self.check(deck, 5)
 
+    def test_nodes_that_move_alike(self):
+        """The same two cubes, joined node by node."""
+        deck = (
+            "*BLOCK, NAME=B, NX=1, NY=1, NZ=1\n0., 0., 1.,  1., 1., 1.\n"
+            "*SOLID SECTION, ELSET=B, MATERIAL=M\n" + cube()
+            + "*MPC\n{}, B-ZMIN, A-ZMAX\n"
+            + step("*BOUNDARY\nB-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.01\n")
+        )
+        self.check(deck.format("TIE"), 5)
+        self.check(deck.format("PIN"), 5)
+
     def test_couplings(self):
         """A force of 10 on the reference node, whichever way its card is written."""
         ways = {

@@ -3,18 +3,20 @@
 !>     *EQUATION
 !>     2                              number of terms; more equations may follow
 !>     TOP, 3, 1.,  900, 3, -1.       node or set, dof, coefficient; up to four terms a line
+!>     *MPC
+!>     TIE, LEFT, RIGHT               nodes of the first move as those of the second
 module read_equations_mod
   use cards_mod, only: keep_reading, reader_t, report, report_in_field
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
-  use fields_mod, only: field_position, field_text, fields_t, integer_field, is_empty_field, &
-    next_data_line, real_field, reference_field, reference_t
+  use fields_mod, only: any_number, field_position, field_text, fields_t, integer_field, is_empty_field, &
+    limit_fields, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: nodes_of_plane, solids
   use options_mod, only: allow_options, card_t, open_card
   use sets_mod, only: model_t, referenced_nodes
   use sorting_mod, only: order_of
-  use text_mod, only: to_text
+  use text_mod, only: to_text, upper
   implicit none
   private
 
@@ -35,7 +37,7 @@ module read_equations_mod
 
 contains
 
-  !> Read all *EQUATION cards. Nodes that no element has are joined to what the equations name.
+  !> Read all *EQUATION cards, and what *MPC says by equations. Nodes that no element has are joined to what the equations name.
   subroutine read_equations(reader, model, equations)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
@@ -46,12 +48,68 @@ contains
 
     work = 0
     do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'EQUATION') cycle
-      call open_card(reader, k, card)
-      call allow_options(reader, card)
-      call read_card(reader, card, model, equations, work)
+      if (reader%cards(k)%keyword == 'MPC') then
+        call open_card(reader, k, card)
+        call read_mpc(reader, card, model, equations, work)
+      else if (reader%cards(k)%keyword == 'EQUATION') then
+        call open_card(reader, k, card)
+        call allow_options(reader, card)
+        call read_card(reader, card, model, equations, work)
+      end if
     end do
   end subroutine read_equations
+
+  !> Lines TIE or PIN of an *MPC card: nodes that move as others, one by one; with TIE reference
+  !> nodes also turn as others do. *MPC with BEAM is a coupling.
+  subroutine read_mpc(reader, card, model, equations, work)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(model_t), intent(inout) :: model
+    type(equation_list_t), intent(inout) :: equations
+    integer(i8), intent(inout) :: work !! terms so far
+    type(fields_t) :: fields
+    type(reference_t) :: reference
+    type(term_t) :: terms(2)
+    character(:), allocatable :: kind
+    integer :: i, dof, most
+    logical :: found, ok(2)
+
+    do
+      call next_data_line(reader, card, fields, found, any_number, '')
+      if (.not. found) return
+      kind = upper(field_text(reader, fields, 1))
+      if (kind /= 'TIE' .and. kind /= 'PIN') cycle
+      call limit_fields(reader, fields, 3, 'TIE or PIN, and two nodes or sets of nodes')
+      most = 3
+      if (kind == 'TIE' .and. allocated(model%rotation_node)) most = 6
+      do i = 1, 2
+        call reference_field(reader, fields, i + 1, 'a node or a set of nodes', reference, ok(i))
+        if (.not. ok(i)) cycle
+        call referenced_nodes(reader, model, reference, terms(i)%nodes)
+        terms(i)%nodes = nodes_of_plane(model%mesh, terms(i)%nodes)
+        terms(i)%coefficient = 3 - 2*i
+        terms(i)%position = reference%position
+        ok(i) = size(terms(i)%nodes) > 0
+        if (most == 6 .and. ok(i)) then
+          if (any(model%rotation_node(terms(i)%nodes) == 0)) most = 3
+        end if
+      end do
+      if (.not. all(ok)) cycle
+      if (size(terms(1)%nodes) /= size(terms(2)%nodes) .and. size(terms(2)%nodes) > 1) then
+        call report(reader, fields%start, 'a set of '//to_text(size(terms(1)%nodes))// &
+          ' nodes cannot move as one of '//to_text(size(terms(2)%nodes))//': as many, or one node')
+        cycle
+      end if
+      do dof = 1, merge(2, most, model%mesh%plane /= solids)
+        terms%dof = dof
+        call match_terms(reader, model, terms, equations, work)
+      end do
+      if (work > max_work) then
+        call report(reader, fields%start, 'the equations of the deck have too many terms')
+        return
+      end if
+    end do
+  end subroutine read_mpc
 
   !> A card: a line with a number of terms, then these, again and again.
   subroutine read_card(reader, card, model, equations, work)
