@@ -10,6 +10,7 @@ module command_line_mod
   use errors_mod, only: error_t, raise, exit_wrong_input
   use text_mod, only: as_list, nearest_word, string_t, to_text, upper
   use controls_mod, only: contact_controls_t, solver_global_newton, solver_sweeps
+  use cards_mod, only: reading_t
   use diagnostics_mod, only: guess, quoted
   use memory_sizes_mod, only: take_size
   use numbers_mod, only: number_ok, read_integer, take_positive
@@ -17,8 +18,8 @@ module command_line_mod
   implicit none
   private
 
-  public :: options_t, read_command_line, check_kind, refuse_option, help_text, command_text, &
-    resume_command
+  public :: options_t, as_asked, read_command_line, check_kind, refuse_option, help_text, &
+    command_text, resume_command
 
   !> An element is 262,144 then; once more, two million.
   integer, parameter :: max_refinement = 6
@@ -57,7 +58,9 @@ module command_line_mod
     option_t('--nlgeom', has_value=.true., of_decks=.true.), &
     option_t('--as-rigid', has_value=.true., of_decks=.true.), &
     option_t('--symmetry', of_decks=.true.), &
-    option_t('--until-steady', of_decks=.true.)]
+    option_t('--until-steady', of_decks=.true.), &
+    option_t('--elastic', of_decks=.true.), &
+    option_t('--static-steps', of_decks=.true.)]
   !> By themselves: gfortran 12 compares no texts that are components.
   character(*), parameter :: option_names(*) = known%name
 
@@ -82,6 +85,8 @@ module command_line_mod
     !! --nlgeom, upper case: NO, YES or AUTO in place of the deck's NLGEOM
     character(4) :: chosen = ''                  !! YES: AUTO has come to finite strain
     type(string_t), allocatable :: rigid(:)      !! --as-rigid: element sets
+    logical :: elastic = .false.                 !! --elastic: *PLASTIC is compared alone
+    logical :: static_steps = .false.            !! --static-steps: without those behind them
     logical :: symmetry = .false.                !! --symmetry: half of a mirrored scene is run
     logical :: until_steady = .false.
     !! --until-steady: ends where a load cycle has settled, and nothing else follows
@@ -189,6 +194,10 @@ contains
       options%symmetry = .true.
     case ('--until-steady')
       options%until_steady = .true.
+    case ('--elastic')
+      options%elastic = .true.
+    case ('--static-steps')
+      options%static_steps = .true.
     case ('--nlgeom')
       options%nlgeom = upper(value)
       if (all(upper(value) /= ['NO  ', 'YES ', 'AUTO'])) wanted = 'no, yes or auto'
@@ -224,6 +233,14 @@ contains
     end if
     if (options%sweeps_option /= '') options%controls%solver = solver_sweeps
   end subroutine check_together
+
+  !> How a deck is to be read.
+  pure type(reading_t) function as_asked(options, nlgeom) result(reading)
+    type(options_t), intent(in) :: options
+    character(4), intent(in) :: nlgeom !! --nlgeom, or what has been chosen
+
+    reading = reading_t(nlgeom=nlgeom, elastic=options%elastic, static_steps=options%static_steps)
+  end function as_asked
 
   !> Refuse options that belong to a deck beside a problem, and the reverse.
   subroutine check_kind(options, is_problem, error)
@@ -496,6 +513,9 @@ contains
       '                      accuracy where the deck says nothing', &
       '  --as-rigid SET      the body of this element set is a rigid obstacle of its faces;', &
       '                      --plan estimates what that saves and what it changes', &
+      '  --elastic           run a deck with *PLASTIC as elastic, and say how much of each body', &
+      '                      is above its first yield stress', &
+      '  --static-steps      run the static steps before the first step of another kind', &
       '  --symmetry          run half of a scene that is its own mirror image across x, y or z,', &
       '                      or a quarter; --plan says whether it is; the result is of that part', &
       '', &

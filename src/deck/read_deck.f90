@@ -7,8 +7,8 @@ module read_deck_mod
   use adjust_mod, only: adjust_nodes, adjust_t
   use build_mesh_mod, only: build_mesh, check_elements, check_locking, mark_used_nodes, &
     note_unused_nodes
-  use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, report, &
-    report_missing_element
+  use cards_mod, only: find_cards, is_data_line, note, read_parameters, reader_t, reading_t, &
+    report, report_missing_element
   use diagnostics_mod, only: add_plain_mistake, any_mistakes, diagnostics_t, guess, &
     mistakes_as_error, mistakes_in_lines, notes_as_list, quoted
   use face_couplings_mod, only: couple, coupling_t, keep_in_plane, mark_coupled, rotations_of
@@ -62,6 +62,7 @@ module read_deck_mod
   use read_transforms_mod, only: read_transforms
   use read_ties_mod, only: read_ties
   use rigid_facets_mod, only: find_facets, make_obstacles
+  use static_steps_mod, only: leave_out_steps
   use surface_list_mod, only: surface_list_t
   use controls_mod, only: compliance_auto, compliance_dense, output_controls_t
   use finite_strain_limits_mod, only: beyond_finite_strain
@@ -98,7 +99,7 @@ module read_deck_mod
 contains
 
   !> Read the deck at `path`.
-  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size, nlgeom)
+  subroutine read_deck(path, overrides, scene, error, in_lines, flat, mesh_size, reading)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)   !! name=value, in place of the deck's parameters
     type(scene_t), intent(out) :: scene
@@ -107,10 +108,10 @@ contains
     type(string_t), intent(out), optional :: flat
     !! the deck as one text without parameters and blocks
     type(mesh_size_t), intent(in), optional :: mesh_size !! left out: as written
-    character(4), intent(in), optional :: nlgeom !! NO, YES or AUTO in place of the deck's, or blank
+    type(reading_t), intent(in), optional :: reading !! left out: as written
     type(reader_t) :: reader
 
-    if (present(nlgeom)) reader%nlgeom = nlgeom
+    if (present(reading)) reader%reading = reading
     call read_source(path, reader%source, reader%diagnostics)
     call read_scene(reader, overrides, scene, error, flat, mesh_size)
     if (present(in_lines)) then
@@ -146,6 +147,7 @@ contains
     call take_overrides(overrides, reader%parameters, reader%diagnostics, scene%overrides)
     ! Without its full text a deck is not worth reading: what follows would be guesses.
     if (.not. any_mistakes(reader%diagnostics)) then
+      if (reader%reading%static_steps) call leave_out_steps(reader)
       call find_cards(reader)
       call read_parameters(reader)
       call flatten_assembly(reader, readable)

@@ -24,6 +24,8 @@ module scene_mod
     type(law_t) :: law
     real(wp) :: density = 0.0_wp   !! > 0 where gravity acts, 0 where not given [mass/length^3]
     real(wp) :: expansion = 0.0_wp !! coefficient of thermal expansion [1/temperature]
+    real(wp) :: yield = 0.0_wp
+    !! first yield stress, with which stresses are compared; 0: none [force/length^2]
   end type material_t
 
   !> A named set of the deck, of nodes or of elements.

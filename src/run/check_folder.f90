@@ -5,7 +5,7 @@ module check_folder_mod
   use folders_mod, only: list_files
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
-  use command_line_mod, only: options_t, refuse_option
+  use command_line_mod, only: as_asked, options_t, refuse_option
   use console_mod, only: say
   implicit none
   private
@@ -31,7 +31,7 @@ contains
     n_refused = 0
     do i = 1, size(files)
       call read_deck(files(i)%text, options%overrides, scene, refused, in_lines=.true., &
-        nlgeom=options%nlgeom)
+        reading=as_asked(options, options%nlgeom))
       if (.not. allocated(refused)) then
         n_accepted = n_accepted + 1
         call say('accepted  '//files(i)%text)

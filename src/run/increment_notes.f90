@@ -20,6 +20,7 @@ module increment_notes_mod
   use load_cycles_mod, only: load_cycles_t
   use settled_cycles_mod, only: followed_cycle_t
   use law_limits_mod, only: stretched_t
+  use yielded_bodies_mod, only: yielded_t
   use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words, &
     unstable_in_words
   implicit none
@@ -28,7 +29,8 @@ module increment_notes_mod
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, note_settled
+    note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, note_settled, &
+    note_yielded
 
   !> A line for the console.
   type :: note_t
@@ -53,6 +55,34 @@ contains
     if (present(even_if_quiet)) note%even_if_quiet = even_if_quiet
     notes = [notes, note]
   end subroutine add_note
+
+  !> How much of each body that could yield is above its first yield stress.
+  pure subroutine note_yielded(scene, increment, yielded, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(yielded_t), intent(in) :: yielded(:)
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    character(:), allocatable :: words
+    integer :: i
+
+    do i = 1, size(yielded)
+      associate (it => yielded(i), mesh => scene%mesh)
+        associate (material => scene%materials(mesh%material(it%element)))
+          words = ': body '//to_text(it%body)//' (of node '//to_text(mesh%node_id(findloc( &
+            mesh%body, it%body, dim=1)))//') '
+          if (it%largest > 1.0_wp) then
+            words = words//'is above its first yield stress in '//percent(it%share)// &
+              ' of its volume: von Mises'' stress gets to '
+          else
+            words = words//'does not yield: von Mises'' stress gets to '
+          end if
+          words = words//to_text(it%largest, 3)//' times that of '//material%name//' ('// &
+            to_text(material%yield, 4)//'), in element '//to_text(mesh%element_id(it%element))
+          call add_note(notes, increment, .false., words)
+        end associate
+      end associate
+    end do
+  end subroutine note_yielded
 
   !> An increment that was not solved is cut; where it ended as contact begins, it is made to end
   !> later.

@@ -48,7 +48,8 @@ module judge_increment_mod
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
-    note_lost_shadow, note_settled
+    note_lost_shadow, note_settled, note_yielded
+  use yielded_bodies_mod, only: yielded_t, find_yielded
   implicit none
   private
 
@@ -107,6 +108,7 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     !! not solved, not certified, contact that the nodes do not see
+    type(yielded_t), allocatable :: yielded(:)
     real(wp) :: clock
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
@@ -156,6 +158,10 @@ contains
           solved%state, least_overlap(scene, solver%choices%tolerance, &
           solved%state%displacement)), notes)
         watch%deepest = face_entry_t()
+        if (any(scene%materials%yield > 0.0_wp)) then
+          call find_yielded(scene, solved%state, yielded)
+          call note_yielded(scene, increment, yielded, notes)
+        end if
       end if
       call count_events(scene, plan, solver, increment, progress, notes)
     end associate

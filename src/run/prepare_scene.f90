@@ -20,7 +20,7 @@ module prepare_scene_mod
   use meet_accuracy_mod, only: choose_copy, set_contact_tolerance
   use output_names_mod, only: keep_inputs, output_name
   use result_file_mod, only: sidecars_of
-  use command_line_mod, only: options_t, refuse_option
+  use command_line_mod, only: as_asked, options_t, refuse_option
   implicit none
   private
 
@@ -40,8 +40,8 @@ contains
     logical, intent(in), optional :: follows_theory !! the run estimates the error of its theory
 
     call read_deck(options%deck, options%overrides, scene, error, in_lines=options%check, &
-      mesh_size=choices%mesh_size, nlgeom=merge(options%chosen, options%nlgeom, &
-      options%chosen /= ''))
+      mesh_size=choices%mesh_size, reading=as_asked(options, merge(options%chosen, &
+      options%nlgeom, options%chosen /= '')))
     if (allocated(error) .or. options%check) return
     ! Such a run tries out what the deck's increments are worth, whether or not the result keeps
     ! them.
@@ -104,6 +104,8 @@ contains
         (accuracy%chooses_theory .and. .not. chooses_mesh(accuracy))
     end associate
     call check_shadow()
+    if (options%elastic) call keep('--elastic')
+    if (options%static_steps) call keep('--static-steps')
     if (options%nlgeom == 'NO') call keep('--nlgeom no')
     if (options%nlgeom == 'YES') call keep('--nlgeom yes')
     if (options%nlgeom == 'AUTO') call keep('--nlgeom auto')

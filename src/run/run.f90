@@ -10,7 +10,7 @@ module run_mod
   use scene_mod, only: scene_t
   use read_deck_mod, only: read_deck
   use check_folder_mod, only: check_folder
-  use command_line_mod, only: options_t
+  use command_line_mod, only: as_asked, options_t
   use console_mod, only: console_t, open_console, say, print_lines
   use prepare_scene_mod, only: prepare_scene
   use run_mesh_mod, only: run_mesh
@@ -77,7 +77,7 @@ contains
     integer :: written
 
     call read_deck(options%deck, options%overrides, scene, error, flat=flat, &
-      nlgeom=options%nlgeom)
+      reading=as_asked(options, options%nlgeom))
     if (allocated(error)) return
     call write_most(standard_output, flat%text, written)
     if (written < len(flat%text)) call raise(error, exit_machine, &

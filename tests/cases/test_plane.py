@@ -342,7 +342,7 @@ class Refused(Case):
 
     def test_other_types(self):
         """Types that are not computed."""
-        for kind in ("CPE4I", "CPS4I", "CAX4H"):
+        for kind in ("CPE4I", "CPS4I", "CAX4P"):
             self.refused(self.deck(kind), f"'{kind}' is not available")
 
     def test_keywords(self):

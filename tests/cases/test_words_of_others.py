@@ -36,10 +36,11 @@ def step(cards, period=1.0):
 
 
 class Words(unittest.TestCase):
-    def forces(self, deck):
+    def forces(self, deck, *options, says=""):
         """Return the forces on the cube in all increments."""
-        run = Run(deck, name="words")
+        run = Run(deck, *options, name="words")
         self.assertEqual(run.status, 0, run.output + run.errors)
+        self.assertIn(says, " ".join(run.output.split()))
         with run.result() as result:
             self.assertTrue(result.certified)
             return result.pairs[0].resultant
@@ -125,6 +126,52 @@ class Words(unittest.TestCase):
                 node = "*NODE\n900, .5, .5, 2.\n"
                 hold = "*BOUNDARY\nA-ZMIN, 1, 2\n*CLOAD\n900, 3, -10.\n"
                 self.check(node + cube() + card + step(hold), 10)
+
+    def test_plastic_materials_that_are_elastic(self):
+        """Cubes of E = 1000 and 2000 in a row: 20/3 in both, at yields of 5 and 8."""
+        deck = (
+            "*BLOCK, NAME=B, NX=1, NY=1, NZ=1\n0., 0., 1.,  1., 1., 1.\n"
+            + cube().replace("1000., 0.\n", "1000., 0.\n*PLASTIC\n5., 0.\n9., 0.1\n")
+            + "*MATERIAL, NAME=N\n*ELASTIC\n2000., 0.\n*PLASTIC, HARDENING=KINEMATIC\n8., 0.\n"
+            "*SOLID SECTION, ELSET=B, MATERIAL=N\n*CONTACT PAIR, INTERACTION=I\nB-ZMIN, A-ZMAX\n"
+            + step("*BOUNDARY\nA, 1, 2\nB, 1, 2\nB-ZMAX, 3, 3, -0.01\n")
+        )
+        run = Run(deck, "--check", name="plastic")
+        self.assertEqual(run.status, 1)
+        self.assertIn("--elastic runs the deck so", run.errors)
+        force = self.forces(
+            deck, "--elastic", "--nlgeom", "no",
+            says="is above its first yield stress in 100 % of its volume: von Mises' stress gets "
+            "to 1.33 times that of M (5), in element ",
+        )
+        np.testing.assert_allclose(force[-1], [0, 0, 20 / 3], atol=1e-7)
+        self.forces(deck, "--elastic", "--nlgeom", "no",
+                    says="does not yield: von Mises' stress gets to 0.833 times that of N (8)")
+
+    def test_static_steps_alone(self):
+        deck = cube() + step(HELD + "*BOUNDARY\nA-ZMAX, 3, 3, -0.01\n")
+        modes = "*STEP, PERTURBATION\n*FREQUENCY\n5\n*END STEP\n*STEP\n*STATIC\n*END STEP\n"
+        run = Run(deck + modes, "--check", name="modes")
+        self.assertEqual(run.status, 1)
+        self.assertIn("--static-steps runs the steps before it", run.errors)
+        force = self.forces(deck + modes, "--static-steps",
+                            says="step 2 (PERTURBATION) is left out, and 1 behind it")
+        np.testing.assert_allclose(force[-1], [0, 0, 10], atol=1e-7)
+        self.assertEqual(len(force), 4)
+        run = Run(cube() + modes, "--static-steps", "--check", name="modes")
+        self.assertEqual(run.status, 1)
+        self.assertIn("the first step is not static", run.errors)
+
+    def test_plane_elements_of_a_mesh_generator(self):
+        """A disc of radius 2, written as CPS4: 10 over its area 4 pi."""
+        nodes = "*NODE\n1, 0., 0.\n2, 2., 0.\n3, 2., 1.\n4, 0., 1.\n"
+        mesh = nodes + "*ELEMENT, TYPE=CPS4, ELSET=A\n1, 1, 2, 3, 4\n*NSET, NSET=FOOT\n1, 2\n"
+        cards = cube(slave="FOOT").split("\n", 2)[2]
+        cards = cards.replace("0., 0., 0.,  0., 0., 1.", "0., 0., 0.,  0., 1., 0.")
+        cards += step("*BOUNDARY\n3, 2, 2, -0.01\n4, 2, 2, -0.01\n")
+        force = self.forces(mesh + "*PLANE ELEMENTS, TYPE=CAX\n" + cards,
+                            says="CPS4 elements are taken as CAX4")
+        np.testing.assert_allclose(force[-1], [0, 40 * np.pi, 0], rtol=1e-6)
 
     def test_hybrid_elements(self):
         """Nearly incompressible between stiff plates: twice as soft as elements that lock.

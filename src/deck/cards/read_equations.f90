@@ -9,8 +9,8 @@ module read_equations_mod
   use cards_mod, only: keep_reading, reader_t, report, report_in_field
   use diagnostics_mod, only: quoted
   use equation_list_mod, only: add_equation, equation_list_t
-  use fields_mod, only: any_number, field_position, field_text, fields_t, integer_field, is_empty_field, &
-    limit_fields, next_data_line, real_field, reference_field, reference_t
+  use fields_mod, only: any_number, field_position, field_text, fields_t, integer_field, &
+    is_empty_field, limit_fields, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use mesh_draft_mod, only: nodes_of_plane, solids
   use options_mod, only: allow_options, card_t, open_card
@@ -37,7 +37,8 @@ module read_equations_mod
 
 contains
 
-  !> Read all *EQUATION cards, and what *MPC says by equations. Nodes that no element has are joined to what the equations name.
+  !> Read all *EQUATION cards, and what *MPC says by equations. Nodes that no element has are joined
+  !> to what the equations name.
   subroutine read_equations(reader, model, equations)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model

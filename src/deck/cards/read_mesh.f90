@@ -16,9 +16,9 @@ module read_mesh_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_element, add_node, add_skipped, add_skipped_node, &
-    early_set_t, is_of_block, max_nodes, mesh_draft_t, no_facet, not_a_coordinate, &
-    refused_element, reserve_elements, reserve_nodes, rigid_facet, set_of_elements, set_of_nodes, &
-    shell_facet, solids
+    early_set_t, is_of_block, max_nodes, mesh_draft_t, names_of_planes, no_facet, &
+    not_a_coordinate, refused_element, reserve_elements, reserve_nodes, rigid_facet, &
+    set_of_elements, set_of_nodes, shell_facet, solids
   use mesh_mod, only: kind_c3d8
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
     option_position
@@ -134,7 +134,7 @@ contains
     first = draft%n_elements + 1
     first_skipped = draft%n_skipped + 1
     before = reader%diagnostics%n_mistakes
-    call check_element_type(reader, card, .true., kind, cell, draft%plane /= solids)
+    call check_element_type(reader, card, .true., kind, cell, draft%plane)
     if (kind > 0) then
       call read_solids(reader, card, kind, cell, draft)
       if (draft%n_elements < first .and. reader%diagnostics%n_mistakes == before) then
@@ -152,13 +152,13 @@ contains
   end subroutine read_elements
 
   !> Say what the TYPE= of a card is to us, reporting what is not available.
-  subroutine check_element_type(reader, card, required, kind, cell, of_plane)
+  subroutine check_element_type(reader, card, required, kind, cell, plane)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     logical, intent(in) :: required !! its absence is a mistake
     integer, intent(out) :: kind    !! of element (> 0), skipped_type or unknown_type
     integer, intent(out) :: cell    !! row of the table of cells
-    logical, intent(in), optional :: of_plane !! elements of a plane are computed
+    integer, intent(in), optional :: plane !! what elements of a plane are, where not solids
     character(:), allocatable :: name
     integer :: facet, corners, row
     logical :: ok
@@ -178,8 +178,9 @@ contains
         trim(element_types(row)%name)//what_it_is(name))
       return
     end if
-    if (present(of_plane)) then
-      if (of_plane) row = plane_type_called(taken_as(name))
+    if (present(plane)) then
+      ! What they are is said by a card; Gmsh calls all of them CPS.
+      if (plane /= solids) row = plane_type_called(in_plane(taken_as(name), plane))
       if (row > 0) then
         kind = plane_types(row)%kind
         cell = plane_types(row)%cell
@@ -213,6 +214,16 @@ contains
       end if
     end select
   end subroutine check_element_type
+
+  !> A type of a plane with the beginning that plane elements of the deck have.
+  pure function in_plane(name, plane) result(changed)
+    character(*), intent(in) :: name
+    integer, intent(in) :: plane
+    character(:), allocatable :: changed
+
+    changed = name
+    if (any(index(name, names_of_planes) == 1)) changed = names_of_planes(plane)//name(4:)
+  end function in_plane
 
   !> How the type that stands for another is computed.
   pure function what_it_is(name) result(words)

@@ -16,7 +16,8 @@ module read_plane_mod
   use mesh_draft_mod, only: axisymmetric, mesh_draft_t, names_of_planes, plane_strain, &
     plane_stress, solids
   use obstacles_mod, only: obstacle_t
-  use options_mod, only: card_t, name_option, open_card, option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
+    name_option, open_card, option_position
   use plane_mesh_mod, only: expand_plane, uneven_obstacle
   use text_mod, only: to_text
   implicit none
@@ -44,9 +45,19 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     type(card_t) :: card
     character(:), allocatable :: name
-    integer :: k, kind
+    integer :: k, kind, asked
     logical :: ok
 
+    asked = solids
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'PLANE ELEMENTS') cycle
+      call open_card(reader, k, card)
+      call allow_options(reader, card)
+      call allow_no_data(reader, card)
+      call choice_option(reader, card, 'TYPE', asked, ok)
+      if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
+        '*PLANE ELEMENTS needs TYPE=CPE, CPS or CAX')
+    end do
     associate (keyword => reader%cards(:reader%n_cards)%keyword)
       if (.not. any(keyword == 'SOLID SECTION') .or. any(keyword == 'BLOCK')) return
     end associate
@@ -65,6 +76,7 @@ contains
           'integration')
         cycle
       end if
+      if (asked /= solids) kind = asked
       if (draft%plane /= solids .and. draft%plane /= kind) call report(reader, &
         option_position(card, 'TYPE'), 'plane strain (CPE), plane stress (CPS) and '// &
         'axisymmetric (CAX) elements exclude each other in one deck')

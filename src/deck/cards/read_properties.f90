@@ -13,8 +13,8 @@ module read_properties_mod
   use diagnostics_mod, only: quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
-  use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
-    next_data_line, real_field
+  use fields_mod, only: any_number, end_data, field_position, field_text, fields_t, &
+    is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: refused_element, solids
   use element_types_mod, only: element_types
@@ -52,13 +52,14 @@ contains
     type(name_table_t), intent(out) :: names
     type(card_t) :: card
     character(:), allocatable :: name
-    logical, allocatable :: elastic(:), dense(:), expands(:)
+    logical, allocatable :: elastic(:), dense(:), expands(:), yields(:)
     integer :: k, n
     logical :: ok
 
     n = count(reader%cards(:reader%n_cards)%keyword == 'MATERIAL')
     call open_directory('material', n, names)
-    allocate (materials(n), elastic(n), dense(n), expands(n))
+    allocate (materials(n), elastic(n), dense(n), expands(n), yields(n))
+    yields = .false.
     elastic = .false.
     dense = .false.
     expands = .false.
@@ -86,6 +87,11 @@ contains
       case ('ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', 'DEFORMATION PLASTICITY')
         ! Refused: the material has a law, though not one that is read.
         if (names%n > 0) elastic(names%n) = .true.
+      case ('PLASTIC')
+        if (reader%cards(k)%is_refused) cycle
+        call open_card(reader, k, card)
+        call find_owner(reader, names, 'MATERIAL', card, yields, n)
+        if (n > 0) call read_yield(reader, card, materials(n))
       case ('DENSITY')
         call open_card(reader, k, card)
         call find_owner(reader, names, 'MATERIAL', card, dense, n)
@@ -105,6 +111,42 @@ contains
         ' has no *ELASTIC, *HYPERELASTIC or *HYPERFOAM')
     end do
   end subroutine read_materials
+
+  !> The first yield stress of *PLASTIC, which is not exceeded where the material is elastic: of
+  !> several temperatures the least.
+  subroutine read_yield(reader, card, material)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(material_t), intent(inout) :: material
+    type(fields_t) :: fields
+    real(wp) :: stress, strain
+    logical :: found, ok, is_first
+
+    is_first = .true.
+    do
+      call next_data_line(reader, card, fields, found, any_number, '')
+      if (.not. found) exit
+      call real_field(reader, fields, 1, 'a yield stress', stress, ok)
+      if (.not. ok) return
+      strain = 0.0_wp
+      if (.not. is_empty_field(fields, 2)) call real_field(reader, fields, 2, 'a plastic strain', &
+        strain, ok)
+      if (.not. ok) return
+      if (.not. is_first .and. abs(strain) > 0.0_wp) cycle
+      if (.not. stress > 0.0_wp) then
+        call report(reader, fields%start, 'a yield stress must be positive, not '// &
+          quoted(field_text(reader, fields, 1)))
+        return
+      end if
+      if (is_first) material%yield = stress
+      material%yield = min(material%yield, stress)
+      is_first = .false.
+    end do
+    if (is_first) call report(reader, card%position, '*PLASTIC needs data lines: yield stress, '// &
+      'plastic strain')
+    call note(reader, 'material '//quoted(material%name)//' is elastic beyond its yield stress '// &
+      'of '//to_text(material%yield, 4)//': --elastic')
+  end subroutine read_yield
 
   !> *ELASTIC[, TYPE=ISOTROPIC][, LAW=SVK|NEO HOOKE]: E, nu
   subroutine read_elastic(reader, card, material)

@@ -245,23 +245,24 @@ contains
     logical, intent(inout) :: finite_strain !! of the step before; of this one
     integer :: choice
     logical :: ok, nonlinear, perturbation, is_auto
+    character(:), allocatable :: hint
 
     call allow_options(reader, card)
     nonlinear = .true.
     call flag_option(reader, card, 'NLGEOM', nonlinear, 'AUTO', is_auto)
-    reader%keeps_small_strain = reader%nlgeom == 'NO' .or. (reader%nlgeom == '' .and. &
-      (reader%keeps_small_strain .or. .not. nonlinear))
+    reader%keeps_small_strain = reader%reading%nlgeom == 'NO' .or. (reader%reading%nlgeom == '' &
+      .and. (reader%keeps_small_strain .or. .not. nonlinear))
     if (is_auto .or. .not. has_option(card, 'NLGEOM')) nonlinear = finite_strain
-    if (is_auto .and. .not. (is_first .or. reader%chooses_theory .or. reader%nlgeom /= '')) call &
-      report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=AUTO begins with the first '// &
-      '*STEP, or not at all')
-    if (reader%nlgeom == '' .and. is_auto .and. is_first) reader%chooses_theory = .true.
-    if (reader%nlgeom == 'NO' .and. nonlinear) then
+    if (is_auto .and. .not. (is_first .or. reader%chooses_theory .or. reader%reading%nlgeom /= &
+      '')) call report(reader, option_position(card, 'NLGEOM'), 'NLGEOM=AUTO begins with the '// &
+      'first *STEP, or not at all')
+    if (reader%reading%nlgeom == '' .and. is_auto .and. is_first) reader%chooses_theory = .true.
+    if (reader%reading%nlgeom == 'NO' .and. nonlinear) then
       call note(reader, 'NLGEOM is set aside by --nlgeom no: strains and rotations are '// &
         'taken as small')
-    else if (reader%nlgeom /= '') then
-      reader%chooses_theory = reader%nlgeom == 'AUTO'
-      finite_strain = reader%nlgeom == 'YES'
+    else if (reader%reading%nlgeom /= '') then
+      reader%chooses_theory = reader%reading%nlgeom == 'AUTO'
+      finite_strain = reader%reading%nlgeom == 'YES'
     else if (nonlinear .and. .not. (is_first .or. finite_strain)) then
       call report(reader, option_position(card, 'NLGEOM'), &
         'NLGEOM begins with the first *STEP, or not at all', '--nlgeom no runs the deck by '// &
@@ -274,8 +275,10 @@ contains
     end if
     perturbation = .false.
     call flag_option(reader, card, 'PERTURBATION', perturbation)
+    hint = ''
+    if (.not. is_first) hint = '--static-steps runs the steps before it'
     if (perturbation) call report(reader, option_position(card, 'PERTURBATION'), &
-      'PERTURBATION steps are not available')
+      'PERTURBATION steps are not available', hint)
     choice = 1
     call choice_option(reader, card, 'AMPLITUDE', choice, ok)
     if (choice == 2) call report(reader, option_position(card, 'AMPLITUDE'), &

@@ -8,15 +8,15 @@ module cards_mod
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
   use deck_table_mod, only: find_rule, in_model, in_step, is_ignored, is_missing, is_outside, &
-    item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, split_items
+    is_procedure, item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, split_items
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
   implicit none
   private
 
-  public :: reader_t, card_place_t, pieces_t, find_cards, read_parameters
+  public :: reader_t, reading_t, card_place_t, pieces_t, find_cards, read_parameters
   public :: report, report_missing_element, report_in_field, note, keep_reading, split_line
-  public :: is_data_line
+  public :: is_data_line, is_keyword_line
 
   character, parameter :: tab = achar(9)
 
@@ -32,6 +32,13 @@ module cards_mod
     logical :: is_refused = .false. !! an error was reported, and nothing of it is read
   end type card_place_t
 
+  !> How the command line wants a deck to be read.
+  type :: reading_t
+    character(4) :: nlgeom = ''     !! NO, YES or AUTO in place of the deck's (--nlgeom)
+    logical :: elastic = .false.      !! *PLASTIC is a yield stress that is compared (--elastic)
+    logical :: static_steps = .false. !! the static steps that it begins with (--static-steps)
+  end type reading_t
+
   !> Everything the readers of the keywords share.
   type :: reader_t
     type(source_t) :: source
@@ -43,7 +50,7 @@ module cards_mod
     logical :: lacks_elements = .false.
     !! elements of the deck, or what else its nodes belong to, were refused
     logical :: other_field = .false.    !! a keyword or an element of another field was refused
-    character(4) :: nlgeom = ''         !! NO, YES or AUTO in place of the deck's (--nlgeom)
+    type(reading_t) :: reading
     logical :: chooses_theory = .false. !! AUTO, of the deck or of the option
     logical :: keeps_small_strain = .false. !! NO likewise
     logical :: numbers_block = .false. !! a node or element of a *BLOCK is meant by its number
@@ -162,13 +169,19 @@ contains
         call note(reader, '*DYNAMIC, APPLICATION=QUASI-STATIC is read as *STATIC: inertia is '// &
           'left out')
         call enter(rule_of('STATIC'), star, line)
+      else if (reader%reading%elastic .and. any(keyword%name == [character(max_keyword) :: &
+        'PLASTIC', 'CYCLIC HARDENING', 'RATE DEPENDENT'])) then
+        call enter(keyword, star, line)
+        if (keyword%name /= 'PLASTIC') call note(reader, '*'//trim(keyword%name)// &
+          ' is left out: --elastic')
       else if (keyword%reading == is_missing) then
         call refuse(keyword, star, '*'//trim(keyword%name)//' is not available in this version', &
           trim(keyword%remark))
       else if (keyword%reading == is_outside) then
         reader%other_field = .true.
         call refuse(keyword, star, '*'//trim(keyword%name)// &
-          ': bipot solves static frictional contact of elastic solids', trim(keyword%remark))
+          ': bipot solves static frictional contact of elastic solids', trim(keyword%remark)// &
+          steps_before(keyword%name))
       else if (keyword%reading == is_ignored) then
         call note(reader, '*'//trim(keyword%name)//' is ignored'//why(keyword%remark))
       else
@@ -187,6 +200,15 @@ contains
         end associate
       end do
     end function says_quasi_static
+
+    !> That the static steps before another one could run.
+    pure function steps_before(name) result(words)
+      character(*), intent(in) :: name
+      character(:), allocatable :: words
+
+      words = ''
+      if (step > 1 .and. is_procedure(name)) words = '; --static-steps runs the steps before it'
+    end function steps_before
 
     !> Report a keyword that is not read, where it stands first. Readers of other cards see that it
     !> was there, and report nothing that only follows from it.
@@ -481,5 +503,12 @@ contains
 
     is = kind_of_line(source, line) == data_line
   end function is_data_line
+
+  pure logical function is_keyword_line(source, line) result(is)
+    type(source_t), intent(in) :: source
+    integer, intent(in) :: line
+
+    is = kind_of_line(source, line) == keyword_line
+  end function is_keyword_line
 
 end module cards_mod

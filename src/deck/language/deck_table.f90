@@ -16,7 +16,7 @@ module deck_table_mod
 
   public :: rule_t, item_t, deck_table, find_rule, rule_of, keyword_names, split_items, split_at
   public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, is_checked
-  public :: max_keyword, squeeze, same_word, without_tabs
+  public :: max_keyword, is_procedure, squeeze, same_word, without_tabs
 
   integer, parameter :: max_keyword = 36
 
@@ -79,6 +79,7 @@ module deck_table_mod
     'step of elements, ... three times'), &
     rule_t('ELCOPY', in_model, is_read, 'ELEMENT SHIFT=count!, SHIFT NODES=count!, '// &
     'OLD SET=name!, NEW SET=name'), &
+    rule_t('PLANE ELEMENTS', in_model, is_read, 'TYPE=CPE|CPS|CAX!'), &
     rule_t('BLOCK', in_model, is_read, 'NAME=name!, NX=count!, NY=count!, NZ=count!, '// &
     'TYPE=type:C3D8, ELSET=name', data='x, y, z, size along x, along y, along z; '// &
     'axis, ratio of sizes, MIDDLE'), &
@@ -128,7 +129,8 @@ module deck_table_mod
     data='set of nodes, first dof, last dof'), &
     rule_t('DISTRIBUTING COUPLING', in_model, is_read, 'ELSET=name!', &
     data='set of nodes, weight'), &
-    rule_t('MPC', in_model, is_read, data='BEAM, set of nodes, reference node; TIE or PIN, node or set, node or set'), &
+    rule_t('MPC', in_model, is_read, &
+    data='BEAM, set of nodes, reference node; TIE or PIN, node or set, node or set'), &
     rule_t('KINEMATIC', in_model, is_read, data='first dof, last dof'), &
     rule_t('DISTRIBUTING', in_model, is_read, 'WEIGHTING METHOD=UNIFORM', &
     data='first dof, last dof'), &
@@ -259,7 +261,9 @@ module deck_table_mod
     rule_t('IMPORT', anywhere, is_missing)]
 
   type(rule_t), parameter :: cards_outside(*) = [ &
-    rule_t('PLASTIC', anywhere, is_outside, remark=elastic_only), &
+    rule_t('PLASTIC', anywhere, is_outside, &
+    remark=elastic_only//'; --elastic runs the deck so, and says how much is above the yield '// &
+    'stress'), &
     rule_t('CYCLIC HARDENING', anywhere, is_outside, remark=elastic_only), &
     rule_t('RATE DEPENDENT', anywhere, is_outside, remark=elastic_only), &
     rule_t('CHANGE PLASTIC', anywhere, is_outside, remark=elastic_only), &
@@ -370,6 +374,14 @@ module deck_table_mod
     rule_t('MASS FLOW', anywhere, is_outside), &
     rule_t('NETWORK MPC', anywhere, is_outside)]
 
+  !> Keywords that say what a step computes, but for *STATIC.
+  character(max_keyword), parameter :: procedures(*) = [character(max_keyword) :: 'VISCO', &
+    'FREQUENCY', 'COMPLEX FREQUENCY', 'BUCKLE', 'DYNAMIC', 'MODAL DYNAMIC', &
+    'COMPLEX MODAL DYNAMIC', 'STEADY STATE DYNAMICS', 'RANDOM RESPONSE', 'RESPONSE SPECTRUM', &
+    'SUBSTRUCTURE GENERATE', 'GREEN', 'HEAT TRANSFER', 'COUPLED TEMPERATURE-DISPLACEMENT', &
+    'UNCOUPLED TEMPERATURE-DISPLACEMENT', 'GEOSTATIC', 'SOILS', 'ELECTROMAGNETICS', 'CFD', &
+    'SENSITIVITY', 'ROBUST DESIGN', 'FEASIBLE DIRECTION', 'CRACK PROPAGATION']
+
   type(rule_t), parameter :: deck_table(*) = [cards_read, cards_ignored, cards_missing, &
     cards_outside]
 
@@ -391,6 +403,14 @@ contains
       return
     end do
   end subroutine find_rule
+
+  !> Whether a keyword says what a step computes, something else than a static equilibrium.
+  pure logical function is_procedure(name)
+    character(*), intent(in) :: name !! without its star
+    integer :: i
+
+    is_procedure = any([(same_word(name, procedures(i)), i=1, size(procedures))])
+  end function is_procedure
 
   !> What the table says of a keyword that it has.
   pure type(rule_t) function rule_of(name) result(rule)
