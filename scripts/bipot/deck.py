@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.element_faces import face_normals
 from bipot.errors import MeshError, RefusedError
-from bipot.meshes import TYPES, SolidMesh, read_mesh
+from bipot.meshes import PLANE_TYPES, TYPES, SolidMesh, read_mesh
 
 Array = NDArray[Any]
 Number = float | int | str
@@ -107,6 +107,14 @@ class MeshPart:
         and returns a mask (F,).
         """
         faces, nodes = self.mesh.outer_faces()
+        if self.mesh.is_plane:
+            ends = self.mesh.points[nodes[:, :2]]
+            along = (ends[:, 1] - ends[:, 0]) / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[
+                :, None
+            ]
+            normals = np.stack([along[:, 1], -along[:, 0], 0 * along[:, 0]], axis=1)
+            chosen = faces[np.asarray(where(ends.mean(axis=1), normals), bool)]
+            return [(int(self.element_ids[element]), f"S{edge + 1}") for element, edge in chosen]
         count = (nodes >= 0).sum(axis=1)
         corners = nodes[:, :4].copy()  # of triangles the third one twice
         corners[(count == 3) | (count == 6), 3] = corners[(count == 3) | (count == 6), 2]
@@ -358,25 +366,29 @@ class Deck:
         element_sets: Mapping[str, ArrayLike] | None = None,
         node_sets: Mapping[str, ArrayLike] | None = None,
     ) -> MeshPart:
-        """Add a mesh of solids: from a file by meshio, meshio, PyVista, or (points, elements).
+        """Add a mesh: from a file by meshio, meshio, PyVista, or (points, elements).
 
         name          of the set of all its nodes, and of all its elements
         type          of hexahedra: C3D8, C3D8I or C3D8B with 8 nodes, C3D20 or C3D20R with 20, the
-                      first of these where it is left out; others have one type (C3D10, ...)
+                      first of these where it is left out; others have one type (C3D10, ...);
+                      of plane meshes CPE, CPS or CAX, as of a type (CAX8R)
         element_sets  more sets: rows or masks of the elements
         node_sets     more sets: rows or masks of the points
 
-        Named groups become sets; those of faces surfaces and sets of nodes. Returns what chooses
-        nodes and faces by place. MeshError where the mesh has solids that no element is, or none
-        that can be of the type.
+        Named groups become sets; those of faces, in a plane of lines, surfaces and sets of nodes.
+        Returns what chooses nodes and faces by place. MeshError where the mesh has solids that no
+        element is, or none that can be of the type.
         """
-        mesh = read_mesh(source, element_sets, node_sets)
-        types = [
-            type if type in TYPES[kind] else TYPES[kind][0] for kind, _ in mesh.blocks
-        ]
-        if type is not None and type not in types:
+        plane = type is not None and type.startswith(("CPE", "CPS", "CAX"))
+        mesh = read_mesh(source, element_sets, node_sets, plane)
+        known = (
+            {kind: [type[:3] + end for end in ends] for kind, ends in PLANE_TYPES.items()}
+            if type is not None and plane else TYPES
+        )
+        types = [type if type in known[kind] else known[kind][0] for kind, _ in mesh.blocks]
+        if type is not None and type not in types and not (plane and len(type) == 3):
             there = ", ".join(
-                f"{len(nodes)} of kind {kind} ({' or '.join(TYPES[kind])})"
+                f"{len(nodes)} of kind {kind} ({' or '.join(known[kind])})"
                 for kind, nodes in mesh.blocks
             )
             raise MeshError(f"no element of the mesh can be of type {type}: it has {there}")

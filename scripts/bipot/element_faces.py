@@ -94,6 +94,35 @@ def outer_faces_of(blocks: Sequence[Array]) -> tuple[Array, Array]:
     return faces[outer], of_faces[outer]
 
 
+def outer_edges_of(blocks: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the outer edges of triangles and quadrilaterals of a plane, and their nodes.
+
+    blocks  nodes (n, k) of elements of a kind each, anticlockwise; 6 or 8 with mid-side nodes
+
+    Returns as outer_faces_of: (F, 2), element and edge from 0, and (F, 3): both ends, then the node
+    between them, -1 where there is none.
+    """
+    found, nodes, before = [np.zeros((0, 2), int)], [np.zeros((0, 3), int)], 0
+    for block in blocks:
+        corners = block.shape[1] // 2 if block.shape[1] > 4 else block.shape[1]
+        for edge in range(corners):
+            of_edge = np.full((len(block), 3), -1)
+            of_edge[:, :2] = block[:, [edge, (edge + 1) % corners]]
+            if block.shape[1] > corners:
+                of_edge[:, 2] = block[:, corners + edge]
+            nodes.append(of_edge)
+            rows = before + np.arange(len(block))
+            found.append(np.stack([rows, np.full(len(block), edge)], axis=1))
+        before += len(block)
+    edges, of_edges = np.concatenate(found), np.concatenate(nodes)
+    _, first, count = np.unique(
+        np.sort(of_edges[:, :2], axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outer = first[count == 1]
+    outer = outer[np.lexsort((edges[outer, 1], edges[outer, 0]))]
+    return edges[outer], of_edges[outer]
+
+
 def all_nodes_of_face(cell: Cell, number: int, nodes: int) -> list[int]:
     """Return which nodes of an element with so many nodes a face has, in the order above."""
     face = list(cell.faces[number])

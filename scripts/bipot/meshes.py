@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.element_faces import CELLS, outer_faces_of
+from bipot.element_faces import CELLS, outer_edges_of, outer_faces_of
 from bipot.errors import MeshError
 
 Array = NDArray[Any]
@@ -36,6 +36,10 @@ TYPES = {
     "hexahedron": ("C3D8", "C3D8I", "C3D8B"), "hexahedron20": ("C3D20", "C3D20R"),
     "tetra": ("C3D4",), "tetra10": ("C3D10",), "wedge": ("C3D6",), "wedge15": ("C3D15",),
     "pyramid": ("C3D5",),
+}
+# Likewise of plane meshes, behind CPE, CPS or CAX.
+PLANE_TYPES = {
+    "triangle": ("3",), "quad": ("4", "4B"), "triangle6": ("6",), "quad8": ("8", "8R"),
 }
 INCOMPLETE = "in Gmsh, Mesh.SecondOrderIncomplete = 1 leaves out the nodes within faces and solids"
 NO_PYRAMIDS = (
@@ -61,6 +65,11 @@ class SolidMesh:
     surfaces: dict[str, Array] = field(default_factory=dict)  #: (F, 2): element, face 0 to 5
 
     @property
+    def is_plane(self) -> bool:
+        """Whether the elements are triangles and quadrilaterals of the plane z = 0."""
+        return self.blocks[0][0] in PLANE_TYPES
+
+    @property
     def n_elements(self) -> int:
         """How many elements there are; they are counted through all blocks."""
         return sum(len(nodes) for _, nodes in self.blocks)
@@ -74,7 +83,9 @@ class SolidMesh:
         return self.blocks[0][1]
 
     def outer_faces(self) -> tuple[Array, Array]:
-        """Return the outer faces as of element_faces.outer_faces_of."""
+        """Return the outer faces as of element_faces.outer_faces_of, of a plane the outer edges."""
+        if self.is_plane:
+            return outer_edges_of([nodes for _, nodes in self.blocks])
         return outer_faces_of([nodes for _, nodes in self.blocks])
 
 
@@ -90,7 +101,7 @@ class _Cells:
 
 def read_mesh(
     source: Any, element_sets: Mapping[str, ArrayLike] | None = None,
-    node_sets: Mapping[str, ArrayLike] | None = None,
+    node_sets: Mapping[str, ArrayLike] | None = None, plane: bool = False,
 ) -> SolidMesh:
     """Return the elements of a mesh.
 
@@ -98,15 +109,16 @@ def read_mesh(
                   PyVista, or arrays (points (N, 3), elements (E, k) as rows of points from 0)
     element_sets  more sets: rows, or a mask, of the elements, in their order in the source
     node_sets     more sets: rows, or a mask, of the points
+    plane         elements are the triangles and quadrilaterals of the plane z = 0, not solids
 
     Nodes that no element has are left out. Elements that stand inside out are turned. They come in
     the order of the source, one kind after the other. Raises MeshError where there are solids that
     no element is, or none, or the file cannot be read.
     """
-    cells = _cells_of(source)
+    cells = _cells_of(source, plane)
     for name, members in (node_sets or {}).items():
         cells.node_sets[name] = _chosen(members, len(cells.points), f"node set {name}")
-    found = _elements_of(cells)
+    found = _elements_of(cells, PLANE_TYPES if plane else TYPES)
     for name, members in (element_sets or {}).items():
         found.element_sets[name] = _chosen(members, found.n_elements, f"element set {name}")
     return found
@@ -125,7 +137,7 @@ def _chosen(members: ArrayLike, count: int, what: str) -> Array:
     return rows
 
 
-def _cells_of(source: Any) -> _Cells:
+def _cells_of(source: Any, plane: bool) -> _Cells:
     """Return the cells of whatever a mesh is given as."""
     if isinstance(source, str | os.PathLike):
         return _from_meshio(_read_file(Path(source)))
@@ -142,10 +154,13 @@ def _cells_of(source: Any) -> _Cells:
         ) from None
     elements = np.asarray(elements)
     kind, shape = elements.dtype, elements.shape
-    name = {
+    names = {
         8: "hexahedron", 20: "hexahedron20", 4: "tetra", 10: "tetra10", 6: "wedge", 15: "wedge15",
         5: "pyramid",
-    }.get(shape[1] if len(shape) == 2 else 0)
+    }
+    if plane:
+        names = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
+    name = names.get(shape[1] if len(shape) == 2 else 0)
     if name is None or not np.issubdtype(kind, np.integer):
         raise MeshError(
             "elements are rows of as many whole numbers as they have nodes (4, 5, 6, 8, 10, 15 or"
@@ -232,7 +247,7 @@ def _from_pyvista(grid: Any) -> _Cells:
     return _Cells(np.asarray(grid.points, float), blocks, {}, {})
 
 
-def _elements_of(cells: _Cells) -> SolidMesh:
+def _elements_of(cells: _Cells, types: Mapping[str, tuple[str, ...]]) -> SolidMesh:
     """Return the elements of a mesh with their groups."""
     if cells.points.ndim != 2 or cells.points.shape[1] != 3:
         raise MeshError(f"nodes have 3 coordinates each, and these are {cells.points.shape}")
@@ -241,22 +256,30 @@ def _elements_of(cells: _Cells) -> SolidMesh:
     counted: dict[str, int] = {}
     for kind, corners in cells.blocks:
         counted[kind] = counted.get(kind, 0) + len(corners)
+    plane = types is PLANE_TYPES
     others = {
-        kind: n for kind, n in counted.items() if n and _dimension(kind) == 3 and kind not in TYPES
+        kind: n for kind, n in counted.items()
+        if n and kind not in types and _dimension(kind) == 2 + (not plane)
     }
     if others:
         words = "; ".join(
             f"{n} of kind {kind}: {ADVICE.get(kind, HIGHER)}" for kind, n in others.items()
         )
-        raise MeshError(f"the mesh has solids that no element is: {words}")
-    kinds = [kind for kind in dict.fromkeys(kind for kind, _ in cells.blocks) if kind in TYPES]
+        raise MeshError(
+            f"the mesh has {'faces' if plane else 'solids'} that no element is: {words}"
+        )
+    kinds = [kind for kind in dict.fromkeys(kind for kind, _ in cells.blocks) if kind in types]
     kinds = [kind for kind in kinds if counted[kind]]
     if not kinds:
         there = ", ".join(f"{n} of kind {kind}" for kind, n in counted.items() if n) or "no cells"
         raise MeshError(
-            f"the mesh has no elements, but {there}; in Gmsh, Mesh 3D, and physical groups of"
-            " volumes where there are any groups"
+            f"the mesh has no elements, but {there}; in Gmsh, Mesh {2 if plane else 3}D, and"
+            f" physical groups of {'surfaces' if plane else 'volumes'} where there are any groups"
+            + ("; of a plane mesh, type='CPE', 'CPS' or 'CAX'"
+               if not plane and any(kind in PLANE_TYPES for kind in counted) else "")
         )
+    if plane and any(_dimension(kind) == 3 for kind, n in counted.items() if n):
+        raise MeshError("the mesh has solids: it is no plane mesh")
 
     first: dict[int, int] = {}  # row of the first element of each block
     before, blocks = 0, []
@@ -278,15 +301,30 @@ def _elements_of(cells: _Cells) -> SolidMesh:
     rows = np.unique(np.concatenate([nodes.ravel() for _, nodes in blocks]))
     new = np.full(len(cells.points), -1)
     new[rows] = np.arange(len(rows))
+    if plane and (cells.points[rows, 2] != 0).any():
+        raise MeshError("a plane mesh is in the plane z = 0")
+    turn = _anticlockwise if plane else _upright
     mesh = SolidMesh(
-        cells.points[rows], [(kind, new[_upright(cells.points, nodes)]) for kind, nodes in blocks],
-        rows,
+        cells.points[rows], [(kind, new[turn(cells.points, nodes)]) for kind, nodes in blocks], rows
     )
     for name, members in cells.node_sets.items():
         kept = new[members]
         mesh.node_sets[name] = kept[kept >= 0]
     _add_groups(mesh, cells, first, new)
     return mesh
+
+
+def _anticlockwise(points: Array, elements: Array) -> Array:
+    """Return triangles and quadrilaterals all of which go round anticlockwise."""
+    count = elements.shape[1] // 2 if elements.shape[1] > 4 else elements.shape[1]
+    x, y = points[elements[:, :count], :2].transpose(2, 0, 1)
+    clockwise = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1) < 0
+    order = [0, *range(count - 1, 0, -1)]
+    if elements.shape[1] > count:
+        order += range(2 * count - 1, count - 1, -1)
+    elements = elements.copy()
+    elements[clockwise] = elements[clockwise][:, order]
+    return elements
 
 
 def _upright(points: Array, elements: Array) -> Array:
@@ -327,22 +365,27 @@ def _add_groups(mesh: SolidMesh, cells: _Cells, first: dict[int, int], new: Arra
     if not cells.groups:
         return
     outer, nodes_of_faces = mesh.outer_faces()
-    table = dict(zip(map(_corners, nodes_of_faces.tolist()), outer.tolist(), strict=True))
+    if mesh.is_plane:
+        keys = [tuple(sorted(nodes)) for nodes in nodes_of_faces[:, :2].tolist()]
+    else:
+        keys = [_corners(nodes) for nodes in nodes_of_faces.tolist()]
+    table = dict(zip(keys, outer.tolist(), strict=True))
+    dimension = 1 if mesh.is_plane else 2
     for name, parts in cells.groups.items():
         elements, faces, nodes, lost = [], [], [], 0
         for number, rows in parts.items():
             kind, corners = cells.blocks[number]
-            if kind in TYPES:
+            if number in first:
                 elements.append(first[number] + rows)
                 continue
             members = new[corners[rows]]
             nodes.append(members[members >= 0])
-            if kind.startswith(("triangle", "quad")):
-                count = 3 if kind.startswith("triangle") else 4
+            if _dimension(kind) == dimension and kind.startswith(("triangle", "quad", "line")):
+                count = {"t": 3, "q": 4, "l": 2}[kind[0]]
                 matched = [table.get(tuple(sorted(face))) for face in members[:, :count].tolist()]
                 faces += [face for face in matched if face is not None]
                 lost += sum(face is None for face in matched)
-            elif _dimension(kind) == 2:
+            elif _dimension(kind) == dimension:
                 lost += len(rows)
         if lost:
             warnings.warn(

@@ -332,6 +332,59 @@ class Meshes(WithFolder):
         with self.assertRaisesRegex(ValueError, "rows must be from 0 to 0"):
             bipot.Deck().mesh((points, elements), element_sets={"X": [1]})
 
+    def press_disc(self, source, kind):
+        """Return the force of a disc of radius 2 and height 1, E = 1000, pressed by 0.01."""
+        deck = bipot.Deck("A disc", name="disc")
+        part = deck.mesh(source, type=kind)
+        deck.surface("LOW", part.faces(lambda x, n: (n[:, 1] < -0.9) & (x[:, 1] < 1e-9)))
+        deck.node_set("HIGH", part.nodes(lambda x: x[:, 1] > 1 - 1e-9))
+        deck.material("M", 1000.0, 0.0).section("M", "BODY")
+        deck.plane("GROUND", point=(0, 0, 0), normal=(0, 1, 0))
+        deck.interaction("DRY").pair("LOW", "GROUND", "DRY")
+        with deck.step():
+            deck.boundary("HIGH", 2, value=-0.01)
+        with bipot.run(deck, quiet=True) as result:
+            return result.pairs[0].resultant[-1], part
+
+    def test_plane_meshes(self):
+        """10 over 4 pi, of quadrilaterals and triangles; one goes round clockwise."""
+        points = np.array([
+            (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0), (0.5, 0, 0),
+            (1, 0.5, 0), (0.5, 1, 0), (0, 0.5, 0), (1.5, 0, 0), (2, 0.5, 0), (1.5, 1, 0),
+        ])
+        quads = np.array([(0, 1, 4, 3, 6, 7, 8, 9), (1, 4, 5, 2, 7, 12, 11, 10)])
+        for elements, kind in (
+            (quads, "CAX8R"), (quads[:, :4], "CAX"), (quads[:, :4], "CAX4B"),
+            (np.array([(0, 1, 4), (0, 3, 4), (1, 2, 5), (1, 5, 4)]), "CAX3"),
+        ):
+            with self.subTest(kind):
+                force, _ = self.press_disc((points, elements), kind)
+                np.testing.assert_allclose(force, [0, 40 * np.pi, 0], rtol=1e-6)
+        for wrong, kind, words in (
+            ((points[:, [0, 2, 1]], quads), "CAX", "in the plane z = 0"),
+            ((points, quads), "CAX4", "no element of the mesh can be of type CAX4"),
+        ):
+            with self.assertRaisesRegex(bipot.MeshError, words):
+                bipot.Deck().mesh(wrong, type=kind)
+
+    @needs("meshio")
+    def test_plane_meshes_of_gmsh(self):
+        """Groups of lines are surfaces of edges, and sets of nodes; groups of faces sets."""
+        import meshio
+
+        points = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0.0)])
+        cells = [("line", np.array([(0, 1)])), ("quad", np.array([(0, 1, 2, 3)]))]
+        mesh = meshio.Mesh(
+            points, cells, cell_sets={"FOOT": [np.array([0]), None], "ALL": [None, np.array([0])]}
+        )
+        force, part = self.press_disc(mesh, "CAX")
+        np.testing.assert_allclose(force, [0, 40 * np.pi, 0], rtol=1e-6)
+        self.assertEqual(part.mesh.surfaces["FOOT"].tolist(), [[0, 0]])
+        self.assertEqual(part.mesh.node_sets["FOOT"].tolist(), [0, 1])
+        self.assertEqual(part.mesh.element_sets["ALL"].tolist(), [0])
+        with self.assertRaisesRegex(bipot.MeshError, "type='CPE', 'CPS' or 'CAX'"):
+            bipot.Deck().mesh(mesh)
+
     @needs("meshio")
     def test_physical_groups_of_gmsh(self):
         import meshio
