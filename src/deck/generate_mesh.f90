@@ -68,12 +68,16 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     integer(i8), intent(inout) :: work  !! ids looked at so far
     type(above_t) :: above
+    logical :: ok
 
     call allow_options(reader, card)
     if (work > max_work) then
       call report(reader, card%position, 'the deck makes too many nodes and elements from others')
       return
     end if
+    ! Where there are none, their lists exist all the same.
+    call reserve_nodes(draft, 1, ok)
+    call reserve_elements(draft, 1, ok)
     above%last = k - 1
     above%work = work + draft%n_nodes + draft%n_elements
     if (card%keyword(1:1) == 'N') then

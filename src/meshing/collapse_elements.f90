@@ -182,7 +182,7 @@ contains
     end do
     if (n_faces == 0) return
     call note(reader, to_text(n_faces)//' of '//to_text(n)//' elements name a node twice, and '// &
-      'are the '//in_words(n_of, draft%plane)//' that they are then (the first: element '// &
+      'are taken as '//in_words(n_of, draft%plane)//' (the first: element '// &
       to_text(draft%element_id(first))//')')
     cell = draft%connectivity%cell(:n)
     allocate (node(draft%connectivity%first(n + 1) - 1))
@@ -290,9 +290,10 @@ contains
     words = ''
     do row = 1, size(n_of)
       if (n_of(row) == 0) cycle
-      name = 'tetrahedra'
-      if (row == wedge_6 .or. row == wedge_15) name = 'wedges'
-      if (row == pyramid_5) name = 'pyramids'
+      name = merge('tetrahedron', 'tetrahedra ', n_of(row) == 1)
+      if (row == wedge_6 .or. row == wedge_15) name = 'wedge'
+      if (row == pyramid_5) name = 'pyramid'
+      if (name(1:1) /= 't' .and. n_of(row) > 1) name = trim(name)//'s'
       if (words /= '') words = words//', '
       words = words//to_text(n_of(row))//' '//trim(name)
     end do

@@ -65,6 +65,7 @@ contains
     character(:), allocatable :: words
     integer :: i
 
+    words = ''
     do i = 1, size(yielded)
       associate (it => yielded(i), mesh => scene%mesh)
         associate (material => scene%materials(mesh%material(it%element)))

@@ -2,7 +2,7 @@
 !> (--elastic).
 module yielded_bodies_mod
   use kinds_mod, only: wp
-  use cells_mod, only: cells, has_middles
+  use cells_mod, only: has_middles, most_points
   use connectivity_mod, only: first_points, nodes_of_element, nodes_of_hexahedron
   use hexahedron8_mod, only: jacobian_determinants
   use invariants_mod, only: von_mises
@@ -35,8 +35,8 @@ contains
     type(yielded_t) :: of(scene%mesh%n_bodies)
     type(tensor_field_t) :: strain, stress
     real(wp) :: volume(scene%mesh%n_bodies)
-    real(wp), allocatable :: ratio(:), weight(:)
-    integer :: first(scene%mesh%n_elements + 1), e, i
+    real(wp) :: ratio(most_points), weight(most_points)
+    integer :: first(scene%mesh%n_elements + 1), e, i, n
 
     first = first_points(scene%mesh%connectivity)
     allocate (stress%at_gauss_points(6, first(size(first)) - 1))
@@ -50,10 +50,11 @@ contains
         weight = weights_of(scene%mesh, e)
         volume(body) = volume(body) + sum(weight)
         if (.not. yield > 0.0_wp) cycle
-        ratio = von_mises(stress%at_gauss_points(:, first(e):first(e + 1) - 1))/yield
-        of(body)%share = of(body)%share + sum(weight, ratio > 1.0_wp)
-        if (of(body)%element > 0 .and. maxval(ratio) <= of(body)%largest) cycle
-        of(body)%largest = maxval(ratio)
+        n = first(e + 1) - first(e)
+        ratio(:n) = von_mises(stress%at_gauss_points(:, first(e):first(e + 1) - 1))/yield
+        of(body)%share = of(body)%share + sum(weight(:n), ratio(:n) > 1.0_wp)
+        if (of(body)%element > 0 .and. maxval(ratio(:n)) <= of(body)%largest) cycle
+        of(body)%largest = maxval(ratio(:n))
         of(body)%element = e
       end associate
     end do
@@ -61,22 +62,23 @@ contains
     yielded = pack(of, of%element > 0)
   end subroutine find_yielded
 
-  !> The volume that each Gauss point of an element stands for. [length^3]
-  function weights_of(mesh, e) result(weight)
+  !> The volume that each Gauss point of an element stands for, zeros behind. [length^3]
+  pure function weights_of(mesh, e) result(weight)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: e
-    real(wp), allocatable :: weight(:)
+    real(wp) :: weight(most_points)
     type(second_order_t) :: element
     real(wp) :: d(16)
 
+    weight = 0.0_wp
     associate (cell => mesh%connectivity%cell(e))
       if (has_middles(cell)) then
         call second_order(cell, mesh%coordinates(:, nodes_of_element(mesh%connectivity, e)), &
           element)
-        weight = element%weight(:cells(cell)%n_points)
+        weight(:element%n_points) = element%weight(:element%n_points)
       else
         d = jacobian_determinants(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)))
-        weight = d(:8)
+        weight(:8) = d(:8)
       end if
     end associate
   end function weights_of

@@ -210,7 +210,7 @@ class Collapsed(unittest.TestCase):
         self.assertIn(words, " ".join(output.split()))
 
     def test_wedges(self):
-        self.check("wedge", 1, "4 of 4 elements name a node twice, and are the 4 wedges")
+        self.check("wedge", 1, "4 of 4 elements name a node twice, and are taken as 4 wedges")
 
     def test_wedges_that_are_refined(self):
         """Faces that the deck calls by what it writes are cut with their elements."""
@@ -223,22 +223,22 @@ class Collapsed(unittest.TestCase):
         )
 
     def test_pyramids(self):
-        self.check("pyramid", 1, "12 of 12 elements name a node twice, and are the 12 pyramids")
+        self.check("pyramid", 1, "12 of 12 elements name a node twice, and are taken as 12 pyramids")
 
     def test_tetrahedra(self):
-        self.check("tetrahedron", 1, "and are the 12 tetrahedra")
+        self.check("tetrahedron", 1, "and are taken as 12 tetrahedra")
 
     def test_wedges_with_middles(self):
-        self.check("wedge", 2, "and are the 4 wedges")
+        self.check("wedge", 2, "and are taken as 4 wedges")
 
     def test_tetrahedra_with_middles(self):
-        self.check("tetrahedron", 2, "and are the 12 tetrahedra")
+        self.check("tetrahedron", 2, "and are taken as 12 tetrahedra")
 
     def test_triangles(self):
-        self.check("triangle", 1, "and are the triangles")
+        self.check("triangle", 1, "and are taken as triangles")
 
     def test_triangles_with_middles(self):
-        self.check("triangle", 2, "and are the triangles")
+        self.check("triangle", 2, "and are taken as triangles")
 
 
 if __name__ == "__main__":

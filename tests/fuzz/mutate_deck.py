@@ -340,10 +340,9 @@ def drop_card(rng, lines):
 def repeat_card(rng, lines):
     """A card of which there can be but one of its name."""
     cards = [card for card in cards_of(lines)
-             if card[0] in {"NODE", "ELEMENT", "BLOCK", "MATERIAL", "OBSTACLE", "CONTACT PAIR",
+             if card[0] in {"ELEMENT", "BLOCK", "MATERIAL", "OBSTACLE", "CONTACT PAIR",
                             "AMPLITUDE", "CONTACT SOLVER"}
-             and (card[0] not in {"NODE", "ELEMENT"}
-                  or any(map(is_data, lines[card[1] + 1:card[2]])))]
+             and (card[0] != "ELEMENT" or any(map(is_data, lines[card[1] + 1:card[2]])))]
     if not cards:
         return False
     _, first, end = rng.choice(cards)
@@ -391,7 +390,12 @@ def no_text(rng, lines):
     """A byte that no text has."""
     i = rng.randrange(len(lines))
     k = rng.randrange(len(lines[i]) + 1)
-    lines[i] = lines[i][:k] + rng.choice("\0\x01\x1a\x7f\xff\xc0\x80") + lines[i][k:]
+    byte = rng.choice("\0\x01\x1a\x7f\xff\xc0\x80")
+    if lines[i].lstrip().startswith("**") or any(
+        keyword == "HEADING" and first < i < end for keyword, first, end in cards_of(lines)
+    ):
+        byte = rng.choice("\0\x01\x1a\x7f")  # others may be Latin-1 there
+    lines[i] = lines[i][:k] + byte + lines[i][k:]
     return i
 
 

@@ -387,8 +387,9 @@ contains
           end if
         end if
         call first_bad_byte(line, bad, reason)
-        if (bad > 0) ok = (is_comment .or. in_heading) .and. iachar(line(max(bad, 1):max(bad, &
-          1))) > 127
+        ! A star behind such a byte was a keyword's, most likely.
+        if (bad > 0) ok = (is_comment .or. (in_heading .and. index(line, '*') == 0)) .and. &
+          iachar(line(max(bad, 1):max(bad, 1))) > 127
         if (.not. ok) return
         do i = 1, len(line)
           code = iachar(line(i:i))
