@@ -15,8 +15,9 @@ system_python=/usr/bin/python3
   packages_mpi=(libmumps-dev openmpi-bin)
   packages_iterative=(libpetsc-real-dev)
   packages_scripts=(python3 python3-numpy python3-h5py python3-matplotlib)
-  # Ninja builds with less ado than Make; the last two: PyVista without a display.
-  packages_tests=(ninja-build python3-venv libegl1 libgl1-mesa-dri)
+  # Ninja builds with less ado than Make.
+  packages_tests=(ninja-build python3-venv)
+  packages_drawing=(libegl1 libgl1-mesa-dri) # of PyVista without a display
   packages_memcheck=(valgrind)
 }
 
