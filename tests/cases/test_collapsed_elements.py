@@ -223,7 +223,7 @@ class Collapsed(unittest.TestCase):
         )
 
     def test_pyramids(self):
-        self.check("pyramid", 1, "12 of 12 elements name a node twice, and are taken as 12 pyramids")
+        self.check("pyramid", 1, "12 elements name a node twice, and are taken as 12 pyramids")
 
     def test_tetrahedra(self):
         self.check("tetrahedron", 1, "and are taken as 12 tetrahedra")
