@@ -25,6 +25,7 @@ module face_integrals_mod
   integer, parameter :: most = 16 !! corners that are collected
   real(wp), parameter :: speck = 1.0e-6_wp
   !! of a face: a triangle that is not cut any more, but where cutting ends by itself [-]
+  integer, parameter :: most_halvings = 60 !! of a triangle: then it is a speck, however large
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of a face [-]
   ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions.
   real(wp), parameter :: point_3(3) = 0.5_wp + 0.5_wp*sqrt(0.6_wp)*[-1, 0, 1]
@@ -67,7 +68,8 @@ contains
         call add_triangle(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
           weight_3, shared)
       else
-        call add_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, shared)
+        call add_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
+          most_halvings, shared)
       end if
     end do
   end function integrate_shared
@@ -114,26 +116,28 @@ contains
 
   !> Add the integrals over a triangle of the plane, in halves of its longest edge where a Jacobian
   !> changes much between its corners.
-  pure recursive subroutine add_parts(slave, master, a, b, c, least, shared)
+  pure recursive subroutine add_parts(slave, master, a, b, c, least, left, shared)
     real(wp), intent(in) :: slave(:, :), master(:, :)  !! as of `integrate_shared` [length]
     real(wp), intent(in) :: a(2), b(2), c(2)           !! its corners [length]
     real(wp), intent(in) :: least             !! area that is not halved [length^2]
+    integer, intent(in) :: left               !! so often it may be
     type(shared_t), intent(inout) :: shared
 
-    if (area_of(a, b, c) < least .or. .not. (changes(slave) .or. changes(master))) then
+    if (left == 0 .or. area_of(a, b, c) < least .or. .not. (changes(slave) .or. &
+      changes(master))) then
       call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
       return
     end if
     select case (maxloc([norm2(c - b), norm2(a - c), norm2(b - a)], 1))
     case (1)
-      call add_parts(slave, master, a, b, 0.5_wp*(b + c), least, shared)
-      call add_parts(slave, master, a, 0.5_wp*(b + c), c, least, shared)
+      call add_parts(slave, master, a, b, 0.5_wp*(b + c), least, left - 1, shared)
+      call add_parts(slave, master, a, 0.5_wp*(b + c), c, least, left - 1, shared)
     case (2)
-      call add_parts(slave, master, a, b, 0.5_wp*(c + a), least, shared)
-      call add_parts(slave, master, 0.5_wp*(c + a), b, c, least, shared)
+      call add_parts(slave, master, a, b, 0.5_wp*(c + a), least, left - 1, shared)
+      call add_parts(slave, master, 0.5_wp*(c + a), b, c, least, left - 1, shared)
     case default
-      call add_parts(slave, master, a, 0.5_wp*(a + b), c, least, shared)
-      call add_parts(slave, master, 0.5_wp*(a + b), b, c, least, shared)
+      call add_parts(slave, master, a, 0.5_wp*(a + b), c, least, left - 1, shared)
+      call add_parts(slave, master, 0.5_wp*(a + b), b, c, least, left - 1, shared)
     end select
 
   contains

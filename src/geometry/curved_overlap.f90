@@ -10,7 +10,7 @@ module curved_overlap_mod
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
     few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
-    even_enough, speck, halves_of
+    even_enough, speck, halves_of, most_halvings
   implicit none
   private
 
@@ -116,7 +116,7 @@ contains
     type(overlap_t) :: overlap
     real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
-    integer :: n, i
+    integer :: n, i, left
 
     call find_common(plane, in_plane(plane, part), polygon, n, overlap%area)
     if (.not. overlap%area > 0.0_wp) return
@@ -124,13 +124,15 @@ contains
     slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
     master = of_master
     master%flat(:, :master%n) = in_plane(plane, master%x(:, :master%n))
-    whole = area_of(slave%flat(:, :merge(slave%n, slave%n/2, slave%n <= 4)))
+    whole = abs(area_of(slave%flat(:, :merge(slave%n, slave%n/2, slave%n <= 4))))
+    left = merge(0, most_halvings, .not. whole > 0.0_wp .or. is_folded(slave) .or. &
+      is_folded(master))
     centre = sum(polygon(:, :n), 2)/real(n, wp)
     do i = 1, n
       corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
       if (.not. area_of(corner) > 0.0_wp) cycle
       if (.not. (slave%is_affine .and. master%is_affine)) then
-        call add_halved(plane, slave, master, corner, speck*whole, patch, overlap)
+        call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)
       else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
         call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
       else
@@ -140,23 +142,26 @@ contains
   end function find_curved_overlap
 
   !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
-  pure recursive subroutine add_halved(plane, slave, master, corner, least, patch, overlap)
+  pure recursive subroutine add_halved(plane, slave, master, corner, least, left, patch, overlap)
     type(plane_t), intent(in) :: plane
     type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
+    integer, intent(in) :: left           !! so often it may be
     type(patch_t), intent(in), optional :: patch
     type(overlap_t), intent(inout) :: overlap
     real(wp) :: halves(2, 3, 2)
+    logical :: is_small
 
-    if (area_of(corner) < least .or. min(evenness_of(slave), evenness_of(master)) > even_enough) &
-      then
+    is_small = left == 0 .or. area_of(corner) < least
+    if (.not. is_small) is_small = min(evenness_of(slave), evenness_of(master)) > even_enough
+    if (is_small) then
       call add_points(plane, slave, master, corner, many_points, many_weights, patch, overlap)
       return
     end if
     halves = halves_of(corner)
-    call add_halved(plane, slave, master, halves(:, :, 1), least, patch, overlap)
-    call add_halved(plane, slave, master, halves(:, :, 2), least, patch, overlap)
+    call add_halved(plane, slave, master, halves(:, :, 1), least, left - 1, patch, overlap)
+    call add_halved(plane, slave, master, halves(:, :, 2), least, left - 1, patch, overlap)
 
   contains
 
@@ -225,6 +230,26 @@ contains
       end associate
     end do
   end subroutine add_points
+
+  !> Whether a face is folded in the plane: seen from behind at a node, and not just turned into a
+  !> point there. Places between are of several parts of it, and no parts of it are even. No
+  !> increment ends with such a face before or on a slave.
+  pure logical function is_folded(face)
+    type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
+    real(wp), parameter :: rounding = 1.0e-3_wp !! of the largest Jacobian [-]
+    real(wp) :: place(2, face%n), n(face_nodes), gradient(2, face_nodes), slope(2, 2)
+    real(wp) :: jacobian(face%n)
+    integer :: a
+
+    place = places_of_nodes(face%n)
+    do a = 1, face%n
+      call evaluate_face(face%n, place(:, a), n, gradient)
+      slope = matmul(face%flat(:, :face%n), transpose(gradient(:, :face%n)))
+      jacobian(a) = slope(1, 1)*slope(2, 2) - slope(1, 2)*slope(2, 1)
+    end do
+    is_folded = minval(jacobian) < -rounding*maxval(abs(jacobian)) .and. &
+      maxval(jacobian) > rounding*maxval(abs(jacobian))
+  end function is_folded
 
   !> Natural coordinates of the middle of a face.
   pure function middle_of(face) result(xi)

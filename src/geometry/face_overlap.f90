@@ -11,7 +11,8 @@ module face_overlap_mod
   public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
     opposite_weights
   public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, some_points, &
-    some_weights, many_points, many_weights, evenness, even_enough, speck, halves_of
+    some_weights, many_points, many_weights, evenness, even_enough, speck, halves_of, &
+    most_halvings
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -58,6 +59,8 @@ module face_overlap_mod
   ! triangle is halved where the least over the largest Jacobian at its corners is less than this.
   ! That ends by itself where no Jacobian of the faces is 0, however small; else at this part.
   real(wp), parameter :: even_enough = 0.7_wp, speck = 1.0e-6_wp !! [-]
+  integer, parameter :: most_halvings = 60
+  !! of a triangle: it is a speck of any face then, however large beside it it was
 
   ! What a rule leaves of integrals of two shape functions over a face, beside its area, by how far
   ! the face is from a parallelogram: seven points of_few d^2, twelve of_some d^3, measured with
@@ -225,7 +228,7 @@ contains
         do i = 1, n
           corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
           if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
-            speck, is_open)*plane%area, overlap)
+            speck, is_open)*plane%area, most_halvings, overlap)
         end do
       end if
     end associate
@@ -275,10 +278,11 @@ contains
   end subroutine add_fan
 
   !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
-  pure recursive subroutine add_halved(faces, corner, least, overlap)
+  pure recursive subroutine add_halved(faces, corner, least, left, overlap)
     type(two_faces_t), intent(in) :: faces
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
+    integer, intent(in) :: left           !! so often it may be
     type(overlap_t), intent(inout) :: overlap
     real(wp) :: of_slave(3), of_master(3), halves(2, 3, 2)
     integer :: k
@@ -289,14 +293,14 @@ contains
       of_master(k) = dot_product(faces%master_jacobian, shape_at(faces%master, &
         faces%master_is_triangle, corner(:, k)))
     end do
-    if (min(evenness(of_slave), evenness(of_master)) > even_enough .or. area_of(corner) < least) &
-      then
+    if (left == 0 .or. area_of(corner) < least .or. min(evenness(of_slave), evenness(of_master)) > &
+      even_enough) then
       call add_points(faces, corner, many_points, many_weights, overlap)
       return
     end if
     halves = halves_of(corner)
-    call add_halved(faces, halves(:, :, 1), least, overlap)
-    call add_halved(faces, halves(:, :, 2), least, overlap)
+    call add_halved(faces, halves(:, :, 1), least, left - 1, overlap)
+    call add_halved(faces, halves(:, :, 2), least, left - 1, overlap)
   end subroutine add_halved
 
   !> The halves of a triangle, cut across its longest edge. Cut in four, one that comes down to a
