@@ -396,8 +396,9 @@ contains
       least_needed = 1.0_wp/size_for_error(1.0_wp, (errors%mesh + errors%geometry)/most_too_large, &
         left, order)
       if (last%memory > small*memory_left) then
-        if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) &
+        if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) then
           choice%outcome = beyond_machine
+        end if
       end if
     end associate
 
