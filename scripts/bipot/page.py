@@ -260,14 +260,15 @@ def forces(result: Result) -> str:
         words = row_in_words(row)
         values = [
             value if error == UNKNOWN else f"{value} ± {error}"
-            for value, error in zip(words[2::2], words[3::2], strict=True)
+            for value, error in zip(words[2:10:2], words[3:10:2], strict=True)
         ]
-        lines.append([words[1], result.label(at), *values, *map(str, counts[:3])])
-    head = ("pair", "at", *HEAD[2::2], "open", "stick", "slide")
-    names = dict.fromkeys(map(result.units.of, ("force", "pressure", "length")))
+        lines.append([words[1], result.label(at), *values, *words[10:], *map(str, counts[:3])])
+    head = ("pair", "at", *HEAD[2:10:2], *HEAD[10:], "open", "stick", "slide")
+    names = dict.fromkeys(map(result.units.of, ("force", "pressure", "length", "moment")))
     units = ", ".join(names)
     return table(
-        "Forces on the slave bodies, largest pressures and slips, and states of the points, at the "
+        "Forces on the slave bodies, largest pressures and slips, moments about the middle of the "
+        "slave surface or its axis, and states of the points, at the "
         f"ends of the steps ({units}); ±: estimated error", head, lines, texts=2,
         key="resultants",
     )

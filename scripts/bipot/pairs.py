@@ -272,6 +272,19 @@ class Pair:
         return self._over_time("moment")
 
     @cached_property
+    def middle(self) -> Array:
+        """Middle of the slave surface, or the point beside it of the axis if there is one: (3,)."""
+        if "middle" not in self.result.file[f"/contact/{self.name}"]:  # of an earlier version
+            weights = self.area if self.area.any() else None
+            return np.average(self.coordinates, axis=0, weights=weights)
+        return self._points("middle")
+
+    @cached_property
+    def moment_about_middle(self) -> Array:
+        """Moment of the reactions on the slave body about `middle`: (T, 3)."""
+        return self.moment - np.cross(self.middle, self.resultant)
+
+    @cached_property
     def torque(self) -> Array:
         """Moment of the forces on the obstacle about its reference node: (T, 3)."""
         return self._over_time("torque")

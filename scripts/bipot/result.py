@@ -207,10 +207,11 @@ class Result:
         """Return what came of the contact pairs: a row for each at the end of each step.
 
         Columns: step, increment, time, pair; normal_force_x, _y, _z and friction_force_x, _y, _z,
-        the sums on the slave body; largest_pressure; largest_slip; and normal_force_error,
+        the sums on the slave body; largest_pressure; largest_slip; normal_force_error,
         friction_force_error, largest_pressure_error, largest_slip_error, estimated, in the same
         units as what they are of (of a vector, of each component), not a number where nothing is
-        known.
+        known; normal_sum, of the magnitudes of the normal forces; moment_x, _y, _z, of all forces
+        on the slave body about the pair's `middle`; extent of the pair from there.
 
         It is a pandas.DataFrame where pandas is there, else a list of dictionaries. Printed, that
         list is the table that the program prints, in digits that are known.

@@ -19,6 +19,7 @@ OF_ROUNDING = 1e-9  # friction of a frictionless pair is no more than this, of i
 HEAD = (
     "step", "pair", "normal force (x, y, z)", "error", "friction (x, y, z)", "error",
     "largest pressure", "error", "largest slip", "error",
+    "sum of normal forces", "moment (x, y, z)",
 )
 UNKNOWN = "-"
 
@@ -66,6 +67,9 @@ def summarize(result: Result) -> Summary:
                 "largest_pressure_error": errors.get("largest_pressure", math.nan),
                 "largest_slip": float(pair.largest_slip[row]),
                 "largest_slip_error": errors.get("largest_slip", math.nan),
+                "normal_sum": float(pair.normal_sum[row]),
+                **vector("moment", pair.moment_about_middle[row]),
+                "extent": float(np.abs(pair.coordinates - pair.middle).max(initial=0)),
             })
     return rows
 
@@ -102,21 +106,33 @@ def vector(name: str, values: Array) -> dict[str, float]:
 def row_in_words(row: dict[str, Any]) -> list[str]:
     """Return the cells of a row as they are read, below HEAD."""
     cells = [str(row["step"]), row["pair"]]
-    least = OF_ROUNDING * math.hypot(
-        *(row[f"normal_force_{axis}"] + row[f"friction_force_{axis}"] for axis in "xyz")
-    )
+    friction = math.hypot(*(row[f"friction_force_{axis}"] for axis in "xyz"))
+    least = OF_ROUNDING * max(row["normal_sum"], friction)
     for name in ("normal_force", "friction_force"):
         error = row[f"{name}_error"]
-        values = [row[f"{name}_{axis}"] for axis in "xyz"]
-        rounding = max(least, 0.01 * max(map(abs, values))) if math.isnan(error) else error
-        cells += [
-            "(" + ", ".join(known_digits(value, rounding) for value in values) + ")",
-            error_in_words(error),
-        ]
+        cells += [vector_in_words(row, name, error, least), error_in_words(error)]
     for name in ("largest_pressure", "largest_slip"):
         error = row[f"{name}_error"]
-        cells += [known_digits(row[name], error), error_in_words(error)]
+        cells += [number_in_words(row[name], error), error_in_words(error)]
+    cells.append(number_in_words(row["normal_sum"], row["normal_force_error"]))
+    cells.append(vector_in_words(row, "moment", math.nan, least * row["extent"]))
     return cells
+
+
+def number_in_words(value: float, error: float) -> str:
+    """Return a number to the first digit of its error, but in two digits: less says nothing."""
+    return known_digits(value, error if math.isnan(error) else min(error, 0.1 * abs(value)))
+
+
+def vector_in_words(row: dict[str, Any], name: str, error: float, least: float) -> str:
+    """Return components to the first digit of their error, the largest in two digits at least.
+
+    What is below `least` is rounding.
+    """
+    values = [row[f"{name}_{axis}"] for axis in "xyz"]
+    largest = max(map(abs, values))
+    rounding = max(least, 0.01 * largest if math.isnan(error) else min(error, 0.1 * largest))
+    return "(" + ", ".join(known_digits(value, rounding) for value in values) + ")"
 
 
 def error_in_words(error: float) -> str:

@@ -3,8 +3,9 @@ module pair_fields_mod
   use kinds_mod, only: wp
   use errors_mod, only: raise, exit_machine
   use dataset_kinds_mod, only: of_real, of_byte, of_long
-  use mesh_mod, only: element_rows
+  use mesh_mod, only: element_rows, axisymmetric
   use small_matrix_mod, only: cross
+  use obstacles_mod, only: obstacle_cylinder
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use step_contact_mod, only: changes_friction, changes_pairs, friction_in
@@ -44,6 +45,9 @@ contains
     call add_field(list, field_t('extra_gap', of_real, [n], 'length', &
       'what *CONTACT GAP and *CLEARANCE add to the distance that the mesh says, and an overlap '// &
       'that constraints keep as it is', at_start, compute=of_points))
+    call add_field(list, field_t('middle', of_real, [3], 'length', &
+      'what the table at the end of a run has moments about: the middle of the slave surface, '// &
+      'or the point of the axis beside it where the pair has one', at_start, compute=middle))
     if (has_interference(scene)) then
       call add_field(list, field_t('allowed_interference', of_real, [n], 'length', &
         'what *CONTACT INTERFERENCE lets each point overlap by; the gap has it added', &
@@ -195,6 +199,31 @@ contains
       end select
     end associate
   end subroutine of_pair
+
+  !> The middle of the slave surface; before a cylinder the point of its axis that is nearest to it,
+  !> and of bodies of revolution the origin: all forces together have a moment about the axis alone.
+  subroutine middle(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    real(wp) :: x(3), area(source%last - source%first + 1)
+
+    if (source%last < source%first) return
+    associate (mesh => source%scene%mesh, points => source%points, first => source%first, &
+               last => source%last, master => source%scene%pairs(source%pair)%master)
+      area = points%area(first:last)
+      if (.not. any(area > 0.0_wp)) area = 1.0_wp
+      x = matmul(mesh%coordinates(:, points%node(first:last)), area)/sum(area)
+      if (master > 0) then
+        associate (obstacle => source%scene%obstacles(master))
+          if (obstacle%kind == obstacle_cylinder) x = obstacle%point + &
+            dot_product(obstacle%normal, x - obstacle%point)*obstacle%normal
+        end associate
+      end if
+      x = x + mesh%origin
+      if (mesh%plane == axisymmetric) x = 0.0_wp
+      values(1, :) = x
+    end associate
+  end subroutine middle
 
   subroutine forces(source, values)
     type(field_source_t), intent(inout) :: source

@@ -26,12 +26,15 @@ module pair_summary_mod
     real(wp) :: friction(3) = 0.0_wp !! sum of the friction [force]
     real(wp) :: pressure = 0.0_wp    !! the largest
     real(wp) :: slip = 0.0_wp        !! the longest
+    real(wp) :: sum = 0.0_wp         !! of the magnitudes of the normal reactions [force]
+    real(wp) :: moment(3) = 0.0_wp   !! of all reactions about the middle of the pair [moment]
+    real(wp) :: extent = 0.0_wp      !! of its points from there [length]
   end type pair_sums_t
 
-  integer, parameter :: n_columns = 10
+  integer, parameter :: n_columns = 12
   character(24), parameter :: heads(n_columns) = [character(24) :: 'step', 'pair', &
     'normal force (x, y, z)', 'error', 'friction (x, y, z)', 'error', 'largest pressure', 'error', &
-    'largest slip', 'error']
+    'largest slip', 'error', 'sum of normal forces', 'moment (x, y, z)']
 
 contains
 
@@ -111,13 +114,23 @@ contains
     integer, intent(in) :: row
     type(pair_sums_t), intent(out) :: pair
     type(error_t), allocatable, intent(inout) :: error
-    real(wp), allocatable :: forces(:), pressure(:), slip(:)
+    real(wp), allocatable :: forces(:), pressure(:), slip(:), reaction(:), moment(:), middle(:)
+    real(wp), allocatable :: x(:)
 
     call read_row(file, group//'/forces', row, forces, error)
     call read_row(file, group//'/largest_pressure', row, pressure, error)
     call read_row(file, group//'/largest_slip', row, slip, error)
+    call read_row(file, group//'/reaction', row, reaction, error)
+    call read_row(file, group//'/moment', row, moment, error)
+    call read_dataset(file, group//'/middle', middle, error)
+    call read_dataset(file, group//'/coordinates', x, error)
     if (allocated(error)) return
-    pair = pair_sums_t(forces(:3), forces(4:), pressure(1), slip(1))
+    pair = pair_sums_t(forces(:3), forces(4:), pressure(1), slip(1), sum(reaction(1::3)))
+    associate (force => forces(:3) + forces(4:))
+      pair%moment = moment - (cshift(middle, 1)*cshift(force, -1) - cshift(middle, -1)* &
+        cshift(force, 1))
+    end associate
+    pair%extent = maxval(abs(reshape(x, [3, size(x)/3]) - spread(middle, 2, size(x)/3)))
   end subroutine read_pair
 
   !> The cells of a line.
@@ -132,11 +145,13 @@ contains
 
     cells(1)%text = to_text(step)
     cells(2)%text = name
-    least = of_rounding*norm2(pair%normal + pair%friction)
+    least = of_rounding*max(pair%sum, norm2(pair%friction))
     cells(3)%text = vector(pair%normal, errors(of_normal), least)
     cells(5)%text = vector(pair%friction, errors(of_friction), least)
-    cells(7)%text = in_known_digits(pair%pressure, errors(of_pressure))
-    cells(9)%text = in_known_digits(pair%slip, errors(of_slip))
+    cells(7)%text = number(pair%pressure, errors(of_pressure))
+    cells(9)%text = number(pair%slip, errors(of_slip))
+    cells(11)%text = number(pair%sum, errors(of_normal))
+    cells(12)%text = vector(pair%moment, -1.0_wp, least*pair%extent)
     do k = 1, n_errors
       cells(2 + 2*k)%text = '-'
       ! In two digits.
@@ -144,16 +159,25 @@ contains
     end do
   end subroutine fill_cells
 
-  !> (0, 0, -12.3). Where the error is not known, all components are rounded as the largest is.
+  !> A number to the first digit of its error, but in two digits: less says nothing.
+  pure function number(x, error) result(text)
+    real(wp), intent(in) :: x, error
+    character(:), allocatable :: text
+
+    text = in_known_digits(x, min(error, 0.1_wp*abs(x)))
+  end function number
+
+  !> (0, 0, -12.3). Where the error is not known, all components are rounded as the largest is, and
+  !> else to the first digit of the error, but the largest in two digits.
   pure function vector(x, error, least) result(text)
     real(wp), intent(in) :: x(3), error
-    real(wp), intent(in) :: least !! what is rounding at most, where the error is not known [force]
+    real(wp), intent(in) :: least !! what is rounding at most
     character(:), allocatable :: text
     real(wp) :: rounding
 
-    rounding = error
-    if (error < 0.0_wp) rounding = max(least, &
-      10.0_wp**(1 - digits_where_unknown)*maxval(abs(x)))
+    rounding = min(error, 0.1_wp*maxval(abs(x)))
+    if (error < 0.0_wp) rounding = 10.0_wp**(1 - digits_where_unknown)*maxval(abs(x))
+    rounding = max(least, rounding)
     text = '('//in_known_digits(x(1), rounding)//', '//in_known_digits(x(2), rounding)//', '// &
       in_known_digits(x(3), rounding)//')'
   end function vector

@@ -173,11 +173,32 @@ class Rounding(unittest.TestCase):
             row |= {f"{name}_{axis}": x for axis, x in zip("xyz", values, strict=True)}
         for name in ("normal_force", "friction_force", "largest_pressure", "largest_slip"):
             row[f"{name}_error"] = float("nan")
-        return row_in_words(row | {"largest_pressure": 1.0, "largest_slip": 0.0})[4]
+        row |= {f"moment_{axis}": 0.0 for axis in "xyz"}
+        row |= {"largest_pressure": 1.0, "largest_slip": 0.0, "normal_sum": 114.0, "extent": 1.0}
+        return row_in_words(row)[4]
 
     def test_friction(self):
         self.assertEqual(self.friction((-4e-11, -3.37e-11, -2e-13)), "(0, 0, 0)")
         self.assertEqual(self.friction((1.2345e-3, 0.0, 0.0)), "(0.00123, 0, 0)")
+
+
+class KnownErrors(unittest.TestCase):
+    """A value is not rounded away where its error is larger than it: it has two digits."""
+
+    def test_two_digits(self):
+        row = {"step": 1, "pair": "A:B"}
+        for name, values in (
+            ("normal_force", (0.0, 0.01, 3.512)), ("friction_force", (0.914, 1e-12, 0.0)),
+            ("moment", (0.0, 0.0, 12.345)),
+        ):
+            row |= {f"{name}_{axis}": x for axis, x in zip("xyz", values, strict=True)}
+        for name, error in (("normal_force", 14.0), ("friction_force", 14.0),
+                            ("largest_pressure", 50.0), ("largest_slip", 0.001)):
+            row[f"{name}_error"] = error
+        row |= {"largest_pressure": 7.58, "largest_slip": 0.0, "normal_sum": 3.512, "extent": 1.0}
+        expected = ["1", "A:B", "(0, 0, 3.5)", "14", "(0.91, 0, 0)", "14", "7.6", "50", "0",
+                    "0.0010", "3.5", "(0, 0, 12.3)"]
+        self.assertEqual(row_in_words(row), expected)
 
 
 class Told(unittest.TestCase):
@@ -252,6 +273,86 @@ class KnownDigits(unittest.TestCase):
         ):
             with self.subTest(value=value, error=error):
                 self.assertEqual(known_digits(value, error), expected)
+
+class WhereForcesBalance(unittest.TestCase):
+    """A ring that a pin in it spreads: no resultant, but a pressure; a torque where it turns."""
+
+    def test_the_sum_and_the_torque(self):
+        run = Run(RING, name="ring")
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        _, press, turn = table_of(run.output)
+        with run.result() as result:
+            pair = result.pairs[0]
+            np.testing.assert_allclose(pair.middle, (1, 2, 0.5), atol=1e-12)
+            force = np.einsum("tp,tpx->tpx", pair.reaction[:, :, 0], pair.frame[:, :, 0])
+            force += np.einsum("tpk,tpkx->tpx", pair.reaction[:, :, 1:], pair.frame[:, :, 1:])
+            about = np.cross(pair.coordinates - pair.middle, force).sum(axis=1)
+            ends = result.step_ends
+            rows = without_pandas(result)
+            sums = pair.normal_sum[ends]
+        self.assertGreater(sums.min(), 10)
+        for k, (row, cells) in enumerate(((rows[1, pair.name], press), (rows[2, pair.name], turn))):
+            self.assertAlmostEqual(row["normal_sum"], sums[k], 9)
+            self.assertAlmostEqual(row["moment_z"], about[ends[k], 2], 9)
+            np.testing.assert_allclose(float(cells[10]), sums[k], rtol=0.06)
+            self.assertEqual(row_in_words(row)[10:], cells[10:])
+        self.assertEqual(press[11], "(0, 0, 0)")
+        # All slides: mu = 0.3, at the radius of 1.
+        self.assertAlmostEqual(abs(rows[2, pair.name]["moment_z"]) / (0.3 * sums[1]), 1, delta=0.02)
+
+
+def ring(n=12):
+    """Cards of a ring of 1.02 to 2 about (1, 2), its inner surface IN and outer nodes OUT."""
+    nodes, elements, inner, outer = [], [], [], []
+    for k in range(2):
+        for j in range(2):
+            for i in range(n):
+                r, a = 0.99 + j, 2 * np.pi * i / n
+                number = 1 + i + n * (j + 2 * k)
+                nodes.append(f"{number}, {1 + r * np.cos(a)!r}, {2 + r * np.sin(a)!r}, {k}")
+                if j == 1:
+                    outer.append(str(number))
+    for i in range(n):
+        a, b = 1 + i, 1 + (i + 1) % n
+        low = (a, a + n, b + n, b)
+        elements.append(f"{i + 1}, " + ", ".join(map(str, [*low, *(x + 2 * n for x in low)])))
+        inner.append(f"{i + 1}, S6")
+    return "\n".join(
+        ["*NODE", *nodes, "*ELEMENT, TYPE=C3D8, ELSET=B", *elements, "*NSET, NSET=OUT", *outer,
+         "*NSET, NSET=ALL", *(str(i + 1) for i in range(4 * n)), "*SURFACE, NAME=IN", *inner]
+    )
+
+
+RING = ring() + """
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*NODE
+9000, 1., 2., 0.
+*OBSTACLE, NAME=PIN, TYPE=CYLINDER, REF NODE=9000
+1., 2., 0., 0., 0., 1., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+IN, PIN
+*BOUNDARY
+OUT, 1, 2
+ALL, 3
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+9000, 1, 6
+*END STEP
+*STEP
+*STATIC, DIRECT
+0.5, 1.
+*BOUNDARY
+9000, 6, 6, 0.1
+*END STEP
+"""
 
 
 if __name__ == "__main__":

@@ -126,6 +126,7 @@ def write_contact(file, points, rows, finished):
     pair["node"] = nodes.astype("i8")
     pair["coordinates"] = points[nodes]
     pair["area"] = np.full(len(nodes), 1.0)
+    pair["middle"] = points[nodes].mean(axis=0)
     normal_first = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
     pair["frame"] = np.broadcast_to(normal_first, (1, len(nodes), 3, 3))
     reaction = with_unfinished(rows, (len(nodes), 3))

@@ -125,7 +125,7 @@ class OfARun(WithFolder):
             self.assertAlmostEqual(error, total[row] * largest, delta=0.06 * error)
             np.testing.assert_allclose(force, pair.resultant[row], rtol=0, atol=error)
             self.assertFalse([text for text in line[4:6] if "±" in text])  # not estimated
-            self.assertEqual([int(text) for text in line[6:]],
+            self.assertEqual([int(text) for text in line[8:]],
                              np.bincount(pair.status[row], minlength=3).tolist())
         _, *rows = self.page.tables["estimates"]
         known = self.result.history("error/total") >= 0

@@ -287,7 +287,7 @@ class Results(WithFolder):
     @needs("matplotlib")
     def test_plots_are_figures(self):
         result = self.run_block()
-        for what, axes in (("displacement", 2), ("contact", 4), ("forces", 2)):
+        for what, axes in (("displacement", 2), ("contact", 4), ("forces", 3)):
             figure = result.plot(what)
             self.assertEqual(len(figure.axes), axes, what)
             figure.canvas.draw()

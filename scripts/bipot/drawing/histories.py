@@ -5,6 +5,7 @@ import numpy as np
 
 from bipot.drawing.style import COLOURS, GRID, INK, styled
 from bipot.result import SLIDE, STICK
+from bipot.summary import OF_ROUNDING
 
 FEW = 25  # increments that get a mark each: the line between two hides how few they are
 PALETTE = ("#2f6db0", "#e8813a", "#2a9d6f", "#7a4fa3", "#c2443c", "#8a6d3b", "#4aa3c7", "#7f7f7f")
@@ -40,21 +41,30 @@ def ratio(across, along):
 
 @styled
 def draw_forces(result, pair):
-    """Return a figure of the forces of a contact pair over the time, and their ratio."""
-    figure, (top, bottom) = plt.subplots(
-        2, 1, figsize=(8.6, 5.4), sharex=True, gridspec_kw={"height_ratios": [3, 2]}
+    """Return a figure of the forces of a contact pair over the time, their moment and ratio."""
+    figure, (top, middle, bottom) = plt.subplots(
+        3, 1, figsize=(8.6, 7.2), sharex=True, gridspec_kw={"height_ratios": [3, 2, 2]}
     )
-    times, marks = over_time(result, (top, bottom))
+    times, marks = over_time(result, (top, middle, bottom))
     top.plot(times, pair.normal_sum, color=INK, label="sum of the normal forces", **marks)
     top.plot(
         times, pair.friction_sum, color=COLOURS[SLIDE],
         label="sum of the magnitudes\nof the friction forces", **marks,
     )
+    # What is rounding beside the forces has no moment.
+    arm = np.abs(pair.coordinates - pair.middle).max(initial=0)
+    least = OF_ROUNDING * arm * (pair.normal_sum + pair.friction_sum).max(initial=0)
+    moment = np.where(np.abs(pair.moment_about_middle) > least, pair.moment_about_middle, 0)
     for axis, colour in enumerate(("#7a4fa3", "#2a9d6f", COLOURS[STICK])):
         top.plot(
             times, pair.resultant[:, axis], "--", color=colour, linewidth=1.1,
             label=f"resultant on the body, {'xyz'[axis]}", **marks,
         )
+        middle.plot(
+            times, moment[:, axis], "--", color=colour, linewidth=1.1,
+            label=f"moment about the middle, {'xyz'[axis]}", **marks,
+        )
+    middle.set_ylabel(result.units.label("moment", "moment"))
     top.set_ylabel(result.units.label("force", "force"))
     top.set_title(f"{result.path.stem}, contact {pair.name}")
 
@@ -84,7 +94,7 @@ def draw_forces(result, pair):
     # Rounding is no ratio.
     bottom.set_ylim(0, max(0.01, 1.05 * bottom.get_ylim()[1]))
     bottom.set_ylabel("ratio of the forces")
-    for axes in (top, bottom):
+    for axes in (top, middle, bottom):
         legend_beside(axes)
     return figure
 
