@@ -34,7 +34,7 @@ module shadow_run_mod
 
   public :: shadow_run_t, shadow_solver_t, has_no_shadow, count_shadows, begin_shadows, &
     is_due, follow_shadows, compare_shadows, look_at_stability
-  public :: laws_at_finite_strain, take_laws
+  public :: laws_at_finite_strain, take_laws, is_first_due
   public :: not_unstable, is_unstable, may_be_unstable, unknown_stability
 
   ! At the end of a *STEP, at finite strain.
@@ -143,6 +143,18 @@ contains
         any(start < [middle, kinks] .and. [middle, kinks] <= new%position)
     end associate
   end function is_due
+
+  !> Whether this is the first time that shadow runs are due, in the first *STEP: those that begin
+  !> here have missed nothing.
+  pure logical function is_first_due(scene, solver, old, new)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old, new !! as of is_due
+
+    is_first_due = new%step == 1 .and. .not. any([whole_increment*scene%steps(1)%n_increments/2, &
+      solver%response%loads%kinks] <= old%position)
+    if (is_first_due) is_first_due = is_due(scene, solver, old, new)
+  end function is_first_due
 
   !> Let the shadow runs follow the linear run to where it is, and look at the end of a *STEP
   !> whether the first is stable: that of the deck's law. The solver is given back as it came.

@@ -44,6 +44,8 @@ module plan_mod
     integer(i8) :: memory_left = huge(1_i8) !! on this machine, before the run [bytes]
     real(wp) :: seconds = 0.0_wp         !! of the processor, from the plan on [s]
     real(wp) :: start_seconds = 0.0_wp   !! of it, however many increments there are [s]
+    logical :: may_follow_theory = .false.
+    !! a run at finite strain beside this one is cheap, should small strain be far off
     real(wp) :: file_size = 0.0_wp       !! of the result, at its end [bytes]
     real(wp) :: fields_size = 0.0_wp     !! of it, the fields of all increments [bytes]
     real(wp) :: scratch_size = 0.0_wp    !! of a factor out of core, beside it [bytes]

@@ -9,7 +9,7 @@ module count_sizes_mod
   use controls_mod, only: solver_sweeps
   use plan_mod, only: plan_t
   use look_ahead_mod, only: most_ahead
-  use shadow_run_mod, only: count_shadows
+  use shadow_run_mod, only: count_shadows, laws_at_finite_strain
   implicit none
   private
 
@@ -45,6 +45,7 @@ module count_sizes_mod
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
     real(wp) :: shadows = 0.0_wp !! runs at finite strain beside this one
+    real(wp) :: laws = 1.0_wp    !! that finite strain may have: as many runs it would take
     real(wp) :: neighbours
     real(wp) :: columns = 0.0_wp !! increments that are recovered at once, 0: one by one
     real(wp) :: most_columns = 0.0_wp !! the same with an exact factor
@@ -95,6 +96,7 @@ contains
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
     sizes%shadows = count_shadows(scene)
+    sizes%laws = size(laws_at_finite_strain(scene%materials), 2)
     sizes%most_columns = max(0, min(most_ahead, maxval(scene%steps%n_increments)))
     if (plan%n_interface == 0) sizes%most_columns = 0.0_wp
     do i = 1, size(scene%pairs)

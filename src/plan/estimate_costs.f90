@@ -11,7 +11,8 @@ module estimate_costs_mod
   use resource_limits_mod, only: memory_left, disk_left
   use parallel_mod, only: n_ranks, usage_t, usage_of_others
   use scene_mod, only: scene_t
-  use controls_mod, only: solver_sweeps, compliance_dense
+  use shadow_run_mod, only: has_no_shadow
+  use controls_mod, only: solver_sweeps, compliance_dense, is_bounded
   use plan_mod, only: plan_t, add_figure, bound_fixed, bound_at_most, bound_about
   use sparse_factor_mod, only: sparse_factor_t
   use count_sizes_mod, only: sizes_t, count_sizes, products_of_increment, solutions, flops_of_run
@@ -88,6 +89,7 @@ contains
       seconds = seconds_of_run(scene, sizes, file)
       plan%seconds = total_seconds(seconds)
       plan%start_seconds = seconds%prepare + seconds%factorise + seconds%condense
+      plan%may_follow_theory = is_shadow_cheap(scene, plan, seconds)
       if (.not. sizes%by_iteration) then
         bound = merge(bound_fixed, bound_at_most, plan%n_factorisations == 1 .and. &
           plan%choices%precision%block_low_rank <= 0.0_wp)
@@ -103,6 +105,30 @@ contains
     call describe_costs(scene, plan, sizes, file, memory, seconds)
     if (reasons /= '') call describe_choice(scene, reasons, plan)
   end subroutine estimate_costs
+
+  !> Whether runs at finite strain beside this one, where none are asked for, have at most a fifth
+  !> of its increments and take at most a fifth of its time, or next to none.
+  logical function is_shadow_cheap(scene, plan, seconds) result(is_cheap)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(seconds_t), intent(in) :: seconds
+    integer, parameter :: at_least = 5 !! times as many increments, as much time
+    integer, parameter :: of_step = 2  !! increments of a shadow run
+    real(wp), parameter :: slow = 5.0_wp
+    !! times as long as is foreseen of one that soon settles: strains of tens of per cent [-]
+    real(wp), parameter :: brief = 0.2_wp !! of no account, whatever the run takes [s]
+    real(wp), parameter :: more = 2.0_wp !! memory, with the factor by which stability is seen [-]
+
+    associate (accuracy => scene%accuracy)
+      is_cheap = accuracy%estimates .and. .not. (scene%finite_strain .or. accuracy%follows_theory &
+        .or. accuracy%chooses_theory .or. accuracy%wanted > 0.0_wp .or. is_bounded(accuracy))
+    end associate
+    is_cheap = is_cheap .and. .not. (plan%choices%precision%iterative .or. any( &
+      scene%obstacles%turns)) .and. at_least*of_step*size(scene%steps) <= plan%n_increments .and. &
+      slow*seconds%shadow <= max(brief, total_seconds(seconds)/at_least) .and. more* &
+      plan%more_memory <= real(plan%memory_left, wp)
+    if (is_cheap) is_cheap = has_no_shadow(scene) == ''
+  end function is_shadow_cheap
 
   !> Whether the factor may be another than that of the plan, and larger: where free bodies are
   !> pinned depends on how they have turned.

@@ -66,6 +66,7 @@ module estimate_time_mod
   type :: seconds_t
     real(wp) :: prepare = 0.0_wp, factorise = 0.0_wp, condense = 0.0_wp, contact = 0.0_wp, &
       recover = 0.0_wp, write = 0.0_wp
+    real(wp) :: shadow = 0.0_wp !! of it, runs at finite strain beside this one, or what they would
   end type seconds_t
 
 contains
@@ -104,15 +105,15 @@ contains
       call time_solver(sizes, speed, force_time, scratch_time, seconds)
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
         2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
-      seconds%recover = seconds%recover + seconds_of_shadows(sizes, speed, force_time, &
-        stiffness_time)
+      seconds%shadow = seconds_of_shadows(sizes, speed, force_time, stiffness_time)
+      if (sizes%shadows > 0.0_wp) seconds%recover = seconds%recover + seconds%shadow
       seconds%write = plain*(sizes%increments*write_of_increment + file%varying/squeeze_rate + &
         file%zeros/squeeze_zeros + file%dense/keep_rate)
     end subroutine sum_up
 
   end function seconds_of_run
 
-  !> Seconds of the runs at finite strain beside this one.
+  !> Seconds of runs at finite strain beside this one, were there any.
   pure real(wp) function seconds_of_shadows(sizes, speed, force_time, stiffness_time) &
     result(seconds)
     type(sizes_t), intent(in) :: sizes
@@ -121,11 +122,9 @@ contains
     real(wp), intent(in) :: stiffness_time !! its stiffness [s]
     real(wp) :: iteration
 
-    seconds = 0.0_wp
-    if (.not. sizes%shadows > 0.0_wp) return
     iteration = sizes%element_work*force_of_finite*force_time + passes_to_solve*sizes%word* &
       sizes%factor/speed%bytes + products_of_increment(sizes)*sizes%rows**2/speed%entries
-    seconds = sizes%steps*(sizes%shadows*shadows_of_step*iterations_of_shadow*iteration + &
+    seconds = sizes%steps*(sizes%laws*shadows_of_step*iterations_of_shadow*iteration + &
       sizes%flops/speed%flops + sizes%element_work*stiffness_time)
   end function seconds_of_shadows
 

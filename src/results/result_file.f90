@@ -42,7 +42,8 @@ module result_file_mod
     flush_file, close_file, is_open
   use hdf5_attributes_mod, only: read_attribute, write_attribute
   use hdf5_datasets_mod, only: read_dataset
-  use result_history_mod, only: history_t, create_history, append_history, finish_row
+  use result_history_mod, only: history_t, create_history, append_history, finish_row, &
+    say_what_small_strain_is
   use result_contact_mod, only: pair_rows_t, create_contact, append_contact, pair_groups
   use result_view_mod, only: view_t, create_view, append_step, count_steps, finish_view
   use result_state_mod, only: slots_t, create_state, write_state, read_state
@@ -345,6 +346,9 @@ contains
       call append_fields(file%references, source, checksum, error)
       call append_prints(file%prints, source, checksum, error)
       call append_history(file%history, state, report, scene%mesh, plan%points, checksum, error)
+      ! Shadow runs may begin while the run goes.
+      if (report%errors%follows_theory .and. small_strain_is(scene, plan) == 'bound') call &
+        say_what_small_strain_is(file%hdf5, 'estimate', error)
       call append_checksum(file%checksums, checksum, file%view%n_steps, error)
     end if
     file%row = state%increments_done

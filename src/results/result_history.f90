@@ -14,7 +14,7 @@ module result_history_mod
   implicit none
   private
 
-  public :: history_t, create_history, append_history, finish_row
+  public :: history_t, create_history, say_what_small_strain_is, append_history, finish_row
 
   character(*), parameter :: group = '/history'
 
@@ -46,7 +46,7 @@ contains
     call describe_group(file, group//'/error', 'estimated errors; -1 where there is no estimate', &
       error)
     call write_attribute(file, group//'/error', 'of_energy', merge(1_i8, 0_i8, of_energy), error)
-    call write_attribute(file, group//'/error', 'small_strain_is', small_strain_is, error)
+    call say_what_small_strain_is(file, small_strain_is, error)
     call plan_history_fields(fields)
     allocate (history%rows(size(fields)))
     do i = 1, size(fields)
@@ -55,6 +55,18 @@ contains
       call keep_rows(history%rows(i), n_rows, error)
     end do
   end subroutine create_history
+
+  !> What error/small_strain is, which may change while the run goes.
+  subroutine say_what_small_strain_is(file, words, error)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: words !! bound, estimate, finite strain
+    type(error_t), allocatable, intent(inout) :: error
+    character(len('finite strain')) :: text
+
+    text = repeat(achar(0), len(text))
+    text(:len(words)) = words
+    call write_attribute(file, group//'/error', 'small_strain_is', text, error)
+  end subroutine say_what_small_strain_is
 
   subroutine append_history(history, state, report, mesh, points, checksum, error)
     type(history_t), intent(inout) :: history

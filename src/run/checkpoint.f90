@@ -32,8 +32,8 @@ module checkpoint_mod
   implicit none
   private
 
-  public :: progress_t, not_known, start_run, restore_checkpoint, save_checkpoint, enter_step, &
-    how_to_continue
+  public :: progress_t, not_known, start_run, start_shadows, restore_checkpoint, &
+    save_checkpoint, enter_step, how_to_continue
 
   real(wp), parameter :: not_known = huge(1.0_wp) !! worst error
 
@@ -91,14 +91,26 @@ contains
     i = count_shadows(scene)
     ! Their iterations take a factor.
     if (plan%choices%precision%iterative) i = 0
-    allocate (progress%shadows(i))
-    do i = 1, size(progress%shadows)
-      progress%shadows(i)%state = progress%state
-    end do
-    progress%followed = progress%state
+    call start_shadows(scene, plan%points%n, i, progress)
     progress%tolerance = plan%choices%tolerance
     allocate (progress%seen(1, size(scene%obstacles)), source=0.0_wp)
   end subroutine start_run
+
+  !> Shadow runs, where the run begins.
+  subroutine start_shadows(scene, n_points, n, progress)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: n_points
+    integer, intent(in) :: n !! how many
+    type(progress_t), intent(inout) :: progress
+    integer :: i
+
+    progress%followed = initial_state(scene%mesh%n_nodes, n_points, size(scene%obstacles))
+    if (allocated(progress%shadows)) deallocate (progress%shadows)
+    allocate (progress%shadows(n))
+    do i = 1, n
+      progress%shadows(i)%state = progress%followed
+    end do
+  end subroutine start_shadows
 
   !> Go on from what a result file kept.
   subroutine restore_checkpoint(numbers, scene, plan, file, progress, error)
@@ -153,7 +165,7 @@ contains
   subroutine carry_progress(list, progress)
     type(number_list_t), intent(inout) :: list
     type(progress_t), intent(inout) :: progress
-    integer :: i
+    integer :: i, n
 
     call archive_state(list, progress%state)
     call archive_state(list, progress%coarse%state)
@@ -161,7 +173,17 @@ contains
     call archive(list, progress%coarse%energy%strain)
     call archive(list, progress%coarse%energy%balance)
     call archive(list, progress%coarse%most_strained)
-    if (size(progress%shadows) > 0) call archive_state(list, progress%followed)
+    n = size(progress%shadows)
+    call archive(list, n)
+    if (n > size(progress%shadows)) then
+      ! They began in the first *STEP.
+      deallocate (progress%shadows)
+      allocate (progress%shadows(n))
+      do i = 1, n
+        progress%shadows(i)%state = progress%state
+      end do
+    end if
+    if (n > 0) call archive_state(list, progress%followed)
     do i = 1, size(progress%shadows)
       call archive_state(list, progress%shadows(i)%state)
       call archive(list, progress%shadows(i)%lost_in)

@@ -29,8 +29,8 @@ module increment_notes_mod
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
     note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
     note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, note_settled, &
-    note_yielded
+    note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, note_followed, &
+    note_settled, note_yielded
 
   !> A line for the console.
   type :: note_t
@@ -259,6 +259,16 @@ contains
     call add_note(notes, increment, .true., ': whether the equilibrium is stable is not known: '// &
       'the bordered tangent could not be factorised')
   end subroutine note_unknown_stability
+  !> A run at finite strain goes along that nobody asked for.
+  pure subroutine note_followed(increment, far_off, notes)
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: far_off !! [-]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .false., ': small strain may be off by more than '// &
+      percent(far_off)//': a run at finite strain beside this one estimates it')
+  end subroutine note_followed
+
   !> From here on it is not known how far small strain is off, by a law.
   pure subroutine note_lost_shadow(increment, stability, is_other_law, notes)
     type(increment_t), intent(in) :: increment

@@ -23,7 +23,7 @@ module judge_increment_mod
   use load_step_error_mod, only: follow_coarsely
   use geometry_error_mod, only: estimate_geometry
   use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
-    compare_shadows, look_at_stability, not_unstable, is_unstable, may_be_unstable, &
+    compare_shadows, look_at_stability, is_first_due, not_unstable, is_unstable, may_be_unstable, &
     unknown_stability
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
@@ -39,16 +39,16 @@ module judge_increment_mod
   use leaning_pairs_mod, only: leaning_t, find_leaning
   use tipping_bodies_mod, only: may_tip
   use follow_points_mod, only: rounding_of_places
-  use checkpoint_mod, only: progress_t
+  use checkpoint_mod, only: progress_t, start_shadows
   use measure_increment_mod, only: estimate_mesh, measure_deformation, measure_stress, &
-    estimate_theory
+    bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
-    note_lost_shadow, note_settled, note_yielded
+    note_lost_shadow, note_followed, note_settled, note_yielded
   use yielded_bodies_mod, only: yielded_t, find_yielded
   implicit none
   private
@@ -443,6 +443,7 @@ contains
     clock = wall_seconds()
     shadow%stability = not_unstable
     shadow%begun = progress%begun
+    call begin_late()
     associate (report => solved%report, is_last => solved%increment%last_of_step, &
         wanted => scene%accuracy%wanted)
       if (size(progress%shadows) > 0) then
@@ -458,7 +459,8 @@ contains
           progress%shadows, report%errors)
         if (is_last) call measure_stress(scene, solved%state, report)
       else if (is_linear(scene)) then
-        call estimate_theory(scene, plan%points, solver, solved%increment, solved%state, report)
+        if (is_last) call bound_theory(scene, plan%points, solver, solved%increment, &
+          solved%state, report, report%errors%theory)
         ! A bound that an accuracy is to count is one of a stable equilibrium.
         if (is_last .and. scene%accuracy%chooses_theory .and. report%errors%theory <= &
           allowed_error(wanted)) then
@@ -474,6 +476,24 @@ contains
     end associate
     if (shadow%stability == unknown_stability) call note_unknown_stability(solved%increment, notes)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
+
+  contains
+
+    !> Let shadow runs begin where they are cheap, and the bound foretells that small strain will be
+    !> far off at the end of the first *STEP: from there on an estimate takes its place.
+    subroutine begin_late()
+      real(wp), parameter :: far_off = 0.2_wp
+      real(wp) :: bound
+
+      if (.not. plan%may_follow_theory .or. size(progress%shadows) > 0) return
+      if (.not. is_first_due(scene, solver, progress%state, solved%state)) return
+      call bound_theory(scene, plan%points, solver, solved%increment, solved%state, solved%report, &
+        bound)
+      if (bound <= far_off*solved%increment%fraction) return
+      call start_shadows(scene, plan%points%n, size(shadow%law, 2), progress)
+      call note_followed(solved%increment, far_off, notes)
+    end subroutine begin_late
+
   end subroutine measure_theory
 
 end module judge_increment_mod

@@ -25,7 +25,7 @@ module measure_increment_mod
   implicit none
   private
 
-  public :: estimate_mesh, measure_deformation, measure_stress, estimate_theory
+  public :: estimate_mesh, measure_deformation, measure_stress, bound_theory
 
 contains
 
@@ -107,24 +107,23 @@ contains
     end do
   end subroutine measure_stress
 
-  !> The bound of the error of small strain, at the end of a step: by the worst of the laws that
-  !> finite strain may have.
-  subroutine estimate_theory(scene, points, solver, increment, state, report)
+  !> The bound of the error of small strain, by the worst of the laws that finite strain may have.
+  subroutine bound_theory(scene, points, solver, increment, state, report, bound)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver !! with the contact problem of the increment
     type(increment_t), intent(in) :: increment
     type(state_t), intent(in) :: state
-    type(increment_report_t), intent(inout) :: report !! gets the error
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(out) :: bound !! [-]
     logical, dimension(0:scene%mesh%n_bodies) :: is_pressed, is_held
     real(wp) :: free(scene%mesh%n_elements)
     real(wp), allocatable :: u_free(:, :), external(:, :)
     type(law_t), allocatable :: law(:, :)
     type(material_t), allocatable :: materials(:)
-    real(wp) :: bound
+    real(wp) :: of_law
     integer :: i
 
-    if (.not. ends_step(scene%steps, state)) return
     is_pressed = .false.
     do i = 1, points%n
       if (report%contact%status(i) == status_open) cycle
@@ -146,12 +145,13 @@ contains
     call find_free_strain(scene, state%step, state%position, free)
     law = laws_at_finite_strain(scene%materials)
     materials = scene%materials
+    bound = 0.0_wp
     do i = 1, size(law, 2)
       call take_laws(law(:, i), materials)
       call estimate_theory_error(scene%mesh, materials, state%displacement, free, is_pressed(1:), &
-        least_contact_work(solver%contact, report%x_free, report%contact), bound, u_free)
-      report%errors%theory = max(report%errors%theory, bound)
+        least_contact_work(solver%contact, report%x_free, report%contact), of_law, u_free)
+      bound = max(bound, of_law)
     end do
-  end subroutine estimate_theory
+  end subroutine bound_theory
 
 end module measure_increment_mod

@@ -331,6 +331,18 @@ class Estimate(unittest.TestCase):
         with run.result() as result:
             self.assertEqual(result.small_strain_is, "finite strain")
 
+    def test_a_bound_that_says_little_is_estimated(self):
+        # Shadow runs make 4 increments: only where that is a fifth or less.
+        plain, asked_for, few = (Run(block(SVK), *more, name="deck", down=0.1, steps=steps)
+                                 for steps, more in ((10, ()), (10, ("--theory",)), (9, ())))
+        self.assertIn("note: step 1: small strain may be off by more than 20 %: a run at finite "
+                      "strain beside this one estimates it\n", plain.output)
+        np.testing.assert_allclose(errors(plain), errors(asked_for), rtol=1e-9)
+        self.assertNotIn("beside this one", few.output)
+        with plain.result() as result, few.result() as other:
+            self.assertEqual([run.small_strain_is for run in (result, other)],
+                             ["estimate", "bound"])
+
     def test_couplings_that_turn_have_a_bound(self):
         text = PAIR.format(nlgeom="").replace("*STEP", "*NODE, NSET=R\n9999, 0.5, 0.5, 1.6\n"
             "*SURFACE, NAME=TOP\nHIGH-ZMAX\n*COUPLING, REF NODE=9999, SURFACE=HIGH-ZMAX, "
