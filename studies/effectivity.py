@@ -1,6 +1,9 @@
 """How far the estimated errors are from the true ones.
 
     studies/run effectivity [-o docs/studies/effectivity.md]
+    studies/run effectivity --unmatched [-o docs/studies/effectivity.md]
+
+With --unmatched the section on meshes that do not match alone is made anew, in a minute.
 
 The estimate is /history/error/total at the end of each *STEP: mesh, load steps, contact and
 arithmetic together. The truth is taken from finer meshes with fine increments: their limit by
@@ -17,7 +20,7 @@ import numpy as np
 
 from bipot.program import ROOT, run_deck
 from bipot.result import Result
-from studies.pages import page_command
+from studies.pages import PAGES, page_options, put_page
 from studies.unmatched_scenes import scenes
 
 
@@ -182,9 +185,11 @@ def unmatched_section(program):
         "|---|---|---|---|---|",
         *lines,
         "",
-        "Edges of the slave in faces of the master have no term of their own: there the estimate",
-        "may be too small. Where statics fixes a force the error is that of the force, and",
-        "pressures have no estimate.",
+        "Edges of the slave in faces of the master have no term of their own. Of beams that touch a",
+        "cylinder by few nodes the estimate has the size of the force, and not its direction, which",
+        "turns with the normals of these nodes. In one layer of C3D8I the recovery of stresses says",
+        "some 95 % whatever the error is. Where statics fixes a force the error is that of the force,",
+        "and pressures have no estimate.",
         "",
     ]
 
@@ -204,11 +209,11 @@ def page(program):
             "# How good the estimates of errors are",
             "",
             "By `studies/run effectivity`: the whole estimate of [theory](../theory.md),",
-            "section 10 (`/history/error/total`: mesh, load steps, contact, arithmetic), at the",
-            "end of each `*STEP`, and the true error of the largest contact resultant or of the",
-            "strain energy. True is, of the block and its quarter, the limit of n = 8, 16, 24",
-            "(Richardson), of the plate n = 128, with the most increments. `increments` is the",
-            "parameter `steps` of the deck. Effectivity is estimate over truth.",
+            "section 10 (`/history/error/total`: mesh, geometry, load steps, contact,",
+            "arithmetic), at the end of each `*STEP`, and the true error of the largest contact",
+            "resultant or of the strain energy. True is, of the block and its quarter, the limit",
+            "of n = 8, 16, 24 (Richardson), of the plate n = 128, with the most increments.",
+            "`increments` is the parameter `steps` of the deck. Effectivity is estimate over truth.",
             "",
             f"Between 1/3 and 3: **{within} of {len(table)}**.",
             "",
@@ -233,5 +238,19 @@ def page(program):
     )
 
 
+def main():
+    """Put the page, or the page that is there with its last section made anew."""
+    options = page_options(__doc__)
+    options.add_argument("--unmatched", action="store_true", help="the last section alone")
+    options = options.parse_args()
+    program = options.bipot.resolve()
+    if not options.unmatched:
+        put_page(page(program), options.page)
+        return
+    section = unmatched_section(program)
+    kept = (PAGES / "effectivity.md").read_text(encoding="utf-8").split(section[0])[0].rstrip()
+    put_page("\n".join([kept, "", *section]), options.page)
+
+
 if __name__ == "__main__":
-    page_command(__doc__, page)
+    main()
