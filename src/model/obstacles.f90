@@ -7,7 +7,7 @@ module obstacles_mod
   private
 
   public :: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, obstacle_facets, &
-    obstacle_of_facets, ref_nodes
+    obstacle_of_facets, on_axis, ref_nodes
 
   integer, parameter :: obstacle_plane = 1
   integer, parameter :: obstacle_sphere = 2
@@ -90,5 +90,16 @@ contains
       nodes = [nodes, obstacles(i)%ref_node]
     end do
   end function ref_nodes
+
+  !> The nearest point of a cylinder's axis; before another obstacle the point itself.
+  pure function on_axis(obstacle, x) result(nearest)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in) :: x(3) !! [length]
+    real(wp) :: nearest(3)
+
+    nearest = x
+    if (obstacle%kind == obstacle_cylinder) nearest = obstacle%point + &
+      dot_product(obstacle%normal, x - obstacle%point)*obstacle%normal
+  end function on_axis
 
 end module obstacles_mod

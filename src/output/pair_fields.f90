@@ -5,7 +5,7 @@ module pair_fields_mod
   use dataset_kinds_mod, only: of_real, of_byte, of_long
   use mesh_mod, only: element_rows, axisymmetric
   use small_matrix_mod, only: cross
-  use obstacles_mod, only: obstacle_cylinder
+  use obstacles_mod, only: on_axis
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
   use scene_mod, only: scene_t
   use step_contact_mod, only: changes_friction, changes_pairs, friction_in
@@ -214,10 +214,7 @@ contains
       if (.not. any(area > 0.0_wp)) area = 1.0_wp
       x = matmul(mesh%coordinates(:, points%node(first:last)), area)/sum(area)
       if (master > 0) then
-        associate (obstacle => source%scene%obstacles(master))
-          if (obstacle%kind == obstacle_cylinder) x = obstacle%point + &
-            dot_product(obstacle%normal, x - obstacle%point)*obstacle%normal
-        end associate
+        x = on_axis(source%scene%obstacles(master), x)
       end if
       x = x + mesh%origin
       if (mesh%plane == axisymmetric) x = 0.0_wp

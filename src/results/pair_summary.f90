@@ -148,9 +148,9 @@ contains
     least = of_rounding*max(pair%sum, norm2(pair%friction))
     cells(3)%text = vector(pair%normal, errors(of_normal), least)
     cells(5)%text = vector(pair%friction, errors(of_friction), least)
-    cells(7)%text = number(pair%pressure, errors(of_pressure))
-    cells(9)%text = number(pair%slip, errors(of_slip))
-    cells(11)%text = number(pair%sum, errors(of_normal))
+    cells(7)%text = rounded_to(pair%pressure, errors(of_pressure))
+    cells(9)%text = rounded_to(pair%slip, errors(of_slip))
+    cells(11)%text = rounded_to(pair%sum, errors(of_normal))
     cells(12)%text = vector(pair%moment, -1.0_wp, least*pair%extent)
     do k = 1, n_errors
       cells(2 + 2*k)%text = '-'
@@ -160,12 +160,12 @@ contains
   end subroutine fill_cells
 
   !> A number to the first digit of its error, but in two digits: less says nothing.
-  pure function number(x, error) result(text)
+  pure function rounded_to(x, error) result(text)
     real(wp), intent(in) :: x, error
     character(:), allocatable :: text
 
     text = in_known_digits(x, min(error, 0.1_wp*abs(x)))
-  end function number
+  end function rounded_to
 
   !> (0, 0, -12.3). Where the error is not known, all components are rounded as the largest is, and
   !> else to the first digit of the error, but the largest in two digits.
