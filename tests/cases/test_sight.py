@@ -114,5 +114,76 @@ class ApartAndTouching(unittest.TestCase):
                     self.assertLess(np.abs(forces[0] - forces[1]).max(), 1e-9*abs(forces[1][2]))
 
 
+PLANE = """*HEADING
+two blocks of a plane
+*NODE
+{nodes}
+*ELEMENT, TYPE={kind}, ELSET=B
+1, 1, 2, 6, 5
+2, 2, 3, 7, 6
+3, 3, 4, 8, 7
+*ELEMENT, TYPE={kind}, ELSET=A
+11, 11, 12, 15, 14
+12, 12, 13, 16, 15
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=A, MATERIAL=M
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*NSET, NSET=LOW
+1, 2, 3, 4
+*NSET, NSET=TOP
+14, 15, 16
+*SURFACE, NAME=SB
+{of_b}
+*SURFACE, NAME=SA
+{of_a}
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=I
+{pair}
+*STEP{options}
+*STATIC
+0.5, 1.
+*BOUNDARY
+LOW, 1, 2
+TOP, 1, 1, 0.01
+TOP, 2, 2, -0.02
+*END STEP
+"""
+
+
+class Planes(unittest.TestCase):
+    """Ends of slices and wedges neither pair nor hide."""
+
+    def force(self, kind, slave, everywhere, options):
+        """The force on the slave at the end, with all edges as surfaces or those that face."""
+        places = [(x, y) for y in (0.0, 1.0) for x in (0.0, 1.0, 2.0, 3.0)]
+        places = dict(enumerate(places, 1))
+        places |= {11: (0.5, 1.0), 12: (1.2, 1.0), 13: (2.5, 1.0), 14: (0.5, 2.0), 15: (1.2, 2.0),
+                   16: (2.5, 2.0)}
+        nodes = "\n".join(f"{i}, {x + 2!r}, {y!r}" for i, (x, y) in places.items())
+        text = PLANE.format(
+            nodes=nodes, kind=kind, of_b="B" if everywhere else "B, S3",
+            of_a="A" if everywhere else "A, S1", pair="SA, SB" if slave == "A" else "SB, SA",
+            options=options)
+        run = Run(text, name="plane")
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        with run.result() as result:
+            return result.pairs[0].resultant[-1]
+
+    def test_all_edges_are_as_those_that_face(self):
+        """Where the lower block is the slave its corners are covered in part: least gaps count."""
+        for kind in ("CPE4", "CPS4", "CAX4"):
+            for slave, options in (("A", ""), ("A", ", NLGEOM"), ("B", "")):
+                with self.subTest(kind=kind, slave=slave, options=options):
+                    facing = self.force(kind, slave, False, options)
+                    self.assertGreater(abs(facing[1]), 10)
+                    found = self.force(kind, slave, True, options)
+                    close = 1e-7 if slave == "A" else 0.005
+                    self.assertLess(np.abs(found - facing).max(), close * abs(facing[1]))
+
+
 if __name__ == "__main__":
     unittest.main()
