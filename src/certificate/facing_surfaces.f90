@@ -25,7 +25,6 @@ module facing_surfaces_mod
   !! distorted faces differ by 1e-6 [-]
   real(wp), parameter :: compared = 0.05_wp
   !! of a node's area: where less is covered the mass of a face has lost digits [-]
-  real(wp), parameter :: cos_30 = 0.866_wp
   real(wp), parameter :: uncovered = 1.0e30_wp !! gap of a point that nothing faces [length]
 
 contains
@@ -93,29 +92,13 @@ contains
             where (is_across(points, i)) normal = 0.0_wp
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
             found = dot_product(normal/norm2(normal), arm_of(sides, rows, here) + &
-              lift_alone(points, sides, middles, i, state%displacement))
-            if (is_at_edge(sides, rows, here)) found = max(found, rows%nearest(here))
-            found = found + points%extra_gap(i)
+              lift_alone(points, sides, middles, i, state%displacement)) + points%extra_gap(i)
             if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
       end do
     end do
   end subroutine find_gaps
-
-  !> Whether a row's node is at an edge of its body: its faces are turned away from the master by
-  !> more than 30 degrees in the mean. There no gap is below the least of what they see, (11.32).
-  pure logical function is_at_edge(sides, rows, here)
-    type(two_sides_t), intent(in) :: sides
-    type(rows_t), intent(in) :: rows
-    integer, intent(in) :: here
-
-    is_at_edge = allocated(sides%node)
-    associate (normal => rows%normal(:, here))
-      if (is_at_edge) is_at_edge = -dot_product(normal, rows%outward(:, here)) < &
-        cos_30*norm2(normal)*rows%whole(here)
-    end associate
-  end function is_at_edge
 
   !> From the mean of what a row faces to its node.
   pure function arm_of(sides, rows, here) result(arm)
@@ -225,9 +208,7 @@ contains
         else
           arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         end if
-        gap = dot_product(normal, arm)
-        if (is_at_edge(sides, rows, here)) gap = max(gap, rows%nearest(here))
-        gap = gap + points%extra_gap(i)
+        gap = dot_product(normal, arm) + points%extra_gap(i)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &
           .or. abs(gap - contact%gap(i)) > of_quadrature*sqrt(area) .or. &

@@ -38,10 +38,6 @@ module mortar_rows_mod
     real(wp), allocatable :: least_gap(:)
     !! (n) at corners of overlaps and the points of the quadrature on the node's faces, huge where
     !! there are none [length]
-    real(wp), allocatable :: nearest(:)
-    !! (n) the same at the corners of what is seen alone [length]
-    real(wp) :: trapped = huge(1.0_wp)
-    !! the least depth of places that overlap along no way out; huge: none do [length]
     logical :: has_middles = .false.        !! faces of the slave have mid-side nodes
     type(opposite_t), allocatable :: opposite(:)
     !! (n) where the slave asks for it, else not allocated
@@ -68,9 +64,6 @@ module mortar_rows_mod
     !! [length]
     real(wp) :: rounding = 0.0_wp
     !! of places: what is no further apart along the normal before anything moves touches [length]
-    integer, allocatable :: skin(:, :)
-    !! (4,n) corners of all faces that may lie between; not allocated: those of both surfaces
-    logical :: asks_way_out = .false. !! what overlaps counts along ways out alone, has_way_out
   end type slave_t
 
   ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
@@ -89,7 +82,7 @@ contains
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%entered(n), source=0.0_wp)
     allocate (mortar%least(n), source=enough)
-    allocate (mortar%least_gap(n), mortar%nearest(n), source=huge(1.0_wp))
+    allocate (mortar%least_gap(n), source=huge(1.0_wp))
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
   end function new_mortar
 

@@ -13,7 +13,7 @@ module placement_mod
     n_sides, find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
   use mortar_rows_mod, only: mortar_t
-  use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, is_at_edge, &
+  use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
     turn_into_plane, replace_rows
   implicit none
   private
@@ -389,8 +389,6 @@ contains
           placement%gap(i) = placement%gap(i) + lift_alone(points, placement%weights, i, u, &
             mortar%normal(:, here))
         end if
-        if (is_at_edge(mortar, here)) placement%gap(i) = max(placement%gap(i), &
-          mortar%nearest(here) + points%extra_gap(i))
       end associate
     end do
     rows%first(last - first + 2) = k + 1
