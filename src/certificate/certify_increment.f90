@@ -13,7 +13,6 @@ module certify_increment_mod
   use pressed_surfaces_mod, only: press_deformed_surfaces
   use turning_weights_mod, only: add_turning_weights
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
-  use touching_points_mod, only: find_touching
   use inner_sides_mod, only: turn_inner_sides
   use allowed_overlaps_mod, only: add_allowed
   use facing_surfaces_mod, only: face_surfaces
@@ -77,7 +76,6 @@ contains
     call turn_inner_sides(scene, known, new%displacement, contact)
     call face_surfaces(scene, known, old, new, contact, folded_point)
     call face_nothing(known, contact)
-    forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
     certificate%folded_point = folded_point

@@ -6,7 +6,7 @@ module mortar_rows_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, new_mortar, without_rounding, enough_of_second_order
+  public :: mortar_t, slave_t, opposite_t, new_mortar, enough_of_second_order
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -58,12 +58,6 @@ module mortar_rows_mod
     real(wp), allocatable :: moved(:, :)
     !! (3,n_nodes) how far nodes of both sides have moved since what lies opposite was found, for
     !! the gaps between them; not allocated: they have not [length]
-    real(wp), allocatable :: mesh(:, :), u(:, :)
-    !! (3,n_nodes) places and displacements, whose sums the nodes are at: what is apart then has the
-    !! digits of small displacements, but from a rigid master; not allocated: they have not moved
-    !! [length]
-    real(wp) :: rounding = 0.0_wp
-    !! of places: what is no further apart along the normal before anything moves touches [length]
   end type slave_t
 
   ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
@@ -85,19 +79,5 @@ contains
     allocate (mortar%least_gap(n), source=huge(1.0_wp))
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
   end function new_mortar
-
-  !> What lies between two places of the undeformed mesh, without what rounding makes of a distance
-  !> along the normal that is none. docs/theory.md (12.4).
-  pure function without_rounding(apart, normal, rounding) result(rest)
-    real(wp), intent(in) :: apart(3)  !! [length]
-    real(wp), intent(in) :: normal(3) !! [-]
-    real(wp), intent(in) :: rounding  !! of such distances [length]
-    real(wp) :: rest(3)               !! [length]
-
-    rest = apart
-    associate (height => dot_product(normal, apart))
-      if (abs(height) <= rounding) rest = apart - height*normal
-    end associate
-  end function without_rounding
 
 end module mortar_rows_mod
