@@ -84,7 +84,7 @@ A block between plates, contact nowhere
 {increment}, 1.
 *BOUNDARY
 BODY-ZMIN, 1, 3
-BODY-ZMAX, 3, 3, -0.1
+BODY-ZMAX, 3, 3, -0.001
 *NODE FILE
 U
 *END STEP

@@ -109,7 +109,7 @@ class WrongMiddles(unittest.TestCase):
                 ("huge", text.replace(node, "\n9, 0., 1e400, 0.", 1), "too large"),
                 ("face", text.replace(surface, f"{surface}1, S{FACES[kind] + 1}\n", 1),
                  "no face|expected a face"),
-                ("type", text.replace(f"TYPE={kind}", f"TYPE={kind}M", 1), "not available"),
+                ("type", text.replace(f"TYPE={kind}", f"TYPE={kind}X", 1), "not available"),
             ):
                 with self.subTest(kind=kind, name=name):
                     self.assertNotEqual(changed, text)
