@@ -365,7 +365,7 @@ def draw(rows, path):
     for factor in (0.8, 1.2):
         right.loglog(ends, factor * ends, color=INK, linewidth=0.6, linestyle=":")
     right.set_xlabel("true [%]")
-    right.set_ylabel("told [%]")
+    right.set_ylabel("estimated [%]")
     right.legend(fontsize=7)
     figure.tight_layout()
     save(figure, path)
@@ -401,11 +401,11 @@ leaves open decides more than is asked, or finite strain is not solved, the accu
 the run says so, and its result is the small-strain solution. Beyond Euler's load the column is
 unstable at finite strain.
 
-{table(("scene", "law", "asked", "reached by", "small strain", "told", "true", "elements",
+{table(("scene", "law", "asked", "reached by", "small strain", "estimated", "true", "elements",
         "CPU time [s]", "over `--nlgeom no`"), lines)}
 
-"told" is the sum of all sources, "true" the difference from a run at finite strain that was asked
-for {FINER} times the accuracy, both of the largest resultant of a pair.
+"estimated" is the sum of all sources, "true" the difference from a run at finite strain that was
+asked for {FINER} times the accuracy, both of the largest resultant of a pair.
 """
 
 
@@ -439,10 +439,11 @@ source of error, `small strain`: the largest difference between the resultants o
 and at finite strain, as a part of the largest resultant at finite strain, on the same mesh, with
 the same increments and law.
 
-- A plain run prints a **bound**: `small strain: at most 5.7 %`. It costs one internal force at the
-  end of a step, two where `*ELASTIC` leaves the law open: the bound is that of the worse law. Above
-  100 % it is no number: `not known`. Where it foretells more than 20 % in the first step, and an
-  estimate takes at most a fifth of the increments and of the planned time, the run makes that.
+- A plain run prints a **bound**: `small strain: at most 5.7 %`. It costs one evaluation of the
+  internal forces at the end of a step. If `*ELASTIC` leaves the law open, the larger of the bounds
+  of two laws is printed. A bound above 100 % is printed as `not known`. If the bound predicts more
+  than 20 % in the first step, and an estimate takes at most a fifth of the increments and of the
+  planned time, the run makes the estimate.
 - `--theory` (or `*ACCURACY, THEORY=ESTIMATE`) prints an **estimate**: `small strain: 2.2 %, or
   1 % by neo-Hooke's law`. A run at finite strain, the shadow run, goes beside the linear one with
   its factor.

@@ -9,6 +9,8 @@ module foreseen_costs_mod
 
   public :: fits, seconds_to_run, memory_to_run, memory_when_finer, note_plan
 
+  real(wp), parameter :: least = 1.0e-9_wp !! in place of a cost of 0 in quotients [s or bytes]
+
   !> How a cost grows as elements get smaller: but for a part that is fixed, as a power of their
   !> number along an edge; while it is small as another, until the arithmetic of the factor, or
   !> memory beyond the caches, prevails.
@@ -138,7 +140,6 @@ contains
     real(wp), intent(in) :: costs(:) !! of its plans
     type(growth_t), intent(in) :: growth
     real(wp), intent(in) :: h        !! size of the elements [-]
-    real(wp), parameter :: least = 1.0e-9_wp
     real(wp) :: at
     integer :: coarser, finer, i
 
@@ -183,7 +184,7 @@ contains
     real(wp), intent(in) :: cost
     type(growth_t), intent(in) :: growth
     real(wp), intent(in) :: times
-    real(wp), parameter :: least = 1.0e-9_wp, least_part = 0.1_wp
+    real(wp), parameter :: least_part = 0.1_wp
     real(wp) :: along, while_small !! times, along an edge of three; 1 and more
 
     along = times**(merge(2.0_wp, 3.0_wp, sequence%first%across > 0)/3.0_wp)

@@ -1,7 +1,5 @@
-!> Nodes and elements that cards make from others, and the system in which nodes are written.
+!> Nodes and elements that cards make from others.
 !>
-!>     *SYSTEM                           until the next one; without a line: x, y, z again
-!>     0., 0., 0.,  1., 1., 0.           origin, a point of its x axis
 !>     *NGEN, NSET=EDGE                  nodes 1, 2, ... 11 on the line from node 1 to node 11
 !>     1, 11, 1
 !>     *NFILL, NSET=PLATE                between the nodes of two sets, 10 intervals, ids by 11
@@ -14,34 +12,30 @@
 !>
 !> They make what is there when they are read: nodes, elements and sets that stand above them.
 module generate_mesh_mod
-  use cards_mod, only: keep_reading, reader_t, report
+  use cards_mod, only: reader_t, report
   use connectivity_mod, only: nodes_of_element
-  use diagnostics_mod, only: quoted
-  use fields_mod, only: any_number, end_data, field_position, fields_t, integer_field, &
-    is_empty_field, next_data_line, real_field, reference_field, reference_t
-  use growing_lists_mod, only: append
+  use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, &
+    next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_element, add_node, early_set_t, max_nodes, &
     mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
   use numbers_mod, only: largest_number
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    has_option, integer_option, name_option, open_card, option_position
-  use read_mesh_mod, only: system_t
+    has_option, integer_option, name_option, option_position
+  use read_system_mod, only: read_point
   use rotations_mod, only: rotation_matrix
+  use sets_above_mod, only: above_t, max_work, members_above, read_step
+  use small_matrix_mod, only: cross
   use sorting_mod, only: sort_unique
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: generate_mesh, read_system
+  public :: generate_mesh
 
   integer, parameter :: straight = 1, parabola = 2, circle = 3 !! LINE=
   integer, parameter :: by_line = 1, by_plane = 2, by_point = 3 !! REFLECT=
-
-  !> Ids looked at by all cards together: more than any real deck needs.
-  integer(i8), parameter :: max_work = 1000000000_i8
-  integer, parameter :: max_depth = 16 !! sets of sets
 
   !> How nodes are moved when they are copied.
   type :: motion_t
@@ -49,14 +43,6 @@ module generate_mesh_mod
       0.0_wp, 1.0_wp], [3, 3])
     real(wp) :: shift(3) = 0.0_wp !! [length]
   end type motion_t
-
-  !> The cards above the one that is read, and what they have defined.
-  type :: above_t
-    integer :: last = 0                 !! card that is above
-    integer :: kind = set_of_nodes      !! what the sets have, set_of_elements else
-    type(id_lookup_t) :: lookup         !! of nodes or elements
-    integer(i8) :: work = 0             !! ids looked at so far
-  end type above_t
 
 contains
 
@@ -100,87 +86,6 @@ contains
     end select
     work = above%work
   end subroutine generate_mesh
-
-  !> *SYSTEM: origin, a point of the x axis; a point of the half plane of x and y
-  subroutine read_system(reader, card, system)
-    type(reader_t), intent(inout) :: reader
-    type(card_t), intent(in) :: card
-    type(system_t), intent(out) :: system
-    type(fields_t) :: fields
-    real(wp) :: origin(3), along(3), beside(3), axis(3, 3)
-    logical :: found, ok
-
-    call allow_options(reader, card)
-    call next_data_line(reader, card, fields, found, 6, 'an origin and a point of the x axis')
-    if (.not. found) return
-    call read_point(reader, fields, 1, origin, ok)
-    if (.not. ok) return
-    system%origin = origin
-    system%is_set = .true.
-    if (fields%n < 4) return
-    call read_point(reader, fields, 4, along, ok)
-    if (.not. ok) return
-    axis(:, 1) = along - origin
-    beside = cross([0.0_wp, 0.0_wp, 1.0_wp], axis(:, 1))
-    call next_data_line(reader, card, fields, found, 3, 'a point of the half plane of x and y')
-    if (found) then
-      call read_point(reader, fields, 1, beside, ok)
-      if (.not. ok) return
-      beside = beside - origin
-      call end_data(reader, card, fields, '*SYSTEM takes two data lines')
-    else if (abs(along(3) - origin(3)) > 0.0_wp) then
-      call report(reader, card%position, '*SYSTEM whose x axis leaves the xy plane needs a '// &
-        'second line: a point of its half plane of x and y')
-      return
-    end if
-    axis(:, 3) = cross(axis(:, 1), beside)
-    axis(:, 2) = cross(axis(:, 3), axis(:, 1))
-    if (.not. all(norm2(axis, dim=1) > 0.0_wp)) then
-      call report(reader, card%position, 'the points of *SYSTEM are on a line')
-      return
-    end if
-    system%axis = axis/spread(norm2(axis, dim=1), 1, 3)
-  end subroutine read_system
-
-  pure function cross(a, b) result(c)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
-
-  !> Three coordinates; what is left out is 0.
-  subroutine read_point(reader, fields, first, x, ok)
-    type(reader_t), intent(inout) :: reader
-    type(fields_t), intent(in) :: fields
-    integer, intent(in) :: first !! field
-    real(wp), intent(out) :: x(3)
-    logical, intent(out) :: ok
-    integer :: i
-    logical :: read_well
-
-    x = 0.0_wp
-    ok = .true.
-    do i = 1, 3
-      if (is_empty_field(fields, first + i - 1)) cycle
-      call real_field(reader, fields, first + i - 1, 'a coordinate', x(i), read_well)
-      ok = ok .and. read_well
-    end do
-  end subroutine read_point
-
-  !> A whole number from 1; 1 where it is left out.
-  subroutine read_step(reader, fields, i, what, step, ok)
-    type(reader_t), intent(inout) :: reader
-    type(fields_t), intent(in) :: fields
-    integer, intent(in) :: i
-    character(*), intent(in) :: what
-    integer, intent(out) :: step
-    logical, intent(out) :: ok
-
-    step = 1
-    ok = .true.
-    if (.not. is_empty_field(fields, i)) call integer_field(reader, fields, i, what, 1, step, ok)
-  end subroutine read_step
 
   !> A node that is defined above.
   subroutine read_node(reader, fields, i, lookup, draft, node, ok)
@@ -628,118 +533,5 @@ contains
       if (i < size(sorted)) set%first = sorted(i + 1)
     end do
   end subroutine add_to_set
-
-  !> The numbers of the members of a set, as far as the cards above make it, by ascending id.
-  subroutine members_above(reader, draft, reference, above, members, ok)
-    type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
-    type(reference_t), intent(in) :: reference
-    type(above_t), intent(inout) :: above
-    integer, allocatable, intent(out) :: members(:)
-    logical, intent(out) :: ok
-    integer, allocatable :: ids(:)
-    integer :: n, i
-
-    n = 0
-    allocate (ids(0))
-    if (reference%id > 0) then
-      ids = [reference%id]
-      n = 1
-    else
-      call add_members(reader, draft, reference%name, 1, above, ids, n)
-    end if
-    ids = ids(:n)
-    call sort_unique(ids)
-    allocate (members(size(ids)))
-    do i = 1, size(ids)
-      if (above%kind == set_of_nodes) then
-        members(i) = find_id(above%lookup, draft%node_id, ids(i))
-      else
-        members(i) = find_id(above%lookup, draft%element_id, ids(i))
-      end if
-    end do
-    ok = size(members) > 0 .and. all(members > 0)
-    if (ok) return
-    if (size(members) == 0) then
-      call report(reader, reference%position, 'set '//quoted(reference%name)// &
-        ' has no members above')
-    else
-      call report(reader, reference%position, trim(merge('node   ', 'element', above%kind == &
-        set_of_nodes))//' '//to_text(ids(findloc(members, 0, dim=1)))//' is not defined above')
-    end if
-  end subroutine members_above
-
-  !> Add the ids of a set's members to a list.
-  recursive subroutine add_members(reader, draft, name, depth, above, ids, n)
-    type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
-    character(*), intent(in) :: name
-    integer, intent(in) :: depth
-    type(above_t), intent(inout) :: above
-    integer, allocatable, intent(inout) :: ids(:)
-    integer, intent(inout) :: n
-    type(card_t) :: card
-    type(fields_t) :: fields
-    type(reference_t) :: reference
-    character(:), allocatable :: keyword, its_name
-    integer :: i, j, first, last, step
-    logical :: found, ok, generated, read_well(3)
-
-    if (depth > max_depth .or. above%work > max_work) return
-    do i = 1, draft%n_sets
-      associate (set => draft%sets(i))
-        if (set%kind /= above%kind .or. set%block > 0 .or. set%name /= name) cycle
-        if (above%kind == set_of_nodes) call append(ids, n, draft%node_id(set%first:set%last))
-        if (above%kind == set_of_elements) call append(ids, n, draft%element_id(set%first:set%last))
-      end associate
-    end do
-    above%work = above%work + draft%n_sets + n
-    keyword = merge('NSET ', 'ELSET', above%kind == set_of_nodes)
-    do i = 1, above%last
-      if (reader%cards(i)%keyword /= keyword) cycle
-      call open_card(reader, i, card)
-      call name_option(reader, card, trim(keyword), .false., its_name, ok)
-      if (.not. ok) cycle
-      if (its_name /= name) cycle
-      generated = .false.
-      call flag_option(reader, card, 'GENERATE', generated)
-      fields = fields_t()
-      do
-        call next_data_line(reader, card, fields, found, any_number, '')
-        if (.not. found .or. above%work > max_work .or. .not. keep_reading(reader)) exit
-        above%work = above%work + fields%n
-        if (generated) then
-          call integer_field(reader, fields, 1, 'the first id', 1, first, read_well(1))
-          call integer_field(reader, fields, 2, 'the last id', 1, last, read_well(2))
-          call read_step(reader, fields, 3, 'a step', step, read_well(3))
-          if (.not. all(read_well)) cycle
-          if ((last - int(first, i8))/step > max_nodes) cycle
-          above%work = above%work + (last - int(first, i8))/step
-          call append(ids, n, [(j, j=first, last, step)])
-          cycle
-        end if
-        call add_line(fields)
-      end do
-    end do
-
-  contains
-
-    !> The ids and sets of a line.
-    recursive subroutine add_line(fields)
-      type(fields_t), intent(in) :: fields
-      integer :: j
-
-      do j = 1, fields%n
-        if (is_empty_field(fields, j)) cycle
-        call reference_field(reader, fields, j, 'an id or a set', reference, ok)
-        if (.not. ok) cycle
-        if (reference%id > 0) then
-          call append(ids, n, reference%id)
-        else
-          call add_members(reader, draft, reference%name, depth + 1, above, ids, n)
-        end if
-      end do
-    end subroutine add_line
-  end subroutine add_members
 
 end module generate_mesh_mod

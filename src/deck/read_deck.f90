@@ -16,7 +16,7 @@ module read_deck_mod
     refuse_loose
   use errors_mod, only: error_t
   use flat_deck_mod, only: flat_deck
-  use generate_mesh_mod, only: generate_mesh, read_system
+  use generate_mesh_mod, only: generate_mesh
   use flatten_assembly_mod, only: flatten_assembly
   use kinds_mod, only: i8, wp
   use loads_mod, only: load_step_t
@@ -56,6 +56,7 @@ module read_deck_mod
   use refine_locally_mod, only: constrain_hanging, place_hanging, refinement_t, refine_locally, &
     refuse_hanging
   use refine_mesh_mod, only: refine_mesh
+  use read_system_mod, only: read_system
   use read_temperatures_mod, only: read_first_temperatures
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces

@@ -259,6 +259,7 @@ contains
     call add_note(notes, increment, .true., ': whether the equilibrium is stable is not known: '// &
       'the bordered tangent could not be factorised')
   end subroutine note_unknown_stability
+
   !> A run at finite strain goes along that nobody asked for.
   pure subroutine note_followed(increment, far_off, notes)
     type(increment_t), intent(in) :: increment
