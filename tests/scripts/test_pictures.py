@@ -33,6 +33,7 @@ from bipot.units import Units  # noqa: E402
 from package import ROOT, WithFolder, bipot, needs  # noqa: E402
 
 mpl.use("Agg")
+rendering.DPI = 40  # pixels take time, and what is seen does not depend on them
 PIECES = 16  # of a drawn surface along the body, at least
 
 

@@ -14,12 +14,14 @@ except ImportError as error:
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
+from bipot.drawing import rendering  # noqa: E402
 from bipot.drawing.bodies import Bodies  # noqa: E402
 from bipot.drawing.curves import draw_pressures, draw_states  # noqa: E402
 from bipot.pictures import pictures_of  # noqa: E402
 from package import WithFolder, bipot  # noqa: E402
 
 mpl.use("Agg")
+rendering.DPI = 40  # pixels take time, and what is seen does not depend on them
 
 DECK = """\
 *HEADING
