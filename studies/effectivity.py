@@ -175,7 +175,7 @@ def unmatched_section(program):
         "Eight scenes of each kind, half of the punches and all beams with friction. True is the",
         "force of a finer mesh whose lines follow the edges of contact, or whose faces match; of",
         "rings it is Lame's. Errors are parts of the run's force; what is less than 0.5 % of it",
-        "counts as 0.5 %. What each term is: [theory](../theory.md), section 10.",
+        "counts as 0.5 %. What each term is: [theory](../theory/errors.md), section 10.",
         "",
         "| kind | below 1/3 | 1/3 to 5 | above 5 | not known |",
         "|---|---|---|---|---|",

@@ -350,7 +350,7 @@ CalculiX.
 
 - **A shape that no hexahedra fit: `C3D10`.** Its contact forces are about as good for their time as
   those of hexahedra. `C3D4` is only for contact pressures of bulky bodies: in bending it is far too
-  stiff ([deck](../deck.md#which-element)).
+  stiff ([deck](../deck/elements.md#which-element)).
 - **Hexahedra and forces: `C3D20R`.** For the block's forces to 0.2 % it takes
   {ratio['C3D20R']:.2g} s, `C3D10` {ratio['C3D10']:.2g}, `C3D8I` {ratio['C3D8I']:.2g},
   `C3D8` {ratio['C3D8']:.2g}.

@@ -225,7 +225,7 @@ def finite_strain(runs, draw, n, folder):
         " the same constants in the place of `*ELASTIC`. `*BODY SOLVER, TANGENT=NEWTON` is the"
         " paper's equation [1] as it stands: tangent, factor, compliance and contact problem anew"
         " in every iteration; `TANGENT=KEPT` is the default, of whose factors each serves many"
-        " iterations and increments ([theory](../theory.md#8-the-elements)). The figures are with"
+        " iterations and increments ([theory](../theory/elements.md)). The figures are with"
         " `NEWTON`.", "",
     ]
     for number, figure in draw.items():

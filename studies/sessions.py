@@ -33,7 +33,7 @@ from pathlib import Path
 from bipot.program import ROOT, built_program
 from studies.pages import StudyError
 
-PAGES = ("README.md", "docs/deck.md", "docs/plan.md", "docs/tutorial.md")
+PAGES = ("README.md", "docs/options.md", "docs/plan.md", "docs/tutorial.md")
 REST = "..."
 FENCE = re.compile(r"^```console\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 PROMPT = "$ "

@@ -608,7 +608,7 @@ def limits(study, cases):
             and all(case.rho >= 1.5 for case in failed)
             and set(bi[2.5]) | set(pseudo[2.5]) <= set(failed),
             "**The range of Uzawa ends at 2 over the largest eigenvalue**, as"
-            " [theory](../theory.md), section 7, has it: up to rho = 1.5 every run of the"
+            " [theory](../theory/paper.md), section 7, has it: up to rho = 1.5 every run of the"
             f" bi-potential reaches the residual; {lost(bi, 2.0)} runs with rho = 2 and"
             f" {lost(bi, 2.5)} with rho = 2.5 end with status 2 and a message that names the step.",
         ),

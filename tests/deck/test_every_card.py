@@ -1,6 +1,7 @@
-"""docs/deck.md keeps its word: what it does not name is a mistake, for every keyword it names.
+"""docs/deck keeps its word: what its entries do not name is a mistake, for every keyword they name.
 
-The page's table of all options says which keywords there are and which options each of them has.
+Each card has an entry, a table with its first line: the options that it has, and those that are
+ignored. docs/deck.md lists all entries.
 DECK has every one of these keywords (the test fails where it lacks one). Each of its data lines
 gets a field too many, each card an option that it does not have, each card without data a data
 line; every time the mistake must be told with file and line. Words that could be options are those
@@ -21,7 +22,10 @@ from deck_server import DeckServer
 
 BIPOT = os.environ.get("BIPOT", "bipot")
 SOURCE = pathlib.Path(os.environ.get("BIPOT_SOURCE", pathlib.Path(__file__).resolve().parents[2]))
-PAGE = (SOURCE / "docs" / "deck.md").read_text(encoding="utf-8")
+INDEX = (SOURCE / "docs" / "deck.md").read_text(encoding="utf-8")
+PAGES = {path.name: path.read_text(encoding="utf-8")
+         for path in sorted((SOURCE / "docs" / "deck").glob("*.md"))}
+ENTRY = re.compile(r"^\| `\*([A-Z -]+)` \| (.*) \|\n\|---\|---\|\n((?:\|.*\n)+)", re.MULTILINE)
 READER = "".join(path.read_text() for path in sorted((SOURCE / "src" / "deck").rglob("*.f90")))
 TIME_LIMIT = 20  # seconds
 
@@ -213,6 +217,10 @@ S
 """
 MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
+PLACES = {"anywhere": "anywhere", "model": "before the first step", "step": "in a step"}
+# Cards that DECK has not: they are checked, and change nothing.
+UNTRIED = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR"}
+
 # Cards whose lines are titles, and those whose lines are lists of names, of any length.
 TITLES = ("HEADING", "STEP")
 RESULTS = ("NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT", "NODE PRINT",
@@ -238,37 +246,44 @@ def squeezed(word):
     return word.replace(" ", "").upper()
 
 
+def printed_cards():
+    """Return the program's table, by keyword."""
+    text = subprocess.run([BIPOT, "--cards"], capture_output=True, text=True, check=True).stdout
+    return {card["keyword"]: card for card in json.loads(text)["cards"]}
+
+
 def keywords_that_are(kind):
     """Return the keywords of the program's table that are read, ignored or refused."""
-    text = subprocess.run([BIPOT, "--cards"], capture_output=True, text=True, check=True).stdout
-    return [card["keyword"] for card in json.loads(text)["cards"] if card["is"] == kind]
+    return [keyword for keyword, card in printed_cards().items() if card["is"] == kind]
+
+
+def entries():
+    """Return the entry of each keyword: its page, what it does, and its rows by their names."""
+    found = {}
+    for name, text in PAGES.items():
+        for keyword, what, rows in ENTRY.findall(text):
+            cells = [re.split(r"(?<!\\)\|", row)[1:3] for row in rows.splitlines()]
+            found[keyword] = (name, what, {left.strip(): right.strip() for left, right in cells})
+    return found
+
+
+def first_line(card):
+    """Return the first line of a card of the program's table, as an entry has it."""
+    words = [f"*{card['keyword']}"]
+    for option in card["options"]:
+        value = option.get("words") or [option[key] for key in ("value",) if key in option]
+        text = ", " + option["name"] + ("=" + "\\|".join(value) if value else "")
+        words.append(text if option.get("required") else f"[{text}]")
+    return f"`{''.join(words)}`"
 
 
 def page_table():
-    """Return the options of each keyword in the page's table: those read, and those ignored."""
-    section = PAGE.split("### All options", 1)[1].split("\n## ", 1)[0]
+    """Return the options of each keyword in its entry: those read, and those ignored."""
     table = {}
-    for line in section.splitlines():
-        if not line.startswith("| `*"):
-            continue
-        keywords, options, ignored = line.strip("|").split("|")
-        # Values stand in parentheses.
-        options = re.sub(r"\([^)]*\)", "", options)
-        for keyword in re.findall(r"`\*([A-Z -]+)`", keywords):
-            table[keyword] = (re.findall(r"`([^`]+)`", options), re.findall(r"`([^`]+)`", ignored))
+    for keyword, (_, _, rows) in entries().items():
+        named = re.findall(r"\[?, ([A-Z0-9 -]+)", rows["first line"])
+        table[keyword] = (named, re.findall(r"`([^`]+)`", rows.get("ignored with a note", "")))
     return table
-
-
-def page_keywords():
-    """Return the keywords of the page's headings and examples."""
-    found = set()
-    for line in PAGE.splitlines():
-        if line.startswith("### "):
-            found |= set(re.findall(r"`\*([A-Z -]+?)[\[,`]", line))
-        example = re.match(r" {4}\*([A-Z][A-Z -]*?)\s*(,|$)", line)
-        if example:
-            found.add(example[1])
-    return found
 
 
 def cards(deck):
@@ -346,15 +361,28 @@ class EveryCard(Changed):
                 self.assertEqual(printed[:len(notes)], notes)
                 self.assertGreater(len(mistakes) + len(notes), 0)
 
-    def test_the_table_and_the_deck_have_every_keyword_of_the_page(self):
-        self.assertGreater(len(self.table), 25)
-        self.assertEqual(set(self.table), page_keywords() | {"INCLUDE"})
-        self.assertEqual(set(self.table), {keyword for keyword, _, _ in self.cards})
+    def test_every_card_that_is_read_has_an_entry(self):
+        read = {word: card for word, card in printed_cards().items() if card["is"] == "read"}
+        written = entries()
+        self.assertEqual(set(written), set(read))
+        self.assertEqual(set(self.table) - UNTRIED, {keyword for keyword, _, _ in self.cards})
+        for keyword, card in read.items():
+            with self.subTest(keyword=keyword):
+                _, _, rows = written[keyword]
+                self.assertEqual(rows["first line"], first_line(card))
+                self.assertEqual(rows.get("further lines", ""),
+                                 f"`{card['data']}`" if card["data"] else "")
+                self.assertEqual(rows["place"], PLACES[card["place"]])
+                self.assertEqual(self.table[keyword][1],
+                                 [option["name"] for option in card["ignored options"]])
+                self.assertGreater(len(rows["CalculiX, Abaqus"]), 5)
 
-    def test_the_table_has_every_keyword_that_is_read(self):
-        read = keywords_that_are("read")
-        checked = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR"}
-        self.assertEqual(set(self.table), set(read) - checked)
+    def test_the_index_has_every_entry(self):
+        listed = re.findall(r"^\| \[`\*([A-Z -]+)`\]\(deck/([^#)]*)(?:#[^)]*)?\) \| (.*) \|$",
+                            INDEX, re.MULTILINE)
+        self.assertEqual([keyword for keyword, _, _ in listed], keywords_that_are("read"))
+        self.assertEqual({keyword: (page, what) for keyword, page, what in listed},
+                         {keyword: entry[:2] for keyword, entry in entries().items()})
 
     def test_a_field_too_many_is_a_mistake(self):
         tried = 0
@@ -434,7 +462,7 @@ class EveryCard(Changed):
                     self.assertIn(f"{option} of *{keyword} is ignored", said)
 
     def test_keywords_are_ignored_as_the_page_says(self):
-        listed = PAGE.split("skipped with a note:", 1)[1].split("\n\n", 1)[0]
+        listed = PAGES["errors.md"].split("skipped with a note:", 1)[1].split("\n\n", 1)[0]
         listed = set(re.findall(r"`\*([A-Z -]+)`", listed))
         ignored = set(keywords_that_are("ignored"))
         self.assertEqual(listed, ignored)
@@ -464,7 +492,8 @@ class Flags(Changed):
     )
 
     def test_a_flag_takes_yes_or_no(self):
-        sentence = PAGE.split("**Options** have a value", 1)[1].split("stand alone")[0]
+        sentence = PAGES["language.md"].split("**Options** have a value", 1)[1]
+        sentence = sentence.split("stand alone")[0]
         self.assertEqual(
             {name for _, name in self.flags}, set(re.findall(r"`([A-Z]+)`", sentence))
         )

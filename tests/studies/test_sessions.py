@@ -1,4 +1,4 @@
-"""The commands on the pages of decks and of plans run, and print what the pages show.
+"""The commands on the pages of options and of plans run, and print what the pages show.
 
 So do those of README.md and of the tutorial, in files of their own.
 """
@@ -32,8 +32,8 @@ time            about    1.1 s of CPU time: factorise 0.4 s
 class Sessions(PageTest):
     """Every page in a folder of its own, its commands one after the other."""
 
-    def test_deck(self):
-        self.check("docs/deck.md")
+    def test_options(self):
+        self.check("docs/options.md")
 
     def test_plan(self):
         self.check("docs/plan.md")
