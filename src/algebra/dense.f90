@@ -88,7 +88,7 @@ module dense_mod
     end subroutine dgetri
 
     !> LAPACK: eigenvalues and eigenvectors of a symmetric matrix.
-    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+    pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
       import :: wp
       implicit none
       character, intent(in) :: jobz, uplo
@@ -290,7 +290,7 @@ contains
   end subroutine invert_general
 
   !> Eigenvalues, ascending, and eigenvectors of a symmetric matrix.
-  subroutine symmetric_eigenvectors(a, eigenvalue, ok)
+  pure subroutine symmetric_eigenvectors(a, eigenvalue, ok)
     real(wp), intent(inout) :: a(:, :)      !! (n,n) matrix in, eigenvectors (columns) out
     real(wp), intent(out) :: eigenvalue(:)  !! (n)
     logical, intent(out) :: ok              !! false: LAPACK did not converge

@@ -12,6 +12,8 @@ module material_law_mod
     tangent_of_mooney => tangent, elastic_mooney => elastic_part
   use yeoh_mod, only: stress_of_yeoh => first_piola, energy_of_yeoh => energy, &
     tangent_of_yeoh => tangent
+  use ogden_mod, only: stress_of_ogden => first_piola, energy_of_ogden => energy, &
+    tangent_of_ogden => tangent, elastic_ogden => elastic_part
   use blatz_ko_mod, only: stress_of_blatz_ko => first_piola, energy_of_blatz_ko => energy, &
     tangent_of_blatz_ko => tangent, elastic_blatz_ko => elastic_part
   implicit none
@@ -19,7 +21,7 @@ module material_law_mod
 
   public :: law_t, new_law, other_law, finite_stress, finite_energy, finite_tangent
 
-  integer, parameter :: most_constants = 4 !! of any law
+  integer, parameter :: most_constants = 7 !! of any law
 
   !> A law with its constants.
   type :: law_t
@@ -66,7 +68,8 @@ module material_law_mod
 contains
 
   !> The law that a deck's card and numbers stand for: ELASTIC with E, nu; NEO HOOKE with C10, D1;
-  !> MOONEY-RIVLIN with C10, C01, D1; YEOH with C10, C20, C30, D1; BLATZ-KO with mu.
+  !> MOONEY-RIVLIN with C10, C01, D1; YEOH with C10, C20, C30, D1; OGDEN with mu_p and alpha_p in
+  !> turn, D1; BLATZ-KO with mu.
   pure type(law_t) function new_law(word, numbers) result(law)
     character(*), intent(in) :: word
     real(wp), intent(in) :: numbers(:) !! as the deck has them
@@ -91,10 +94,17 @@ contains
       law%tangent => tangent_of_mooney
     case ('YEOH')
       law%elastic = elastic_mooney([numbers(1), 0.0_wp, numbers(4)])
-      law%constants = numbers
+      law%constants(:4) = numbers
       law%first_piola => stress_of_yeoh
       law%energy => energy_of_yeoh
       law%tangent => tangent_of_yeoh
+    case ('OGDEN')
+      law%constants(:size(numbers) - 1) = numbers(:size(numbers) - 1)
+      law%constants(most_constants) = numbers(size(numbers))
+      law%elastic = elastic_ogden(law%constants)
+      law%first_piola => stress_of_ogden
+      law%energy => energy_of_ogden
+      law%tangent => tangent_of_ogden
     case ('BLATZ-KO')
       law%elastic = elastic_blatz_ko(numbers)
       law%constants(:1) = numbers

@@ -14,6 +14,7 @@ C10, C01, D1 = 30.0, 8.0, 0.004
 MOONEY = f"*HYPERELASTIC, MOONEY-RIVLIN\n{C10}, {C01}, {D1}"
 C20, C30 = -4.0, 1.5
 YEOH = f"*HYPERELASTIC, YEOH\n{C10}, {C20}, {C30}, {D1}"
+OGDEN = f"*HYPERELASTIC, OGDEN, N=2\n90., 2.4, -14., -1.2, {D1}, 0."
 FOAM = f"*HYPERFOAM, N=1\n{MU}, -2., 0.25"
 WALLS = "B-XMAX, 1, 1\nB-YMAX, 2, 2\n"
 
@@ -32,20 +33,30 @@ def force_of(run):
         return result.pairs["B-ZMAX:PRESS"].resultant[-1] / 3
 
 
+def of_invariants(isochoric):
+    """Return an energy of stretches without change of volume from one of their invariants less 3."""
+    return lambda one, two, three: isochoric(
+        one**2 + two**2 + three**2 - 3, (one * two) ** 2 + (two * three) ** 2 + (three * one) ** 2 - 3
+    )
+
+
+def of_ogden(*stretches):
+    """Return the energy of OGDEN without change of volume."""
+    return sum(
+        2 * mu / alpha**2 * (sum(stretch**alpha for stretch in stretches) - 3)
+        for mu, alpha in ((90.0, 2.4), (-14.0, -1.2))
+    )
+
+
 def stresses(along, across, isochoric):
     """Return the first Piola-Kirchhoff stress along and across, by a step of the energy.
 
-    Its part without change of volume is a function of the two invariants less 3.
+    Its part without change of volume is a function of the stretches without it.
     """
 
-    def energy(one, two, three):
-        volume = one * two * three
-        first = one**2 + two**2 + three**2
-        second = (one * two) ** 2 + (two * three) ** 2 + (three * one) ** 2
-        return (
-            isochoric(first * volume ** (-2 / 3) - 3, second * volume ** (-4 / 3) - 3)
-            + (volume - 1) ** 2 / D1
-        )
+    def energy(*stretches):
+        volume = stretches[0] * stretches[1] * stretches[2]
+        return isochoric(*(x * volume ** (-1 / 3) for x in stretches)) + (volume - 1) ** 2 / D1
 
     step = 1e-30j  # the derivative without differences of two numbers
     return (
@@ -56,17 +67,19 @@ def stresses(along, across, isochoric):
 
 def mooney(along, across):
     """Return those of Mooney and Rivlin's law."""
-    return stresses(along, across, lambda x, y: C10 * x + C01 * y)
+    return stresses(along, across, of_invariants(lambda x, y: C10 * x + C01 * y))
 
 
 class ClosedForms(unittest.TestCase):
     """Uniform stretches before a plane. The tolerance of contact is 1e-8 and better."""
 
     def test_rubber(self):
-        """Mooney-Rivlin's law, and Yeoh's."""
+        """Mooney-Rivlin's law, Yeoh's and Ogden's."""
+        yeoh = of_invariants(lambda x, _: C10 * x + C20 * x**2 + C30 * x**3)
         for law, isochoric in (
-            (MOONEY, lambda x, y: C10 * x + C01 * y),
-            (YEOH, lambda x, _: C10 * x + C20 * x**2 + C30 * x**3),
+            (MOONEY, of_invariants(lambda x, y: C10 * x + C01 * y)),
+            (YEOH, yeoh),
+            (OGDEN, of_ogden),
         ):
             for stretch in (0.9, 0.5):
                 across = brentq(
@@ -232,6 +245,25 @@ class MovedFar(unittest.TestCase):
                 np.testing.assert_allclose(after, before, atol=1e-10 * np.abs(before).max())
 
 
+class Words(unittest.TestCase):
+    """Laws that others name with a number of terms."""
+
+    def test_polynomials_are_the_laws_of_their_terms(self):
+        """The same forces."""
+        for words, law in (
+            (f"REDUCED POLYNOMIAL\n{C10}, {D1}", f"NEO HOOKE\n{C10}, {D1}"),
+            (f"REDUCED POLYNOMIAL, N=2\n{C10}, {C20}, {D1}", f"YEOH\n{C10}, {C20}, 0., {D1}"),
+            (f"N=3, REDUCED POLYNOMIAL\n{C10}, {C20}, {C30}, {D1}, 0.", YEOH.split(", ", 1)[1]),
+            (f"POLYNOMIAL, N=1\n{C10}, {C01}, {D1}", MOONEY.split(", ", 1)[1]),
+            (f"OGDEN, N=3\n60., 2., 16., -2., 0., 1., {D1}, 0.\n0.", MOONEY.split(", ", 1)[1]),
+        ):
+            with self.subTest(words=words):
+                forces = [
+                    force_of(bar(f"*HYPERELASTIC, {one}", 0.8, increment=0.1)) for one in (words, law)
+                ]
+                np.testing.assert_allclose(*forces, rtol=1e-12, atol=1e-9)
+
+
 class SmallStrain(unittest.TestCase):
     """Without NLGEOM."""
 
@@ -243,7 +275,8 @@ class SmallStrain(unittest.TestCase):
             return young, young / (2 * shear) - 1
 
         for law, constants in (
-            (MOONEY, of_rubber(C10 + C01)), (YEOH, of_rubber(C10)), (FOAM, (2.5 * MU, 0.25)),
+            (MOONEY, of_rubber(C10 + C01)), (YEOH, of_rubber(C10)), (OGDEN, of_rubber(76 / 2)),
+            (FOAM, (2.5 * MU, 0.25)),
         ):
             elastic = f"*ELASTIC\n{constants[0]!r}, {constants[1]!r}"
             runs = [

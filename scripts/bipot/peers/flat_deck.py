@@ -406,7 +406,7 @@ def read_flat(program, path, overrides):
                 words = [word for row in card.rows for word in row if word]
                 material[card.keyword] = [f"{number(word):.12g}" for word in words]
             case "HYPERELASTIC":
-                law, = card.options
+                law = next(word for word in card.options if word != "N")
                 if law not in ("NEO HOOKE", "MOONEY-RIVLIN"):
                     raise DeckError(f"*HYPERELASTIC, {law} has no translation")
                 words = [word for row in card.rows for word in row if word]

@@ -31,17 +31,27 @@ module read_properties_mod
 
   !> A law of *HYPERELASTIC, and its constants as Abaqus orders them.
   type :: hyperelastic_law_t
-    character(13) :: name
-    integer :: n       !! constants, of which the last is D1
-    integer :: n_shear !! the first of them, whose sum is half of the shear modulus
-    integer :: n_zero  !! behind D1, which may be left out
-    character(3) :: symbols(6)
+    character(18) :: name     !! its flag
+    integer :: most_terms     !! the largest N; 0: it has no N
+    character(13) :: computed !! the word of `new_law`
   end type hyperelastic_law_t
 
   type(hyperelastic_law_t), parameter :: hyperelastic_laws(*) = [ &
-    hyperelastic_law_t('NEO HOOKE', 2, 1, 0, ['C10', 'D1 ', '   ', '   ', '   ', '   ']), &
-    hyperelastic_law_t('MOONEY-RIVLIN', 3, 2, 0, ['C10', 'C01', 'D1 ', '   ', '   ', '   ']), &
-    hyperelastic_law_t('YEOH', 4, 1, 2, ['C10', 'C20', 'C30', 'D1 ', 'D2 ', 'D3 '])]
+    hyperelastic_law_t('NEO HOOKE', 0, 'NEO HOOKE'), &
+    hyperelastic_law_t('MOONEY-RIVLIN', 0, 'MOONEY-RIVLIN'), &
+    hyperelastic_law_t('YEOH', 0, 'YEOH'), &
+    hyperelastic_law_t('OGDEN', 3, 'OGDEN'), &
+    hyperelastic_law_t('POLYNOMIAL', 1, 'MOONEY-RIVLIN'), &
+    hyperelastic_law_t('REDUCED POLYNOMIAL', 3, 'YEOH')]
+
+  !> The constants of such a law on its lines: those of the shear modulus, D1, and at most two behind
+  !> it, which are 0.
+  type :: constants_of_law_t
+    character(6), allocatable :: symbols(:)
+    integer :: last = 1, every = 1 !! those up to `last`, in steps of `every`, have the sum
+    character(:), allocatable :: sum !! which is so called
+    integer :: n_needed = 0 !! up to D1
+  end type constants_of_law_t
 
 contains
 
@@ -193,12 +203,13 @@ contains
     if (has_option(card, 'LAW')) material%law%is_open = .false.
   end subroutine read_elastic
 
-  !> *HYPERELASTIC, NEO HOOKE|MOONEY-RIVLIN|YEOH: one line of constants
+  !> *HYPERELASTIC, law[, N=number of terms]: its constants
   subroutine read_hyperelastic(reader, card, material)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(material_t), intent(inout) :: material
     type(hyperelastic_law_t) :: law
+    type(constants_of_law_t) :: of
     real(wp), allocatable :: constants(:)
     type(fields_t) :: fields
     real(wp) :: shear
@@ -216,28 +227,81 @@ contains
       return
     end if
     law = hyperelastic_laws(findloc(is_named, .true., dim=1))
-    n = law%n
-    allocate (constants(n + law%n_zero))
-    call read_constants(reader, card, law%symbols(:size(constants)), n, fields, constants, is_read)
+    n = 1
+    call integer_option(reader, card, 'N', 1, huge(1), n, is_read)
+    if (has_option(card, 'N') .and. law%most_terms == 0) then
+      call report(reader, option_position(card, 'N'), '*HYPERELASTIC, '//trim(law%name)// &
+        ' has no N')
+      return
+    else if (has_option(card, 'N') .and. n > law%most_terms) then
+      call report(reader, option_position(card, 'N'), '*HYPERELASTIC, '//trim(law%name)// &
+        ' is available up to N='//to_text(law%most_terms))
+      return
+    end if
+    of = constants_of(law, n)
+    allocate (constants(size(of%symbols)))
+    call read_constants(reader, card, of%symbols, of%n_needed, fields, constants, is_read)
     if (.not. is_read) return
-    shear = sum(constants(:law%n_shear))
-    if (shear <= 0.0_wp .and. law%n_shear == 1) then
-      call report(reader, fields%start, 'C10 must be positive, not '// &
-        quoted(field_text(reader, fields, 1)), 'it is half of the shear modulus')
+    n = of%n_needed
+    shear = sum(constants(:of%last:of%every))
+    if (shear <= 0.0_wp .and. of%last <= of%every) then
+      call report(reader, fields%start, trim(of%symbols(1))//' must be positive, not '// &
+        quoted(field_text(reader, fields, 1)), 'it is '//of%sum)
     else if (shear <= 0.0_wp) then
-      call report(reader, fields%start, 'C10 + C01 must be positive, not '//to_text(shear, 3), &
-        'it is half of the shear modulus')
+      call report(reader, fields%start, sum_of(of%symbols(:of%last:of%every))// &
+        ' must be positive, not '//to_text(shear, 3), 'it is '//of%sum)
     end if
     if (constants(n) <= 0.0_wp) call report(reader, field_position(reader, fields, n), &
       'D1 must be positive, not '//quoted(field_text(reader, fields, n)), '2/D1 is the bulk '// &
       'modulus: an incompressible material is approached by a small D1')
-    do i = n + 1, size(constants)
-      if (abs(constants(i)) > 0.0_wp) call report(reader, field_position(reader, fields, i), &
-        trim(law%symbols(i))//' must be 0 or left out, not '//quoted(field_text(reader, fields, i)))
-    end do
-    if (shear > 0.0_wp .and. constants(n) > 0.0_wp) material%law = new_law(trim(law%name), &
-      constants(:n))
+    if (.not. (shear > 0.0_wp .and. constants(n) > 0.0_wp)) return
+    if (law%computed == 'YEOH') then
+      material%law = new_law('YEOH', [constants(:n - 1), spread(0.0_wp, 1, 4 - n), constants(n)])
+    else
+      material%law = new_law(trim(law%computed), constants(:n))
+    end if
   end subroutine read_hyperelastic
+
+  !> The constants of a law with a number of terms.
+  pure type(constants_of_law_t) function constants_of(law, n_terms) result(of)
+    type(hyperelastic_law_t), intent(in) :: law
+    integer, intent(in) :: n_terms !! N, where the law has one
+    character(6), parameter :: of_ogden(6) = ['mu1   ', 'alpha1', 'mu2   ', 'alpha2', 'mu3   ', &
+      'alpha3'], of_yeoh(3) = ['C10   ', 'C20   ', 'C30   '], bulk(3) = ['D1    ', 'D2    ', &
+      'D3    ']
+    integer :: n
+
+    n = n_terms
+    of%sum = 'half of the shear modulus'
+    select case (law%name)
+    case ('NEO HOOKE')
+      of%symbols = [of_yeoh(:1), bulk(:1)]
+    case ('MOONEY-RIVLIN', 'POLYNOMIAL')
+      of%symbols = ['C10   ', 'C01   ', 'D1    ']
+      of%last = 2
+    case ('OGDEN')
+      of%symbols = [of_ogden(:2*n), bulk(:n)]
+      of%last = 2*n
+      of%every = 2
+      of%sum = 'the shear modulus'
+    case default
+      if (law%most_terms == 0) n = 3
+      of%symbols = [of_yeoh(:n), bulk(:n)]
+    end select
+    of%n_needed = findloc(of%symbols, bulk(1), dim=1)
+  end function constants_of
+
+  !> "C10 + C01".
+  pure function sum_of(symbols) result(text)
+    character(*), intent(in) :: symbols(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = trim(symbols(1))
+    do i = 2, size(symbols)
+      text = text//' + '//trim(symbols(i))
+    end do
+  end function sum_of
 
   !> *HYPERFOAM[, N=1]: mu, alpha = -2, nu = 0.25
   subroutine read_hyperfoam(reader, card, material)
@@ -276,17 +340,19 @@ contains
     end if
   end subroutine read_hyperfoam
 
-  !> The constants of a law: one line.
+  !> The constants of a law, eight on a line. Those that may be left out are 0.
   subroutine read_constants(reader, card, symbols, n_needed, fields, constants, is_read)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     character(*), intent(in) :: symbols(:)
-    integer, intent(in) :: n_needed           !! the others are 0 where they are left out
-    type(fields_t), intent(out) :: fields     !! of the line
+    integer, intent(in) :: n_needed           !! on the first line
+    type(fields_t), intent(out) :: fields     !! of the first line
     real(wp), intent(out) :: constants(:)     !! one for each symbol
-    logical, intent(out) :: is_read           !! all of them are numbers
+    logical, intent(out) :: is_read           !! all of them are numbers, and 0 where they must be
+    integer, parameter :: most = 8            ! numbers on a line
+    type(fields_t) :: line
     character(:), allocatable :: names
-    integer :: i
+    integer :: i, at
     logical :: found, ok
 
     constants = 0.0_wp
@@ -294,20 +360,31 @@ contains
     do i = 2, n_needed
       names = names//', '//trim(symbols(i))
     end do
-    call next_data_line(reader, card, fields, found, size(symbols) + 1, names// &
-      ' (and one temperature)')
-    is_read = found
-    if (.not. found) then
-      call report(reader, card%position, '*'//card%keyword//' needs a data line: '//names)
-      return
-    end if
-    do i = 1, size(symbols)
-      if (i > n_needed .and. is_empty_field(fields, i)) cycle
-      call real_field(reader, fields, i, trim(symbols(i)), constants(i), ok)
-      is_read = is_read .and. ok
+    is_read = .true.
+    do i = 1, size(symbols) + 1
+      at = mod(i - 1, most) + 1
+      if (at == 1) then
+        call next_data_line(reader, card, line, found, min(most, size(symbols) + 2 - i), names// &
+          ' (and one temperature)')
+        if (i == 1) then
+          fields = line
+          if (.not. found) call report(reader, card%position, '*'//card%keyword// &
+            ' needs a data line: '//names)
+          is_read = found
+        end if
+        if (.not. found) return
+      end if
+      if (i > size(symbols)) then
+        call skip_temperature(reader, line, at)
+      else if (i <= n_needed .or. .not. is_empty_field(line, at)) then
+        call real_field(reader, line, at, trim(symbols(i)), constants(i), ok)
+        is_read = is_read .and. ok
+        if (ok .and. i > n_needed .and. abs(constants(i)) > 0.0_wp) call report(reader, &
+          field_position(reader, line, at), trim(symbols(i))//' must be 0 or left out, not '// &
+          quoted(field_text(reader, line, at)))
+      end if
     end do
-    call skip_temperature(reader, fields, size(symbols) + 1)
-    call end_data(reader, card, fields, &
+    call end_data(reader, card, line, &
       'properties that depend on temperature are not available: one line '//names)
   end subroutine read_constants
 

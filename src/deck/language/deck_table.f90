@@ -103,8 +103,8 @@ module deck_table_mod
     rule_t('MATERIAL', in_model, is_read, 'NAME=name!'), &
     rule_t('ELASTIC', in_model, is_read, 'TYPE=ISOTROPIC|ISO, LAW=SVK|NEO HOOKE', &
     data='modulus, ratio, temperature'), &
-    rule_t('HYPERELASTIC', in_model, is_read, 'NEO HOOKE, MOONEY-RIVLIN, YEOH', &
-    data='constants of the law'), &
+    rule_t('HYPERELASTIC', in_model, is_read, 'NEO HOOKE, MOONEY-RIVLIN, YEOH, OGDEN, '// &
+    'POLYNOMIAL, REDUCED POLYNOMIAL, N=count:1', data='constants of the law'), &
     rule_t('HYPERFOAM', in_model, is_read, 'N=count:1', data='mu, alpha, nu'), &
     rule_t('REFINE', in_model, is_read, 'NSET=name, ELSET=name, TIMES=count:1', &
     data='x, y, z, radius'), &
@@ -238,7 +238,7 @@ module deck_table_mod
     rule_t('CHANGE MATERIAL', anywhere, is_missing), &
     rule_t('CHANGE CONTACT TYPE', anywhere, is_missing), &
     rule_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing, &
-    remark='*HYPERELASTIC with NEO HOOKE, MOONEY-RIVLIN or YEOH, and *HYPERFOAM are isotropic'), &
+    remark='the laws of *HYPERELASTIC and *HYPERFOAM are isotropic'), &
     rule_t('NMAP', anywhere, is_missing, remark='write the coordinates as they are'), &
     rule_t('CONTACT INCLUSIONS', anywhere, is_missing, &
     remark='name each pair of surfaces: *CONTACT PAIR, INTERACTION=name'), &
