@@ -204,8 +204,8 @@ def page(rows):
     return [
         "# Bodies by iteration", "",
         "By `studies/run iteration`: the paper's block with n elements along an edge,",
-        "[`*BODY SOLVER, TYPE=ITERATIVE`](../deck/solvers.md#body-solver) and the automatic solver, "
-        "one thread,",
+        "[`*BODY SOLVER, TYPE=ITERATIVE`](../deck/solvers.md#body-solver) and the automatic solver,"
+        " one thread,",
         f"{machines}; the load of its two processors was {min(loads):.1f} to {max(loads):.1f}, and "
         "what else runs there only adds to",
         "times. Iterations are those of all solutions, of the estimated errors too; seconds are "

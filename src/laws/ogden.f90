@@ -54,8 +54,8 @@ contains
     end do
   end function energy
 
-  !> dP/dF. Among the axes N_i a change of E changes S_ii by that of the stretches, and S_ij, i /= j,
-  !> by (s_i - s_j)/(e_i - e_j) dE_ij, where s = t/l^2.
+  !> dP/dF. Among the axes N_i a change of E changes S_ii by that of the stretches, and S_ij,
+  !> i /= j, by (s_i - s_j)/(e_i - e_j) dE_ij, where s = t/l^2.
   pure function tangent(h, constants) result(a)
     real(wp), intent(in) :: h(3, 3)       !! du_i/dX_j [-]
     real(wp), intent(in) :: constants(:)

@@ -44,8 +44,8 @@ module read_properties_mod
     hyperelastic_law_t('POLYNOMIAL', 1, 'MOONEY-RIVLIN'), &
     hyperelastic_law_t('REDUCED POLYNOMIAL', 3, 'YEOH')]
 
-  !> The constants of such a law on its lines: those of the shear modulus, D1, and at most two behind
-  !> it, which are 0.
+  !> The constants of such a law on its lines: those of the shear modulus, D1, and at most two
+  !> behind it, which are 0.
   type :: constants_of_law_t
     character(6), allocatable :: symbols(:)
     integer :: last = 1, every = 1 !! those up to `last`, in steps of `every`, have the sum
@@ -248,7 +248,7 @@ contains
       call report(reader, fields%start, trim(of%symbols(1))//' must be positive, not '// &
         quoted(field_text(reader, fields, 1)), 'it is '//of%sum)
     else if (shear <= 0.0_wp) then
-      call report(reader, fields%start, sum_of(of%symbols(:of%last:of%every))// &
+      call report(reader, fields%start, with_plus(of%symbols(:of%last:of%every))// &
         ' must be positive, not '//to_text(shear, 3), 'it is '//of%sum)
     end if
     if (constants(n) <= 0.0_wp) call report(reader, field_position(reader, fields, n), &
@@ -292,7 +292,7 @@ contains
   end function constants_of
 
   !> "C10 + C01".
-  pure function sum_of(symbols) result(text)
+  pure function with_plus(symbols) result(text)
     character(*), intent(in) :: symbols(:)
     character(:), allocatable :: text
     integer :: i
@@ -301,7 +301,7 @@ contains
     do i = 2, size(symbols)
       text = text//' + '//trim(symbols(i))
     end do
-  end function sum_of
+  end function with_plus
 
   !> *HYPERFOAM[, N=1]: mu, alpha = -2, nu = 0.25
   subroutine read_hyperfoam(reader, card, material)
