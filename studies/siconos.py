@@ -278,7 +278,8 @@ def page(found: list[Solved]) -> list[str]:
         f" the best of {REPEATS} runs, given up after {limits} s. The residual is the scaled"
         " natural map ([theory](../theory/stopping.md), (5.2)), computed by one routine from the"
         f" reactions that each program wrote; it is to be {found[0].tolerance:g} or less. Where"
-        " Siconos stops before that, its own tolerance is lowered, as far as to a ten-thousandth.", "",
+        " Siconos stops before that, its own tolerance is lowered, as far as to a"
+        " ten-thousandth.", "",
         f"Here are the few solvers that matter; all {runs} runs, with what each program says of"
         " itself, are in [studies/data/siconos.csv](../../studies/data/siconos.csv).", "",
         "## What follows", "",
