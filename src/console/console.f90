@@ -6,6 +6,7 @@ module console_mod
   use text_mod, only: string_t, to_text, percent
   use idle_processors_mod, only: processor_time_t, processor_time
   use standard_streams_mod, only: write_to, standard_output
+  use progress_line_mod, only: wipe_line
   use system_mod, only: output_is_terminal, wall_seconds
   use parallel_mod, only: has_launcher
   use increments_mod, only: increment_t
@@ -261,7 +262,7 @@ contains
     type(console_t), intent(in) :: console
 
     if (.not. console%terminal) return
-    call write_to(standard_output, achar(13)//achar(27)//'[K')
+    call write_to(standard_output, wipe_line)
   end subroutine clear_bar
 
   !> 0.32 s, 12 s, 3 min 20 s, 2 h 5 min.

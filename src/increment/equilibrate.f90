@@ -7,6 +7,7 @@
 module equilibrate_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
+  use progress_line_mod, only: show_progress
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, solver_auto
   use contact_points_mod, only: contact_points_t
@@ -114,6 +115,7 @@ contains
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)
       is_first = .false.
       report%imbalance = loop%imbalance
+      if (trial%controls%shows_progress) call show_progress('iteration', loop%i, loop%imbalance)
       report%without_contact = maxval(abs(trial%u_free))/max(tiny(1.0_wp), &
         maxval(abs(new%displacement)))
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)

@@ -117,6 +117,7 @@ contains
     allocate (trial%forces%internal, mold=old%displacement)
     trial%controls = scene%contact
     trial%controls%tolerance = solver%choices%tolerance
+    trial%controls%shows_progress = solver%choices%shows_progress
     associate (motions => solver%body%motions)
       trial%motion = [(old%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
     end associate

@@ -90,6 +90,7 @@ module controls_mod
     integer  :: linear = linear_auto  !! linear systems of the global Newton
     integer  :: max_sweeps = 20000
     integer  :: compliance = compliance_auto !! of the contact rows
+    logical  :: shows_progress = .false. !! on a terminal: the iterations of the first increment
   end type contact_controls_t
 
   !> *PRECISION and *BODY SOLVER: residuals, forces and displacements are double whatever is chosen.

@@ -57,7 +57,10 @@ contains
       solver%choices%tolerance = progress%tolerance
       allocate (notes(0))
       n_tangents = solver%on_tangents%n_factorisations
+      solver%choices%shows_progress = console%terminal .and. .not. console%headed
       call solve_next(scene, plan, solver, progress, watch, solved, notes, error)
+      if (solver%choices%shows_progress) call clear_bar(console)
+      solver%choices%shows_progress = .false.
       solved%report%tangents = solver%on_tangents%n_factorisations - n_tangents
       call print_notes(console, notes)
       if (allocated(error) .or. .not. solved%found) exit increments

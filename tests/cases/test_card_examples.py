@@ -1,4 +1,4 @@
-"""The examples of docs/deck run, and every card that is read stands in one on the page of its entry.
+"""The examples of docs/deck run, and every card stands in one on the page of its entry.
 
 An example is a whole deck, or a part of that of docs/deck.md, where its cards take the place of
 those of the same kind and name.

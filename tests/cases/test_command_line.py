@@ -152,7 +152,10 @@ class CommandLine(unittest.TestCase):
 
 def on_terminal(folder, *words, **environment):
     """Run the program with a terminal as its output; return its status and what it wrote."""
-    ours, theirs = pty.openpty()
+    try:
+        ours, theirs = pty.openpty()
+    except OSError as error:
+        raise unittest.SkipTest(f"no pseudo-terminal: {error}") from error
     with subprocess.Popen(
         [PROGRAM, *map(str, words)], cwd=folder, stdin=subprocess.DEVNULL, stdout=theirs,
         stderr=theirs, env={**os.environ, "TERM": "xterm", **environment},
@@ -182,6 +185,25 @@ class Progress(unittest.TestCase):
         for _, left in found[1:-1]:
             self.assertRegex(left, r"^(\d+(\.\d+)? s|\d+ min \d+ s|\d+ h \d+ min)$")
         self.assertNotRegex(run.output, r"[\x00-\x09\x0b-\x1f\x7f]")
+
+    def test_a_terminal_shows_the_iterations_of_the_first_increment(self):
+        run = Run(BLOCK, n=4, steps=5)
+        self.assertNotIn("first increment", run.output)
+        status, text = on_terminal(run.folder, BLOCK, "--set", "n=4", "--set", "steps=5",
+                                   "--overwrite")
+        self.assertEqual(status, 0, text)
+        shown = re.findall(r"\r\x1b\[Kfirst increment: (\D+) (\d+), residual (\S+)(?=\r\x1b\[K)",
+                           text)
+        self.assertEqual(len(shown), text.count("first increment"))
+        self.assertEqual({what for what, *_ in shown}, {"sweep", "iteration"})
+        sweeps = [(int(k), float(residual)) for what, k, residual in shown if what == "sweep"]
+        self.assertEqual(sweeps[0][0], 0)
+        self.assertEqual(sweeps, sorted(sweeps, key=lambda sweep: sweep[0]))
+        self.assertLess(sweeps[-1][1], 1e-8)
+        # Nothing of it stays, and later increments have the bar alone.
+        self.assertNotIn("first increment", text[text.index(" of 5"):])
+        wiped = re.sub(r"[^\n]*\r\x1b\[K", "", text)
+        self.assertNotIn("residual", wiped)
 
     def test_a_terminal_shows_a_bar_and_the_same_words(self):
         run = Run(BLOCK, "--plan")

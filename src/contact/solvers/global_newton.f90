@@ -7,6 +7,7 @@
 !> docs/theory.md section 4.
 module global_newton_mod
   use kinds_mod, only: wp
+  use progress_line_mod, only: show_progress
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_direct
   use increment_report_mod, only: ended_at_limit, ended_stalled
   use compliance_mod, only: is_map
@@ -79,6 +80,8 @@ contains
           r_start, here)
         report%products = report%products + 1
       end if
+      if (controls%shows_progress) call show_progress('contact iteration', report%iterations, &
+        here%residual)
       stalled = stalled + 1
       if (here%residual < 0.9_wp*report%residual) stalled = 0
       if (here%residual < report%residual) then

@@ -10,6 +10,7 @@
 !> docs/theory.md section 4.
 module proximal_newton_mod
   use kinds_mod, only: wp
+  use progress_line_mod, only: show_progress
   use controls_mod, only: contact_controls_t, solver_global_newton, linear_auto, linear_direct
   use increment_report_mod, only: ended_well, ended_stalled
   use banded_mod, only: invert_band
@@ -178,6 +179,8 @@ contains
 
     packed = pack_rows(problem, r)
     call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, report)
+    if (controls%shows_progress) call show_progress('contact iteration', report%iterations, &
+      report%residual)
     report%converged = report%residual <= controls%tolerance
   end subroutine judge
 

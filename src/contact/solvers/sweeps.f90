@@ -2,6 +2,7 @@
 !> their newest.
 module sweeps_mod
   use kinds_mod, only: wp, sp
+  use progress_line_mod, only: show_progress
   use undefined_mod, only: undefined
   use controls_mod, only: contact_controls_t, formulation_bipotential, local_uzawa, local_newton, &
                           local_newton6, local_exact, stop_at_change, solver_sweeps
@@ -146,6 +147,7 @@ contains
     type(contact_report_t) :: here
 
     call measure(problem, x_free, relative_gaps(problem, x_free, packed), packed, r_start, here)
+    if (controls%shows_progress) call show_progress('sweep', report%iterations, here%residual)
     report%products = report%products + 1
     if (here%residual < 0.9_wp*report%lowest_residual) then
       report%lowest_residual = here%residual

@@ -11,6 +11,7 @@
 !> in a step (loose_motions_mod), and the step is not shortened.
 module whole_newton_mod
   use kinds_mod, only: wp
+  use progress_line_mod, only: show_progress
   use controls_mod, only: contact_controls_t, solver_global_newton
   use increment_report_mod, only: ended_at_limit, ended_stalled, ended_unbalanced
   use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, measure
@@ -127,6 +128,8 @@ contains
     settling%is_on = .not. is_known .and. any(problem%mu > 0.0_wp)
     newton: do
       call judge(problem, body, x_free, now, scale, r_start, unsolved, here)
+      if (controls%shows_progress) call show_progress('contact iteration', report%iterations, &
+        here%residual)
       stalled = stalled + 1
       if (here%residual < 0.9_wp*report%residual) stalled = 0
       if (here%residual < report%residual) then
