@@ -107,7 +107,12 @@ contains
     ! A turn may take the obstacle further past a point than anything is displaced.
     way = scales%length
     if (present(turned)) way = max(way, norm2(turned%slip, dim=1))
-    certificate = judge_contact(points%mu, reaction, x, scales%force, scales%length, way)
+    if (allocated(contact%stays)) then
+      certificate = judge_contact(points%mu, reaction, x, scales%force, scales%length, way, &
+        contact%stays)
+    else
+      certificate = judge_contact(points%mu, reaction, x, scales%force, scales%length, way)
+    end if
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
       new%displacement, forces%constraints, forces%prescribed, forces%patterns), &
       broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed))
@@ -363,14 +368,16 @@ contains
   !> In the law points count as their reactions, none for more than the scale of forces: one that is
   !> larger would hide the others. Friction does no work at any point: the law, a mean
   !> over the points, sees what it does at all of them together, but little of one among many.
-  pure function judge_contact(mu, r, x, f, u, way) result(certificate)
+  pure function judge_contact(mu, r, x, f, u, way, stays) result(certificate)
     real(wp), intent(in) :: mu(:)    !! (n_points) [-]
     real(wp), intent(in) :: r(:, :)  !! (3,n_points) n, t1, t2 [force]
     real(wp), intent(in) :: x(:, :)  !! (3,n_points) [length]
     real(wp), intent(in) :: f(:), u(:) !! (n_points) scales of force and length
     real(wp), intent(in), optional :: way(:) !! scales of slips, `u` where left out [length]
+    logical, intent(in), optional :: stays(:) !! (n_points) closed; none where left out
     type(certificate_t) :: certificate !! equilibrium is 0 in it
-    real(wp) :: defect, total, weight, longest(size(u))
+    real(wp) :: defect, total, weight, longest(size(u)), pressing
+    logical :: is_closed(size(mu))
     integer :: i
 
     certificate = nothing_true
@@ -378,22 +385,31 @@ contains
     certificate = certificate_t()
     longest = u
     if (present(way)) longest = way
+    is_closed = .false.
+    if (present(stays)) is_closed = stays
     defect = 0.0_wp
     total = 0.0_wp
     do i = 1, size(mu)
       associate (c => certificate, normal => r(1, i), force => norm2(r(:, i)))
-        c%penetration = max(c%penetration, ratio(-x(1, i), u(i)))
-        c%adhesion = max(c%adhesion, ratio(-normal, f(i)))
+        pressing = normal
+        if (is_closed(i)) then
+          ! It may pull, without friction, and must not open.
+          pressing = max(0.0_wp, normal)
+          c%penetration = max(c%penetration, ratio(abs(x(1, i)), u(i)))
+        else
+          c%penetration = max(c%penetration, ratio(-x(1, i), u(i)))
+          c%adhesion = max(c%adhesion, ratio(-normal, f(i)))
+        end if
         c%complementarity = max(c%complementarity, ratio(ratio(abs(x(1, i)*normal), f(i)), u(i)))
-        c%cone = max(c%cone, ratio(norm2(r(2:, i)) - mu(i)*normal, f(i)))
+        c%cone = max(c%cone, ratio(norm2(r(2:, i)) - mu(i)*pressing, f(i)))
         ! What is rounding of other forces has no law.
         if (force <= rounded*f(i)) cycle
         weight = min(1.0_wp, f(i)/force)
-        defect = defect + weight*ratio(abs(mu(i)*normal*norm2(x(2:, i)) + dot_product(x(:, i), &
+        defect = defect + weight*ratio(abs(mu(i)*pressing*norm2(x(2:, i)) + dot_product(x(:, i), &
           r(:, i))), longest(i))
         ! A point that sticks under much friction slips by rounding: beside the force that could
         ! hold it.
-        total = total + weight*max(force, mu(i)*normal)
+        total = total + weight*max(force, mu(i)*pressing)
         c%dissipation = max(c%dissipation, ratio(ratio(weight*dot_product(r(2:, i), x(2:, i)), &
           f(i)), longest(i)))
       end associate

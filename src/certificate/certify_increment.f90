@@ -19,7 +19,7 @@ module certify_increment_mod
   use turned_slips_mod, only: slips_of_turns
   use edge_middles_mod, only: find_edge_middles
   use rigid_patterns_mod, only: find_patterns, take_moments
-  use pairs_of_step_mod, only: take_pairs, face_nothing
+  use pairs_of_step_mod, only: take_pairs, face_nothing, find_closed
   use certificate_mod, only: certify
   implicit none
   private
@@ -73,6 +73,7 @@ contains
       contact%gap = contact%gap + (known%extra_gap - points%extra_gap)
     end if
     call face_obstacles(scene, known, old, new, contact)
+    call find_closed(scene, known, old, contact)
     call turn_inner_sides(scene, known, new%displacement, contact)
     call face_surfaces(scene, known, old, new, contact, folded_point)
     call face_nothing(known, contact)

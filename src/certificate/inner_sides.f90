@@ -25,7 +25,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) displacements [length]
-    type(contact_fields_t), intent(inout) :: contact !! its frames; loses the sign of reactions
+    type(contact_fields_t), intent(inout) :: contact
+    !! its frames; reactions lose their sign, and what is inside does not stay closed
     real(wp), allocatable :: outward(:, :)       !! (3,n_nodes) of a pair's nodes [length^2]
     integer, allocatable :: parts(:, :), whole(:)
     integer :: pair, i
@@ -44,6 +45,7 @@ contains
         associate (out => outward(:, points%node(i)))
           if (dot_product(contact%frame(:, 1, i), out) > from_inside*norm2(out)) then
             contact%reaction(1, i) = -contact%reaction(1, i)
+            contact%stays(i) = .false.
           end if
         end associate
       end do

@@ -1,13 +1,15 @@
-!> Friction and removal of pairs in a *STEP, for the certificate: by the cards, in their order.
+!> Friction, removal and separation of pairs in a *STEP, for the certificate: by the cards, in their
+!> order.
 module pairs_of_step_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, is_covered
+  use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   implicit none
   private
 
-  public :: take_pairs, face_nothing
+  public :: take_pairs, face_nothing, find_closed
 
   real(wp), parameter :: nothing_there = 1.0e30_wp !! gap of a point that faces nothing [length]
 
@@ -54,5 +56,24 @@ contains
       contact%slip_increment(:, i) = 0.0_wp
     end do
   end subroutine face_nothing
+
+  !> Which points have to stay closed: of pairs without separation those that are said to, and those
+  !> with a reaction when the increment began, unless they have left their master.
+  pure subroutine find_closed(scene, points, old, contact)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: old
+    type(contact_fields_t), intent(inout) :: contact !! its `stays`
+    logical :: is_said(points%n)
+    integer :: i
+
+    is_said = contact%stays
+    do i = 1, points%n
+      contact%stays(i) = scene%pairs(points%pair(i))%no_separation .and. (is_said(i) .or. &
+        any(abs(old%reaction(:, i)) > 0.0_wp)) .and. is_covered(points, contact%weights, i)
+      if (allocated(points%is_removed)) contact%stays(i) = contact%stays(i) .and. .not. &
+        points%is_removed(points%pair(i))
+    end do
+  end subroutine find_closed
 
 end module pairs_of_step_mod

@@ -215,7 +215,7 @@ contains
     logical :: presses(3, size(group%active))
 
     presses = group%problem%row > 0 .and. spread(any(abs(reaction(:, group%active)) > 0.0_wp, &
-      dim=1), 1, 3)
+      dim=1) .or. group%problem%stays, 1, 3)
     g = group%floating%g(pack(group%problem%row, presses), :)
     associate (neutral => group%floating%neutral)
       g = g - matmul(matmul(g, neutral), transpose(neutral))

@@ -48,7 +48,7 @@ contains
     integer :: n_in
 
     ! What presses, all points of other nodes, and of a node where none presses the nearest.
-    is_in = r(1, :) > 0.0_wp
+    is_in = r(1, :) > 0.0_wp .or. problem%stays
     associate (n_at => points_at(node, maxval(node)))
       where (n_at(node) <= most_independent) is_in = .true.
     end associate
@@ -106,6 +106,7 @@ contains
     end do
     call get_rows(problem%compliance, rows, w)
     call make_problem(row, problem%mu(those), w, some)
+    some%stays = problem%stays(those)
     some%driven = problem%driven(:, those)
     some%is_proximal = problem%is_proximal
     allocate (r_some, source=r(:, those))

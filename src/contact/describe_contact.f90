@@ -42,6 +42,7 @@ contains
     allocate (contact%reaction(3, points%n), contact%gap(points%n), contact%slip_increment(2, &
       points%n))
     allocate (contact%status(points%n), source=status_open)
+    allocate (contact%stays(points%n), source=.false.)
     do i = 1, points%n
       contact%slip_increment(:, i) = matmul( &
         relative_motion(points, placement%weights, i, new%displacement) - &
@@ -114,7 +115,8 @@ contains
   end subroutine find_redundant
 
   !> The status of the points of a group: the branch of Coulomb's law that each is on. A point with
-  !> a reaction is not open, even where rounding of the gap puts it there.
+  !> a reaction is not open, even where rounding of the gap puts it there; nor is one that stays
+  !> closed, which slides where it pulls.
   pure subroutine find_status(group, contact)
     type(contact_group_t), intent(in) :: group
     type(contact_fields_t), intent(inout) :: contact
@@ -128,8 +130,10 @@ contains
       where (status == status_open .and. r(1, :) > 0.0_wp) status = merge(status_stick, &
         status_slide, norm2(r(2:, :), 1) < group%problem%mu*r(1, :))
     end associate
+    where (status == status_open .and. group%problem%stays) status = status_slide
     where (status /= status_open .and. group%problem%mu <= 0.0_wp) status = status_slide
     contact%status(group%active) = status
+    contact%stays(group%active) = group%problem%stays
   end subroutine find_status
 
 end module describe_contact_mod

@@ -20,6 +20,7 @@ module equilibrate_mod
   use passed_obstacles_mod, only: find_passed, part_that_would_do
   use placement_mod, only: join_ends
   use follow_bodies_mod, only: farthest_point
+  use closed_points_mod, only: keep_closed
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
   use renew_tangent_mod, only: renew_tangent
@@ -49,7 +50,8 @@ contains
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial            !! u_free takes the corrections
-    type(state_t), intent(inout) :: new              !! gets reaction, displacement, rotation
+    type(state_t), intent(inout) :: new
+    !! gets reaction, displacement, rotation, and which points are closed
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), dimension(3, size(trial%u_free, 2)) :: residual, pressed !! [force]
@@ -141,6 +143,7 @@ contains
       if (allocated(error)) return
     end do newton_raphson
     if (allocated(loop%begun)) call abandon_inverse(solver%body%inverse)
+    call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
     if (report%worst_element > 0 .or. (loop%imbalance > max(trial%controls%tolerance, &
       solver%choices%tolerance) .and. .not. loop%is_linear)) then
       report%converged = .false.

@@ -17,6 +17,7 @@ module load_events_mod
   use interference_mod, only: has_interference, extra_gap_at
   use step_solver_mod, only: step_solver_t
   use placement_mod, only: placement_t, place_all, place_curved, place_state
+  use closed_points_mod, only: stay_closed
   use transfer_mod, only: movable, rows_of_points
   implicit none
   private
@@ -103,6 +104,7 @@ contains
     touch = no_event
     if (solver%body%motions%n > 0) return
     if (any(abs(state%reaction) > 0.0_wp) .or. finish <= start) return
+    if (any(stay_closed(scene, points, solver%undeformed, state))) return
     can_press = points_that_can_press(scene, points, solver, state)
     if (size(can_press) == 0) return
     here = start

@@ -19,6 +19,7 @@ module load_step_error_mod
   use controls_mod, only: accuracy_of_energy
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use mesh_forces_mod, only: force_rounding
   use bodies_mod, only: is_linear
   use interference_mod, only: has_interference, extra_gap_at
   use step_contact_mod, only: changes_at, most_friction
@@ -34,6 +35,7 @@ module load_step_error_mod
   use load_events_mod, only: next_event
   use load_response_mod, only: sum_patterns
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
+  use closed_points_mod, only: may_stay_closed
   use look_ahead_mod, only: can_look_ahead, step_on_interface
   use equilibrate_mod, only: equilibrate
   use path_balance_mod, only: work_left_over, largest_switch_energy
@@ -111,7 +113,8 @@ contains
     left = report%energy%balance - coarse%energy%balance
     least_doubtful = max(doubtful*report%energy%strain, doubtful*coarse%energy%strain, &
       noise*coarse%most_strained, noise*abs(report%energy%external_work), &
-      noise*report%energy%dissipation)
+      noise*report%energy%dissipation, dot_product(force_rounding(scene%mesh, scene%materials, &
+      new%displacement), norm2(new%displacement, dim=1)))
     is_doubtful = abs(left) > least_doubtful .and. is_linear(scene) .and. .not. &
       any(scene%obstacles%turns)
     coarse%most_strained = report%energy%strain
@@ -290,15 +293,15 @@ contains
   end subroutine follow_coarsely
 
   !> Whether a state follows from the loads at its end alone, wherever they came from: elastic
-  !> bodies that supports hold, before flat obstacles without friction, are where their energy is
-  !> least.
+  !> bodies that supports hold, before flat obstacles without friction that they may part from, are
+  !> where their energy is least.
   pure logical function forgets_path(scene, points, solver)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
 
     forgets_path = is_linear(scene) .and. solver%body%motions%n == 0 .and. .not. &
-      (any(most_friction(scene) > 0.0_wp) .or. any(points%is_curved))
+      (any(most_friction(scene) > 0.0_wp) .or. any(points%is_curved) .or. may_stay_closed(scene))
   end function forgets_path
 
   !> Whether points in the middle of edges have become points by themselves, or are no more.

@@ -23,6 +23,7 @@ module look_ahead_mod
   use increments_mod, only: increment_t, next_increment, mark_end
   use number_list_mod, only: number_list_t, archive
   use interference_mod, only: has_interference
+  use closed_points_mod, only: may_stay_closed
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use transfer_mod, only: nodal_forces
@@ -71,7 +72,7 @@ contains
     type(step_solver_t), intent(in) :: solver
 
     can_look_ahead = is_linear(scene) .and. is_exact(solver%choices%precision) .and. .not. &
-      (has_interference(scene) .or. any(points%is_curved)) .and. &
+      (has_interference(scene) .or. may_stay_closed(scene) .or. any(points%is_curved)) .and. &
       solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed .and. &
       size(neutral_motions(solver%contact, solver%body%motions%n), 2) == 0
   end function can_look_ahead

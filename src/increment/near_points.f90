@@ -15,8 +15,8 @@ module near_points_mod
 
 contains
 
-  !> The points in reach that carry a reaction, or whose gap at displacement `u` is small beside the
-  !> longest relative motion since the increment began.
+  !> The points in reach that carry a reaction, stay closed, or whose gap at displacement `u` is
+  !> small beside the longest relative motion since the increment began.
   pure function near_points(points, placement, old, u, reaction, slack) result(near)
     type(contact_points_t), intent(in) :: points
     type(placement_t), intent(in) :: placement
@@ -39,6 +39,7 @@ contains
       if (near(i)) near(i) = any(abs(reaction(:, i)) > 0.0_wp) .or. gap_at(placement, points, i, &
         u) <= max(slack, margin*longest)
     end do
+    if (allocated(old%closed)) near = near .or. (points%in_reach .and. old%closed)
   end function near_points
 
   !> Whether a point that was left out touches its master, or is inside it.

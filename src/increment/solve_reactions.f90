@@ -26,6 +26,7 @@ module solve_reactions_mod
   use shared_nodes_mod, only: has_shared_nodes, share_nodes
   use dependent_rows_mod, only: points_of_rows
   use step_solver_mod, only: step_solver_t
+  use closed_points_mod, only: stay_closed
   use trial_mod, only: trial_t, loads_on_motions
   use solve_on_bodies_mod, only: group_answer_t, solve_on_bodies
   implicit none
@@ -49,6 +50,7 @@ contains
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z; warm start in [force]
     type(increment_report_t), intent(inout) :: report
     real(wp), allocatable :: start(:, :), load(:), rounding(:)
+    logical :: stays(points%n)
     real(wp) :: unbalanced(solver%body%motions%n) !! direction that nothing balances
     real(wp) :: resisting(3*count_points(solver%contact), solver%body%motions%n)
     type(contact_report_t) :: contact
@@ -58,6 +60,7 @@ contains
     clock = wall_seconds()
     start = reaction
     reaction = 0.0_wp
+    stays = stay_closed(scene, points, solver%undeformed, old)
     unbalanced = 0.0_wp
     n_resisting = 0
     resisting = 0.0_wp
@@ -102,6 +105,7 @@ contains
 
       call gaps_without_contact(points, trial, old, group, start, x, r)
       x_free = pack_rows(group%problem, x)
+      group%problem%stays = stays(group%active)
       group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
         old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
         trial%controls%tolerance)
@@ -280,7 +284,8 @@ contains
     has_part = points_of_rows(group%problem%row, group%null)
     do k = 1, size(r, 2)
       associate (row => group%problem%row(1, k))
-        if (has_part(k) .and. r(1, k) <= 0.0_wp .and. gaps(row) <= touching) away(row) = far
+        if (has_part(k) .and. r(1, k) <= 0.0_wp .and. gaps(row) <= touching .and. .not. &
+          group%problem%stays(k)) away(row) = far
       end associate
     end do
   end subroutine keep_open

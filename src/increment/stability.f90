@@ -226,7 +226,7 @@ contains
 
   end subroutine find_as_integrated
 
-  !> The points that press, by their reactions.
+  !> The points that press, or pull where they stay closed, by their reactions.
   pure type(pressed_t) function pressed_points(scene, points, solver, state) result(contact)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -241,8 +241,8 @@ contains
     allocate (contact%across(3, points%n), source=0.0_wp)
     do i = 1, points%n
       r = matmul(state%reaction(:, i), contact%placement%frame(:, :, i))
-      contact%presses(i) = r(1) > 0.0_wp
-      contact%normal_force(i) = max(0.0_wp, r(1))
+      contact%presses(i) = abs(r(1)) > 0.0_wp
+      contact%normal_force(i) = r(1)
       contact%sticks(i) = contact%presses(i) .and. norm2(r(2:)) < (1.0_wp - cone)*points%mu(i)*r(1)
     end do
   end function pressed_points

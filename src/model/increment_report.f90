@@ -108,6 +108,8 @@ module increment_report_mod
     !! elsewhere [length]
     real(wp), allocatable :: slip_increment(:, :) !! (2,n_points) along t1, t2 [length]
     integer,  allocatable :: status(:) !! (n_points) status_open, status_stick, status_slide
+    logical,  allocatable :: stays(:)
+    !! (n_points) closed from the beginning of the increment: it may pull
     logical,  allocatable :: is_redundant(:)
     !! (n_points) constraints could take over what it carries: the reaction is the least, no more
   end type contact_fields_t

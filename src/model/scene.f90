@@ -57,6 +57,7 @@ module scene_mod
     integer  :: surface = 0           !! index into the scene's surfaces
     integer  :: master = 0            !! index into the scene's obstacles; 0: a surface
     real(wp) :: mu = 0.0_wp           !! friction coefficient, mu >= 0 [-]
+    logical  :: no_separation = .false. !! what has touched stays closed: its normal force may pull
     integer  :: master_surface = 0    !! index into the scene's surfaces; 0: an obstacle
     logical  :: small_sliding = .false.
     !! before a surface: weights and normals stay those of the undeformed mesh

@@ -36,6 +36,9 @@ module state_mod
     logical,  allocatable :: alone(:)
     !! (n_points) in the middle of an edge whose ends have no part in the point, as of weights_t;
     !! not allocated: none but those that supports hold, or no increment is done
+    logical,  allocatable :: closed(:)
+    !! (n_points) of pairs without separation: they stay closed from here on; not allocated: there
+    !! are no such pairs, or no increment is done
     real(wp), allocatable :: trend(:, :)
     !! (3, n_points) how reactions went in the last increment, for a whole *STEP [force]
     real(wp), allocatable :: displacement_trend(:, :)
@@ -107,6 +110,7 @@ contains
     call archive(list, state%rotation)
     call archive(list, state%reaction)
     call archive_flags(list, state%alone)
+    call archive_flags(list, state%closed)
     call archive(list, state%trend)
     call archive(list, state%displacement_trend)
     call archive(list, state%tangent_of)
@@ -151,7 +155,7 @@ contains
   pure integer(i8) function most_numbers(n_nodes, n_points, n_modes)
     integer, intent(in) :: n_nodes, n_points, n_modes
 
-    most_numbers = 15_i8*n_nodes + 10_i8*n_points + 90_i8*n_modes
+    most_numbers = 15_i8*n_nodes + 12_i8*n_points + 90_i8*n_modes
   end function most_numbers
 
   !> What it takes to go on from an increment: its state, that in coarser increments, prescribed

@@ -1,7 +1,8 @@
 !> A deck on one mesh: plan, result file, increments, and how it went.
 module run_mesh_mod
   use kinds_mod, only: wp, i8
-  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal
+  use errors_mod, only: error_t, raise, exit_not_solved, exit_machine, exit_signal, &
+    exit_wrong_input
   use text_mod, only: string_t, to_text, percent
   use system_mod, only: wall_seconds, cpu_seconds, catch_signals
   use fresh_file_mod, only: beginning_of
@@ -106,6 +107,9 @@ contains
     if (.not. continues .and. scene%accuracy%time <= 0.0_wp) call choose_threads(console%began, &
       plan)
     call choose_rows(options%exported, plan%n_increments, options%overwrite, exports, error)
+    if (options%exported /= '' .and. any(scene%pairs%no_separation)) call raise(error, &
+      exit_wrong_input, 'bipot: error: --export-fclib: points of such a file may open, and '// &
+      'those of *SURFACE BEHAVIOR, NO SEPARATION may not')
     if (allocated(error)) return
     if (present(choice) .and. console%verbose .and. .not. options%plan) then
       if (.not. is_first .and. has_bound(sequence)) call say(foreseen_in_words(scene, choice))

@@ -1253,6 +1253,11 @@ class Decks(unittest.TestCase):
             seeds += ("20785024",)
         self.judge("finite", "--only", *seeds)
 
+    def test_random_decks_without_separation(self):
+        # 106: a block that slides where nothing presses; all its forces are rounding.
+        self.judge("closed", "--only", "106")
+        self.judge("closed", "--decks", "6", "--seed", "1" if RELEASE else "1001")
+
     def test_random_decks_at_finite_strain(self):
         seed = "1" if RELEASE else "1001"
         self.judge("finite", "--decks", "2", "--seed", seed)

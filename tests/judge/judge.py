@@ -2,7 +2,7 @@
 """Run the program on random decks and judge its results by an independent finite-element program.
 
     tests/judge/judge.py --decks 2000 --seed 1 [--jobs 2]
-                         [--family one|bodies|joined|rims|finite]
+                         [--family one|bodies|joined|rims|finite|closed]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
@@ -10,9 +10,9 @@ The family `one` has a body, or several that do not touch, before planes, sphere
 `joined` has decks of these two with equations, couplings, local directions, supports that stay as
 they are, and temperatures. `rims` has contact beside what is clamped, tied, joined or cracked, in
 corners of one master, and before tools smaller than an element. `finite` has bodies at finite
-strain, pressed by 5 to 40 % of their height, before obstacles and each other. Of `all` the second
-and the third have a quarter as many decks as the first, `rims` and `finite` none; of `both` the
-third has none, either.
+strain, pressed by 5 to 40 % of their height, before obstacles and each other. `closed` has surfaces
+without separation, pressed, pulled and pushed. Of `all` the second and the third have a quarter as
+many decks as the first, the others none; of `both` the third has none, either.
 
 A deck is one of
 
@@ -46,6 +46,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 
 from body_scenes import random_bodies
+from closed_scenes import random_closed
 from finite_refusals import confirm_finite
 from finite_scenes import random_finite
 from joined_scenes import random_joined
@@ -131,7 +132,7 @@ def judge_run(scene, deck, status, message, options):
 
 FAMILIES = {
     "one": random_scene, "bodies": random_bodies, "joined": random_joined, "rims": random_rims,
-    "finite": random_finite,
+    "finite": random_finite, "closed": random_closed,
 }  # fmt: skip
 
 

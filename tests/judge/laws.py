@@ -178,6 +178,7 @@ class Judge:
         self.body_rows = scene.tied_bodies()
         self.added = scene.added_gaps()
         self.pressed_before = np.zeros_like(scene.points)
+        self.closed = {}  # by pair: which points of surfaces without separation have touched
         self.freedom = None
         self.worst = {}
 
@@ -840,13 +841,15 @@ class Judge:
         allowed = self.allowed
         total = defect = 0.0
         farthest = length
-        for p in points:
+        for number, p in enumerate(points):
             if len(p["rows"]) == 0:
                 continue
             mu = p["pair"].friction
             rounding = p["rounding"]
+            closed = self.closed_points(number, p)
             longest = max(length, np.linalg.norm(p["slip"], axis=1).max(initial=0.0))
             normal_force = np.einsum("pi,pi->p", p["force"], p["normal"])
+            pressing = np.where(closed, np.maximum(0.0, normal_force), normal_force)
             friction = across(p["force"], p["normal"])
             size = np.linalg.norm(friction, axis=1)
             gap = np.where(np.abs(p["gap"]) <= rounding, 0.0, p["gap"])
@@ -858,10 +861,11 @@ class Judge:
                 self.note(kind, row, value, allowed, f"at node {ids[at]}")
 
             worst("penetration", np.maximum(0.0, -gap), length)
-            worst("adhesion", np.maximum(0.0, -normal_force), force)
+            worst("opening", np.where(closed, gap, 0.0), length)
+            worst("adhesion", np.maximum(0.0, -normal_force) * ~closed, force)
             energy = force * length if length > 0 else 0.0
             worst("complementarity", np.abs(gap * normal_force), energy)
-            worst("cone", np.maximum(0.0, size - mu * normal_force), force)
+            worst("cone", np.maximum(0.0, size - mu * pressing), force)
             slip = p["slip"]
             # Friction does no work at any point: the law below is a mean over them. Slip that is
             # rounding of large displacements is none.
@@ -869,12 +873,12 @@ class Judge:
             scale = force * longest if longest > 0 else 0.0
             worst("friction does work", np.maximum(0.0, work), scale)
             law = np.abs(
-                mu * normal_force * np.linalg.norm(slip, axis=1)
+                mu * pressing * np.linalg.norm(slip, axis=1)
                 + np.einsum("pi,pi->p", friction, slip)
             )
             law = np.maximum(0.0, law - mu * np.abs(normal_force) * 4 * rounding)
             defect += law.sum()
-            total += np.maximum(np.linalg.norm(p["force"], axis=1), mu * normal_force).sum()
+            total += np.maximum(np.linalg.norm(p["force"], axis=1), mu * pressing).sum()
             if self.turns(p):
                 farthest = max(farthest, longest)
             self.check_stored_points(row, p, gap, force, length, normal_force, size)
@@ -882,6 +886,17 @@ class Judge:
             # Reactions that are rounding alone have no law.
             total = max(total, 1e-10 * force)
             self.note("friction law", row, defect / (total * farthest), allowed)
+
+    def closed_points(self, number, p):
+        """Which points of a pair stay closed in this increment; those that press join them."""
+        has_row = p.get("has_row", np.ones(len(p["rows"]), bool))
+        touches = p["pair"].closed
+        if touches is None:
+            return ~has_row & has_row
+        before = self.closed.setdefault(number, np.full(len(p["rows"]), touches))
+        closed = before & has_row
+        self.closed[number] = closed | np.any(p["force"] != 0.0, axis=1)
+        return closed
 
     def check_sums_of_walls(self, row, points):
         """Resultants of pairs whose points are told apart by walls."""

@@ -97,6 +97,8 @@ class Pair:
 
     A master with concave edges is a pair for each `wall` (0, 1, ...) here, and one in the deck:
     that of an obstacle is `wall_of` the deck's, that of a body the side `whole`.
+
+    `closed` is of surfaces without separation: whether they touch in the mesh, or begin apart.
     """
 
     part: int
@@ -108,6 +110,7 @@ class Pair:
     adjust: float | None = None
     wall: int | None = None
     whole: str | None = None
+    closed: bool | None = None
 
 
 @dataclass
@@ -502,6 +505,8 @@ class DeckWriter:
             if pair.wall:
                 continue
             self.add(f"*SURFACE INTERACTION, NAME=I{index}")
+            if pair.closed is not None:
+                self.add("*SURFACE BEHAVIOR, NO SEPARATION")
             if pair.friction:
                 self.add("*FRICTION", number(pair.friction))
             options = "" if pair.adjust is None else f", ADJUST={number(pair.adjust)}"

@@ -1,7 +1,8 @@
 !> The bi-potential formulation: contact and friction in one projection.
 module bipotential_mod
   use kinds_mod, only: wp
-  use law_mod, only: project_prediction, cone_derivative, augmented_gap
+  use law_mod, only: project_prediction, cone_derivative, pull_derivative, augmented_gap
+  use increment_report_mod, only: status_open
   use local_point_mod, only: local_point_t
   implicit none
   private
@@ -25,9 +26,13 @@ contains
     integer :: status, i
 
     y = r - point%rho*augmented_gap(point%mu, x)
-    call project_prediction(point%mu, point%rho, r, x, p, status)
+    call project_prediction(point%mu, point%stays, point%rho, r, x, p, status)
     z = r - p
-    dz_dx = cone_derivative(point%mu, y, status)
+    if (point%stays .and. status == status_open) then
+      dz_dx = pull_derivative(point%mu, y)
+    else
+      dz_dx = cone_derivative(point%mu, y, status)
+    end if
     dz_dr = -dz_dx
     do i = 1, 3
       dz_dr(i, i) = dz_dr(i, i) + 1.0_wp

@@ -20,7 +20,7 @@ contains
     integer :: status
 
     x = matmul(point%w, r) + point%x_loc
-    call project_prediction(point%mu, point%rho, r, x, p, status)
+    call project_prediction(point%mu, point%stays, point%rho, r, x, p, status)
     r = p
     iterations = 1
     converged = .true.

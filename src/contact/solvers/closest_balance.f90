@@ -73,7 +73,10 @@ contains
         tangential = 0.0_wp
         where (row(2:) > 0) tangential = along(max(1, row(2:)))
         r = [1.0_wp, -problem%mu(i)*tangential/max(norm2(tangential), tiny(1.0_wp))]
-        associate (work => along(row(1)) - problem%mu(i)*norm2(tangential))
+        ! What stays closed pulls as well, without friction.
+        if (problem%stays(i) .and. 2.0_wp*along(row(1)) > problem%mu(i)*norm2(tangential)) r = &
+          [-1.0_wp, 0.0_wp, 0.0_wp]
+        associate (work => r(1)*along(row(1)) + dot_product(r(2:), tangential))
           if (work >= least) cycle
           least = work
         end associate

@@ -107,9 +107,11 @@ contains
     call body%at_points(start%v, x)
     x = -x - unpack_rows(problem, x_free)
     do i = 1, problem%n_points
-      if (r(1, i) > 0.0_wp) then
-        tangential = norm2(r(2:, i))
-        if (tangential > problem%mu(i)*r(1, i)) r(2:, i) = problem%mu(i)*r(1, i)/tangential*r(2:, i)
+      if (r(1, i) > 0.0_wp .or. problem%stays(i)) then
+        associate (limit => problem%mu(i)*max(0.0_wp, r(1, i)))
+          tangential = norm2(r(2:, i))
+          if (tangential > limit) r(2:, i) = limit/tangential*r(2:, i)
+        end associate
       else
         r(:, i) = 0.0_wp
         x(1, i) = max(0.0_wp, x(1, i))

@@ -161,7 +161,7 @@ contains
     call natural_map(problem, x, r, z, status)
     n = 0
     do i = 1, problem%n_points
-      if (.not. any(abs(r(:, i)) > 0.0_wp)) cycle
+      if (.not. (any(abs(r(:, i)) > 0.0_wp) .or. problem%stays(i))) cycle
       associate (row => problem%row(:, i), g => floating%g)
         n = n + 1
         rows(n, :) = g(row(1), :)

@@ -39,13 +39,13 @@ contains
     do i = 1, problem%n_points
       associate (mu => problem%mu(i), rho => problem%rho_global([1, 2, 2], i))
         p = 0.0_wp
-        if (r(1, i) > 0.0_wp) then
+        if (r(1, i) > 0.0_wp .or. problem%stays(i)) then
           p(1, 1) = 1.0_wp
           if (norm2(r(2:, i)) < (1.0_wp - slides)*mu*r(1, i)) then
             p(2, 2) = 1.0_wp
             p(3, 3) = 1.0_wp
             z(:, i) = rho*x(:, i)
-          else if (mu > 0.0_wp) then
+          else if (mu > 0.0_wp .and. r(1, i) > 0.0_wp) then
             t = r(2:, i)/norm2(r(2:, i))
             p(2:, 1) = mu*t
             do a = 1, 2

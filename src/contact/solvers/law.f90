@@ -2,15 +2,15 @@
 !>
 !> Local frame (n, t1, t2), n from the obstacle to the body; r the reaction on the body (r_n >= 0
 !> pushes), x the gap and the slip increment. docs/theory.md section 3; [JFT07] equations (3) to
-!> (10), with the corrections listed there.
+!> (10), with the corrections listed there. A point that stays closed may be pulled, too: (3.10).
 module law_mod
   use kinds_mod, only: wp
   use increment_report_mod, only: status_open, status_stick, status_slide
   implicit none
   private
 
-  public :: project_on_cone, project_prediction, cone_derivative, project_on_disc, &
-    project_beside_driven, driven_friction, augmented_gap
+  public :: project_on_cone, project_prediction, cone_derivative, pull_derivative, &
+    project_normal, project_on_disc, project_beside_driven, driven_friction, augmented_gap
 
   integer, parameter :: most_newton = 100 !! steps to the one root of (3.9)
 
@@ -52,13 +52,17 @@ contains
   !> cancels: y_n + mu |y_t| = r_n - rho x_n + mu (|y_t| - rho |x_t|), and the bracket is r_t.(r_t -
   !> 2 rho x_t)/(|y_t| + rho |x_t|). So a point that slides far under a small reaction, or none, is
   !> judged by that reaction. docs/theory.md (3.4).
-  pure subroutine project_prediction(mu, rho, r, x, p, status)
+  !>
+  !> Of a point that stays closed what is beyond the cone's apex is no reaction of 0, but one that
+  !> pulls, without friction: docs/theory.md (3.11).
+  pure subroutine project_prediction(mu, stays, rho, r, x, p, status)
     real(wp), intent(in)  :: mu      !! friction coefficient, mu >= 0 [-]
+    logical,  intent(in)  :: stays   !! closed
     real(wp), intent(in)  :: rho     !! rho > 0 [force/length]
     real(wp), intent(in)  :: r(3)    !! reaction [force]
     real(wp), intent(in)  :: x(3)    !! gap and slip increment [length]
     real(wp), intent(out) :: p(3)    !! projection of r - rho x* [force]
-    integer,  intent(out) :: status  !! status_open, status_stick or status_slide
+    integer,  intent(out) :: status  !! status_open (it does not press), status_stick, status_slide
     real(wp) :: y_t(2), size_y, size_x, y_n, lift
 
     y_t = r(2:) - rho*x(2:)
@@ -69,6 +73,7 @@ contains
     if (size_x > norm2(r(2:))) lift = dot_product(r(2:)/(size_y + size_x), y_t - rho*x(2:))
     if (y_n + mu*lift <= 0.0_wp) then
       p = 0.0_wp
+      if (stays) p(1) = y_n + mu*lift
       status = status_open
     else if (size_y <= mu*(y_n - mu*size_x)) then
       p = [y_n - mu*size_x, y_t(1), y_t(2)]
@@ -114,6 +119,27 @@ contains
       d(j + 1, j + 1) = d(j + 1, j + 1) - fraction/(1.0_wp + mu**2)
     end do
   end function cone_derivative
+
+  !> Derivative of what a point that stays closed pulls by, (y_n + mu |y_t|, 0, 0), at `y`.
+  !> docs/theory.md (3.11).
+  pure function pull_derivative(mu, y) result(d)
+    real(wp), intent(in) :: mu     !! friction coefficient, mu >= 0 [-]
+    real(wp), intent(in) :: y(3)   !! the projected vector [force]
+    real(wp) :: d(3, 3)
+
+    d = 0.0_wp
+    d(1, 1) = 1.0_wp
+    if (norm2(y(2:)) > 0.0_wp) d(1, 2:) = mu*y(2:)/norm2(y(2:))
+  end function pull_derivative
+
+  !> The normal reaction of a prediction: what presses, and of a point that stays closed what pulls.
+  !> docs/theory.md (3.5) and (3.10).
+  pure elemental real(wp) function project_normal(stays, y) result(p)
+    logical,  intent(in) :: stays !! closed
+    real(wp), intent(in) :: y     !! r_n - rho_n x_n [force]
+
+    p = merge(y, max(0.0_wp, y), stays)
+  end function project_normal
 
   !> Projection of a tangential vector on the disc of the given radius.
   !>

@@ -22,8 +22,8 @@ module local_exact_mod
 
 contains
 
-  !> Solve the point whatever its data: test open, then stick, then find the slide. Docs/theory.md
-  !> (4.8).
+  !> Solve the point whatever its data: test open (or pulled), then stick, then find the slide.
+  !> Docs/theory.md (4.8).
   pure subroutine solve_exact(point, r, iterations, converged)
     type(local_point_t), intent(in) :: point
     real(wp), intent(inout) :: r(3)       !! reaction; its value on entry does not matter [force]
@@ -39,7 +39,10 @@ contains
     converged = .true.
     associate (w => point%w, x => point%x_loc, mu => point%mu)
       if (x(1) >= 0.0_wp) then
+        converged = .not. point%stays .or. w(1, 1) > 0.0_wp
+        if (.not. converged) return
         r = 0.0_wp
+        if (point%stays) r(1) = -x(1)/w(1, 1)
         return
       end if
       call solve_small(w, -x, stick, regular)

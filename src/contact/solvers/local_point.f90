@@ -15,6 +15,7 @@ module local_point_mod
   !> What a local solver is given.
   type :: local_point_t
     real(wp) :: mu = 0.0_wp     !! friction coefficient [-]
+    logical  :: stays = .false. !! closed: the normal reaction may pull
     real(wp) :: w(3, 3)         !! W_ii, symmetric positive definite [length/force]
     real(wp) :: x_loc(3)        !! x without this point's own reaction [length]
     real(wp) :: rho = 0.0_wp    !! of the bi-potential [force/length]

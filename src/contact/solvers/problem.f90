@@ -28,6 +28,8 @@ module problem_mod
     logical :: is_proximal = .false. !! x_free holds a proximal term and says nothing of forces
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) [-]
+    logical,  allocatable :: stays(:)
+    !! (n_points) closed, in this increment: the normal reaction may pull
     real(wp), allocatable :: driven(:, :)
     !! (2,n_points) slip along t1, t2 where a tangent without a row is driven, else 0 [length]
     type(compliance_t) :: compliance        !! W, over the rows [length/force]
@@ -102,6 +104,7 @@ contains
     problem%n_rows = count(row > 0)
     problem%row = row
     problem%mu = mu
+    allocate (problem%stays(size(mu)), source=.false.)
     allocate (problem%driven(2, size(mu)), source=0.0_wp)
     call take_compliance(compliance, problem%compliance)
     call add_rough_copy(problem%compliance)
@@ -343,12 +346,13 @@ contains
     integer :: i
 
     do i = 1, problem%n_points
-      call project_prediction(problem%mu(i), problem%rho_map(i), r(:, i), x(:, i), p, status(i))
+      call project_prediction(problem%mu(i), problem%stays(i), problem%rho_map(i), r(:, i), &
+        x(:, i), p, status(i))
       z(:, i) = r(:, i) - p
     end do
   end subroutine natural_map
 
-  !> Reactions projected on their cones.
+  !> Reactions projected on their cones; where points stay closed those that pull lose friction.
   pure function project_reactions(problem, r) result(p)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: r(:, :)          !! (3,n_points) [force]
@@ -357,6 +361,7 @@ contains
 
     do i = 1, problem%n_points
       call project_on_cone(problem%mu(i), r(:, i), p(:, i), status)
+      if (problem%stays(i) .and. r(1, i) < 0.0_wp) p(:, i) = [r(1, i), 0.0_wp, 0.0_wp]
     end do
   end function project_reactions
 
@@ -374,7 +379,8 @@ contains
     scale = max(norm2(r), norm2(r_start))
     if (problem%is_proximal) return
     do i = 1, problem%n_points
-      call project_prediction(problem%mu(i), problem%rho_map(i), no_force, x_free(:, i), p, status)
+      call project_prediction(problem%mu(i), problem%stays(i), problem%rho_map(i), no_force, &
+        x_free(:, i), p, status)
       z(:, i) = p
     end do
     scale = max(scale, norm2(z))

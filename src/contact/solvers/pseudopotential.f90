@@ -1,7 +1,7 @@
 !> The pseudo-potential formulation: one projection for contact, one for friction.
 module pseudopotential_mod
   use kinds_mod, only: wp
-  use law_mod, only: project_on_disc, project_beside_driven
+  use law_mod, only: project_normal, project_on_disc, project_beside_driven
   use local_point_mod, only: local_point_t
   implicit none
   private
@@ -11,7 +11,7 @@ module pseudopotential_mod
 contains
 
   !> Z_n = r_n - max(0, y_n) and Z_t = r_t - P_D(y_t), y = r - (rho_n x_n, rho_t x_t), D of radius
-  !> mu max(0, y_n).
+  !> mu max(0, y_n). Where the point stays closed Z_n = r_n - y_n.
   !>
   !> The radius is Alart and Curnier's (1991), defined where r_n is not admissible yet.
   !> [JFT07] eqs. (5) to (8), docs/theory.md (3.7) and (4.6).
@@ -29,12 +29,12 @@ contains
     rho = [point%rho_n, point%rho_t, point%rho_t]
     y = r - rho*x
     radius = point%mu*max(0.0_wp, y(1))
-    p(1) = max(0.0_wp, y(1))
+    p(1) = project_normal(point%stays, y(1))
     call project_on_disc(radius, y(2:), p(2:), inside)
     z = r - p
 
     derivative = 0.0_wp
-    if (y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
+    if (point%stays .or. y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
     if (inside) then
       ! In the empty disc of an open point only y_t = 0 is inside: the tangential part does not
       ! move.
@@ -73,9 +73,9 @@ contains
     rho = [point%rho_n, point%rho_t, point%rho_t]
     y = r - rho*x
     z = 0.0_wp
-    z(1) = r(1) - max(0.0_wp, y(1))
+    z(1) = r(1) - project_normal(point%stays, y(1))
     derivative = 0.0_wp
-    if (y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
+    if (point%stays .or. y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
     a = findloc(abs(driven) > 0.0_wp, .false., dim=1) + 1
     if (a > 1) then
       call project_beside_driven(point%mu*max(0.0_wp, y(1)), point%rho_t*norm2(driven), y(a), p, &

@@ -2,7 +2,7 @@
 !> part.
 module pseudopotential_uzawa_mod
   use kinds_mod, only: wp
-  use law_mod, only: project_on_disc
+  use law_mod, only: project_normal, project_on_disc
   use local_point_mod, only: local_point_t
   implicit none
   private
@@ -11,8 +11,8 @@ module pseudopotential_uzawa_mod
 
 contains
 
-  !> r_n <- max(0, r_n - rho_n x_n), then r_t <- P_D(r_t - rho_t x_t) with x_t evaluated again after
-  !> r_n.
+  !> r_n <- max(0, r_n - rho_n x_n), of any sign where the point stays closed, then
+  !> r_t <- P_D(r_t - rho_t x_t) with x_t evaluated again after r_n.
   !>
   !> [JFT07] eqs. (5) to (8) and (12), docs/theory.md (4.2).
   pure subroutine solve_pseudopotential_uzawa(point, r, iterations, converged)
@@ -24,9 +24,9 @@ contains
     logical :: inside
 
     x_n = dot_product(point%w(1, :), r) + point%x_loc(1)
-    r(1) = max(0.0_wp, r(1) - point%rho_n*x_n)
+    r(1) = project_normal(point%stays, r(1) - point%rho_n*x_n)
     x_t = matmul(point%w(2:, :), r) + point%x_loc(2:)
-    call project_on_disc(point%mu*r(1), r(2:) - point%rho_t*x_t, p, inside)
+    call project_on_disc(point%mu*max(0.0_wp, r(1)), r(2:) - point%rho_t*x_t, p, inside)
     r(2:) = p
     iterations = 1
     converged = .true.

@@ -240,6 +240,7 @@ contains
     do i = 1, problem%n_points
       call freeze(problem, x_free, base, packed, i, r_old, x)
       point%mu = problem%mu(i)
+      point%stays = problem%stays(i)
       point%w = problem%block(:, :, i)
       do a = 1, 2
         if (abs(problem%driven(a, i)) > 0.0_wp) point%w(1 + a, 1 + a) = 0.0_wp
@@ -248,7 +249,7 @@ contains
       point%rho = controls%rho*problem%rho(i)
       point%rho_n = controls%rho*problem%rho_n(i)
       point%rho_t = controls%rho*problem%rho_t(i)
-      call project_prediction(point%mu, problem%rho_map(i), r_old, x, p, status)
+      call project_prediction(point%mu, point%stays, problem%rho_map(i), r_old, x, p, status)
       sweep%seen_residual = sweep%seen_residual + sum((r_old - p)**2)
 
       r = r_old
@@ -263,7 +264,7 @@ contains
         sweep%local_iterations = sweep%local_iterations + iterations
       end if
       ! A point projected to 0 is set to 0, unrelaxed: else lift-off never converges.
-      if (r(1) > 0.0_wp) r = r_old + controls%relaxation*(r - r_old)
+      if (abs(r(1)) > 0.0_wp) r = r_old + controls%relaxation*(r - r_old)
       do a = 1, 3
         row = problem%row(a, i)
         if (row == 0) cycle

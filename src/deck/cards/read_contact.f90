@@ -20,7 +20,7 @@ module read_contact_mod
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
     name_option, open_card, option_position
   use obstacles_mod, only: obstacle_t
-  use read_surface_behavior_mod, only: is_tied
+  use read_surface_behavior_mod, only: is_tied, stays_closed
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
     surface_list_t
   use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair
@@ -182,6 +182,7 @@ contains
       call allow_options(reader, card)
       call read_adjust(reader, card, model, adjust)
       pair%mu = 0.0_wp
+      pair%no_separation = .false.
       pair%small_sliding = .false.
       call flag_option(reader, card, 'SMALL SLIDING', pair%small_sliding)
       call name_option(reader, card, 'INTERACTION', .true., name, ok)
@@ -190,8 +191,12 @@ contains
           interaction)
         pair%interaction = name
         if (interaction > 0) pair%mu = interactions%mu(interaction)
+        pair%no_separation = stays_closed(reader, name)
       end if
       if (is_tied(reader, name) .or. has_option(card, 'TIED')) cycle
+      if (pair%no_separation .and. pair%mu >= mu_of_rough) call note(reader, &
+        '*FRICTION, ROUGH holds what presses; where NO SEPARATION lets it pull a surface '// &
+        'slides. *TIE holds both')
       fields%line = 0 ! other cards may lie between two pairs
       n_lines = 0
       do

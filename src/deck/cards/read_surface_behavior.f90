@@ -1,6 +1,6 @@
-!> What *SURFACE BEHAVIOR asks of contact. Contact is hard and may open: where the card means
-!> something else it is a mistake, where it means a stiffness of the contact it is ignored. Pairs
-!> that it ties are ties (read_ties_mod).
+!> What *SURFACE BEHAVIOR asks of contact. Contact is hard, and may open unless NO SEPARATION says
+!> that it does not: where the card means something else it is a mistake, where it means a stiffness
+!> of the contact it is ignored. Pairs that it ties are ties (read_ties_mod).
 !>
 !>     *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD
 !>     *CHANGE SURFACE BEHAVIOR, INTERACTION=DRY
@@ -13,10 +13,10 @@ module read_surface_behavior_mod
   implicit none
   private
 
-  public :: read_surface_behavior, is_tied
+  public :: read_surface_behavior, is_tied, stays_closed
 
-  character(*), parameter :: only_hard = 'contact here is hard and may open; without '// &
-    '*SURFACE BEHAVIOR it is taken so'
+  character(*), parameter :: only_hard = 'contact here is hard; without *SURFACE BEHAVIOR it '// &
+    'is taken so'
   character(12), parameter :: laws(6) = [character(12) :: 'HARD', 'LINEAR', 'SCALE FACTOR', &
     'TIED', 'TABULAR', 'EXPONENTIAL']
   integer, parameter :: hard = 1, tied = 4
@@ -27,12 +27,34 @@ contains
   logical function is_tied(reader, interaction)
     type(reader_t), intent(inout) :: reader
     character(*), intent(in) :: interaction !! its name
+    logical :: stays
+
+    call find_behavior(reader, interaction, is_tied, stays)
+  end function is_tied
+
+  !> Whether one below a *SURFACE INTERACTION keeps what has touched closed, and does not tie it.
+  logical function stays_closed(reader, interaction)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: interaction !! its name
+    logical :: ties
+
+    call find_behavior(reader, interaction, ties, stays_closed)
+    stays_closed = stays_closed .and. .not. ties
+  end function stays_closed
+
+  !> What the *SURFACE BEHAVIOR below a *SURFACE INTERACTION says.
+  subroutine find_behavior(reader, interaction, ties, stays)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: interaction !! its name
+    logical, intent(out) :: ties            !! PRESSURE-OVERCLOSURE=TIED
+    logical, intent(out) :: stays           !! NO SEPARATION
     character(:), allocatable :: name
     type(card_t) :: card
     integer :: k, law
     logical :: ok, is_below
 
-    is_tied = .false.
+    ties = .false.
+    stays = .false.
     is_below = .false.
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword == 'SURFACE INTERACTION') then
@@ -45,17 +67,18 @@ contains
         call open_card(reader, k, card)
         law = hard
         call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', law, ok)
-        is_tied = law == tied
+        ties = law == tied
+        call flag_option(reader, card, 'NO SEPARATION', stays)
       end if
     end do
-  end function is_tied
+  end subroutine find_behavior
 
   !> *SURFACE BEHAVIOR[, PRESSURE-OVERCLOSURE=law][, NO SEPARATION]; data lines are not read.
   subroutine read_surface_behavior(reader)
     type(reader_t), intent(inout) :: reader
     type(card_t) :: card
     integer :: k, law
-    logical :: ok, stays_closed, is_change
+    logical :: ok, stays, is_change
 
     is_change = .false.
     do k = 1, reader%n_cards
@@ -74,10 +97,10 @@ contains
       else if (law /= hard) then
         call note(reader, '*SURFACE BEHAVIOR is ignored')
       end if
-      stays_closed = .false.
-      call flag_option(reader, card, 'NO SEPARATION', stays_closed)
-      if (stays_closed) call report(reader, option_position(card, 'NO SEPARATION'), &
-        'NO SEPARATION is not available: '//only_hard)
+      stays = .false.
+      call flag_option(reader, card, 'NO SEPARATION', stays)
+      if (stays .and. is_change) call report(reader, option_position(card, 'NO SEPARATION'), &
+        'surfaces are without separation from the beginning, or not at all')
     end do
   end subroutine read_surface_behavior
 
@@ -102,6 +125,11 @@ contains
     if (is_tied(reader, name)) then
       call report(reader, card%position, 'surface interaction '//quoted(name)//' ties its '// &
         'surfaces: a tie does not end')
+      return
+    end if
+    if (stays_closed(reader, name)) then
+      call report(reader, card%position, 'surface interaction '//quoted(name)//' is without '// &
+        'separation: that does not end')
       return
     end if
     do i = 1, k - 1
