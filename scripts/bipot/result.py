@@ -35,6 +35,7 @@ from bipot.mesh_sequence import MeshSequence
 from bipot.named_sets import NamedSets
 from bipot.pairs import Pair, Pairs
 from bipot.reference_nodes import ReferenceNode, ReferenceNodes
+from bipot.springs import Springs
 from bipot.summary import Summary, summarize
 from bipot.units import Units
 
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 __all__ = (
     "ELEMENT_FACES", "OPEN", "SLIDE", "STATUS_NAMES", "STICK", "Description", "MeshSequence",
     "NamedSets", "Pair", "Pairs", "ReferenceNode", "ReferenceNodes", "Result", "ResultError",
-    "von_mises",
+    "Springs", "von_mises",
 )
 
 Array = NDArray[Any]
@@ -188,7 +189,7 @@ class Result:
 
         Behind them, of each pair: NAME/resultant_x, _y, _z, the force on the slave body; of each
         reference node: NUMBER/displacement_x, and so reaction_force, rotation, ..., as the file
-        has them.
+        has them; of each spring NUMBER/spring_force and NUMBER/elongation.
         """
         import pandas
 
@@ -200,6 +201,9 @@ class Result:
             for name in self.reference_nodes.quantities:
                 for axis, letter in enumerate("xyz"):
                     columns[f"{node.node_id}/{name}_{letter}"] = getattr(node, name)[:, axis]
+        for row, number in enumerate(self.springs.element_ids):
+            columns[f"{number}/spring_force"] = self.springs.force[:, row]
+            columns[f"{number}/elongation"] = self.springs.elongation[:, row]
         rows = pandas.RangeIndex(1, self.finished + 1, name="row")
         return pandas.DataFrame(columns, index=rows)
 
@@ -554,6 +558,11 @@ class Result:
     def reference_nodes(self) -> ReferenceNodes:
         """What moves or carries forces beside the elements, by the deck's ids of the nodes."""
         return ReferenceNodes(self)
+
+    @cached_property
+    def springs(self) -> Springs:
+        """Forces and elongations of the springs, over the increments."""
+        return Springs(self)
 
     # --- Along a path -------------------------------------------------------------------------
 

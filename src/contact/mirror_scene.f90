@@ -98,8 +98,9 @@ contains
     logical :: ok
 
     ! What joins nodes is not looked at, nor what is along other axes.
-    if (scene%constraints%n > 0 .or. allocated(scene%local_axes) .or. allocated(scene%rotations) &
-      .or. size(scene%gaps) > 0 .or. scene%mesh%sector_angle > 0.0_wp) return
+    if (scene%constraints%n > 0 .or. scene%mesh%springs%n > 0 .or. allocated(scene%local_axes) &
+      .or. allocated(scene%rotations) .or. size(scene%gaps) > 0 .or. &
+      scene%mesh%sector_angle > 0.0_wp) return
     associate (x => scene%mesh%coordinates(axis, scene%mesh%element_nodes))
       mirror%place = 0.5_wp*(minval(x) + maxval(x))
     end associate

@@ -34,8 +34,7 @@ contains
     if (scene%mesh%sector_angle > 0.0_wp) call find_axis(scene, points)
     if (.not. any(points%on_surface)) return
     held = held_at_rest(scene)
-    is_single = .false.
-    if (scene%constraints%n_equations > 0) is_single = joined_nodes(scene%mesh)
+    is_single = joined_nodes(scene%mesh)
     associate (x => scene%mesh%coordinates)
       close_by = max(rounding*maxval(maxval(x, dim=2) - minval(x, dim=2)), 16.0_wp* &
         deck_rounding(x, scene%mesh%origin))

@@ -103,6 +103,12 @@ contains
       why = 'ties, equations, couplings or *TRANSFORM join or turn its nodes'
       return
     end do
+    if (scene%mesh%springs%n > 0) then
+      associate (springs => scene%mesh%springs)
+        if (any(is_of(springs%node(:springs%first(springs%n + 1) - 1)))) why = &
+          'springs join its nodes'
+      end associate
+    end if
     if (allocated(scene%local_axes)) then
       if (any(is_of(scene%local_axes%node))) why = '*TRANSFORM turns its nodes'
     end if

@@ -91,7 +91,7 @@ contains
         if (assembly%inside(k)) then
           select case (keyword)
           case ('PARAMETER', 'NODE', 'ELEMENT', 'NSET', 'ELSET', 'SURFACE', 'SOLID SECTION', &
-                'RIGID BODY', 'COUPLING', 'KINEMATIC', 'DISTRIBUTING', 'TIE')
+                'RIGID BODY', 'COUPLING', 'KINEMATIC', 'DISTRIBUTING', 'TIE', 'SPRING')
             cycle
           case default
             call open_card(reader, k, card)

@@ -50,6 +50,7 @@ module read_deck_mod
     rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
+  use read_springs_mod, only: read_springs, refuse_loose_springs, scale_turned_springs
   use read_surface_behavior_mod, only: read_surface_behavior
   use read_source_mod, only: read_source, source_from_text
   use read_refinements_mod, only: read_refinements
@@ -71,6 +72,7 @@ module read_deck_mod
   use mesh_mod, only: kind_c3d8b
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
+  use spring_elements_mod, only: spring_elements_t
   use text_mod, only: string_t, to_text
   use ties_mod, only: tie_t, make_constraints, move_tied_nodes, note_held, refuse_tied_pairs
   use read_units_mod, only: read_units
@@ -94,6 +96,7 @@ module read_deck_mod
     type(transforms_t) :: transforms
     type(refinement_t), allocatable :: refinements(:)
     integer, allocatable :: material(:) !! (n_elements)
+    type(spring_elements_t) :: springs
     integer :: n_equations = 0 !! of the deck; others follow
   end type draft_t
 
@@ -208,7 +211,7 @@ contains
     call read_accuracy(reader, draft%model, draft%surfaces%list(:draft%surfaces%n), scene%pairs, &
       scene%accuracy)
     call read_output_controls(reader, scene%output)
-    call read_prints(reader, draft%model, scene%output%prints)
+    call read_prints(reader, draft%model, draft%springs, scene%output%prints)
     call read_loading(reader, draft, scene)
     if (draft%model%mesh%n_elements == 0 .and. .not. any_mistakes(reader%diagnostics)) then
       call report_missing_element(reader, 0, 'the deck has no elements (*ELEMENT or *BLOCK)')
@@ -225,7 +228,9 @@ contains
     call refuse_held(reader, draft%model, draft%equations, [pack(draft%couplings%node, &
       draft%couplings%distributes), pack(draft%couplings%rotation_node, &
       draft%couplings%distributes)], scene%steps)
+    scene%mesh%springs = draft%springs
     call build_mesh(draft%model%mesh, draft%material, scene%constraints, scene%mesh)
+    call refuse_loose_springs(reader, draft%model%mesh, scene%mesh)
     call refuse_loose(reader, draft%equations, scene%mesh)
     call check_turns(reader, scene)
     if (scene%finite_strain) then
@@ -259,8 +264,8 @@ contains
       call read_obstacles(reader, model, scene%obstacles, draft%obstacles)
       call read_rigid_bodies(reader, model, draft%bodies)
       call read_sections_of_bolts(reader, model, draft%bolts)
-      ! Nodes that equations alone name may be named by sets.
-      if (.not. has_card(reader, 'EQUATION') .and. .not. has_card(reader, 'MPC')) call &
+      ! Nodes that equations and springs alone name may be named by sets.
+      if (.not. joins_single_nodes(reader)) call &
         note_unused_nodes(reader, model)
       call check_elements(reader, mesh)
       call check_matching(reader, mesh)
@@ -274,8 +279,8 @@ contains
     end associate
   end subroutine read_mesh
 
-  !> Surfaces, the pairs that may touch, and all that joins nodes: equations, ties, couplings,
-  !> sections of bolts, nodes that hang.
+  !> Surfaces, the pairs that may touch, and all that joins nodes: equations, springs, ties,
+  !> couplings, sections of bolts, nodes that hang.
   subroutine read_surfaces_and_joints(reader, draft, scene)
     type(reader_t), intent(inout) :: reader
     type(draft_t), intent(inout) :: draft
@@ -287,8 +292,8 @@ contains
       call read_equations(reader, model, equations)
       call spread_equations(model, equations)
       draft%n_equations = equations%list%n
-      if (has_card(reader, 'EQUATION') .or. has_card(reader, 'MPC')) call note_unused_nodes( &
-        reader, model)
+      call read_springs(reader, model, draft%springs)
+      if (joins_single_nodes(reader)) call note_unused_nodes(reader, model)
       call find_facets(reader, model, draft%bodies)
       call read_surfaces(reader, model, surfaces)
       call keep_named_sets(reader, model, surfaces, scene)
@@ -318,6 +323,7 @@ contains
       if (.not. any_mistakes(reader%diagnostics)) then
         call couple(reader, model, surfaces%list(:surfaces%n), draft%couplings, equations)
         call join_sections(draft%bolts, equations)
+        call scale_turned_springs(model, draft%springs)
       end if
       call mark_named(model, equations)
       ! After a mistake couplings and sections are not made: what they would name is not known.
@@ -360,6 +366,14 @@ contains
       note(reader, '*TEMPERATURE changes nothing: no material has an *EXPANSION')
     if (.not. scene%finite_strain) call keep_to_small_strain(reader, scene%output)
   end subroutine read_loading
+
+  !> Whether cards of the deck may join nodes of no element to bodies.
+  pure logical function joins_single_nodes(reader)
+    type(reader_t), intent(in) :: reader
+
+    joins_single_nodes = has_card(reader, 'EQUATION') .or. has_card(reader, 'MPC') .or. &
+      has_card(reader, 'SPRING')
+  end function joins_single_nodes
 
   !> Whether a keyword stands in the deck.
   pure logical function has_card(reader, keyword)

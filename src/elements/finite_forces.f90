@@ -17,6 +17,7 @@ module finite_forces_mod
   use relaxed_modes_mod, only: relax_modes, find_modes
   use expansion_mod, only: expand_freely
   use second_order_mod, only: second_order_t
+  use spring_forces_mod, only: add_spring_forces, add_tangent_forces, spring_energy
   use finite_second_order_mod, only: expand_element, look_inside_out, force_of, &
     tangent_of_second_order => tangent_of, energy_of_second_order => energy_of
   implicit none
@@ -105,6 +106,7 @@ contains
         f(:, nodes(a)) = f(:, nodes(a)) + force(:, a)
       end do
     end do
+    call add_spring_forces(mesh, u, .true., f)
   end subroutine finite_internal_force
 
   !> An element from where it has expanded freely, and the amplitudes of its modes.
@@ -154,7 +156,7 @@ contains
     end associate
   end subroutine find_second_order
 
-  !> The strain energy of all elements, int W dV.
+  !> The strain energy of all elements, int W dV, and that of the springs.
   pure real(wp) function finite_strain_energy(mesh, materials, free, u, modes) result(energy)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -167,7 +169,7 @@ contains
     real(wp) :: x(3, 8), moved(3, 8), of_element(3, 3)
     integer :: e, nodes(8)
 
-    energy = 0.0_wp
+    energy = spring_energy(mesh, u, .true.)
     of_element = 0.0_wp
     do e = 1, mesh%n_elements
       if (has_middles(mesh%connectivity%cell(e))) then
@@ -290,6 +292,7 @@ contains
         end do
       end do
     end do
+    call add_tangent_forces(mesh, tangent%at, tangent%projection, u, f)
   end subroutine tangent_force
 
   !> Logarithmic strain, that by expansion included, and Cauchy stress of an element at its Gauss

@@ -10,6 +10,7 @@ module mesh_forces_mod
   use hexahedron8_mod, only: stiffness_length
   use node_products_mod, only: cell_functions_t, find_node_products
   use congruent_forces_mod, only: add_element_forces
+  use spring_forces_mod, only: add_spring_forces, add_spring_rounding
   use faces_mod, only: face_area_vectors, face_node_areas
   use second_order_mod, only: stiffness_length_of_second_order => stiffness_length
   implicit none
@@ -20,7 +21,7 @@ module mesh_forces_mod
 
 contains
 
-  !> f_int = int B^T sigma, summed over the elements.
+  !> f_int = int B^T sigma, summed over the elements, and the forces of the springs.
   pure subroutine internal_force(mesh, materials, u, f)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -29,6 +30,7 @@ contains
 
     f = 0.0_wp
     call add_element_forces(mesh, materials, u, f)
+    call add_spring_forces(mesh, u, .false., f)
   end subroutine internal_force
 
   !> The rounding that the internal force of each node carries: what the last bits of the
@@ -50,6 +52,7 @@ contains
           materials, e)*maxval(abs(u(:, nodes)))
       end associate
     end do
+    call add_spring_rounding(mesh, u, operations, rounding)
   end function force_rounding
 
   !> The part of an element in the stiffness of each of its nodes, (lambda + 2 G) int |g_a|^2 dV.

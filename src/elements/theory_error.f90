@@ -3,6 +3,7 @@ module theory_error_mod
   use kinds_mod, only: wp
   use cells_mod, only: has_middles
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
+  use spring_elements_mod, only: spring_ends, spring_state, spring_state_t
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus, stress_of
@@ -45,6 +46,7 @@ contains
     real(wp) :: v(3, mesh%n_nodes)
     logical :: is_strained(mesh%n_bodies), counts(mesh%n_bodies), is_moved(0:mesh%n_bodies)
     integer :: e, i, body, nodes(8)
+    type(spring_state_t) :: linear, finite, by
 
     v = u
     is_moved = .false.
@@ -78,6 +80,15 @@ contains
       end associate
       change(body) = change(body) + abs(of_change)
       work(body) = work(body) + of_work
+    end do
+    do i = 1, mesh%springs%n
+      body = mesh%body(mesh%springs%node(mesh%springs%first(i)))
+      linear = spring_state(mesh%springs, i, mesh%coordinates, u, .false.)
+      finite = spring_state(mesh%springs, i, mesh%coordinates, u, .true.)
+      by = spring_state(mesh%springs, i, mesh%coordinates, v, .false.)
+      change(body) = change(body) + abs(finite%pull*sum(finite%direction*v(:, spring_ends( &
+        mesh%springs, i))) - linear%pull*by%elongation)
+      work(body) = work(body) + 2.0_wp*by%energy
     end do
     is_strained = work > rounding
     error = 0.0_wp

@@ -10,6 +10,8 @@ module assembly_mod
   use elements_mod, only: stiffness
   use second_order_mod, only: stiffness_of_second_order => stiffness
   use finite_forces_mod, only: tangent_t, element_tangent
+  use spring_elements_mod, only: spring_ends
+  use spring_forces_mod, only: spring_tangent
   use sorting_mod, only: count_below
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
@@ -93,11 +95,29 @@ contains
       end if
       call add_element(nodes, ke)
     end do
+    call add_springs()
     call list_free_entries(map, start, neighbours, lower_start, k, blocks)
     if (present(n_computed)) n_computed = known%n_computed
     k%n_negative = negative
 
   contains
+
+    subroutine add_springs()
+      real(wp) :: at(3, mesh%n_nodes), projection
+      integer :: s
+
+      if (mesh%springs%n == 0) return
+      at = 0.0_wp
+      projection = 0.0_wp
+      if (present(tangent)) then
+        at = tangent%at
+        projection = tangent%projection
+      end if
+      do s = 1, mesh%springs%n
+        call add_element(spring_ends(mesh%springs, s), spring_tangent(mesh, s, at, &
+          present(tangent), projection))
+      end do
+    end subroutine add_springs
 
     subroutine add_second_order(nodes)
       integer, intent(in) :: nodes(:)

@@ -9,6 +9,8 @@ module mesh_parts_mod
   use connectivity_mod, only: make_connectivity, nodes_of_element, some_elements
   use mesh_mod, only: mesh_t
   use linked_nodes_mod, only: coupled_nodes
+  use spring_elements_mod, only: add_spring_element, some_springs, spring_elements_t, &
+    spring_ends
   use scene_mod, only: material_t
   use parallel_mod, only: n_ranks, announce, task_pattern, task_stiffness, send_integers, &
     send_reals, receive_integers, receive_reals, sum_over_ranks
@@ -21,8 +23,9 @@ module mesh_parts_mod
   public :: assemble_parts, list_parts, assemble_own_part, list_own_part
   public :: elements_of_rank, cut_part, send_part, receive_part
 
-  integer, parameter :: n_sizes = 7
-  !! nodes, elements, unknowns of the whole mesh, materials, constraints and their masters
+  integer, parameter :: n_sizes = 8
+  !! nodes, elements, unknowns of the whole mesh, materials, constraints and their masters, nodes of
+  !! elements, springs
 
 contains
 
@@ -89,10 +92,11 @@ contains
     type(dof_map_t), intent(in) :: map
     type(mesh_t), intent(out) :: part
     type(dof_map_t), intent(out) :: part_map
-    integer :: rank
+    integer :: rank, s
 
     do rank = n_ranks() - 1, 0, -1
-      call cut_part(mesh, map, elements_of_rank(mesh%n_elements, rank, n_ranks()), part, part_map)
+      call cut_part(mesh, map, elements_of_rank(mesh%n_elements, rank, n_ranks()), &
+        [(s, s=1, merge(mesh%springs%n, 0, rank == 0))], part, part_map)
       if (rank > 0) call send_part(part, materials, part_map, rank)
     end do
   end subroutine distribute_parts
@@ -109,11 +113,13 @@ contains
       int(int(rank + 1, i8)*n_elements/ranks))]
   end function elements_of_rank
 
-  !> Some elements, their nodes and what these depend on, in the order of the whole mesh.
-  pure subroutine cut_part(mesh, map, elements, part, part_map, nodes)
+  !> Some elements and springs, their nodes and what these depend on, in the order of the whole
+  !> mesh.
+  pure subroutine cut_part(mesh, map, elements, springs, part, part_map, nodes)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: elements(:)          !! ascending
+    integer, intent(in) :: springs(:)
     type(mesh_t), intent(out) :: part         !! without ids and bodies
     type(dof_map_t), intent(out) :: part_map  !! equations of its nodes, numbered as of all
     integer, allocatable, intent(out), optional :: nodes(:) !! its nodes, ascending
@@ -123,6 +129,9 @@ contains
     number = 0
     do e = 1, size(elements)
       number(nodes_of_element(mesh%connectivity, elements(e))) = 1
+    end do
+    do e = 1, size(springs)
+      number(spring_ends(mesh%springs, springs(e))) = 1
     end do
     associate (active => map%constraints)
       before = -1
@@ -144,6 +153,7 @@ contains
     part%connectivity%node = number(part%connectivity%node)
     part%element_kind = mesh%element_kind(elements)
     part%material = mesh%material(elements)
+    part%springs = some_springs(mesh%springs, springs, number)
     part_map = part_of_map(map, used)
     if (present(nodes)) call move_alloc(used, nodes)
   end subroutine cut_part
@@ -160,7 +170,7 @@ contains
     n_masters = 0
     if (n > 0) n_masters = part_map%constraints%first(n + 1) - 1
     call send_integers(n_sizes, [part%n_nodes, part%n_elements, part_map%n_free, &
-      size(materials), n, n_masters, size(part%connectivity%node)], rank)
+      size(materials), n, n_masters, size(part%connectivity%node), part%springs%n], rank)
     call send_integers(part%n_elements, part%connectivity%cell, rank)
     call send_integers(size(part%connectivity%node), part%connectivity%node, rank)
     call send_integers(part%n_elements, part%element_kind, rank)
@@ -170,6 +180,14 @@ contains
     call send_reals(3, part%origin, rank)
     call send_reals(size(materials), materials%law%elastic%lambda, rank)
     call send_reals(size(materials), materials%law%elastic%shear, rank)
+    if (part%springs%n > 0) then
+      associate (springs => part%springs)
+        call send_integers(springs%n + 1, springs%first(:springs%n + 1), rank)
+        call send_integers(springs%first(springs%n + 1) - 1, springs%node, rank)
+        call send_reals(3*(springs%first(springs%n + 1) - 1), springs%direction, rank)
+        call send_reals(springs%n, springs%stiffness(:springs%n), rank)
+      end associate
+    end if
     if (n == 0) return
     associate (active => part_map%constraints)
       call send_integers(n, active%node(:n), rank)
@@ -233,6 +251,7 @@ contains
     materials%law%elastic%lambda = numbers
     call receive_reals(size(materials), numbers)
     materials%law%elastic%shear = numbers
+    if (sizes(8) > 0) call receive_springs(sizes(8), part%springs)
     if (sizes(5) > 0) then
       associate (n => sizes(5), n_masters => sizes(6))
         active%n = n
@@ -248,6 +267,25 @@ contains
     end if
     part_map = map_of_numbers(equation, sizes(3), 0, active)
   end subroutine receive_part
+
+  subroutine receive_springs(n, springs)
+    integer, intent(in) :: n
+    type(spring_elements_t), intent(out) :: springs
+    integer :: first(n + 1), s
+    integer, allocatable :: node(:)
+    real(wp), allocatable :: direction(:, :)
+    real(wp) :: stiffness(n)
+
+    call receive_integers(n + 1, first)
+    allocate (node(first(n + 1) - 1), direction(3, first(n + 1) - 1))
+    call receive_integers(size(node), node)
+    call receive_reals(size(direction), direction)
+    call receive_reals(n, stiffness)
+    do s = 1, n
+      call add_spring_element(springs, 0, node(first(s):first(s + 1) - 1), &
+        direction(:, first(s):first(s + 1) - 1), stiffness(s))
+    end do
+  end subroutine receive_springs
 
   ! ------------------------------------------------------------------ all ranks
 

@@ -14,6 +14,7 @@ module node_parts_mod
   use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
   use linked_nodes_mod, only: coupled_nodes, nodes_with_constraints
+  use spring_elements_mod, only: spring_ends
   use scene_mod, only: material_t
   use parallel_mod, only: announce, n_ranks, receive_integers, send_integers, sum_over_ranks, &
     task_rows
@@ -24,7 +25,7 @@ module node_parts_mod
   implicit none
   private
 
-  public :: node_part_t, assemble_node_parts, assemble_own_nodes, number_rows, elements_at
+  public :: node_part_t, assemble_node_parts, assemble_own_nodes, number_rows, list_acting
 
   integer, parameter :: n_sizes = 3 !! all rows, those before, own ones
 
@@ -58,7 +59,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! METIS failed
     type(mesh_t) :: piece
     type(dof_map_t) :: piece_map
-    integer, allocatable :: first(:), nodes(:)
+    integer, allocatable :: first(:), nodes(:), elements(:), springs(:)
     integer :: rank
 
     call number_rows(map, start, neighbours, n_ranks(), row, first, error)
@@ -78,8 +79,8 @@ contains
     do rank = n_ranks() - 1, 0, -1
       part%before = first(rank + 1) - 1
       part%n_own = first(rank + 2) - first(rank + 1)
-      call cut_part(mesh, map, elements_at(mesh, map, row, first(rank + 1), first(rank + 2)), &
-        piece, piece_map, nodes)
+      call list_acting(mesh, map, row, first(rank + 1), first(rank + 2), elements, springs)
+      call cut_part(mesh, map, elements, springs, piece, piece_map, nodes)
       part%row = row(nodes)
       if (rank == 0) exit
       call send_part(piece, materials, piece_map, rank)
@@ -134,28 +135,40 @@ contains
     row(node_of(of_rank%item)) = [(i, i=1, n)]
   end subroutine number_rows
 
-  !> The elements that act on some rows.
-  pure function elements_at(mesh, map, row, first, next) result(elements)
+  !> The elements and springs that act on some rows.
+  pure subroutine list_acting(mesh, map, row, first, next, elements, springs)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
     integer, intent(in) :: row(:)      !! (n_nodes) of each node, 0 without unknowns
     integer, intent(in) :: first, next !! row, and one behind the last
-    integer, allocatable :: elements(:)  !! ascending
+    integer, allocatable, intent(out) :: elements(:), springs(:) !! ascending
     integer :: constraint(3, merge(mesh%n_nodes, 0, map%constraints%n > 0)), e
-    logical :: is_own(size(row)), acts(mesh%n_elements)
+    logical :: is_own(size(row)), acts(mesh%n_elements), spring_acts(mesh%springs%n)
 
     is_own = row >= first .and. row < next
     if (map%constraints%n > 0) constraint = constraint_of(map%constraints, mesh%n_nodes)
     do e = 1, mesh%n_elements
-      associate (nodes => nodes_of_element(mesh%connectivity, e))
-        acts(e) = any(is_own(nodes))
-        if (map%constraints%n == 0 .or. acts(e)) cycle
-        if (all(constraint(:, nodes) == 0)) cycle
-        acts(e) = any(is_own(nodes_with_constraints(map%constraints, constraint, nodes)))
-      end associate
+      acts(e) = do_act(nodes_of_element(mesh%connectivity, e))
+    end do
+    do e = 1, mesh%springs%n
+      spring_acts(e) = do_act(spring_ends(mesh%springs, e))
     end do
     elements = pack([(e, e=1, mesh%n_elements)], acts)
-  end function elements_at
+    springs = pack([(e, e=1, mesh%springs%n)], spring_acts)
+
+  contains
+
+    !> Whether nodes, or what they depend on, have a row.
+    pure logical function do_act(nodes)
+      integer, intent(in) :: nodes(:)
+
+      do_act = any(is_own(nodes))
+      if (map%constraints%n == 0 .or. do_act) return
+      if (all(constraint(:, nodes) == 0)) return
+      do_act = any(is_own(nodes_with_constraints(map%constraints, constraint, nodes)))
+    end function do_act
+
+  end subroutine list_acting
 
   !> What all ranks do with their elements.
   subroutine assemble_nodes(piece, materials, piece_map, part, n_computed)

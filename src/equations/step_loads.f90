@@ -13,6 +13,7 @@ module step_loads_mod
   use turning_couplings_mod, only: turned_constraints
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use mesh_mod, only: joined_nodes
+  use spring_elements_mod, only: spring_direction, spring_ends
   use scene_mod, only: scene_t
   use warming_mod, only: warming_t, warms, warming_of_step
   use mesh_forces_mod, only: pressure_force, gravity_force
@@ -63,16 +64,17 @@ contains
         end associate
       end do
     end do
-    if (scene%constraints%n_equations > 0) call hold_idle(scene, prescribed)
+    if (scene%constraints%n_equations > 0 .or. scene%mesh%springs%n > 0) call hold_idle(scene, &
+      prescribed)
     prescribed = prescribed .or. spread(gripped_nodes(scene), 1, 3)
   end function prescribed_dofs
 
-  !> Hold what no equation names of nodes that only equations join to a body.
+  !> Hold what no equation names, and no spring sees, of nodes that these alone join to a body.
   pure subroutine hold_idle(scene, prescribed)
     type(scene_t), intent(in) :: scene
     logical, intent(inout) :: prescribed(:, :) !! (3,n_nodes)
     logical :: is_idle(3, scene%mesh%n_nodes)
-    integer :: c, k
+    integer :: c, k, s
 
     is_idle = spread(joined_nodes(scene%mesh), 1, 3)
     associate (all => scene%constraints)
@@ -81,6 +83,18 @@ contains
         do k = all%first(c), all%first(c + 1) - 1
           is_idle(all%master_dof(k), all%master(k)) = .false.
         end do
+      end do
+    end associate
+    associate (springs => scene%mesh%springs)
+      do s = 1, springs%n
+        associate (ends => spring_ends(springs, s))
+          if (springs%is_axial(s) .and. scene%finite_strain) then
+            is_idle(:, ends) = .false.
+          else
+            is_idle(:, ends) = is_idle(:, ends) .and. .not. abs(spring_direction(springs, s, &
+              scene%mesh%coordinates)) > 0.0_wp
+          end if
+        end associate
       end do
     end associate
     prescribed = prescribed .or. is_idle

@@ -222,7 +222,7 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     type(constraints_t), intent(in) :: constraints
     integer, allocatable, intent(inout) :: material(:) !! (n_elements), given up
-    type(mesh_t), intent(out) :: mesh
+    type(mesh_t), intent(inout) :: mesh !! its springs in
     integer :: e
 
     mesh%n_nodes = draft%n_nodes

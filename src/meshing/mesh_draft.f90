@@ -20,7 +20,8 @@ module mesh_draft_mod
     given_nodes
   public :: solids, plane_strain, plane_stress, axisymmetric, names_of_planes, &
     with_copies, nodes_of_plane, face_of_label
-  public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element
+  public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element, &
+    spring_1, spring_2, spring_a, is_spring
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 20000000
@@ -39,6 +40,7 @@ module mesh_draft_mod
   ! other programs compute, or of one that is rigid by itself.
   integer, parameter :: no_facet = 0, shell_facet = 1, rigid_facet = 2
   integer, parameter :: refused_element = 3 !! its type is not available, which was reported
+  integer, parameter :: spring_1 = 4, spring_2 = 5, spring_a = 6
 
   !> A set that *NODE, *ELEMENT or *BLOCK makes beside its nodes or elements.
   type :: early_set_t
@@ -82,9 +84,9 @@ module mesh_draft_mod
     logical :: empty_card = .false.
     !! an *ELEMENT card without data says so: what loads their nodes is not a mistake either
     integer :: n_skipped = 0
-    integer, allocatable :: skipped_id(:)        !! elements of types that carry nothing here
+    integer, allocatable :: skipped_id(:)        !! elements that are no solids
     integer, allocatable :: skipped_position(:)
-    integer, allocatable :: skipped_kind(:)      !! (n_skipped) no_facet and its kin
+    integer, allocatable :: skipped_kind(:)      !! (n_skipped) no_facet, spring_1 and their kin
     integer, allocatable :: skipped_corners(:)   !! (n_skipped) that a facet must have, else 0
     integer, allocatable :: skipped_first(:)     !! (n_skipped) where its nodes begin below
     integer, allocatable :: skipped_nodes(:)     !! ids of their nodes, for *NSET, ELSET=
@@ -388,6 +390,13 @@ contains
     want = 0
     if (used + int(more, i8) <= max_nodes) want = int(min(wanted, int(max_nodes, i8)))
   end function new_size
+
+  !> Whether an element that is no solid is a spring.
+  elemental logical function is_spring(kind)
+    integer, intent(in) :: kind !! no_facet and its kin
+
+    is_spring = any(kind == [spring_1, spring_2, spring_a])
+  end function is_spring
 
   !> Add an element of a type that is skipped, or a facet of a rigid body; its nodes follow.
   subroutine add_skipped(draft, id, position, kind, corners)

@@ -143,7 +143,8 @@ module controls_mod
   type :: print_t
     character(:), allocatable :: set
     logical :: of_elements = .false.        !! else of nodes
-    integer, allocatable :: members(:)      !! node or element numbers, ascending
+    logical :: of_springs = .false.         !! of elements: of those that are springs
+    integer, allocatable :: members(:)      !! numbers of nodes, elements or springs, ascending
     integer :: frequency = 1                !! lines of every so many increments, and of the last
     logical :: each = .true.                !! of nodes: a line for each
     logical :: totals = .false.             !! of nodes: a line for their forces together

@@ -26,6 +26,8 @@ contains
       what = coupling_in_words(scene, beyond)
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
       what = 'SMALL SLIDING between surfaces of elements'
+    else if (scene%mesh%springs%n > 0) then
+      what = 'springs (*SPRING)'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (scene%contact%compliance == compliance_products .and. .not. &

@@ -1,5 +1,5 @@
-!> Which nodes the stiffness couples: those that share an element, and with constraints what the
-!> nodes of an element depend on.
+!> Which nodes the stiffness couples: those that share an element or a spring, and with constraints
+!> what these nodes depend on.
 module linked_nodes_mod
   use sorting_mod, only: sort_ascending
   use growing_lists_mod, only: append
@@ -7,6 +7,7 @@ module linked_nodes_mod
   use connectivity_mod, only: nodes_of_element
   use constraints_mod, only: constraints_t, constraint_of
   use mesh_mod, only: mesh_t
+  use spring_elements_mod, only: spring_ends
   implicit none
   private
 
@@ -31,9 +32,9 @@ contains
     integer, allocatable, intent(out) :: start(:)      !! (n_nodes+1) first of each node's list
     integer, allocatable, intent(out) :: neighbours(:) !! the lists, one after the other
     integer, allocatable :: of_element(:)
-    integer :: number(3, mesh%n_nodes), first(mesh%n_elements + 1), e, n
+    integer :: number(3, mesh%n_nodes), first(mesh%n_elements + mesh%springs%n + 1), e, n
 
-    if (active%n == 0) then
+    if (active%n == 0 .and. mesh%springs%n == 0) then
       call node_neighbours(mesh, start, neighbours)
       return
     end if
@@ -44,7 +45,12 @@ contains
       call append(of_element, n, nodes_with_constraints(active, number, &
         nodes_of_element(mesh%connectivity, e)))
     end do
-    first(mesh%n_elements + 1) = n + 1
+    do e = 1, mesh%springs%n
+      first(mesh%n_elements + e) = n + 1
+      call append(of_element, n, nodes_with_constraints(active, number, &
+        spring_ends(mesh%springs, e)))
+    end do
+    first(size(first)) = n + 1
     call join_lists(mesh%n_nodes, first, of_element(:n), start, neighbours)
   end subroutine coupled_nodes
 

@@ -4,6 +4,7 @@ module mesh_mod
   use lists_mod, only: lists_t, lists_with
   use connectivity_mod, only: connectivity_t
   use constraints_mod, only: constraints_t
+  use spring_elements_mod, only: spring_elements_t
   implicit none
   private
 
@@ -29,6 +30,7 @@ module mesh_mod
     integer,  allocatable :: element_id(:)      !! (n_elements) the deck's ids
     integer,  allocatable :: element_kind(:)    !! (n_elements) kind_c3d8 and its kin
     integer,  allocatable :: material(:)        !! (n_elements) index into the scene's materials
+    type(spring_elements_t) :: springs          !! between nodes, and to the ground
     integer,  allocatable :: body(:)
     !! (n_nodes) body of each node, 0 where no element uses it and no constraint joins it to one
     integer,  allocatable :: piece(:)
@@ -73,11 +75,12 @@ contains
     moved%n_stand_ins = mesh%n_stand_ins
     moved%n_bodies = mesh%n_bodies
     moved%n_pieces = mesh%n_pieces
+    moved%springs = mesh%springs
   end function moved_mesh
 
   !> Number the pieces of the mesh that elements connect in `mesh%piece`, and the bodies (pieces
-  !> connected through constraints, with the nodes that these join to them) in `mesh%body`; list the
-  !> nodes that elements use.
+  !> connected through constraints and springs, with the nodes that these join to them) in
+  !> `mesh%body`; list the nodes that elements use.
   pure subroutine find_bodies(mesh, constraints)
     type(mesh_t), intent(inout) :: mesh
     type(constraints_t), intent(in), optional :: constraints !! none where left out
@@ -100,7 +103,20 @@ contains
         end do
       end do
     end if
+    do e = 1, mesh%springs%n
+      associate (first => mesh%springs%first, node_of => mesh%springs%node)
+        do k = first(e) + 1, first(e + 1) - 1
+          call join(parent, node_of(first(e)), node_of(k))
+        end do
+      end associate
+    end do
     call number_trees(mesh, parent, mesh%body, mesh%n_bodies)
+    do e = 1, mesh%springs%n
+      do k = mesh%springs%first(e), mesh%springs%first(e + 1) - 1
+        call find_root(parent, mesh%springs%node(k), node)
+        mesh%body(mesh%springs%node(k)) = mesh%body(node)
+      end do
+    end do
     if (.not. present(constraints)) return
     do c = 1, constraints%n
       call find_root(parent, constraints%node(c), node)

@@ -122,6 +122,7 @@ contains
     integer :: i, n
 
     do i = 1, size(prints)
+      if (prints(i)%of_springs) cycle ! all are kept
       if (prints(i)%of_elements) then
         prints(i)%members = left_of(prints(i)%members, number)
       else

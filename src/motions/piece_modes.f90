@@ -1,10 +1,11 @@
 !> Rigid motions of the pieces of a body, and what they do to its degrees of freedom.
 !>
-!> A body is one piece, unless equations join it: then each piece of its elements has six motions of
-!> its own, and a node without elements three.
+!> A body is one piece, unless equations or springs join it: then each piece of its elements has six
+!> motions of its own, and a node without elements three.
 module piece_modes_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t
+  use spring_elements_mod, only: spring_direction, spring_ends
   use mesh_mod, only: mesh_t
   use small_matrix_mod, only: cross
   use dense_mod, only: symmetric_eigenvectors, singular_values
@@ -138,8 +139,8 @@ contains
     columns = pack([(c, c=1, size(moves))], moves)
   end function moving_columns
 
-  !> The combinations of the motions of the pieces that supports do not see, and that satisfy all
-  !> constraints.
+  !> The combinations of the motions of the pieces that neither supports nor springs see, and that
+  !> satisfy all constraints.
   subroutine leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok, n_free)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)          !! of the body
@@ -184,6 +185,11 @@ contains
         call add(row/total)
       end associate
     end do
+    do c = 1, mesh%springs%n
+      if (.not. ok .or. mesh%body(mesh%springs%node(mesh%springs%first(c))) /= &
+        mesh%body(nodes(1))) cycle
+      call add(elongation_of(c))
+    end do
     if (ok) call singular_values(seen(:n_seen, :), s, v, ok)
     k = 0
     if (ok) k = count(s <= rank_tolerance*max(s(1), tiny(1.0_wp)))
@@ -192,6 +198,25 @@ contains
     z(columns, :) = v(:, n - k + 1:)
 
   contains
+
+    !> What motions change the length of a spring by, as part of what they move its ends by.
+    pure function elongation_of(spring) result(of_motions)
+      integer, intent(in) :: spring
+      real(wp) :: of_motions(n)
+      integer :: i, m
+
+      of_motions = 0.0_wp
+      associate (ends => spring_ends(mesh%springs, spring), &
+                 direction => spring_direction(mesh%springs, spring, mesh%coordinates))
+        do m = 1, size(ends)
+          do i = 1, 3
+            if (prescribed(i, ends(m))) cycle
+            of_motions = of_motions + direction(i, m)*modes_of(pieces, mesh, ends(m), i, each)
+          end do
+        end do
+        of_motions = of_motions/max(sum(abs(direction)), tiny(1.0_wp))
+      end associate
+    end function elongation_of
 
     !> One more of what is seen. When there is no more room, what all see together takes its place.
     subroutine add(of_motions)

@@ -6,8 +6,9 @@
 !> gone. The stiffness is factorised with the pins held (statically determinate, so that nothing
 !> is held too much); docs/theory.md section 9.
 !>
-!> A body that equations join has the motions of its pieces that satisfy them: any number, in each
-!> of which every piece goes its own way. docs/theory.md section 11.
+!> A body that equations or springs join has the motions of its pieces that satisfy these, and leave
+!> springs as long as they are: any number, in each of which every piece goes its own way.
+!> docs/theory.md section 11.
 module rigid_modes_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_machine, exit_not_solved
@@ -44,7 +45,8 @@ module rigid_modes_mod
     !! (3,n_nodes) at finite strain: where the nodes are that motions turn; not allocated: where the
     !! mesh has them [length]
     logical,  allocatable :: is_joined(:)
-    !! (n_bodies) whether equations join it: then its pieces have translations and rotations
+    !! (n_bodies) whether equations or springs join it: then its pieces have translations and
+    !! rotations
     integer,  allocatable :: piece(:)
     !! (n_nodes) piece of joined bodies that the node belongs to, else 0; not allocated: none
     real(wp), allocatable :: piece_translation(:, :, :) !! (3,n_pieces,n) [-]
@@ -70,40 +72,40 @@ contains
     !! those of the scene, none where left out: what depends is no pin
     type(free_motions_t), intent(in), optional :: undeformed
     !! the motions of the undeformed bodies, where these are not
+    type(constraints_t) :: all_constraints
     logical :: preferred(mesh%n_nodes), barred(3, mesh%n_nodes)
     integer :: body, i, k
     type(lists_t) :: nodes                   !! of each body
 
     ! Room for all there can be; what is not used is given back at the end.
     k = 6*max(mesh%n_bodies, mesh%n_pieces) + 3*size(ref_nodes)
-    if (present(constraints)) then
-      if (constraints%n_equations > 0) k = k + min(most*mesh%n_bodies, &
-        count(spread(joined_nodes(mesh), 1, 3) .and. .not. prescribed(:, :mesh%n_nodes)))
-    end if
+    all_constraints = constraints_t()
+    if (present(constraints)) all_constraints = constraints
+    if (all_constraints%n_equations > 0 .or. mesh%springs%n > 0) k = k + min(most*mesh%n_bodies, &
+      count(spread(joined_nodes(mesh), 1, 3) .and. .not. prescribed(:, :mesh%n_nodes)))
     allocate (motions%body(k), motions%node(k), motions%dof(k), motions%extent(k))
     allocate (motions%translation(3, k), motions%rotation(3, k), motions%centre(3, k), &
       source=0.0_wp)
     preferred = .true.
     preferred(contact_nodes) = .false.
     barred = prescribed(:, :mesh%n_nodes)
-    if (present(constraints)) then
-      do k = 1, constraints%n
-        barred(constraints%dof(k), constraints%node(k)) = .true.
-      end do
-    end if
+    do k = 1, all_constraints%n
+      barred(all_constraints%dof(k), all_constraints%node(k)) = .true.
+    end do
     allocate (motions%is_joined(mesh%n_bodies), source=.false.)
-    if (present(constraints)) then
-      do k = constraints%n - constraints%n_equations + 1, constraints%n
-        motions%is_joined(mesh%body(constraints%node(k))) = .true.
-      end do
-    end if
+    do k = all_constraints%n - all_constraints%n_equations + 1, all_constraints%n
+      motions%is_joined(mesh%body(all_constraints%node(k))) = .true.
+    end do
+    do k = 1, mesh%springs%n
+      motions%is_joined(mesh%body(mesh%springs%node(mesh%springs%first(k)))) = .true.
+    end do
     if (any(motions%is_joined)) call begin_pieces(mesh, motions)
     nodes = lists_by_key(mesh%body, mesh%n_bodies)
     do body = 1, mesh%n_bodies
       associate (of_body => nodes%item(nodes%first(body):nodes%first(body + 1) - 1))
         if (motions%is_joined(body)) then
-          call find_joined_motions(mesh, of_body, prescribed, barred, preferred, constraints, &
-            motions, error)
+          call find_joined_motions(mesh, of_body, prescribed, barred, preferred, &
+            all_constraints, motions, error)
         else
           k = 0
           if (present(undeformed)) k = count(undeformed%body == body)
@@ -278,8 +280,8 @@ contains
     z = v(:, 7 - k:) ! singular values descend
   end subroutine find_unseen
 
-  !> The motions of a body that equations join: those of its pieces that supports do not see, and
-  !> that satisfy all constraints.
+  !> The motions of a body that equations or springs join: those of its pieces that neither supports
+  !> nor springs see, and that satisfy all constraints.
   subroutine find_joined_motions(mesh, nodes, prescribed, barred, preferred, constraints, motions, &
     error)
     type(mesh_t), intent(in) :: mesh
@@ -298,9 +300,9 @@ contains
     call several_pieces(mesh, nodes, pieces, ok)
     columns = moving_columns(mesh, nodes, pieces, prescribed)
     if (ok .and. size(columns) > most) then
-      call raise(error, exit_not_solved, 'equations join '//to_text(size(pieces%extents))// &
-        ' bodies and single nodes to one, with '//to_text(size(columns))//' motions: at most '// &
-        to_text(most)//' can be looked through')
+      call raise(error, exit_not_solved, 'equations or springs join '// &
+        to_text(size(pieces%extents))//' bodies and single nodes to one, with '// &
+        to_text(size(columns))//' motions: at most '//to_text(most)//' can be looked through')
       return
     end if
     if (ok) call leave_free(mesh, nodes, pieces, prescribed, constraints, z, ok)
@@ -319,7 +321,8 @@ contains
       end if
     end if
     if (.not. ok) then
-      call raise(error, exit_machine, 'LAPACK failed on the motions of bodies that equations join')
+      call raise(error, exit_machine, 'LAPACK failed on the motions of bodies that equations '// &
+        'or springs join')
       return
     end if
     do j = 1, k

@@ -1,9 +1,9 @@
 !> An entry of the table of fields: a dataset of the result file, and how it is computed.
 !>
-!> The table has six parts: history_fields, one number an increment; pair_fields, at the points of
-!> a contact pair; reference_fields, of reference nodes; print_fields, of a set that the deck
-!> prints; view_fields, over the mesh; gauss_fields, at Gauss points. Stresses and strains are
-!> rows of tensor_fields in the last three.
+!> The table has seven parts: history_fields, one number an increment; pair_fields, at the points of
+!> a contact pair; reference_fields, of reference nodes; spring_fields, of springs; print_fields, of
+!> a set that the deck prints; view_fields, over the mesh; gauss_fields, at Gauss points. Stresses
+!> and strains are rows of tensor_fields in the last three.
 !> A new field is one entry in one of them and, but for a
 !> history, the procedure that computes it; what nodes have is computed at all of them
 !> (nodal_fields), and an entry says at which it is written. The result file, its XDMF sidecar, the

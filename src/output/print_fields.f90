@@ -8,6 +8,7 @@ module print_fields_mod
   use increments_mod, only: asked_number, ends_step
   use step_fields_mod, only: fields_due
   use gauss_types_mod, only: gauss_points_of
+  use spring_fields_mod, only: add_spring_fields
   use tensor_fields_mod, only: add_tensor_fields, in_set
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     compute_field, every_time, at_start, everywhere, of_set
@@ -28,7 +29,9 @@ contains
     integer :: one_number(0)
 
     associate (asked => scene%output%prints(k))
-      if (asked%of_elements) then
+      if (asked%of_springs) then
+        call add_spring_fields(size(asked%members), asked%stress, asked%strain, list)
+      else if (asked%of_elements) then
         call add_field(list, field_t('element_id', of_long, [size(asked%members)], 'number', &
           'ids of the elements in the deck', at_start, compute=of_this_set))
       else
@@ -37,10 +40,10 @@ contains
       end if
       call add_field(list, field_t('is_due', of_byte, one_number, 'code', &
         '1 where FREQUENCY asks for lines in the table of text, else 0', compute=of_this_set))
-      if (asked%of_elements) then
-        call list_tensors(asked, max(1, maxval(gauss_points_of(scene%mesh, asked%members))), list)
-      else
+      if (.not. asked%of_elements) then
         call list_vectors(asked, list)
+      else if (.not. asked%of_springs) then
+        call list_tensors(asked, max(1, maxval(gauss_points_of(scene%mesh, asked%members))), list)
       end if
     end associate
     call get_fields(list, fields)

@@ -9,6 +9,7 @@ module estimate_file_mod
   use history_fields_mod, only: plan_history_fields
   use pair_fields_mod, only: list_pair_fields
   use reference_fields_mod, only: list_reference_fields
+  use spring_fields_mod, only: list_spring_fields
   use print_fields_mod, only: list_print_fields
   use view_fields_mod, only: list_view_fields
   use gauss_fields_mod, only: list_gauss_fields
@@ -68,6 +69,8 @@ contains
       call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
     end do
     call list_reference_fields(scene, fields)
+    call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+    call list_spring_fields(scene, fields)
     call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
     if (allocated(scene%output%prints)) then
       do i = 1, size(scene%output%prints)

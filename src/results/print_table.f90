@@ -38,7 +38,9 @@ module print_table_mod
     column_t('strain', 'strain', 'strain', 6, tensor), &
     column_t('von_mises', 'von Mises', 'pressure', 1, no_part), &
     column_t('principal_stress', 'principal stress', 'pressure', 3, by_size), &
-    column_t('principal_strain', 'principal strain', 'strain', 3, by_size)]
+    column_t('principal_strain', 'principal strain', 'strain', 3, by_size), &
+    column_t('spring_force', 'spring force', 'force', 1, no_part), &
+    column_t('elongation', 'elongation', 'length', 1, no_part)]
 
   !> The numbers of a dataset, row after row.
   type :: numbers_t

@@ -142,6 +142,7 @@ contains
     call read_groups(file, '/contact', n, sums, error, copy)
     if (exists(file, '/reference_nodes')) call read_groups(file, '/reference_nodes', n, sums, &
       error, copy)
+    if (exists(file, '/springs')) call read_groups(file, '/springs', n, sums, error, copy)
     if (exists(file, '/print')) call read_groups(file, '/print', n, sums, error, copy)
     if (exists(file, '/gauss')) call read_groups(file, '/gauss', n_steps, of_fields, error, copy)
     call read_groups(file, '/VTKHDF/Steps', n_steps, of_fields, error, copy)

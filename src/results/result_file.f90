@@ -59,6 +59,7 @@ module result_file_mod
   use result_fields_mod, only: open_field_t, append_fields
   use result_limit_mod, only: check_limit
   use result_references_mod, only: create_references
+  use result_springs_mod, only: create_springs
   use result_gauss_mod, only: create_gauss
   use result_sets_mod, only: write_sets
   use result_print_mod, only: print_rows_t, create_prints, append_prints
@@ -87,7 +88,7 @@ module result_file_mod
     type(view_t),      private :: view
     type(pair_rows_t), private, allocatable :: pairs(:)
     type(print_rows_t), private, allocatable :: prints(:)
-    type(open_field_t), private, allocatable :: references(:), gauss(:)
+    type(open_field_t), private, allocatable :: references(:), springs(:), gauss(:)
     type(slots_t),     private :: slots
     type(checksums_t), private :: checksums
     integer,           private :: mesh_size(3) = 0
@@ -298,6 +299,7 @@ contains
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return
     call create_references(file%hdf5, scene, n_rows, file%references, error)
+    call create_springs(file%hdf5, scene, n_rows, file%springs, error)
     call create_prints(file%hdf5, scene, n_rows, file%prints, error)
     call write_sets(file%hdf5, scene, error)
     call create_gauss(file%hdf5, scene, n_steps, file%gauss, error)
@@ -344,6 +346,7 @@ contains
     if (state%increments_done > file%n_rows) then
       call append_contact(file%pairs, source, checksum, error)
       call append_fields(file%references, source, checksum, error)
+      call append_fields(file%springs, source, checksum, error)
       call append_prints(file%prints, source, checksum, error)
       call append_history(file%history, state, report, scene%mesh, plan%points, checksum, error)
       ! Shadow runs may begin while the run goes.

@@ -12,6 +12,7 @@ module result_limit_mod
   use view_fields_mod, only: list_view_fields
   use gauss_fields_mod, only: list_gauss_fields
   use reference_fields_mod, only: list_reference_fields
+  use spring_fields_mod, only: list_spring_fields
   use print_fields_mod, only: list_print_fields
   implicit none
   private
@@ -59,6 +60,8 @@ contains
     call list_gauss_fields(scene, fields)
     bytes = bytes + growing_bytes(fields)
     call list_reference_fields(scene, fields)
+    bytes = bytes + growing_bytes(fields)
+    call list_spring_fields(scene, fields)
     bytes = bytes + growing_bytes(fields)
     if (allocated(scene%output%prints)) then
       do i = 1, size(scene%output%prints)

@@ -45,6 +45,13 @@ PLATE, SNEG
 0., 0., 0.,  1., 1., 1.
 *BLOCK, NAME=WALL, NX=4, NY=1, NZ=5
 0., 1., 0.,  1., 1., 1.
+*ELEMENT, TYPE=SPRING1, ELSET=PAD
+900, 1008
+901, 1009
+902, 1010
+*SPRING, ELSET=PAD
+2
+10.
 *MATERIAL, NAME=SOFT
 *ELASTIC
 1000., 0.3
@@ -95,6 +102,8 @@ COPEN
 U, RF, CF
 *EL PRINT, ELSET=WALL
 S, E, MISES, SP, EP
+*EL PRINT, ELSET=PAD
+S, E
 *EL PRINT, ELSET=WALL, POSITION=CENTROIDAL
 S, E, MISES, SP, EP
 *EL FILE, POSITION=INTEGRATION POINTS
@@ -309,6 +318,9 @@ class Page(unittest.TestCase):
         self.check("reference_nodes", listed, self.sizes | {"R": 3})
         self.assertEqual(self.file["reference_nodes/node_id"][:].tolist(), [1, 2, 3])
 
+    def test_springs(self):
+        self.check("springs", listed_shapes(section("/springs")), self.sizes | {"G": 3})
+
     def test_sets(self):
         listed = listed_shapes(section("/sets"))
         kinds = [name.removesuffix("/<name>") for name in listed]
@@ -332,13 +344,15 @@ class Page(unittest.TestCase):
                 self.assertIn(f"`{name}`", text)
 
     def test_printed_sets(self):
-        of_nodes, of_elements = section("/print").split("Of a set of elements")
-        self.assertEqual(sorted(self.file["print"]), ["1", "2", "3"])
+        of_nodes, others = section("/print").split("Of a set of elements")
+        of_elements, of_springs = others.split("Of the springs")
+        self.assertEqual(sorted(self.file["print"]), ["1", "2", "3", "4"])
+        sets = {"1": "BODY-XMIN", "2": "WALL", "3": "PAD", "4": "WALL"}
         for name, group in self.file["print"].items():
             ids = "node_id" if name == "1" else "element_id"
-            listed = listed_shapes(of_nodes if name == "1" else of_elements)
-            self.assertEqual(group.attrs["set"].decode(), "BODY-XMIN" if name == "1" else "WALL")
-            if name == "3":  # means of the elements
+            listed = listed_shapes({"1": of_nodes, "3": of_springs}.get(name, of_elements))
+            self.assertEqual(group.attrs["set"].decode(), sets[name])
+            if name == "4":  # means of the elements
                 del listed["n_points"]
             sizes = {k: v for k, v in self.sizes.items() if k == "T"} | {"P": len(group[ids])}
             self.check(f"print/{name}", listed, sizes)
@@ -360,7 +374,7 @@ class Page(unittest.TestCase):
     def test_every_group_has_a_section(self):
         text = PAGE.read_text(encoding="utf-8")
         groups = re.findall(r"^### `/(\w+)", text, re.MULTILINE)
-        others = {"print", "reference_nodes", "gauss"}
+        others = {"print", "reference_nodes", "gauss", "springs"}
         self.assertEqual(sorted(self.asked), sorted(set(groups) - others))
         self.assertEqual(sorted({*self.file, "accuracy"}), sorted(groups))
         for group in ("run", "checksums", "state"):

@@ -18,7 +18,7 @@ module read_mesh_mod
   use mesh_draft_mod, only: add_early_set, add_element, add_node, add_skipped, add_skipped_node, &
     early_set_t, is_of_block, max_nodes, mesh_draft_t, names_of_planes, no_facet, &
     not_a_coordinate, refused_element, reserve_elements, reserve_nodes, rigid_facet, &
-    set_of_elements, set_of_nodes, shell_facet, solids
+    set_of_elements, set_of_nodes, shell_facet, solids, spring_1, spring_2, spring_a
   use mesh_mod, only: kind_c3d8
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
     option_position
@@ -192,6 +192,8 @@ contains
     select case (name)
     case ('DCOUP3D')
       kind = of_coupling
+    case ('SPRING1', 'SPRING2', 'SPRINGA')
+      kind = skipped_type ! read_springs takes them
     case default
       if (is_skipped(name)) then
         kind = skipped_type
@@ -240,8 +242,8 @@ contains
     end if
   end function what_it_is
 
-  !> Whether a type is of fluids, heat, acoustics or networks, a spring or damper, a mass, or one of
-  !> the user's own.
+  !> Whether a type is of fluids, heat, acoustics or networks, a damper, a mass, or one of the
+  !> user's own.
   pure logical function is_of_other_field(name)
     character(*), intent(in) :: name !! upper case
     character(7), parameter :: beginnings(*) = [character(7) :: 'F3D', 'FC3D', 'DC', 'AC', &
@@ -421,7 +423,11 @@ contains
 
     call name_option(reader, card, 'TYPE', .false., name, ok)
     call find_facet(name, facet, corners)
-    if (.not. is_skipped(name)) facet = refused_element
+    if (spring_kind(name) /= no_facet) then
+      facet = spring_kind(name)
+    else if (.not. is_skipped(name)) then
+      facet = refused_element
+    end if
     entries = 1 + nodes_of_type(name)
     have = 0
     continued = .false.
@@ -444,6 +450,22 @@ contains
     end do
   end subroutine skip_elements
 
+  !> What spring elements of a type are, no_facet of other types.
+  pure integer function spring_kind(name) result(kind)
+    character(*), intent(in) :: name !! upper case
+
+    select case (name)
+    case ('SPRING1')
+      kind = spring_1
+    case ('SPRING2')
+      kind = spring_2
+    case ('SPRINGA')
+      kind = spring_a
+    case default
+      kind = no_facet
+    end select
+  end function spring_kind
+
   !> How many nodes an element has, by the last number in the name of its type, as in S8R; beams
   !> have one more. 0: the name does not say it.
   pure integer function nodes_of_type(name) result(n)
@@ -451,7 +473,7 @@ contains
     integer, parameter :: most = 27
     integer :: first, last, status
 
-    n = 0
+    n = merge(2, 0, name == 'SPRINGA')
     last = scan(name, '0123456789', back=.true.)
     if (last == 0) return
     first = verify(name(:last), '0123456789', back=.true.) + 1

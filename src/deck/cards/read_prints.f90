@@ -12,6 +12,7 @@ module read_prints_mod
   use mesh_draft_mod, only: given_nodes
   use options_mod, only: allow_options, card_t, choice_option, has_option, integer_option, &
     name_option, open_card, option_position
+  use spring_elements_mod, only: spring_elements_t
   use sets_mod, only: find_set, model_t, report_unknown, set_list_t
   use text_mod, only: to_text
   implicit none
@@ -25,16 +26,18 @@ module read_prints_mod
 contains
 
   !> *NODE PRINT and *EL PRINT of all steps together: of a set, or a set and a position of its
-  !> elements, there is one table, with all that any card names and the last FREQUENCY. A card
-  !> with a FREQUENCY of 0 asks for nothing.
-  subroutine read_prints(reader, model, prints)
+  !> elements, there is one table, with all that any card names and the last FREQUENCY; of its
+  !> springs another one. A card with a FREQUENCY of 0 asks for nothing.
+  subroutine read_prints(reader, model, springs, prints)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
+    type(spring_elements_t), intent(in) :: springs
     type(print_t), allocatable, intent(out) :: prints(:) !! not allocated: none
     type(print_t), allocatable :: list(:)
     type(print_t) :: print
     type(card_t) :: card
-    integer :: k, same
+    integer :: k
+    integer, allocatable :: chosen(:) !! springs
     logical :: ok
 
     allocate (list(0))
@@ -45,26 +48,38 @@ contains
       if (print%of_elements) then
         call read_element_options(reader, card, print)
         if (print%frequency == 0) cycle
-        call read_set(reader, card, model, model%element_sets, print, ok)
+        call read_set(reader, card, model, model%element_sets, springs, print, chosen, ok)
       else
         call read_node_options(reader, card, print)
         if (print%frequency == 0) cycle
-        call read_set(reader, card, model, model%node_sets, print, ok)
+        call read_set(reader, card, model, model%node_sets, springs, print, chosen, ok)
       end if
       call read_variables(reader, card, print)
-      if (.not. ok) cycle
+      if (ok) call add_table(print)
+      if (size(chosen) == 0 .or. .not. (print%stress .or. print%strain)) cycle
+      print%of_springs = .true.
+      print%at_gauss_points = .false.
+      print%members = chosen
+      call add_table(print)
+    end do
+    if (size(list) > 0) call move_alloc(list, prints)
+
+  contains
+
+    subroutine add_table(print)
+      type(print_t), intent(in) :: print
+      integer :: same
+
       same = find_same(list, print)
       if (same > 0) then
         call add_to(list(same), print)
-        cycle
-      end if
-      if (size(list) == most) then
+      else if (size(list) == most) then
         call report(reader, card%position, 'the deck prints more than '//to_text(most)//' sets')
-        return
+      else
+        list = [list, print]
       end if
-      list = [list, print]
-    end do
-    if (size(list) > 0) call move_alloc(list, prints)
+    end subroutine add_table
+
   end subroutine read_prints
 
   subroutine read_node_options(reader, card, print)
@@ -97,21 +112,26 @@ contains
   end subroutine read_element_options
 
   !> The set of a card and what is in it.
-  subroutine read_set(reader, card, model, sets, print, ok)
+  subroutine read_set(reader, card, model, sets, springs, print, chosen, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
     type(set_list_t), intent(in) :: sets !! of the model: of nodes, or of elements
+    type(spring_elements_t), intent(in) :: springs
     type(print_t), intent(inout) :: print
-    logical, intent(out) :: ok !! false: a mistake was reported, or there is nothing to write
+    integer, allocatable, intent(out) :: chosen(:) !! springs of a set of elements, ascending
+    logical, intent(out) :: ok !! false: a mistake was reported, or there is nothing else to write
     character(:), allocatable :: option
+    logical :: is_in(springs%n)
     integer :: found, i
 
     option = trim(merge('ELSET', 'NSET ', print%of_elements))
+    allocate (chosen(0))
     if (.not. has_option(card, option)) then
       print%set = 'ALL'
       if (print%of_elements) then
         print%members = [(i, i=1, model%mesh%n_elements)]
+        chosen = [(i, i=1, springs%n)]
       else
         print%members = pack([(i, i=1, size(model%used))], model%used)
         print%summed = print%members
@@ -141,8 +161,14 @@ contains
       end if
       ok = size(print%members) > 0
     end if
-    if (.not. ok .and. .not. sets%list(found)%flawed) call note(reader, '*'//card%keyword// &
-      ' of '//quoted(print%set)//' writes nothing: the set is empty')
+    associate (of => sets%list(found))
+      is_in = .false.
+      if (of%n_skipped > 0 .and. springs%n > 0) is_in = [(any(model%mesh%skipped_id( &
+        of%skipped(:of%n_skipped)) == springs%id(i)), i=1, springs%n)]
+      chosen = pack([(i, i=1, springs%n)], is_in)
+    end associate
+    if (.not. (ok .or. size(chosen) > 0 .or. sets%list(found)%flawed)) call note(reader, '*'// &
+      card%keyword//' of '//quoted(print%set)//' writes nothing: the set is empty')
   end subroutine read_set
 
   !> The names of what is to be written.
@@ -195,8 +221,9 @@ contains
     type(print_t), intent(in) :: list(:), print
 
     do same = 1, size(list)
-      if ((list(same)%of_elements .eqv. print%of_elements) .and. list(same)%set == print%set &
-        .and. (list(same)%at_gauss_points .eqv. print%at_gauss_points)) return
+      if ((list(same)%of_elements .eqv. print%of_elements) .and. (list(same)%of_springs .eqv. &
+        print%of_springs) .and. list(same)%set == print%set .and. (list(same)%at_gauss_points &
+        .eqv. print%at_gauss_points)) return
     end do
     same = 0
   end function find_same

@@ -17,7 +17,7 @@ module read_rigid_bodies_mod
   use face_couplings_mod, only: add_rotation_node, coupling_t
   use fields_mod, only: node_option
   use lookup_mod, only: find_id
-  use mesh_draft_mod, only: add_node_beside, solids
+  use mesh_draft_mod, only: add_node_beside, is_spring, solids
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
     option_position
   use sets_mod, only: extend_marks, find_set, model_t, report_unknown
@@ -58,7 +58,7 @@ contains
     !! those of rotations are marked
     type(rigid_bodies_t), intent(out) :: bodies
     type(card_t) :: card
-    integer :: k, node, first, i
+    integer :: k, node, first, last, i
 
     allocate (bodies%list(0))
     do k = 1, reader%n_cards
@@ -75,10 +75,17 @@ contains
       end do
     end do
     if (size(bodies%list) == 0) return
-    do k = 1, model%mesh%n_skipped_nodes
-      node = find_id(model%mesh%nodes, model%mesh%node_id, model%mesh%skipped_nodes(k))
-      if (node > 0) model%rigid(node) = .true.
-    end do
+    associate (mesh => model%mesh)
+      do k = 1, mesh%n_skipped
+        if (is_spring(mesh%skipped_kind(k))) cycle
+        last = mesh%n_skipped_nodes
+        if (k < mesh%n_skipped) last = mesh%skipped_first(k + 1) - 1
+        do i = mesh%skipped_first(k), last
+          node = find_id(mesh%nodes, mesh%node_id, mesh%skipped_nodes(i))
+          if (node > 0) model%rigid(node) = .true.
+        end do
+      end do
+    end associate
   end subroutine read_rigid_bodies
 
   !> The sets of a card, an entry each.

@@ -123,6 +123,8 @@ module deck_table_mod
     rule_t('TIE', in_model, is_read, 'NAME=name, POSITION TOLERANCE=distance, ADJUST=YES|NO', &
     'TYPE, NO ROTATION, CONSTRAINT RATIO, NO THICKNESS', 'slave, master'), &
     rule_t('EQUATION', in_model, is_read, data='count; node, dof, factor, ...'), &
+    rule_t('SPRING', in_model, is_read, 'ELSET=name!', 'RTOL, COMPLEX STIFFNESS', &
+    'dof of the first node, of the second node; stiffness, frequency, temperature'), &
     rule_t('COUPLING', in_model, is_read, &
     'CONSTRAINT NAME=name, REF NODE=id!, SURFACE=name!'), &
     rule_t('KINEMATIC COUPLING', in_model, is_read, 'REF NODE=id!', &
@@ -305,8 +307,6 @@ module deck_table_mod
     rule_t('COHESIVE BEHAVIOR', anywhere, is_outside, &
     remark='surfaces that stay joined are a *TIE; those that may part, a *CONTACT PAIR'), &
     rule_t('FLUID SECTION', anywhere, is_outside), &
-    rule_t('SPRING', anywhere, is_outside, &
-    remark='a body of solid elements can take the place of a spring'), &
     rule_t('DASHPOT', anywhere, is_outside, remark=static_only), &
     rule_t('GAP', anywhere, is_outside, remark='*CONTACT PAIR and *CONTACT GAP are of surfaces'), &
     rule_t('MASS', anywhere, is_outside, remark='*DENSITY gives bodies weight'), &
