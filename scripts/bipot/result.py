@@ -655,6 +655,18 @@ class Result:
             raise ResultError(f"{self.path}: no increment is finished")
         return write_page(self, Path(path), Look(scale))
 
+    def to_frd(self, path: str | os.PathLike[str]) -> Path:
+        """Write mesh and nodal results as CalculiX does, for cgx, FreeCAD and PrePoMax.
+
+        Of every stored increment: DISP, FORC (forces of the supports), STRESS and TOSTRAIN as far
+        as they are stored (of elements alone: means at the nodes), and with contact COPEN, CSLIP1,
+        CSLIP2, CPRESS, CSHEAR1 and CSHEAR2 on slave nodes. Returns the path. Raises ResultError
+        where no fields are stored.
+        """
+        from bipot.frd import write_frd
+
+        return write_frd(self, Path(path))
+
     @property
     def error_of_energy(self) -> bool:
         """Whether the histories of estimated errors are of the energy, not of the contact force."""

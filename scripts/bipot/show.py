@@ -106,6 +106,10 @@ def command_line():
     )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--html", action="store_true", help="one page with everything, NAME.html")
+    form.add_argument(
+        "--frd", action="store_true",
+        help="mesh and results for cgx, FreeCAD and PrePoMax, NAME.frd, instead of the pictures",
+    )
     form.add_argument("--interactive", action="store_true", help="a window (needs pyvista)")
     parser.add_argument("--no-animation", action="store_true", help="pictures only")
     parser.add_argument("--mp4", action="store_true", help="an MP4 film, not a GIF (needs ffmpeg)")
@@ -159,6 +163,11 @@ def show(result, options):
     )
     if options.interactive:
         open_window(result, options.scale)
+        return
+    if options.frd:
+        folder = options.folder or Path()
+        folder.mkdir(parents=True, exist_ok=True)
+        print(result.to_frd(folder / f"{result.path.stem}.frd"))
         return
     if not has_bodies(result):
         print("show: the file holds no displacements: no picture of the body", file=sys.stderr)
