@@ -6,14 +6,16 @@
 module face_integrals_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
+  use veils_mod, only: veil_t, triangle_t, draw
   implicit none
   private
 
-  public :: shared_t, integrate_shared
+  public :: shared_t, integrate_shared, nearest_of
 
   !> Integrals of the slave's shape functions N and the master's over what two faces share.
   type :: shared_t
     real(wp) :: area = 0.0_wp        !! in the plane [length^2]
+    real(wp), allocatable :: outline(:, :) !! (2,n) corners in the plane [length]
     logical :: folds = .false.       !! a corner of either face points inwards in the plane
     real(wp) :: lumped(8) = 0.0_wp   !! int N_a [length^2]
     real(wp) :: mass(8, 8) = 0.0_wp  !! int N_a N_b [length^2]
@@ -39,19 +41,24 @@ module face_integrals_mod
 
 contains
 
-  !> The integrals over what parts of two faces share; all 0 where they share nothing. Where either
-  !> has mid-side nodes: over the slave where it lies above the plane, with the shape functions of
-  !> the faces there.
-  pure function integrate_shared(slave_part, master_part, slave, master) result(shared)
+  !> The integrals over what parts of two faces share and see of each other; all 0 where they share
+  !> nothing. Where either has mid-side nodes: over the slave where it lies above the plane, with
+  !> the shape functions of the faces there.
+  pure function integrate_shared(slave_part, master_part, slave, master, veils, height, rounding) &
+    result(shared)
     real(wp), intent(in) :: slave_part(:, :), master_part(:, :)
     !! (2,3) or (2,4) corners in a plane, one after the other, either way round [length]
     real(wp), intent(in) :: slave(:, :), master(:, :)
     !! (3,n) all nodes of the faces, corners first: in the plane, and above it; or (2,n) flat faces
     !! in the plane [length]
+    type(veil_t), intent(in), optional :: veils(:) !! left out: none
+    real(wp), intent(in), optional :: height(3)    !! of the master, as of draw
+    real(wp), intent(in), optional :: rounding     !! likewise [length]
     type(shared_t) :: shared
-    real(wp) :: corner(2, most), mean(2), least
+    real(wp) :: corner(2, most), mean(2), least, negligible
+    type(triangle_t), allocatable :: parts(:)
     logical :: is_polynomial
-    integer :: n, i, n_corners
+    integer :: n, i, k, n_corners
 
     call collect_corners(slave_part, master_part, corner, n)
     if (n < 3) return
@@ -59,20 +66,58 @@ contains
     n_corners = corners_of(slave)
     least = area_of(slave(:2, 1), slave(:2, 2), slave(:2, 3)) + area_of(slave(:2, 1), &
       slave(:2, 3), slave(:2, n_corners))
+    negligible = 1.0e-12_wp*least
     least = merge(speck, epsilon(1.0_wp), shared%folds .or. size(slave, 1) == 3)*least
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
+    shared%outline = corner(:, :n)
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
-    do i = 1, n
-      if (is_polynomial) then
-        call add_triangle(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), point_3, &
-          weight_3, shared)
-      else
-        call add_parts(slave, master, mean, corner(:, i), corner(:, 1 + mod(i, n)), least, &
-          most_halvings, shared)
+    parts = [(triangle_t(reshape([mean, corner(:, i), corner(:, 1 + mod(i, n))], [2, 3])), i=1, n)]
+    if (present(veils)) then
+      do i = 1, size(veils)
+        call draw(veils(i), height, rounding, negligible, parts)
+      end do
+      if (size(veils) > 0) then
+        shared%outline = reshape([(parts(i)%x, i=1, size(parts))], [2, 3*size(parts)])
+        shared%outline = shared%outline(:, pack([(i, i=1, 3*size(parts))], any(abs(shared%outline &
+          - spread(mean, 2, 3*size(parts))) > 0.0_wp, 1)))
       end if
+    end if
+    do k = 1, size(parts)
+      associate (x => parts(k)%x)
+        if (is_polynomial) then
+          call add_triangle(slave, master, x(:, 1), x(:, 2), x(:, 3), point_3, weight_3, shared)
+        else
+          call add_parts(slave, master, x(:, 1), x(:, 2), x(:, 3), least, most_halvings, shared)
+        end if
+      end associate
     end do
   end function integrate_shared
+
+  !> The least gap at the corners of what two faces share.
+  pure real(wp) function nearest_of(outline, slave, master, apart, other, normal) result(nearest)
+    real(wp), intent(in) :: outline(:, :)              !! (2,n) [length]
+    real(wp), intent(in) :: slave(:, :), master(:, :)  !! as of `integrate_shared` [length]
+    real(wp), intent(in) :: apart(:, :), other(:, :)
+    !! (3,n) where all nodes of the slave face and of the master's are [length]
+    real(wp), intent(in) :: normal(:, :)
+    !! (3,1) the master's; (3,3) axes, the third across the plane: it follows from the face [-]
+    real(wp) :: n(size(slave, 2)), m(size(master, 2)), unused(3), up(3)
+    integer :: i
+
+    nearest = huge(nearest)
+    do i = 1, size(outline, 2)
+      call find_place(slave, outline(:, i), n, unused)
+      call find_place(master, outline(:, i), m, up)
+      if (size(normal, 2) == 3) then
+        up = matmul(normal, up)
+        up = up/norm2(up)
+      else
+        up = normal(:, 1)
+      end if
+      nearest = min(nearest, dot_product(up, matmul(apart, n) - matmul(other, m)))
+    end do
+  end function nearest_of
 
   !> Whether a face is a triangle with edges that are straight, or a flat parallelogram.
   pure logical function has_one_jacobian(x) result(is)

@@ -10,13 +10,25 @@ module shared_faces_mod
   use contact_points_mod, only: contact_points_t, faces_of_side, find_side_points
   use state_mod, only: state_t
   use turned_slips_mod, only: orientation
-  use face_integrals_mod, only: shared_t, integrate_shared
+  use veils_mod, only: veil_t
+  use face_integrals_mod, only: shared_t, integrate_shared, nearest_of
   implicit none
   private
 
   public :: two_sides_t, rows_t, put_together, integrate
 
   real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most
+  real(wp), parameter :: touching = 1.0e-9_wp !! of the size of a face: heights that are one [-]
+
+  !> Boxes in the order of their lowest coordinates along the longest axis of all.
+  type :: boxes_t
+    real(wp), allocatable :: low(:, :), high(:, :) !! (3,n) [length]
+    integer, allocatable :: sorted(:)
+    integer, allocatable :: key(:)       !! of the sorted ones, as of `key_of`
+    integer :: axis = 1
+    real(wp) :: lowest = 0.0_wp, extent = 0.0_wp !! of all along it [length]
+    real(wp) :: widest = 0.0_wp          !! of a box along it [length]
+  end type boxes_t
 
   !> A slave surface and a master where both are.
   type :: two_sides_t
@@ -38,13 +50,13 @@ module shared_faces_mod
     real(wp), allocatable :: y(:, :)     !! (3,n_places) [length]
     real(wp) :: before = 0.0_wp, behind = 0.0_wp
     !! how far masters may be before and behind the plane of a slave face [length]
-    real(wp), allocatable :: low(:, :), high(:, :) !! (3,n) box of each piece [length]
+    real(wp), allocatable :: x_now(:, :), y_now(:, :) !! the same where they are [length]
+    type(boxes_t) :: boxes               !! of each piece
     real(wp), allocatable :: normal(:, :)          !! (3,n) and its outward normal [-]
-    integer, allocatable :: sorted(:)    !! pieces by the lowest coordinate along `axis`
-    integer, allocatable :: key(:)       !! of the sorted pieces, as of `key_of`
-    integer :: axis = 1
-    real(wp) :: lowest = 0.0_wp, extent = 0.0_wp !! of the master along it [length]
-    real(wp) :: widest = 0.0_wp          !! of the boxes along it [length]
+    integer, allocatable :: skin(:, :)   !! (4,n) corners of what may lie between
+    type(boxes_t) :: skin_boxes
+    real(wp), allocatable :: z(:, :)     !! (3,n) of these corners [length]
+    integer, allocatable :: corner_of_row(:), corner_of_place(:) !! what these are of them
     real(wp) :: largest = 0.0_wp         !! diagonal of the boxes [length]
   end type two_sides_t
 
@@ -58,6 +70,8 @@ module shared_faces_mod
   type :: rows_t
     real(wp), allocatable :: area(:), whole(:)  !! (n) covered, and of the node [length^2]
     real(wp), allocatable :: normal(:, :)       !! (3,n) not of unit length [length^2]
+    real(wp), allocatable :: outward(:, :) !! (3,n) of the slave's whole faces [length^2]
+    real(wp), allocatable :: nearest(:) !! (n) least gap at corners of what is seen [length]
     logical, allocatable :: folds(:) !! (n) a face of the node is folded, or one that it shares with
     integer :: n = 0                            !! entries
     type(entry_t), allocatable :: entry(:)      !! room for more than n
@@ -67,7 +81,7 @@ module shared_faces_mod
   !> What a slave face shares with a master face.
   type :: part_t
     integer :: master = 0
-    real(wp) :: away = 0.0_wp      !! from the slave's plane [length]
+    real(wp) :: nearest = 0.0_wp   !! least gap at its corners [length]
     type(shared_t) :: shared
   end type part_t
 
@@ -83,7 +97,7 @@ contains
     integer :: row_of(0:scene%mesh%n_nodes), i, k
     integer, allocatable :: faces(:), place_of(:)
     real(wp), allocatable :: way(:, :)  !! of the places [length]
-    real(wp) :: reach, axes(3, 3)
+    real(wp) :: reach, axes(3, 3), moved
 
     sides%pair = pair
     call find_side_points(points, pair, side, sides%first, sides%last)
@@ -136,15 +150,18 @@ contains
         end associate
         deallocate (sides%node)
       end if
+      sides%x_now = sides%x + new%displacement(:, node)
+      sides%y_now = sides%y + way
+      moved = 0.0_wp
       reach = 0.5_wp*max(largest_face(sides%slave, sides%x), largest_face(sides%master, sides%y))
       sides%stays = of%small_sliding .and. of%master == 0
       if (.not. sides%stays) then
-        sides%x = sides%x + new%displacement(:, node)
-        sides%y = sides%y + way
+        sides%x = sides%x_now
+        sides%y = sides%y_now
         if (of%master > 0) reach = 0.5_wp*max(largest_face(sides%slave, sides%x), &
           largest_face(sides%master, sides%y))
         associate (u => new%displacement(:, node))
-          reach = reach + norm2(max(maxval(u, 2) - minval(way, 2), maxval(way, 2) - minval(u, 2)))
+          moved = norm2(max(maxval(u, 2) - minval(way, 2), maxval(way, 2) - minval(u, 2)))
         end associate
       end if
       sides%q = sides%x
@@ -154,11 +171,23 @@ contains
           sides%q(:, i) = (sides%x(:, i) - sides%a(i)*(one + other))/(1.0_wp - 2.0_wp*sides%a(i))
         end associate
       end do
-      sides%behind = reach + of%overlap
-      sides%before = sides%behind
+      sides%before = reach + moved + of%overlap
+      ! Across slanted faces what overlaps seems deeper than it is.
+      sides%behind = 2.0_wp*(moved + of%overlap) + 1.0e-6_wp*sides%before
+      if (of%master > 0) sides%behind = sides%before
       if (sides%stays) sides%before = huge(1.0_wp)
     end associate
     call note_masters(sides)
+    if (scene%pairs(pair)%master == 0 .and. allocated(scene%mesh%skin)) then
+      sides%skin = scene%mesh%skin
+      sides%z = scene%mesh%coordinates
+      if (.not. sides%stays) sides%z = sides%z + new%displacement
+      sides%corner_of_row = points%node(sides%first:sides%last)
+      sides%corner_of_place = sides%node
+    else
+      call note_own_faces(sides)
+    end if
+    call put_in_boxes(sides%skin, sides%z, sides%skin_boxes)
   end subroutine put_together
 
   !> The ends of the edges of slave faces with nodes in their middles.
@@ -233,7 +262,7 @@ contains
       n = n + n_pieces
     end do
     allocate (sides%piece(4, n), sides%of(n), source=0)
-    allocate (sides%low(3, n), sides%high(3, n), sides%normal(3, n))
+    allocate (sides%normal(3, n))
     n = 0
     do f = 1, size(sides%master, 2)
       call cut(sides%master(:, f), pieces, n_pieces)
@@ -243,22 +272,74 @@ contains
     end do
     do f = 1, n
       k = count(sides%piece(:, f) > 0)
-      associate (y => sides%y(:, sides%piece(:k, f)))
-        sides%low(:, f) = minval(y, 2)
-        sides%high(:, f) = maxval(y, 2)
-        sides%normal(:, f) = area_vector(y)
-        sides%normal(:, f) = sides%normal(:, f)/max(norm2(sides%normal(:, f)), tiny(1.0_wp))
+      sides%normal(:, f) = area_vector(sides%y(:, sides%piece(:k, f)))
+      sides%normal(:, f) = sides%normal(:, f)/max(norm2(sides%normal(:, f)), tiny(1.0_wp))
+    end do
+    sides%largest = largest_face(sides%piece, sides%y)
+    call put_in_boxes(sides%piece, sides%y, sides%boxes)
+  end subroutine note_masters
+
+  !> What may lie between a slave surface and a master of which there are only these faces.
+  pure subroutine note_own_faces(sides)
+    type(two_sides_t), intent(inout) :: sides
+    integer :: f, k, n, pieces(4, 5), n_pieces
+    integer, allocatable :: skin(:, :)
+
+    n = size(sides%x, 2)
+    sides%corner_of_row = [(k, k=1, n)]
+    sides%corner_of_place = [(n + k, k=1, size(sides%y, 2))]
+    sides%z = reshape([sides%x, sides%y], [3, n + size(sides%y, 2)])
+    allocate (skin(4, 5*size(sides%slave, 2)))
+    n = 0
+    do f = 1, size(sides%slave, 2)
+      call cut(sides%slave(:, f), pieces, n_pieces)
+      skin(:, n + 1:n + n_pieces) = pieces(:, :n_pieces)
+      n = n + n_pieces
+    end do
+    sides%skin = reshape([skin(:, :n), merge(sides%piece + size(sides%x, 2), 0, sides%piece > 0)], &
+      [4, n + size(sides%piece, 2)])
+  end subroutine note_own_faces
+
+  !> Boxes of faces, and their order along the longest axis.
+  pure subroutine put_in_boxes(faces, x, boxes)
+    integer, intent(in) :: faces(:, :)   !! (4,n) 0 behind the corners
+    real(wp), intent(in) :: x(:, :)      !! (3,n_places) [length]
+    type(boxes_t), intent(out) :: boxes
+    integer :: f
+
+    allocate (boxes%low(3, size(faces, 2)), boxes%high(3, size(faces, 2)))
+    do f = 1, size(faces, 2)
+      associate (corner => x(:, faces(:count(faces(:, f) > 0), f)))
+        boxes%low(:, f) = minval(corner, 2)
+        boxes%high(:, f) = maxval(corner, 2)
       end associate
     end do
-    sides%axis = maxloc(maxval(sides%high, 2) - minval(sides%low, 2), dim=1)
-    sides%largest = largest_face(sides%piece, sides%y)
-    sides%widest = maxval(sides%high(sides%axis, :) - sides%low(sides%axis, :))
-    sides%lowest = minval(sides%low(sides%axis, :))
-    sides%extent = maxval(sides%high(sides%axis, :)) - sides%lowest
-    sides%key = key_of(sides, sides%low(sides%axis, :))
-    call order_of(sides%key, sides%sorted)
-    sides%key = sides%key(sides%sorted)
-  end subroutine note_masters
+    boxes%axis = maxloc(maxval(boxes%high, 2) - minval(boxes%low, 2), dim=1)
+    associate (low => boxes%low(boxes%axis, :), high => boxes%high(boxes%axis, :))
+      boxes%widest = maxval(high - low)
+      boxes%lowest = minval(low)
+      boxes%extent = maxval(high) - boxes%lowest
+      boxes%key = key_of(boxes, low)
+    end associate
+    call order_of(boxes%key, boxes%sorted)
+    boxes%key = boxes%key(boxes%sorted)
+  end subroutine put_in_boxes
+
+  !> The boxes that meet another.
+  pure subroutine find_met(boxes, low, high, met)
+    type(boxes_t), intent(in) :: boxes
+    real(wp), intent(in) :: low(3), high(3) !! [length]
+    integer, allocatable, intent(out) :: met(:)
+    integer :: first, last, i
+
+    ! Before the first of these all lowest coordinates are below what could be near.
+    first = 1 + count_below(key_of(boxes, low(boxes%axis) - boxes%widest), boxes%key)
+    last = count_below(key_of(boxes, high(boxes%axis)) + 1, boxes%key)
+    associate (near => boxes%sorted(first:last))
+      met = pack(near, [(all(boxes%low(:, near(i)) <= high) .and. all(boxes%high(:, near(i)) >= &
+        low), i=1, size(near))])
+    end associate
+  end subroutine find_met
 
   !> The area of a face along its outward normal: of the diagonals, or of a triangle's edges.
   pure function area_vector(x) result(vector)
@@ -282,13 +363,16 @@ contains
 
     n = size(sides%x, 2)
     allocate (parts(16), rows%entry(64))
-    allocate (rows%area(n), rows%whole(n), rows%normal(3, n), rows%folds(n))
+    allocate (rows%area(n), rows%whole(n), rows%normal(3, n), rows%folds(n), rows%nearest(n))
+    allocate (rows%outward(3, n))
     do
       rows%n = 0
       rows%area = 0.0_wp
       rows%whole = 0.0_wp
       rows%normal = 0.0_wp
       rows%folds = .false.
+      rows%nearest = huge(1.0_wp)
+      rows%outward = 0.0_wp
       do f = 1, size(sides%slave, 2)
         call add_face(sides, sides%slave(:count(sides%slave(:, f) > 0), f), parts, rows)
       end do
@@ -298,59 +382,88 @@ contains
     rows%of_row = lists_by_key(rows%entry(:rows%n)%row, n)
   end subroutine integrate
 
-  !> Find what a piece of a slave face shares with the masters before it.
-  pure subroutine find_parts(sides, x, face, axes, area, parts, n)
+  !> Find what a piece of a slave face and the masters see of each other.
+  pure subroutine find_parts(sides, x, row, axes, area, parts, n)
     type(two_sides_t), intent(in) :: sides
     real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the piece [length]
-    real(wp), intent(in) :: face(:, :) !! (3,n) all nodes of the face [length]
+    integer, intent(in) :: row(:)    !! of all nodes of the face
     real(wp), intent(in) :: axes(3, 3), area !! unit vectors, the third its normal; [length^2]
     type(part_t), allocatable, intent(inout) :: parts(:) !! room for more than n
     integer, intent(inout) :: n      !! how many there are, those of pieces before it among them
     real(wp), dimension(3) :: middle, low, high
-    real(wp) :: flat(2, size(x, 2)), place(2, 4), height(4), along, aside
+    real(wp) :: flat(2, size(x, 2)), place(2, 4), height(4), range(2), plane(3), along, aside
     type(shared_t) :: shared
-    real(wp) :: most
-    integer :: i, k, f, a, first
+    type(veil_t), allocatable :: veils(:), between(:)
+    integer, allocatable :: met(:)
+    logical, allocatable :: may_see(:)
+    real(wp) :: nearest
+    integer :: i, k, f, a
 
     middle = sum(x, dim=2)/real(size(x, 2), wp)
     do a = 1, size(x, 2)
       flat(:, a) = matmul(x(:, a) - middle, axes(:, :2))
     end do
-    ! What covers the face lies in the prism over it.
+    ! What the face may see lies in the prism over it.
     aside = 1.0e-6_wp*sqrt(area)
-    along = max(sides%before, sides%behind) + sides%largest
-    if (along > 0.5_wp*huge(1.0_wp)) along = sum(max(maxval(sides%high, 2), middle) - &
-      min(minval(sides%low, 2), middle))
+    along = max(sides%before, -sides%behind/against) + sides%largest
+    if (along > 0.5_wp*huge(1.0_wp)) along = sum(max(maxval(sides%boxes%high, 2), middle) - &
+      min(minval(sides%boxes%low, 2), middle))
     low = minval(x, 2) - along*abs(axes(:, 3)) - aside
     high = maxval(x, 2) + along*abs(axes(:, 3)) + aside
-    first = n + 1
-    ! Before the first of these all lowest coordinates are below what could be near.
-    do i = 1 + count_below(key_of(sides, low(sides%axis) - sides%widest), sides%key), &
-        size(sides%sorted)
-      f = sides%sorted(i)
-      if (sides%low(sides%axis, f) > high(sides%axis)) exit
-      if (any(sides%low(:, f) > high) .or. any(sides%high(:, f) < low)) cycle
-      if (dot_product(sides%normal(:, f), axes(:, 3)) > against) cycle
-      k = count(sides%piece(:, f) > 0)
-      do a = 1, k
-        associate (arm => sides%y(:, sides%piece(a, f)) - middle)
-          place(:, a) = matmul(arm, axes(:, :2))
-          height(a) = dot_product(arm, axes(:, 3))
-        end associate
-      end do
-      if (minval(height(:k)) > sides%before .or. maxval(height(:k)) < -sides%behind) cycle
-      if (any(maxval(place(:, :k), 2) < minval(flat, 2)) .or. any(minval(place(:, :k), 2) > &
-        maxval(flat, 2))) cycle
-      associate (master => sides%master(:count(sides%master(:, sides%of(f)) > 0), sides%of(f)))
-        if (max(size(master), size(face, 2)) > 4) then
-          shared = integrate_shared(flat, place(:, :k), matmul(transpose(axes), face - &
-            spread(middle, 2, size(face, 2))), matmul(transpose(axes), sides%y(:, master) - &
-            spread(middle, 2, size(master))))
-          do a = 1, size(face, 2)
+    call find_met(sides%boxes, low, high, met)
+    allocate (may_see(size(met)))
+    range = 0.0_wp
+    nearest = huge(nearest)
+    do i = 1, size(met)
+      f = met(i)
+      call look_at(sides, f, middle, axes, place, height, k)
+      associate (cosine => dot_product(sides%normal(:, f), axes(:, 3)))
+        may_see(i) = .not. (cosine > against .or. minval(height(:k)) > sides%before .or. &
+          maxval(height(:k))*cosine > sides%behind)
+      end associate
+      may_see(i) = may_see(i) .and. .not. (any(maxval(place(:, :k), 2) < minval(flat, 2)) .or. &
+        any(minval(place(:, :k), 2) > maxval(flat, 2)))
+      if (may_see(i)) range = [min(range(1), minval(height(:k))), max(range(2), &
+        maxval(height(:k)))]
+    end do
+    met = pack(met, may_see)
+    allocate (veils(0))
+    if (range(1) < -touching*sqrt(area) .or. range(2) > touching*sqrt(area)) then
+      call find_veils(sides, x, flat, middle, axes, range, area, veils)
+    end if
+    do i = 1, size(met)
+      f = met(i)
+      call look_at(sides, f, middle, axes, place, height, k)
+      associate (master => sides%master(:count(sides%master(:, sides%of(f)) > 0), sides%of(f)), &
+                 up => matmul(transpose(axes), reshape(sides%normal(:, f), [3, 1])))
+        ! Of a face, its mean plane.
+        plane(2:) = -up(:2, 1)/up(3, 1)
+        plane(1) = sum(height(:k))/real(k, wp) - dot_product(plane(2:), sum(place(:, :k), 2)/ &
+          real(k, wp))
+        between = pack(veils, [(corners_with(sides, veils(a), row, master) < count(sides%skin(:, &
+          veils(a)%of) > 0), a=1, size(veils))])
+        do a = 1, size(between)
+          if (corners_with(sides, between(a), row, master) > 0) between(a)%warp = max( &
+            maxval(abs(matmul(axes(:, 3), x - spread(middle, 2, size(x, 2))))), &
+            maxval(abs(height(:k) - plane(1) - matmul(plane(2:), place(:, :k)))))
+        end do
+        if (max(size(master), size(row)) > 4) then
+          associate (slave_face => matmul(transpose(axes), sides%x(:, row) - spread(middle, 2, &
+                     size(row))), master_face => matmul(transpose(axes), sides%y(:, master) - &
+                     spread(middle, 2, size(master))))
+            shared = integrate_shared(flat, place(:, :k), slave_face, master_face, between, plane, &
+              touching*sqrt(area))
+            if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, slave_face, &
+              master_face, sides%x_now(:, row), sides%y_now(:, master), axes)
+          end associate
+          do a = 1, size(row)
             shared%facing(:, a) = matmul(axes, shared%facing(:, a))
           end do
         else
-          shared = integrate_shared(flat, place(:, :k), flat, place(:, :k))
+          shared = integrate_shared(flat, place(:, :k), flat, place(:, :k), between, plane, &
+            touching*sqrt(area))
+          if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, flat, place(:, :k), &
+            sides%x_now(:, row), sides%y_now(:, sides%piece(:k, f)), sides%normal(:, f:f))
           do a = 1, 4
             shared%facing(:, a) = shared%lumped(a)*sides%normal(:, f)
           end do
@@ -359,21 +472,81 @@ contains
       if (.not. shared%area > 1.0e-12_wp*area) cycle
       if (n == size(parts)) parts = [parts, parts]
       n = n + 1
-      parts(n) = part_t(sides%of(f), abs(sum(height(:k)))/real(k, wp), shared)
-    end do
-    ! Of a master behind another nothing is faced.
-    ! Pieces of curved faces lean, and seem to overlap a little.
-    most = 1.0e-6_wp
-    if (size(face, 2) > 4) most = 0.05_wp
-    do i = first, n
-      if (count(sides%master(:, parts(i)%master) > 0) > 4) most = 0.05_wp
-    end do
-    do while (n >= first)
-      if (sum(parts(first:n)%shared%area) <= (1.0_wp + most)*area) exit
-      parts(first - 1 + maxloc(parts(first:n)%away, dim=1)) = parts(n)
-      n = n - 1
+      parts(n) = part_t(sides%of(f), nearest, shared)
     end do
   end subroutine find_parts
+
+  !> A piece of the master in a plane, and above it.
+  pure subroutine look_at(sides, f, origin, axes, place, height, k)
+    type(two_sides_t), intent(in) :: sides
+    integer, intent(in) :: f
+    real(wp), intent(in) :: origin(3), axes(3, 3)      !! [length], [-]
+    real(wp), intent(out) :: place(2, 4), height(4)    !! [length]
+    integer, intent(out) :: k                          !! corners
+    integer :: a
+
+    place = 0.0_wp
+    height = 0.0_wp
+    k = count(sides%piece(:, f) > 0)
+    do a = 1, k
+      associate (arm => sides%y(:, sides%piece(a, f)) - origin)
+        place(:, a) = matmul(arm, axes(:, :2))
+        height(a) = dot_product(arm, axes(:, 3))
+      end associate
+    end do
+  end subroutine look_at
+
+  !> How many corners of a veil's face are nodes of a slave face or of a master's.
+  pure integer function corners_with(sides, veil, row, master) result(n)
+    type(two_sides_t), intent(in) :: sides
+    type(veil_t), intent(in) :: veil
+    integer, intent(in) :: row(:), master(:) !! their nodes: rows, places
+    integer :: k
+
+    associate (node => sides%skin(:count(sides%skin(:, veil%of) > 0), veil%of))
+      n = count([(any(sides%corner_of_row(row) == node(k)) .or. &
+        any(sides%corner_of_place(master) == node(k)), k=1, size(node))])
+    end associate
+  end function corners_with
+
+  !> The triangles that lie over or under a piece of a slave face, within two heights.
+  pure subroutine find_veils(sides, x, flat, origin, axes, range, area, veils)
+    type(two_sides_t), intent(in) :: sides
+    real(wp), intent(in) :: x(:, :), flat(:, :)    !! (3,n), (2,n) corners of the piece [length]
+    real(wp), intent(in) :: origin(3), axes(3, 3)  !! [length], [-]
+    real(wp), intent(in) :: range(2), area         !! [length], [length^2]
+    type(veil_t), allocatable, intent(inout) :: veils(:)
+    integer, allocatable :: met(:)
+    type(veil_t) :: veil
+    real(wp) :: arm(3, 3), twice, whole
+    integer :: i, k, n
+
+    associate (up => axes(:, 3))
+      call find_met(sides%skin_boxes, minval(x, 2) + min(range(1)*up, range(2)*up), &
+        maxval(x, 2) + max(range(1)*up, range(2)*up), met)
+    end associate
+    do i = 1, size(met)
+      n = count(sides%skin(:, met(i)) > 0)
+      veil%of = met(i)
+      ! Of four corners the four triangles about their mean.
+      do k = n, merge(3, 1, n == 3), -1
+        arm = sides%z(:, sides%skin([k, 1 + mod(k, n), 2], met(i)))
+        if (n == 4) arm(:, 3) = sum(sides%z(:, sides%skin(:, met(i))), 2)/4.0_wp
+        arm = matmul(transpose(axes), arm - spread(origin, 2, 3))
+        veil%seen%x = arm(:2, :)
+        veil%height = arm(3, :)
+        twice = (arm(1, 2) - arm(1, 1))*(arm(2, 3) - arm(2, 1)) - (arm(2, 2) - arm(2, 1))* &
+          (arm(1, 3) - arm(1, 1))
+        veil%is_turned_here = twice < 0.0_wp
+        if (any(maxval(arm(:2, :), 2) <= minval(flat, 2)) .or. any(minval(arm(:2, :), 2) >= &
+          maxval(flat, 2))) cycle
+        if (maxval(veil%height) < range(1) .or. minval(veil%height) > range(2)) cycle
+        ! What leans too much to face the slave hides nothing.
+        whole = norm2(cross(arm(:, 2) - arm(:, 1), arm(:, 3) - arm(:, 1)))
+        if (abs(twice) > max(1.0e-12_wp*area, -against*whole)) veils = [veils, veil]
+      end do
+    end do
+  end subroutine find_veils
 
   !> Add what a slave face and the masters before it share.
   pure subroutine add_face(sides, row, parts, rows)
@@ -383,13 +556,14 @@ contains
     type(rows_t), intent(inout) :: rows
     real(wp), dimension(size(row), size(row)) :: dual, mass, basis
     real(wp), dimension(size(row)) :: lumped, unit
-    real(wp) :: axes(3, 3), area, size_of_piece
+    real(wp) :: axes(3, 3), area, size_of_piece, outward(3)
     integer :: piece(4, 5), i, k, a, n, n_parts, n_pieces
     logical :: regular
 
     n = size(row)
     call cut([row, spread(0, 1, 8 - n)], piece, n_pieces)
     area = 0.0_wp
+    outward = 0.0_wp
     n_parts = 0
     do i = 1, n_pieces
       associate (x => sides%x(:, piece(:count(piece(:, i) > 0), i)))
@@ -397,16 +571,19 @@ contains
         size_of_piece = norm2(axes(:, 3))
         if (.not. size_of_piece > 0.0_wp) return
         area = area + size_of_piece
+        outward = outward + axes(:, 3)
         axes(:, 3) = axes(:, 3)/size_of_piece
         ! A diagonal, or an edge of a triangle, less what of it is not in the plane.
         axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
         axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
         axes(:, 2) = cross(axes(:, 3), axes(:, 1))
-        call find_parts(sides, x, sides%x(:, row), axes, size_of_piece, parts, n_parts)
+        call find_parts(sides, x, row, axes, size_of_piece, parts, n_parts)
       end associate
     end do
     call find_basis(sides, row, basis)
     rows%whole(row) = rows%whole(row) + area*parts_of_area(n)
+    rows%outward(:, row) = rows%outward(:, row) + spread(outward, 2, n)* &
+      spread(parts_of_area(n), 1, 3)
     if (n_parts == 0) return
     mass = 0.0_wp
     lumped = 0.0_wp
@@ -428,6 +605,7 @@ contains
     end do
     if (n > 4) dual = matmul(dual, basis)
     rows%area(row) = rows%area(row) + lumped
+    rows%nearest(row) = min(rows%nearest(row), minval(parts(:n_parts)%nearest))
     rows%folds(row) = rows%folds(row) .or. any(parts(:n_parts)%shared%folds)
     do i = 1, n_parts
       associate (master => sides%master(:, parts(i)%master), shared => parts(i)%shared)
@@ -470,15 +648,15 @@ contains
     if (n == 8) part = [spread(1.0_wp, 1, 4), spread(2.0_wp, 1, 4)]/12.0_wp
   end function parts_of_area
 
-  !> Where a coordinate lies along the master, in parts of its extent.
-  pure elemental integer function key_of(sides, coordinate) result(key)
-    type(two_sides_t), intent(in) :: sides
+  !> Where a coordinate lies along all boxes, in parts of their extent.
+  pure elemental integer function key_of(boxes, coordinate) result(key)
+    type(boxes_t), intent(in) :: boxes
     real(wp), intent(in) :: coordinate !! [length]
     real(wp), parameter :: parts = 1.0e9_wp
 
     key = 0
-    if (sides%extent > 0.0_wp) key = int(parts*max(0.0_wp, min(1.0_wp, (coordinate - &
-      sides%lowest)/sides%extent)))
+    if (boxes%extent > 0.0_wp) key = int(parts*max(0.0_wp, min(1.0_wp, (coordinate - &
+      boxes%lowest)/boxes%extent)))
   end function key_of
 
   pure subroutine append(entry, rows)

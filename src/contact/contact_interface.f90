@@ -369,7 +369,7 @@ contains
           end associate
         end do
         if (.not. present(faced)) cycle
-        reach = reach_of_faces(slave, of_side, places) + of%overlap
+        reach = reach_of_faces(slave, of_side, places)
         do f = 1, size(slave, 2)
           associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
                      i => point(slave(:count(slave(:, f) > 0), f)))

@@ -22,7 +22,7 @@ module read_deck_mod
   use loads_mod, only: load_step_t
   use mesh_size_mod, only: blocks_t, mesh_size_t
   use local_origin_mod, only: move_origin
-  use matching_faces_mod, only: check_matching, strengthen_reduced
+  use matching_faces_mod, only: check_matching, find_skin, strengthen_reduced
   use local_axes_mod, only: take_transforms, transforms_t
   use name_table_mod, only: name_table_t
   use named_sets_mod, only: keep_named_sets
@@ -296,6 +296,7 @@ contains
       if (joins_single_nodes(reader)) call note_unused_nodes(reader, model)
       call find_facets(reader, model, draft%bodies)
       call read_surfaces(reader, model, surfaces)
+      if (.not. any_mistakes(reader%diagnostics)) call find_skin(model%mesh)
       call keep_named_sets(reader, model, surfaces, scene)
       call make_obstacles(reader, model, draft%bodies, surfaces, scene%obstacles)
       call check_even(reader, model%mesh, scene%obstacles)

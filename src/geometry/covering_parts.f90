@@ -1,4 +1,4 @@
-!> The parts of a master that cover a slave face: faces with nodes in the middles of their edges are
+!> The parts of a master that a slave face sees: faces with nodes in the middles of their edges are
 !> cut into parts between all of their nodes.
 module covering_parts_mod
   use kinds_mod, only: wp
@@ -6,9 +6,12 @@ module covering_parts_mod
   use connectivity_mod, only: corners_in
   use surfaces_mod, only: cut_at_middles
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
-  use face_overlap_mod, only: overlap_t, plane_t, outward_normal, find_overlap, opposite_weights
+  use face_overlap_mod, only: overlap_t, plane_t, polygon_t, in_plane, outward_normal, &
+    find_common, find_overlap, opposite_weights
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
   use surface_reach_mod, only: largest_face, against
+  use sight_mod, only: screen_t, cover_t, find_covers, leave_seen, has_way_out, height_of, &
+    touching
   use mortar_rows_mod, only: opposite_t
   use slave_face_mod, only: face_t
   implicit none
@@ -16,14 +19,14 @@ module covering_parts_mod
 
   public :: master_t, part_t, cut_master, find_parts, look_opposite
 
-  !> A covered part of a slave face.
+  !> What a part of a slave face and one of the master see of each other.
   type :: part_t
     integer :: node(face_nodes) = 0 !! of the master face
     integer :: n = 0              !! how many there are
     integer :: of = 0             !! which part of the master it is
     integer :: corner(face_corners) = 0 !! of that part, 0 behind them
     type(plane_t) :: plane        !! of the part of the slave face
-    real(wp) :: distance = 0.0_wp !! of its middle from the slave's plane [length]
+    type(polygon_t), allocatable :: seen(:) !! in it
     type(overlap_t) :: overlap
   end type part_t
 
@@ -35,10 +38,6 @@ module covering_parts_mod
     integer, allocatable :: whole(:)               !! (n) the face of each
     real(wp) :: largest = 0.0_wp                   !! part [length]
   end type master_t
-
-  ! By how much more of a slave face is covered than there is before something lies behind something
-  ! else. Parts of curved faces lean, and seem to overlap a little: by 0.3 % on faces of 45 degrees.
-  real(wp), parameter :: overlap_of_flat = 1.0e-6_wp, overlap_of_curved = 0.05_wp !! [-]
 
 contains
 
@@ -53,89 +52,132 @@ contains
     master%largest = largest_face(master%part, x)
   end function cut_master
 
-  !> The parts of the master that cover a part of a slave face, and what they cover of it.
-  pure subroutine find_parts(master, x, face, plane, reach, parts, u)
+  !> The parts of the master that a part of a slave face sees, and the integrals over that.
+  pure subroutine find_parts(master, x, face, plane, screen, parts, trapped, u)
     type(master_t), intent(in) :: master
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(face_t), intent(in) :: face      !! the whole of it
     type(plane_t), intent(in) :: plane    !! of the part
-    real(wp), intent(in) :: reach(2)      !! before the slave's plane, and behind it [length]
+    type(screen_t), intent(in) :: screen
     type(part_t), allocatable, intent(out) :: parts(:)
+    real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
     real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) as of slave_t [length]
     integer, allocatable :: near(:)
-    type(part_t) :: part
-    type(part_t), allocatable :: larger(:)
-    type(whole_face_t) :: slave
-    real(wp) :: low(3), high(3), height(face_corners), sideways, along
-    real(wp), dimension(3, face_nodes) :: by_slave, by_master !! [length]
+    type(cover_t), allocatable :: covers(:)
+    type(polygon_t) :: common
+    real(wp) :: low(3), high(3), height(face_corners), range(2), cosine, rounding
     integer :: i, k, n
 
-    ! What covers the face lies in the prism over it.
-    sideways = 1.0e-6_wp*sqrt(plane%area)
-    along = maxval(reach) + master%largest
-    low = minval(face%x(:, :face%n), 2) - along*abs(plane%axis(:, 3)) - sideways
-    high = maxval(face%x(:, :face%n), 2) + along*abs(plane%axis(:, 3)) + sideways
+    ! What the face may see lies in the prism over it.
+    rounding = touching*sqrt(plane%area)
+    associate (along => (maxval(screen%reach)/(-against) + master%largest)*abs(plane%axis(:, 3)) + &
+               1.0e-6_wp*sqrt(plane%area))
+      low = minval(face%x(:, :face%n), 2) - along
+      high = maxval(face%x(:, :face%n), 2) + along
+    end associate
     call faces_near(master%grid, low, high, near)
+    allocate (parts(size(near)))
+    n = 0
+    range = 0.0_wp
+    do i = 1, size(near)
+      k = corners_in(master%part(:, near(i)))
+      associate (corner => x(:, master%part(:k, near(i))))
+        cosine = dot_product(outward_normal(corner), plane%axis(:, 3))
+        if (cosine > against) cycle
+        height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
+        if (minval(height(:k)) > screen%reach(1) .or. maxval(height(:k))*cosine > &
+          screen%reach(2)) cycle
+        common = find_common(plane, in_plane(plane, corner))
+      end associate
+      if (common%n == 0) cycle
+      n = n + 1
+      range = [min(range(1), minval(height(:k))), max(range(2), maxval(height(:k)))]
+      parts(n)%of = near(i)
+      parts(n)%corner = master%part(:, near(i))
+      associate (of => master%face(:, master%whole(near(i))))
+        parts(n)%n = count(of > 0)
+        parts(n)%node(:size(of)) = of
+      end associate
+      parts(n)%plane = plane
+      parts(n)%seen = [common]
+    end do
+    parts = parts(:n)
+    if (range(1) < -rounding .or. range(2) > rounding) then
+      call find_covers(screen, x, plane, range, covers)
+      do i = 1, n
+        associate (part => parts(i))
+          call leave_seen(covers, plane, x(:, part%corner(:corners_in(part%corner))), &
+            [face%node(:face%n), part%node(:part%n)], part%seen)
+        end associate
+      end do
+      if (screen%asks_way_out) call leave_ways_out(x, screen, rounding, parts, trapped)
+    end if
+    parts = pack(parts, [(size(parts(i)%seen) > 0, i=1, n)])
+    call add_integrals(x, face, parts, u)
+  end subroutine find_parts
+
+  !> Of what is seen behind the slave's plane keep that along which places can leave the other body.
+  pure subroutine leave_ways_out(x, screen, rounding, parts, trapped)
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(screen_t), intent(in) :: screen
+    real(wp), intent(in) :: rounding      !! [length]
+    type(part_t), intent(inout) :: parts(:)
+    real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
+    real(wp) :: middle(2), place(3), plane_height(3), height, depth
+    logical, allocatable :: is_kept(:)
+    integer :: i, k
+
+    do i = 1, size(parts)
+      associate (part => parts(i), axis => parts(i)%plane%axis)
+        associate (corner => x(:, part%corner(:corners_in(part%corner))))
+          plane_height = height_of(part%plane, corner)
+          is_kept = [(.true., k=1, size(part%seen))]
+          do k = 1, size(part%seen)
+            middle = sum(part%seen(k)%corner(:, :part%seen(k)%n), 2)/real(part%seen(k)%n, wp)
+            height = plane_height(1) + dot_product(plane_height(2:), middle)
+            if (height > -rounding) cycle
+            place = part%plane%origin + matmul(axis(:, :2), middle)
+            depth = height*dot_product(outward_normal(corner), axis(:, 3))
+            is_kept(k) = has_way_out(screen, x, screen%of_master, place, depth) .and. &
+              has_way_out(screen, x, screen%of_slave, place + height*axis(:, 3), depth)
+            if (.not. is_kept(k)) trapped = min(trapped, depth)
+          end do
+        end associate
+        part%seen = pack(part%seen, is_kept)
+      end associate
+    end do
+  end subroutine leave_ways_out
+
+  !> The integrals over what a part of a slave face and parts of the master see of each other.
+  pure subroutine add_integrals(x, face, parts, u)
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(face_t), intent(in) :: face      !! the whole of it
+    type(part_t), intent(inout) :: parts(:)
+    real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) as of slave_t [length]
+    type(whole_face_t) :: slave
+    real(wp), dimension(3, face_nodes) :: by_slave, by_master !! [length]
+    integer :: i, k
+
     by_slave = 0.0_wp
     by_master = 0.0_wp
     if (present(u)) by_slave(:, :face%n) = u(:, face%node(:face%n))
     if (face%n > face_corners) slave = whole_face(face%x(:, :face%n), by_slave(:, :face%n))
-    allocate (parts(face_corners))
-    n = 0
-    do i = 1, size(near)
-      k = corners_in(master%part(:, near(i)))
-      associate (corner => x(:, master%part(:k, near(i))), of => master%face(:, &
-                 master%whole(near(i))))
-        if (dot_product(outward_normal(corner), plane%axis(:, 3)) > against) cycle
-        height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
-        if (minval(height(:k)) > reach(1) .or. maxval(height(:k)) < -reach(2)) cycle
-        part%of = near(i)
-        part%n = count(of > 0)
-        part%node(:size(of)) = of
-        part%corner = master%part(:, near(i))
-        part%plane = plane
-        part%distance = abs(sum(height(:k)))/real(k, wp)
+    do i = 1, size(parts)
+      associate (part => parts(i))
+        k = corners_in(part%corner)
         if (max(face%n, part%n) <= face_corners) then
           if (present(u)) by_master(:, :k) = u(:, part%corner(:k))
-          part%overlap = find_overlap(plane, face%x(:, :face%n) + by_slave(:, :face%n), corner, &
-            by_master(:, :k))
+          part%overlap = find_overlap(part%plane, face%x(:, :face%n) + by_slave(:, :face%n), &
+            x(:, part%corner(:k)), part%seen, by_master(:, :k))
         else
           if (slave%n == 0) slave = whole_face(face%x(:, :face%n), by_slave(:, :face%n))
-          if (present(u)) by_master(:, :part%n) = u(:, of(:part%n))
-          part%overlap = find_curved_overlap(plane, slave, corner, whole_face(x(:, &
-            of(:part%n)), by_master(:, :part%n)))
+          if (present(u)) by_master(:, :part%n) = u(:, part%node(:part%n))
+          part%overlap = find_curved_overlap(part%plane, slave, whole_face(x(:, &
+            part%node(:part%n)), by_master(:, :part%n)), part%seen)
         end if
       end associate
-      if (.not. part%overlap%area > 0.0_wp) cycle
-      if (n == size(parts)) then
-        allocate (larger(2*n))
-        larger(:n) = parts
-        call move_alloc(larger, parts)
-      end if
-      n = n + 1
-      parts(n) = part
     end do
-    parts = parts(:n)
-    call keep_nearest(plane%area, merge(overlap_of_curved, overlap_of_flat, max(face%n, &
-      maxval(parts%n)) > face_corners), parts)
-  end subroutine find_parts
-
-  !> Leave out the farthest parts where more is covered than there is: of a master that lies behind
-  !> another.
-  pure subroutine keep_nearest(area, rounding, parts)
-    real(wp), intent(in) :: area     !! of the part of the slave face [length^2]
-    real(wp), intent(in) :: rounding !! of this area [-]
-    type(part_t), allocatable, intent(inout) :: parts(:)
-    logical :: kept(size(parts))
-    integer :: i
-
-    kept = .true.
-    do i = 1, size(parts)
-      if (sum(parts%overlap%area, mask=kept) <= (1.0_wp + rounding)*area) exit
-      kept(maxloc(parts%distance, dim=1, mask=kept)) = .false.
-    end do
-    if (.not. all(kept)) parts = pack(parts, kept)
-  end subroutine keep_nearest
+  end subroutine add_integrals
 
   !> Find the places of the master opposite the nodes of a slave face that ask for it: among the
   !> corners of the master's parts.

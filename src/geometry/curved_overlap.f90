@@ -8,8 +8,8 @@ module curved_overlap_mod
   use cells_mod, only: face_nodes
   use face_shapes_mod, only: evaluate_face, places_of_nodes, is_triangle
   use small_matrix_mod, only: cross
-  use face_overlap_mod, only: overlap_t, plane_t, in_plane, find_common, area_of, max_corners, &
-    few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
+  use face_overlap_mod, only: overlap_t, plane_t, polygon_t, in_plane, area_of, few_points, &
+    few_weights, some_points, some_weights, many_points, many_weights, evenness, &
     even_enough, speck, halves_of, most_halvings
   implicit none
   private
@@ -104,22 +104,19 @@ contains
     end do
   end function values_at_nodes
 
-  !> Where a part of a master face covers a part of a slave face, and the integrals over that. With
-  !> a `patch` of a slave face with mid-side nodes its polynomials take the place of the slave's
-  !> shape functions in `mass` and `mixed`.
-  pure function find_curved_overlap(plane, of_slave, part, of_master, patch) result(overlap)
+  !> The integrals over what parts of a slave face and of a master face see of each other. With a
+  !> `patch` of a slave face with mid-side nodes its polynomials take the place of the slave's shape
+  !> functions in `mass` and `mixed`.
+  pure function find_curved_overlap(plane, of_slave, of_master, seen, patch) result(overlap)
     type(plane_t), intent(in) :: plane        !! of the part of the slave face
     type(whole_face_t), intent(in) :: of_slave, of_master
-    real(wp), intent(in) :: part(:, :)
-    !! (3,3) or (3,4) corners of the part of the master face, anticlockwise from outside [length]
+    type(polygon_t), intent(in) :: seen(:)    !! parts of the plane
     type(patch_t), intent(in), optional :: patch
     type(overlap_t) :: overlap
-    real(wp) :: polygon(2, max_corners), centre(2), corner(2, 3), whole
+    real(wp) :: centre(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
-    integer :: n, i, left
+    integer :: i, k, left
 
-    call find_common(plane, in_plane(plane, part), polygon, n, overlap%area)
-    if (.not. overlap%area > 0.0_wp) return
     slave = of_slave
     slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
     master = of_master
@@ -127,19 +124,61 @@ contains
     whole = abs(area_of(slave%flat(:, :merge(slave%n, slave%n/2, slave%n <= 4))))
     left = merge(0, most_halvings, .not. whole > 0.0_wp .or. is_folded(slave) .or. &
       is_folded(master))
-    centre = sum(polygon(:, :n), 2)/real(n, wp)
-    do i = 1, n
-      corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
-      if (.not. area_of(corner) > 0.0_wp) cycle
-      if (.not. (slave%is_affine .and. master%is_affine)) then
-        call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)
-      else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
-        call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
-      else
-        call add_points(plane, slave, master, corner, some_points, some_weights, patch, overlap)
-      end if
+    do k = 1, size(seen)
+      associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
+        overlap%area = overlap%area + area_of(polygon)
+        overlap%nearest = min(overlap%nearest, least_at(slave, master, polygon))
+        centre = sum(polygon, 2)/real(n, wp)
+        do i = 1, n
+          corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
+          if (.not. area_of(corner) > 0.0_wp) cycle
+          if (.not. (slave%is_affine .and. master%is_affine)) then
+            call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)
+          else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
+            call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
+          else
+            call add_points(plane, slave, master, corner, some_points, some_weights, patch, overlap)
+          end if
+        end do
+      end associate
     end do
+    overlap%least_gap = min(overlap%least_gap, overlap%nearest)
   end function find_curved_overlap
+
+  !> The least gap at some places of the plane.
+  pure real(wp) function least_at(slave, master, x) result(least)
+    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
+    real(wp), intent(in) :: x(:, :)                 !! (2,n) [length]
+    real(wp) :: n(slave%n), m(master%n), normal(3), xi(2), unused(2, 2)
+    integer :: i
+
+    least = huge(least)
+    do i = 1, size(x, 2)
+      xi = middle_of(slave)
+      call locate(slave, x(:, i), xi, n, normal, unused)
+      xi = middle_of(master)
+      call locate(master, x(:, i), xi, m, normal, unused)
+      least = min(least, gap_between(slave, master, n, m, normal/norm2(normal)))
+    end do
+  end function least_at
+
+  !> How far a place of a slave face is before one of a master face, along a normal.
+  pure real(wp) function gap_between(slave, master, n, m, normal) result(gap)
+    type(whole_face_t), intent(in) :: slave, master
+    real(wp), intent(in) :: n(:), m(:)  !! shape functions there [-]
+    real(wp), intent(in) :: normal(3)
+    real(wp) :: arm(3)
+    integer :: k
+
+    arm = 0.0_wp
+    do k = 1, slave%n
+      arm = arm + n(k)*(slave%x(:, k) + slave%moved(:, k))
+    end do
+    do k = 1, master%n
+      arm = arm - m(k)*(master%x(:, k) + master%moved(:, k))
+    end do
+    gap = dot_product(normal, arm)
+  end function gap_between
 
   !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
   pure recursive subroutine add_halved(plane, slave, master, corner, least, left, patch, overlap)
@@ -214,8 +253,7 @@ contains
       overlap%moments = overlap%moments + here*[1.0_wp, xi, xi(1)*xi, xi(2)**2]
       call locate(master, x, eta, m, normal, unused)
       normal = normal/norm2(normal)
-      gap = dot_product(normal, matmul(slave%x(:, :slave%n) + slave%moved(:, :slave%n), n) - &
-        matmul(master%x(:, :master%n) + master%moved(:, :master%n), m))
+      gap = gap_between(slave, master, n, m, normal)
       overlap%least_gap = min(overlap%least_gap, gap)
       associate (s => slave%n)
         overlap%lumped(:s) = overlap%lumped(:s) + part

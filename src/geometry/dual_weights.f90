@@ -3,7 +3,6 @@
 module dual_weights_mod
   use kinds_mod, only: wp
   use cells_mod, only: face_corners, face_nodes
-  use connectivity_mod, only: corners_in
   use small_matrix_mod, only: solve_small
   use face_overlap_mod, only: overlap_t
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
@@ -100,6 +99,7 @@ contains
           part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
         end if
         mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
+        mortar%nearest(row) = min(mortar%nearest(row), overlap%nearest)
         mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
         mortar%normal(:, row) = mortar%normal(:, row) + matmul(overlap%facing(:, :n), &
           transpose(given))
@@ -133,7 +133,7 @@ contains
     type(whole_face_t) :: slave
     real(wp), dimension(face%n, face%n) :: mass, at_points, fit
     real(wp) :: moments(6)
-    integer :: i, a, k
+    integer :: i, a
 
     values = 0.0_wp
     moments = 0.0_wp
@@ -145,9 +145,8 @@ contains
     mass = 0.0_wp
     do i = 1, size(parts)
       associate (part => parts(i))
-        k = corners_in(part%corner)
-        overlap(i) = find_curved_overlap(part%plane, slave, x(:, part%corner(:k)), whole_face( &
-          x(:, part%node(:part%n))), patch)
+        overlap(i) = find_curved_overlap(part%plane, slave, whole_face(x(:, &
+          part%node(:part%n))), part%seen, patch)
       end associate
       mass = mass + overlap(i)%mass(:face%n, :face%n)
     end do

@@ -8,11 +8,11 @@ module face_overlap_mod
   implicit none
   private
 
-  public :: overlap_t, plane_t, plane_of_face, outward_normal, doubled_area, find_overlap, &
-    opposite_weights
-  public :: in_plane, find_common, area_of, max_corners, few_points, few_weights, some_points, &
-    some_weights, many_points, many_weights, evenness, even_enough, speck, halves_of, &
-    most_halvings
+  public :: overlap_t, plane_t, polygon_t, plane_of_face, outward_normal, doubled_area, &
+    find_overlap, opposite_weights
+  public :: in_plane, find_common, keep_positive, area_of, max_corners, smallest, few_points, &
+    few_weights, some_points, some_weights, many_points, many_weights, evenness, even_enough, &
+    speck, halves_of, most_halvings
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -22,6 +22,7 @@ module face_overlap_mod
     integer  :: n = 0                 !! corners of the face
     real(wp) :: corner(2, face_corners) = 0.0_wp !! the face in it, anticlockwise [length]
     real(wp) :: area = 0.0_wp         !! [length^2]
+    real(wp) :: warp = 0.0_wp         !! how far the face's corners are from it [length]
   end type plane_t
 
   !> Integrals over an overlap, of the slave's shape functions N and the master's.
@@ -36,6 +37,7 @@ module face_overlap_mod
     real(wp) :: entered(face_nodes) = 0.0_wp
     !! int N_a g where the gap g is below 0 [length^3]
     real(wp) :: least_gap = huge(1.0_wp) !! at its corners and the points of the quadrature [length]
+    real(wp) :: nearest = huge(1.0_wp)   !! the same at its corners alone [length]
     real(wp) :: moments(6) = 0.0_wp
     !! int 1, xi, eta, xi xi, xi eta, eta eta, natural coordinates of a slave face with mid-side
     !! nodes [length^2]
@@ -51,7 +53,15 @@ module face_overlap_mod
     !! of their nodes, along the master's normal [length]
   end type two_faces_t
 
-  integer,  parameter :: max_corners = 2*face_corners
+  ! Those of two faces, and what three edges and three heights cut off.
+  integer,  parameter :: max_corners = 2*face_corners + 6
+
+  !> A convex polygon in a plane.
+  type :: polygon_t
+    integer :: n = 0                                !! corners; 0: nothing is left
+    real(wp) :: corner(2, max_corners) = 0.0_wp     !! anticlockwise [length]
+  end type polygon_t
+
   real(wp), parameter :: smallest = 1.0e-12_wp !! overlap of a face that counts [-]
   ! Over less than this of a face shape functions are nearly linear, however distorted it is.
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
@@ -147,6 +157,7 @@ contains
     plane%axis = reshape([along, cross(n, along), n], [3, 3])
     plane%corner(:, :plane%n) = in_plane(plane, x)
     plane%area = area_of(plane%corner(:, :plane%n))
+    plane%warp = maxval(abs(matmul(n, x - spread(plane%origin, 2, plane%n))))
   end function plane_of_face
 
   pure function in_plane(plane, x) result(flat)
@@ -161,39 +172,32 @@ contains
   end function in_plane
 
   !> The polygon that a slave face and one that faces it have in common, in the plane of the slave;
-  !> its area is 0 where that is next to nothing.
-  pure subroutine find_common(plane, flat, polygon, n, area)
+  !> it has no corners where that is next to nothing.
+  pure type(polygon_t) function find_common(plane, flat) result(shared)
     type(plane_t), intent(in) :: plane     !! of the slave face
     real(wp), intent(in) :: flat(:, :)     !! (2,3) or (2,4) corners of the other [length]
-    real(wp), intent(out) :: polygon(2, max_corners) !! corners [length]
-    integer, intent(out) :: n              !! how many they are
-    real(wp), intent(out) :: area          !! [length^2]
 
-    area = 0.0_wp
-    n = size(flat, 2)
-    polygon(:, :n) = flat(:, n:1:-1) ! it faces the slave: from there it is clockwise
-    call clip(plane%corner(:, :plane%n), polygon, n)
-    if (n < 3) return
-    area = area_of(polygon(:, :n))
-    if (area < smallest*plane%area) area = 0.0_wp
-  end subroutine find_common
+    shared%n = size(flat, 2)
+    shared%corner(:, :shared%n) = flat(:, shared%n:1:-1) ! from the slave it is clockwise
+    call clip(plane%corner(:, :plane%n), shared)
+    if (area_of(shared%corner(:, :shared%n)) < smallest*plane%area) shared%n = 0
+  end function find_common
 
-  !> Where a master face covers a slave face, and the integrals over that.
-  pure type(overlap_t) function find_overlap(plane, slave, master, moved) result(overlap)
+  !> The integrals over what a slave face and a master face see of each other.
+  pure type(overlap_t) function find_overlap(plane, slave, master, seen, moved) result(overlap)
     type(plane_t), intent(in) :: plane     !! of the slave face
     real(wp), intent(in) :: slave(:, :)    !! (3,3) or (3,4) its nodes, for gaps [length]
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
+    type(polygon_t), intent(in) :: seen(:) !! parts of the plane
     real(wp), intent(in), optional :: moved(:, :)
     !! (3,3) or (3,4) how far from there its nodes are, for gaps; left out: not [length]
     type(two_faces_t) :: faces
-    real(wp) :: flat(2, size(master, 2)), polygon(2, max_corners), centre(2), corner(2, 3)
-    real(wp) :: normal(3), defect
+    real(wp) :: flat(2, size(master, 2)), centre(2), corner(2, 3)
+    real(wp) :: normal(3), defect, share
     logical :: is_open
-    integer :: n, i
+    integer :: i, k
 
     flat = in_plane(plane, master)
-    call find_common(plane, flat, polygon, n, overlap%area)
-    if (.not. overlap%area > 0.0_wp) return
     normal = outward_normal(master)
     faces%slave = map_of_face(plane%corner(:, :plane%n))
     faces%master = map_of_face(flat)
@@ -207,33 +211,46 @@ contains
       if (present(moved)) faces%master_height(i) = faces%master_height(i) + dot_product(normal, &
         moved(:, i))
     end do
-    ! Of flat faces what is nearest is a corner.
-    do i = 1, n
-      overlap%least_gap = min(overlap%least_gap, dot_product(faces%slave_height, &
-        shape_at(faces%slave, faces%slave_is_triangle, polygon(:, i))) - dot_product( &
-        faces%master_height, shape_at(faces%master, faces%master_is_triangle, polygon(:, i))))
-    end do
     faces%slave_jacobian = jacobians(plane%corner(:, :plane%n))
     faces%master_jacobian = jacobians(flat)
     defect = 1.0_wp - min(evenness(faces%slave_jacobian), evenness(faces%master_jacobian))
-    associate (share => overlap%area/plane%area)
-      if (of_few*defect**2*share <= negligible .or. (size(master, 2) == 3 .and. share < little)) &
-        then
-        call add_fan(faces, polygon(:, :n), few_points, few_weights, overlap)
-      else if (of_some*defect**3*share <= negligible) then
-        call add_fan(faces, polygon(:, :n), some_points, some_weights, overlap)
-      else
-        is_open = min(minval(faces%slave_jacobian), minval(faces%master_jacobian)) > 0.0_wp
-        centre = sum(polygon(:, :n), 2)/real(n, wp)
+    is_open = min(minval(faces%slave_jacobian), minval(faces%master_jacobian)) > 0.0_wp
+    do k = 1, size(seen)
+      associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
+        ! Of flat faces what is nearest is a corner.
         do i = 1, n
-          corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
-          if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
-            speck, is_open)*plane%area, most_halvings, overlap)
+          overlap%nearest = min(overlap%nearest, gap_at(faces, polygon(:, i)))
         end do
-      end if
-    end associate
+        share = area_of(polygon)
+        overlap%area = overlap%area + share
+        share = share/plane%area
+        if (of_few*defect**2*share <= negligible .or. (size(master, 2) == 3 .and. share < little)) &
+          then
+          call add_fan(faces, polygon, few_points, few_weights, overlap)
+        else if (of_some*defect**3*share <= negligible) then
+          call add_fan(faces, polygon, some_points, some_weights, overlap)
+        else
+          centre = sum(polygon, 2)/real(n, wp)
+          do i = 1, n
+            corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
+            if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
+              speck, is_open)*plane%area, most_halvings, overlap)
+          end do
+        end if
+      end associate
+    end do
+    overlap%least_gap = min(overlap%least_gap, overlap%nearest)
     call turn_towards(normal, overlap)
   end function find_overlap
+
+  !> The gap between two faces at a point of the plane.
+  pure real(wp) function gap_at(faces, x) result(gap)
+    type(two_faces_t), intent(in) :: faces
+    real(wp), intent(in) :: x(2)           !! [length]
+
+    gap = dot_product(faces%slave_height, shape_at(faces%slave, faces%slave_is_triangle, x)) - &
+      dot_product(faces%master_height, shape_at(faces%master, faces%master_is_triangle, x))
+  end function gap_at
 
   !> Everywhere a flat master has one normal.
   pure subroutine turn_towards(normal, overlap)
@@ -369,45 +386,47 @@ contains
 
   !> The part of a convex polygon that lies in another one, both anticlockwise: edge by edge of the
   !> window what is outside is cut off (Sutherland and Hodgman).
-  pure subroutine clip(window, polygon, n)
-    real(wp), intent(in) :: window(:, :)                 !! (2,m) [length]
-    real(wp), intent(inout) :: polygon(2, max_corners)   !! [length]
-    integer, intent(inout) :: n                          !! corners of it; 0: nothing is left
-    real(wp) :: before(2, max_corners), side(max_corners), edge(2)
-    integer :: e, i, j, n_before
+  pure subroutine clip(window, polygon)
+    real(wp), intent(in) :: window(:, :)         !! (2,m) [length]
+    type(polygon_t), intent(inout) :: polygon
+    real(wp) :: edge(2)
+    integer :: e
 
     do e = 1, size(window, 2)
       edge = window(:, merge(1, e + 1, e == size(window, 2))) - window(:, e)
-      before = polygon
-      n_before = n
-      do i = 1, n_before
-        side(i) = edge(1)*(before(2, i) - window(2, e)) - edge(2)*(before(1, i) - window(1, e))
-      end do
-      n = 0
-      do i = 1, n_before
-        j = merge(1, i + 1, i == n_before)
-        if (side(i) >= 0.0_wp) call append(before(:, i), polygon, n)
-        if (side(i) > 0.0_wp .neqv. side(j) > 0.0_wp) then
-          if (abs(side(i)) > 0.0_wp .and. abs(side(j)) > 0.0_wp) call append(before(:, i) + &
-            side(i)/(side(i) - side(j))*(before(:, j) - before(:, i)), polygon, n)
-        end if
-      end do
-      if (n < 3) then
-        n = 0
-        return
-      end if
+      call keep_positive(edge(1)*(polygon%corner(2, :polygon%n) - window(2, e)) - edge(2)* &
+        (polygon%corner(1, :polygon%n) - window(1, e)), polygon)
     end do
   end subroutine clip
 
-  !> A convex polygon has at most as many corners as both have; rounding makes no more.
-  pure subroutine append(x, polygon, n)
-    real(wp), intent(in) :: x(2)
-    real(wp), intent(inout) :: polygon(2, max_corners)
-    integer, intent(inout) :: n
+  !> The part of a convex polygon where a linear function is above 0.
+  pure subroutine keep_positive(f, polygon)
+    real(wp), intent(in) :: f(:)                 !! at the corners
+    type(polygon_t), intent(inout) :: polygon
+    type(polygon_t) :: before
+    integer :: i, j
 
-    if (n == max_corners) return
-    n = n + 1
-    polygon(:, n) = x
+    before = polygon
+    polygon%n = 0
+    do i = 1, before%n
+      j = merge(1, i + 1, i == before%n)
+      if (f(i) >= 0.0_wp) call append(before%corner(:, i), polygon)
+      if (f(i) > 0.0_wp .neqv. f(j) > 0.0_wp) then
+        if (abs(f(i)) > 0.0_wp .and. abs(f(j)) > 0.0_wp) call append(before%corner(:, i) + &
+          f(i)/(f(i) - f(j))*(before%corner(:, j) - before%corner(:, i)), polygon)
+      end if
+    end do
+    if (polygon%n < 3) polygon%n = 0
+  end subroutine keep_positive
+
+  !> Rounding makes no more corners.
+  pure subroutine append(x, polygon)
+    real(wp), intent(in) :: x(2)
+    type(polygon_t), intent(inout) :: polygon
+
+    if (polygon%n == max_corners) return
+    polygon%n = polygon%n + 1
+    polygon%corner(:, polygon%n) = x
   end subroutine append
 
   pure real(wp) function area_of(corner)

@@ -62,6 +62,7 @@ contains
           mortar%normal(:, row) = mortar%normal(:, row) + part*mortar%normal(:, own)
           mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
           mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))
+          mortar%nearest(row) = min(mortar%nearest(row), mortar%nearest(own))
           mortar%entered(row) = mortar%entered(row) + part*mortar%entered(own)
           if (.not. has_own .or. .not. mortar%area(own) > 0.0_wp) cycle
           call append_entry(row, between(k, own), part*mortar%area(own), entries)

@@ -8,6 +8,7 @@ module mortar_mod
   use surfaces_mod, only: cut_at_middles, find_middles
   use face_overlap_mod, only: plane_t, plane_of_face
   use mortar_rows_mod, only: mortar_t, slave_t, new_mortar
+  use sight_mod, only: screen_t, make_screen
   use weight_rows_mod, only: entries_t, make_rows
   use slave_face_mod, only: face_t, what_neighbours_get, add_whole
   use covering_parts_mod, only: master_t, part_t, cut_master, find_parts, look_opposite
@@ -31,17 +32,18 @@ contains
     real(wp), intent(in) :: reach        !! how far apart faces may be, along their normals [length]
     type(mortar_t), intent(out) :: mortar
     real(wp), intent(in), optional :: behind
-    !! how far a master may be behind the slave, where that is another distance [length]
+    !! how deep places may be in the master, where that is another distance [length]
     logical, intent(in), optional :: is_rigid
     !! the master moves as one: its nodes need no weights, and the rows stay empty
     logical, intent(in), optional :: is_tie
     !! rows are of nodes, each by itself; those beside nodes that hang have some of the slave's own
     type(master_t) :: in_parts
+    type(screen_t) :: screen
     type(part_t), allocatable :: parts(:), more(:)
     type(entries_t) :: entries
     type(plane_t) :: plane
     type(face_t) :: face
-    real(wp) :: length, reaches(2), alpha(size(x, 2)), q(3)
+    real(wp) :: length, alpha(size(x, 2)), q(3)
     integer, allocatable :: corners(:, :), whole(:)
     integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, k, s
     logical :: makes_rows, of_nodes
@@ -58,8 +60,15 @@ contains
     ends = 0
     call find_middles(slave%faces, ends, alpha)
     mortar%has_middles = any(alpha(slave%nodes) > 0.0_wp)
-    reaches = reach
-    if (present(behind)) reaches(2) = behind
+    if (allocated(slave%skin)) then
+      call make_screen(slave%skin, corners, in_parts%part, x, screen)
+    else
+      call make_screen(reshape([corners, in_parts%part], [4, size(corners, 2) + &
+        size(in_parts%part, 2)]), corners, in_parts%part, x, screen)
+    end if
+    screen%asks_way_out = slave%asks_way_out
+    screen%reach = reach
+    if (present(behind)) screen%reach(2) = behind
     s = 0
     do f = 1, size(slave%faces, 2)
       face%n = count(slave%faces(:, f) > 0)
@@ -76,7 +85,8 @@ contains
           associate (mine => corners(:corners_in(corners(:, s)), s))
             plane = plane_of_face(x(:, mine))
             face%area = face%area + plane%area
-            call find_parts(in_parts, x, face, plane, reaches, more, slave%moved)
+            call find_parts(in_parts, x, face, plane, screen, more, &
+              mortar%trapped, slave%moved)
             if (allocated(slave%asks)) call look_opposite(slave%asks(number(mine)), plane, x, &
               in_parts, more, number(mine), mortar%opposite)
           end associate

@@ -6,7 +6,7 @@ module mortar_rows_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, new_mortar, enough_of_second_order
+  public :: mortar_t, slave_t, opposite_t, new_mortar, lifted_gap, enough_of_second_order
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -38,6 +38,10 @@ module mortar_rows_mod
     real(wp), allocatable :: least_gap(:)
     !! (n) at corners of overlaps and the points of the quadrature on the node's faces, huge where
     !! there are none [length]
+    real(wp), allocatable :: nearest(:)
+    !! (n) the same at the corners of what is seen alone [length]
+    real(wp) :: trapped = huge(1.0_wp)
+    !! the least depth of places that overlap along no way out; huge: none do [length]
     logical :: has_middles = .false.        !! faces of the slave have mid-side nodes
     type(opposite_t), allocatable :: opposite(:)
     !! (n) where the slave asks for it, else not allocated
@@ -58,6 +62,9 @@ module mortar_rows_mod
     real(wp), allocatable :: moved(:, :)
     !! (3,n_nodes) how far nodes of both sides have moved since what lies opposite was found, for
     !! the gaps between them; not allocated: they have not [length]
+    integer, allocatable :: skin(:, :)
+    !! (4,n) corners of all faces that may lie between; not allocated: those of both surfaces
+    logical :: asks_way_out = .false. !! what overlaps counts along ways out alone, has_way_out
   end type slave_t
 
   ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
@@ -76,8 +83,24 @@ contains
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%entered(n), source=0.0_wp)
     allocate (mortar%least(n), source=enough)
-    allocate (mortar%least_gap(n), source=huge(1.0_wp))
+    allocate (mortar%least_gap(n), mortar%nearest(n), source=huge(1.0_wp))
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
   end function new_mortar
+
+  !> The gap of a node. At an edge of its body, of its faces' area too little turned towards the
+  !> master, the mean gap is a guess, and none below the least of what its faces see.
+  !> docs/theory.md (11.32).
+  pure real(wp) function lifted_gap(mortar, i, gap) result(lifted)
+    type(mortar_t), intent(in) :: mortar
+    integer, intent(in) :: i
+    real(wp), intent(in) :: gap           !! the mean [length]
+    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
+    real(wp) :: share
+
+    lifted = gap
+    if (.not. mortar%whole_area(i) > 0.0_wp) return
+    share = (cos_30 - mortar%faced_area(i)/mortar%whole_area(i))/(cos_30 - cos_45)
+    lifted = gap + max(0.0_wp, min(1.0_wp, share))*max(0.0_wp, mortar%nearest(i) - gap)
+  end function lifted_gap
 
 end module mortar_rows_mod

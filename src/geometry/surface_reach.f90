@@ -7,7 +7,7 @@ module surface_reach_mod
   implicit none
   private
 
-  public :: reach_of_faces, reach_of_all, largest_face, face_each_other, against
+  public :: reach_of_faces, reach_of_all, deep_in, largest_face, face_each_other, look_away, against
 
   real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most
 
@@ -20,6 +20,16 @@ contains
 
     reach = 0.5_wp*max(largest_face(slave, x), largest_face(master, x))
   end function reach_of_faces
+
+  !> How deep places of a surface are looked for in another: across slanted faces what overlaps
+  !> seems deeper than it is. Of surfaces that touch, what rounding makes.
+  pure real(wp) function deep_in(depth, reach)
+    real(wp), intent(in) :: depth    !! from the deck, and by motion [length]
+    real(wp), intent(in) :: reach    !! before the slave [length]
+    real(wp), parameter :: slant = 2.0_wp, rounding = 1.0e-6_wp !! [-]
+
+    deep_in = slant*depth + rounding*reach
+  end function deep_in
 
   !> How far apart the farthest places of two surfaces are, at most.
   pure real(wp) function reach_of_all(slave_nodes, master_nodes, x) result(reach)
@@ -71,5 +81,43 @@ contains
     end do
     they_do = .false.
   end function face_each_other
+
+  !> Whether no face of one surface has a part before one of the other that has a part before it:
+  !> where all are turned away they never touch.
+  pure logical function look_away(slave, master, x) result(they_do)
+    integer, intent(in) :: slave(:, :), master(:, :) !! (4,n) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
+    real(wp) :: normal(3, size(master, 2)), n(3)
+    real(wp), parameter :: rounding = 1.0e-9_wp !! of a face [-]
+    integer :: f, k
+
+    do f = 1, size(master, 2)
+      normal(:, f) = outward_normal(x(:, master(:corners_in(master(:, f)), f)))
+    end do
+    they_do = .false.
+    do f = 1, size(slave, 2)
+      associate (of_slave => x(:, slave(:corners_in(slave(:, f)), f)))
+        n = outward_normal(of_slave)
+        do k = 1, size(master, 2)
+          if (dot_product(n, normal(:, k)) > against) cycle
+          associate (of_master => x(:, master(:corners_in(master(:, k)), k)))
+            if (has_part_before(n, of_slave, of_master) .and. has_part_before(normal(:, k), &
+              of_master, of_slave)) return
+          end associate
+        end do
+      end associate
+    end do
+    they_do = .true.
+
+  contains
+
+    pure logical function has_part_before(normal, face, other) result(has)
+      real(wp), intent(in) :: normal(3), face(:, :), other(:, :) !! of the face; corners [length]
+
+      has = maxval(matmul(normal, other)) - minval(matmul(normal, face)) > &
+        -rounding*norm2(face(:, 3) - face(:, 1))
+    end function has_part_before
+
+  end function look_away
 
 end module surface_reach_mod

@@ -13,7 +13,7 @@ module adjust_mod
   use obstacle_shapes_mod, only: is_before_faces, locate_point
   use mirror_planes_mod, only: keep_on_ends
   use local_refinement_mod, only: hanging_of
-  use surface_reach_mod, only: reach_of_faces, reach_of_all
+  use surface_reach_mod, only: reach_of_faces, reach_of_all, deep_in
   use mortar_rows_mod, only: mortar_t, slave_t
   use mortar_mod, only: make_mortar
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
@@ -290,9 +290,10 @@ contains
       else
         allocate (master, source=all_nodes_of(surfaces(pair%master_surface)%faces, &
           model%mesh%connectivity))
-        behind = reach_of_faces(slave%faces, master, x) + pair%overlap
-        reach = behind + distance
+        reach = reach_of_faces(slave%faces, master, x) + pair%overlap + distance
+        behind = deep_in(pair%overlap, reach)
         if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
+        slave%skin = model%mesh%skin
         call make_mortar(slave, master, x, reach, mortar, behind)
         call keep_on_ends(slave%faces, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
       end if

@@ -257,6 +257,7 @@ contains
     mesh%element_kind = draft%element_kind(:draft%n_elements)
     deallocate (draft%element_kind)
     call move_alloc(material, mesh%material)
+    call move_alloc(draft%skin, mesh%skin)
     call find_bodies(mesh, constraints)
   end subroutine build_mesh
 

@@ -11,12 +11,13 @@ module matching_faces_mod
   use mesh_mod, only: deck_rounding
   use constraints_mod, only: constraint_of, constraints_t
   use mesh_draft_mod, only: mesh_draft_t, plane_strain
+  use surfaces_mod, only: split_faces
   use sorting_mod, only: sort_ascending
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: check_matching, strengthen_reduced, outer_faces
+  public :: check_matching, strengthen_reduced, outer_faces, find_skin
 
 contains
 
@@ -136,6 +137,23 @@ contains
       is_outer(of_face(2, i), of_face(1, i)) = of_list(i)
     end do
   end function outer_faces
+
+  !> Find the outside of all bodies, in parts between all nodes of its faces.
+  pure subroutine find_skin(draft)
+    type(mesh_draft_t), intent(inout) :: draft !! gets skin
+    integer, allocatable :: whole(:)
+    logical, allocatable :: is_outer(:, :)     !! (6,n_elements)
+    integer :: e, f
+
+    if (draft%n_elements == 0) return
+    if (allocated(draft%outside)) then
+      is_outer = draft%outside(:, :draft%n_elements)
+    else
+      is_outer = outer_faces(draft)
+    end if
+    call split_faces(reshape([((pack([e, f], is_outer(f, e)), f=1, 6), e=1, draft%n_elements)], &
+      [2, count(is_outer)]), draft%connectivity, draft%skin, whole)
+  end subroutine find_skin
 
   !> All faces, and which of them no two elements have.
   pure subroutine list_faces(mesh, key, of_face, is_outer)

@@ -126,6 +126,8 @@ module mesh_draft_mod
     !! (6,n_elements) whether a face is a part of that face of the deck's element
     logical, allocatable :: outside(:, :)
     !! (6,n_elements) whether it is, of a face that no other element of the deck has
+    ! When surfaces are read:
+    integer, allocatable :: skin(:, :)           !! as of mesh_t
   end type mesh_draft_t
 
 contains

@@ -6,7 +6,7 @@ module surface_pairs_mod
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t, find_bodies
-  use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other
+  use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other, look_away
   use mortar_rows_mod, only: mortar_t, slave_t
   use mortar_mod, only: make_mortar
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
@@ -253,7 +253,6 @@ contains
     has_slave(slave%faces(1, :)) = .true.
     associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes), s => slave%nodes, &
                m => master%nodes)
-      far = reach_of_all(s, m, x) + reach_of_faces(slaves, masters, x)
       ok = face_each_other(slaves, masters, x)
       if (.not. ok) then
         call report(reader, position, 'no face of '//quoted(master%name)// &
@@ -266,16 +265,25 @@ contains
           ' are two sides of the same elements: they cannot touch')
         return
       end if
-      ! Bodies overlap by less than they are thick.
-      call make_mortar(slave_t(slaves, s), masters, x, far, mortar, &
-        behind=0.999_wp*thickness(model, [slave%nodes(1), master%nodes(1)]))
+      far = reach_of_all(s, m, x) + reach_of_faces(slaves, masters, x)
+      call make_mortar(slave_t(slaves, s, skin=model%mesh%skin, asks_way_out=.true.), masters, x, &
+        far, mortar)
+      pair%overlap = max(0.0_wp, -minval(mortar%least_gap))
+      ok = pair%overlap > 0.0_wp .or. .not. mortar%trapped < huge(1.0_wp)
+      if (.not. ok) then
+        call report(reader, position, quoted(slave%name)//' is inside '//quoted(master%name)// &
+          ' without a way out: no face there is opposite one of the other surface by which '// &
+          'they could part (opposite ones are '//to_text(mortar%trapped, 3)//' deep or deeper)')
+        return
+      end if
       if (any(mortar%area > 0.0_wp)) then
-        pair%overlap = max(0.0_wp, -minval(mortar%least_gap, mask=mortar%area > 0.0_wp))
         call note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)
         return
       end if
-      call make_mortar(slave_t(slaves, s), masters, x, far, mortar)
-      ok = .not. any(mortar%area > 0.0_wp)
+      if (look_away(slaves, masters, x)) then
+        call make_mortar(slave_t(slaves, s), masters, x, far, mortar)
+        ok = .not. any(mortar%area > 0.0_wp)
+      end if
     end associate
     if (ok) then
       call note(reader, 'contact pair '//slave%name//':'//master%name// &

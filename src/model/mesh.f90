@@ -35,6 +35,9 @@ module mesh_mod
     !! (n_nodes) body of each node, 0 where no element uses it and no constraint joins it to one
     integer,  allocatable :: piece(:)
     !! (n_nodes) what elements alone connect, 0 where none uses the node
+    integer,  allocatable :: skin(:, :)
+    !! (4,n) the outside of all bodies, faces in parts between all of their nodes; the fourth is 0
+    !! in a triangle; not allocated: not known
     integer,  allocatable :: between(:, :)
     !! (:,n) nodes that node `n_given` + i lies between, as of refine_elements; not allocated where
     !! no element was refined

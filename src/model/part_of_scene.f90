@@ -38,6 +38,8 @@ contains
       mesh%n_elements = count(kept)
       call find_bodies(mesh, scene%constraints)
       is_left_out = had .and. mesh%piece == 0
+      if (allocated(mesh%skin)) mesh%skin = mesh%skin(:, pack([(i, i=1, size(mesh%skin, 2))], &
+        mesh%piece(mesh%skin(1, :)) > 0))
       is_left_out(ref_nodes(scene%obstacles)) = .false.
     end associate
     do i = 1, size(scene%surfaces)

@@ -13,8 +13,8 @@ module faced_side_mod
   use contact_points_mod, only: contact_points_t, weights_t, is_across, faces_of_side, &
     find_side_points, face_one
   use local_frame_mod, only: local_frame, straight
-  use surface_reach_mod, only: reach_of_faces, reach_of_all
-  use mortar_rows_mod, only: mortar_t, slave_t
+  use surface_reach_mod, only: reach_of_faces, reach_of_all, deep_in
+  use mortar_rows_mod, only: mortar_t, slave_t, lifted_gap
   use mortar_mod, only: make_mortar
   use fixed_points_mod, only: find_fixed, are_held
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, near_facets, &
@@ -49,7 +49,7 @@ contains
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(faced_side_t), intent(out) :: faced
-    real(wp) :: x(3, scene%mesh%n_nodes), reach, far
+    real(wp) :: x(3, scene%mesh%n_nodes), reach, far, behind
     type(slave_t) :: slave
     integer, allocatable :: master(:, :), faces(:), m(:)
     integer :: first, last
@@ -68,19 +68,20 @@ contains
         master = master(:, faces)
         m = corners_of(master)
       end if
-      x = 0.0_wp
-      x(:, s) = mesh%coordinates(:, s)
-      x(:, m) = mesh%coordinates(:, m)
+      x = mesh%coordinates
+      if (allocated(mesh%skin)) slave%skin = mesh%skin
       reach = reach_of_faces(slave%faces, master, x) + of%overlap
+      behind = deep_in(of%overlap, reach)
       if (of%small_sliding) then
         slave%moved = u
       else
         ! What came to overlap has moved as far.
-        reach = reach + norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), &
-          maxval(u(:, m), 2) - minval(u(:, s), 2)))
-        x(:, s) = mesh%coordinates(:, s) + u(:, s)
-        ! A node of both surfaces is displaced once.
-        x(:, m) = mesh%coordinates(:, m) + u(:, m)
+        associate (way => norm2(max(maxval(u(:, s), 2) - minval(u(:, m), 2), maxval(u(:, m), 2) - &
+                   minval(u(:, s), 2))))
+          reach = reach + way
+          behind = deep_in(of%overlap + way, reach)
+        end associate
+        x = x + u
       end if
       if (allocated(points%freedom)) then
         slave%asks = points%freedom%is_bound(slave_nodes)
@@ -90,7 +91,7 @@ contains
       far = reach + reach_of_all(s, m, x)
       allocate (faced%is_fixed(last - first + 1), faced%still(3, last - first + 1), source=.false.)
       allocate (faced%driven_in(last - first + 1), source=0.0_wp)
-      call face_faces(slave, master, x, [reach, far], of%small_sliding, faced%mortar)
+      call face_faces(slave, master, x, [reach, far, behind], of%small_sliding, faced%mortar)
       if (.not. allocated(faced%mortar%opposite)) return
       call find_fixed_points(scene, points, first, u, faced)
       deallocate (slave%asks)
@@ -99,7 +100,7 @@ contains
       do
         if (any(faced%is_fixed .neqv. slave%is_fixed)) then
           slave%is_fixed = faced%is_fixed
-          call face_faces(slave, master, x, [reach, far], of%small_sliding, faced%mortar)
+          call face_faces(slave, master, x, [reach, far, behind], of%small_sliding, faced%mortar)
         end if
         call find_held_rows(scene, points, first, u, faced)
         if (all(faced%is_fixed .eqv. slave%is_fixed)) exit
@@ -107,21 +108,21 @@ contains
     end associate
   end subroutine face_surface
 
-  !> The faces opposite within reach. Surfaces that are placed once face whatever lies opposite, and
-  !> so do bodies that are apart: a free body may move in any direction.
+  !> The faces that are seen within reach. Surfaces that are placed once face whatever lies
+  !> opposite, and so do bodies that are apart: a free body may move in any direction.
   pure subroutine face_faces(slave, master, x, reach, is_placed_once, mortar)
     type(slave_t), intent(in) :: slave
     integer, intent(in) :: master(:, :)  !! (4,n_master)
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
-    real(wp), intent(in) :: reach(2)     !! near, and of everything [length]
+    real(wp), intent(in) :: reach(3)     !! near, of everything, and into the master [length]
     logical, intent(in) :: is_placed_once
     type(mortar_t), intent(out) :: mortar
 
     if (.not. is_placed_once) then
-      call make_mortar(slave, master, x, reach(1), mortar)
+      call make_mortar(slave, master, x, reach(1), mortar, reach(3))
       if (any(mortar%area > 0.0_wp)) return
     end if
-    call make_mortar(slave, master, x, reach(2), mortar, behind=reach(1))
+    call make_mortar(slave, master, x, reach(2), mortar, reach(3))
   end subroutine face_faces
 
   !> Which points before a surface have two sides that cannot move apart, along the normal or along
@@ -182,6 +183,7 @@ contains
           if (.not. are_held(points%freedom, points%node(point), masters, weight, normal)) cycle
           faced%is_fixed(i) = .true.
           faced%driven_in(i) = depth_of_motion(scene, points, point, u, masters, weight, normal)
+          faced%driven_in(i) = max(0.0_wp, -lifted_gap(faced%mortar, i, -faced%driven_in(i)))
           faced%still(:, i) = .false.
         end associate
       end associate

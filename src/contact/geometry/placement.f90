@@ -11,7 +11,7 @@ module placement_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
     n_sides, find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
-  use mortar_rows_mod, only: mortar_t
+  use mortar_rows_mod, only: mortar_t, lifted_gap
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
     turn_into_plane, replace_rows
   implicit none
@@ -387,6 +387,8 @@ contains
           placement%gap(i) = placement%gap(i) + lift_alone(points, placement%weights, i, u, &
             mortar%normal(:, here))
         end if
+        placement%gap(i) = lifted_gap(mortar, here, placement%gap(i) - points%extra_gap(i)) + &
+          points%extra_gap(i)
       end associate
     end do
     rows%first(last - first + 2) = k + 1

@@ -1,0 +1,144 @@
+!> What of a piece of a slave face's plane sees a master, for the certificate: triangles of other
+!> faces are veils, and cut it into what they hide and what they do not. docs/theory.md section 11.
+module veils_mod
+  use kinds_mod, only: wp
+  implicit none
+  private
+
+  public :: veil_t, triangle_t, draw
+
+  type :: triangle_t
+    real(wp) :: x(2, 3) = 0.0_wp       !! corners in the plane [length]
+  end type triangle_t
+
+  !> A triangle of a face over or under the plane.
+  type :: veil_t
+    integer :: of = 0                  !! the face that it is a part of
+    type(triangle_t) :: seen           !! from above
+    real(wp) :: height(3) = 0.0_wp     !! of its corners above the plane [length]
+    logical :: is_turned_here = .false. !! the plane sees its outer side from below
+    real(wp) :: warp = -1.0_wp
+    !! of a neighbour of the slave face or the master's: how far their edges are from their planes,
+    !! by which it must be between them; else below 0 [length]
+  end type veil_t
+
+contains
+
+  !> Take what a veil hides of a master out of triangles: before the plane, and behind it. Beside
+  !> the plane or a master before it a veil hides where its outer side touches them: what is beyond
+  !> is in a body.
+  pure subroutine draw(veil, master, rounding, least, triangles)
+    type(veil_t), intent(in) :: veil
+    real(wp), intent(in) :: master(3)   !! height at the origin, slopes of the master [length, -, -]
+    real(wp), intent(in) :: rounding    !! heights that are one [length]
+    real(wp), intent(in) :: least       !! area that counts, times two [length^2]
+    type(triangle_t), allocatable, intent(inout) :: triangles(:)
+    type(triangle_t), allocatable :: left(:), inside(:), outside(:), rest(:)
+    integer :: i, k, limit, before
+
+    do before = 1, 0, -1
+      allocate (left(0))
+      do i = 1, size(triangles)
+        inside = [triangles(i)]
+        allocate (outside(0))
+        do limit = 1, 6
+          allocate (rest(0))
+          do k = 1, size(inside)
+            call cut(within(limit, veil, master, rounding, before == 1, inside(k)%x), least, &
+              inside(k), rest, outside)
+          end do
+          call move_alloc(rest, inside)
+        end do
+        if (size(inside) > 0) then
+          left = [left, outside]
+        else
+          left = [left, triangles(i)]
+        end if
+        deallocate (outside)
+      end do
+      call move_alloc(left, triangles)
+    end do
+  end subroutine draw
+
+  !> What is below 0 outside one of the six limits of what a veil hides: its three edges, and
+  !> heights between the plane and the master.
+  pure function within(limit, veil, master, rounding, is_before, x) result(f)
+    integer, intent(in) :: limit                !! 1 to 6
+    type(veil_t), intent(in) :: veil
+    real(wp), intent(in) :: master(3), rounding !! as of draw
+    logical, intent(in) :: is_before            !! the plane; or behind it
+    real(wp), intent(in) :: x(2, 3)             !! three places [length]
+    real(wp) :: f(3)
+    real(wp) :: part(3), height, of_master
+    integer :: i, k
+
+    do i = 1, 3
+      do k = 1, 3
+        part(k) = doubled(triangle_t(reshape([x(:, i), veil%seen%x(:, 1 + mod(k, 3)), &
+          veil%seen%x(:, 1 + mod(k + 1, 3))], [2, 3])))/doubled(veil%seen)
+      end do
+      height = dot_product(part, veil%height)
+      of_master = master(1) + dot_product(master(2:), x(:, i))
+      select case (limit)
+      case (1:3)
+        f(i) = part(limit)
+      case (4)
+        f(i) = merge(of_master, -of_master, is_before)
+      case (5)
+        f(i) = merge(height, -height, is_before)
+      case default
+        f(i) = merge(of_master - height, height - of_master, is_before)
+      end select
+    end do
+    if (veil%warp >= 0.0_wp) then
+      if (limit > 4) f = f - rounding - veil%warp
+      return
+    end if
+    if (limit == 5) f = f + merge(rounding, -rounding, is_before .and. veil%is_turned_here)
+    if (limit == 6) f = f + merge(rounding, -rounding, is_before .and. .not. veil%is_turned_here)
+  end function within
+
+  !> Cut a triangle along a line into triangles on either side of it.
+  pure subroutine cut(side, least, triangle, inside, outside)
+    real(wp), intent(in) :: side(3)           !! above 0 where a corner is inside
+    real(wp), intent(in) :: least             !! as of draw [length^2]
+    type(triangle_t), intent(in) :: triangle
+    type(triangle_t), allocatable, intent(inout) :: inside(:), outside(:)
+    real(wp) :: one(2), other(2)
+    integer :: lone
+
+    if (minval(side) >= 0.0_wp) then
+      inside = [inside, triangle]
+    else if (maxval(side) <= 0.0_wp) then
+      outside = [outside, triangle]
+    else
+      ! The corner that is on its side alone, and where the line crosses its edges.
+      lone = merge(minloc(side, 1), maxloc(side, 1), count(side >= 0.0_wp) > 1)
+      associate (a => triangle%x(:, lone), b => triangle%x(:, 1 + mod(lone, 3)), &
+                 c => triangle%x(:, 1 + mod(lone + 1, 3)), s => cshift(side, lone - 1))
+        one = a + s(1)/(s(1) - s(2))*(b - a)
+        other = a + s(1)/(s(1) - s(3))*(c - a)
+        associate (tip => [triangle_t(reshape([a, one, other], [2, 3]))], base => [triangle_t( &
+                   reshape([one, b, c], [2, 3])), triangle_t(reshape([one, c, other], [2, 3]))])
+          if (side(lone) > 0.0_wp) then
+            inside = [inside, pack(tip, abs(doubled(tip)) >= least)]
+            outside = [outside, pack(base, abs(doubled(base)) >= least)]
+          else
+            outside = [outside, pack(tip, abs(doubled(tip)) >= least)]
+            inside = [inside, pack(base, abs(doubled(base)) >= least)]
+          end if
+        end associate
+      end associate
+    end if
+  end subroutine cut
+
+  !> Twice the area; below 0 where corners are clockwise.
+  pure elemental real(wp) function doubled(triangle)
+    type(triangle_t), intent(in) :: triangle
+
+    associate (x => triangle%x)
+      doubled = (x(1, 2) - x(1, 1))*(x(2, 3) - x(2, 1)) - (x(2, 2) - x(2, 1))*(x(1, 3) - x(1, 1))
+    end associate
+  end function doubled
+
+end module veils_mod

@@ -1,0 +1,301 @@
+!> What of a master a part of a slave face sees: no other face lies between. docs/theory.md section
+!> 11.
+module sight_mod
+  use kinds_mod, only: wp
+  use connectivity_mod, only: corners_in
+  use small_matrix_mod, only: cross
+  use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
+  use face_overlap_mod, only: plane_t, polygon_t, in_plane, outward_normal, doubled_area, &
+    keep_positive, area_of, max_corners, smallest
+  use surface_reach_mod, only: against
+  implicit none
+  private
+
+  public :: screen_t, cover_t, make_screen, find_covers, leave_seen, has_way_out, height_of, &
+    touching
+
+  !> Faces that may lie between others.
+  type :: screen_t
+    integer, allocatable :: part(:, :)  !! (4,n) their corners; the fourth is 0 in a triangle
+    type(face_grid_t) :: grid
+    logical, allocatable :: of_slave(:), of_master(:) !! (n) all corners are its
+    logical :: asks_way_out = .false.   !! what overlaps counts along ways out alone
+    real(wp) :: reach(2) = 0.0_wp
+    !! before the slave's plane; how deep a place may be in the master [length]
+  end type screen_t
+
+  !> A triangle of them over or under a part of a slave face: of four corners one of the four about
+  !> their middle. A line is where f(1) + f(2) x + f(3) y
+  !> is 0 in the plane of the part; the same gives heights above that plane.
+  type :: cover_t
+    integer :: node(4) = 0              !! corners of the face; the fourth is 0 in a triangle
+    real(wp) :: edge(3, 3) = 0.0_wp     !! above 0 inside [length^2, length, length]
+    real(wp) :: height(3) = 0.0_wp      !! [length, -, -]
+    logical :: faces = .false.          !! it is turned towards the slave
+  end type cover_t
+
+  real(wp), parameter :: touching = 1.0e-9_wp !! of the size of a face: nearer is there [-]
+
+contains
+
+  !> The faces that meet the box of a slave and a master.
+  pure subroutine make_screen(parts, slave, master, x, screen)
+    integer, intent(in) :: parts(:, :)          !! (4,n) the fourth is 0 in a triangle
+    integer, intent(in) :: slave(:, :), master(:, :) !! the same
+    real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
+    type(screen_t), intent(out) :: screen
+    logical :: meets(size(parts, 2)), of_slave(size(x, 2)), of_master(size(x, 2))
+    real(wp) :: low(3), high(3)
+    integer :: i
+
+    of_slave = .false.
+    of_slave(pack(slave, slave > 0)) = .true.
+    of_master = .false.
+    of_master(pack(master, master > 0)) = .true.
+    do i = 1, 3
+      low(i) = minval(x(i, :), of_slave .or. of_master)
+      high(i) = maxval(x(i, :), of_slave .or. of_master)
+    end do
+    do i = 1, size(parts, 2)
+      associate (corner => x(:, parts(:corners_in(parts(:, i)), i)))
+        meets(i) = all(minval(corner, 2) <= high) .and. all(maxval(corner, 2) >= low)
+      end associate
+    end do
+    allocate (screen%part(size(parts, 1), count(meets)))
+    screen%part = parts(:, pack([(i, i=1, size(meets))], meets))
+    screen%grid = make_face_grid(screen%part, x)
+    associate (n => count(meets))
+      allocate (screen%of_slave(n), screen%of_master(n))
+    end associate
+    do i = 1, size(screen%part, 2)
+      associate (corner => screen%part(:corners_in(screen%part(:, i)), i))
+        screen%of_slave(i) = all(of_slave(corner))
+        screen%of_master(i) = all(of_master(corner))
+      end associate
+    end do
+  end subroutine make_screen
+
+  !> Find what lies over or under a part of a slave face within two heights.
+  pure subroutine find_covers(screen, x, plane, range, covers)
+    type(screen_t), intent(in) :: screen
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(plane_t), intent(in) :: plane    !! of the part
+    real(wp), intent(in) :: range(2)      !! lowest and highest, one below and one above 0 [length]
+    type(cover_t), allocatable, intent(out) :: covers(:)
+    integer, allocatable :: near(:)
+    real(wp) :: places(3, plane%n), x_of(3, 4), corner(3, 3), flat(2, 3), height(3), twice
+    integer :: i, k, n, m
+
+    associate (normal => plane%axis(:, 3))
+      places = matmul(plane%axis(:, :2), plane%corner(:, :plane%n)) + spread(plane%origin, 2, &
+        plane%n)
+      call faces_near(screen%grid, minval(places, 2) + min(range(1)*normal, range(2)*normal), &
+        maxval(places, 2) + max(range(1)*normal, range(2)*normal), near)
+    end associate
+    allocate (covers(4*size(near)))
+    n = 0
+    do i = 1, size(near)
+      m = corners_in(screen%part(:, near(i)))
+      x_of(:, :m) = x(:, screen%part(:m, near(i)))
+      do k = 1, merge(1, m, m == 3)
+        corner = x_of(:, [k, 1 + mod(k, m), 3])
+        if (m == 4) corner(:, 3) = 0.25_wp*sum(x_of, 2)
+        flat = in_plane(plane, corner)
+        if (any(minval(flat, 2) >= maxval(plane%corner(:, :plane%n), 2)) .or. any(maxval(flat, 2) &
+          <= minval(plane%corner(:, :plane%n), 2))) cycle
+        height = matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, 3))
+        if (minval(height) > range(2) .or. maxval(height) < range(1)) cycle
+        twice = 2.0_wp*area_of(flat)
+        ! What leans too much to face the slave has hardly anything behind it.
+        if (abs(twice) < -against*norm2(doubled_area(corner)) .or. abs(twice) < smallest* &
+          plane%area) cycle
+        n = n + 1
+        covers(n) = cover_of(screen%part(:, near(i)), flat, height, twice)
+      end do
+    end do
+    covers = covers(:n)
+  end subroutine find_covers
+
+  pure type(cover_t) function cover_of(node, flat, height, twice) result(cover)
+    integer, intent(in) :: node(:)                !! corners of the face
+    real(wp), intent(in) :: flat(2, 3), height(3) !! in the plane, and above it [length]
+    real(wp), intent(in) :: twice                 !! its area there, below 0 clockwise [length^2]
+    integer :: k
+
+    do k = 1, 3
+      associate (from => flat(:, k), to => flat(:, 1 + mod(k, 3)))
+        cover%edge(:, k) = [from(1)*to(2) - from(2)*to(1), from(2) - to(2), to(1) - from(1)]
+      end associate
+    end do
+    ! Opposite each edge is the third corner.
+    cover%height = matmul(cover%edge, height([3, 1, 2]))/twice
+    cover%edge = sign(1.0_wp, twice)*cover%edge
+    cover%node(:size(node)) = node
+    cover%faces = twice < 0.0_wp
+  end function cover_of
+
+  !> Take out of what a part of a slave face shares with a master face what others hide of it.
+  !>
+  !> Of faces that touch the slave or the master those hide which are turned towards it: what lies
+  !> behind them is inside a body. Neighbours of the two faces hide where they are between by more
+  !> than these are warped: their edges are not in the planes.
+  pure subroutine leave_seen(covers, plane, corner, own, seen)
+    type(cover_t), intent(in) :: covers(:)
+    type(plane_t), intent(in) :: plane         !! of the part of the slave face
+    real(wp), intent(in) :: corner(:, :)       !! (3,3) or (3,4) of the master face [length]
+    integer, intent(in) :: own(:)              !! nodes of both whole faces
+    type(polygon_t), allocatable, intent(inout) :: seen(:)
+    type(polygon_t), allocatable :: left(:)
+    real(wp) :: line(3, 6), master(3), rounding, warp, nearer(2)
+    logical, allocatable :: is_cut(:)
+    integer :: i, k, side, n_own
+
+    master = height_of(plane, corner)
+    warp = max(plane%warp, maxval(abs(matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, &
+      size(corner, 2))) - master(1) - matmul(master(2:), in_plane(plane, corner)))))
+    rounding = touching*sqrt(plane%area)
+    do i = 1, size(covers)
+      n_own = count([(any(own == covers(i)%node(k)), k=1, corners_in(covers(i)%node))])
+      if (n_own == corners_in(covers(i)%node)) cycle
+      ! Before the slave, and behind it.
+      do side = 1, -1, -2
+        nearer = -rounding
+        if (n_own > 0) then
+          nearer = -rounding - warp
+        else if (side > 0) then
+          nearer(merge(1, 2, covers(i)%faces)) = rounding
+        end if
+        line(:, 1) = real(side, wp)*master
+        line(:, 2) = real(side, wp)*covers(i)%height
+        line(:, 3) = line(:, 1) - line(:, 2)
+        line(1, 2:3) = line(1, 2:3) + nearer
+        line(:, 4:) = covers(i)%edge
+        is_cut = [(.not. misses(line, seen(k), smallest*plane%area), k=1, size(seen))]
+        if (.not. any(is_cut)) cycle
+        left = pack(seen, .not. is_cut)
+        do k = 1, size(seen)
+          if (is_cut(k)) call take_out(line, seen(k), smallest*plane%area, left)
+        end do
+        call move_alloc(left, seen)
+      end do
+    end do
+  end subroutine leave_seen
+
+  !> Whether next to nothing of a polygon is where all lines are above 0.
+  pure logical function misses(line, polygon, least)
+    real(wp), intent(in) :: line(:, :)         !! (3,n)
+    type(polygon_t), intent(in) :: polygon
+    real(wp), intent(in) :: least              !! area that counts [length^2]
+    type(polygon_t) :: rest
+    integer :: e
+
+    misses = .true.
+    do e = 1, size(line, 2)
+      if (.not. any(values(line(:, e), polygon) > 0.0_wp)) return
+    end do
+    rest = polygon
+    do e = 1, size(line, 2)
+      call keep_positive(values(line(:, e), rest), rest)
+    end do
+    misses = area_of(rest%corner(:, :rest%n)) < least
+  end function misses
+
+  !> Append what of a polygon is not where all lines are above 0, as convex pieces.
+  pure recursive subroutine take_out(line, polygon, least, pieces)
+    real(wp), intent(in) :: line(:, :)         !! (3,n)
+    type(polygon_t), intent(in) :: polygon
+    real(wp), intent(in) :: least              !! area that counts [length^2]
+    type(polygon_t), allocatable, intent(inout) :: pieces(:)
+    type(polygon_t) :: rest, outside
+    integer :: e, half
+
+    if (polygon%n + size(line, 2) > max_corners) then
+      ! Each line may add a corner: in halves there is room for them.
+      half = polygon%n/2 + 1
+      rest%n = half
+      rest%corner(:, :half) = polygon%corner(:, :half)
+      call take_out(line, rest, least, pieces)
+      rest%n = polygon%n - half + 2
+      rest%corner(:, :rest%n) = polygon%corner(:, [1, (e, e=half, polygon%n)])
+      call take_out(line, rest, least, pieces)
+      return
+    end if
+    rest = polygon
+    do e = 1, size(line, 2)
+      outside = rest
+      call keep_positive(-values(line(:, e), rest), outside)
+      if (area_of(outside%corner(:, :outside%n)) >= least) pieces = [pieces, outside]
+      call keep_positive(values(line(:, e), rest), rest)
+    end do
+  end subroutine take_out
+
+  pure function values(line, polygon) result(f)
+    real(wp), intent(in) :: line(3)
+    type(polygon_t), intent(in) :: polygon
+    real(wp) :: f(polygon%n)
+
+    f = line(1) + line(2)*polygon%corner(1, :polygon%n) + line(3)*polygon%corner(2, :polygon%n)
+  end function values
+
+  !> The height of a face that is turned towards the slave, as of cover_t; of four corners that of
+  !> their mean plane.
+  pure function height_of(plane, corner) result(height)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: corner(:, :) !! (3,3) or (3,4) of the face [length]
+    real(wp) :: height(3)                !! [length, -, -]
+    real(wp) :: normal(3)
+
+    normal = outward_normal(corner)
+    height = [dot_product(normal, sum(corner, 2)/real(size(corner, 2), wp) - plane%origin), &
+      -matmul(normal, plane%axis(:, :2))]/dot_product(normal, plane%axis(:, 3))
+  end function height_of
+
+  !> Whether no face of a surface is much nearer to a place behind it than the way along which it is
+  !> to leave it.
+  pure logical function has_way_out(screen, x, is_of_surface, place, depth)
+    type(screen_t), intent(in) :: screen
+    real(wp), intent(in) :: x(:, :)           !! (3,n_nodes) [length]
+    logical, intent(in) :: is_of_surface(:)   !! of the screen's faces
+    real(wp), intent(in) :: place(3)          !! [length]
+    real(wp), intent(in) :: depth             !! [length]
+    real(wp), parameter :: much = 0.5_wp      !! of the way [-]
+    integer, allocatable :: near(:)
+    integer :: i, k
+
+    has_way_out = .false.
+    call faces_near(screen%grid, place - much*depth, place + much*depth, near)
+    do i = 1, size(near)
+      associate (corner => screen%part(:corners_in(screen%part(:, near(i))), near(i)))
+        if (.not. is_of_surface(near(i))) cycle
+        do k = 2, size(corner) - 1
+          if (distance_to(place, x(:, corner([1, k, k + 1]))) < much*depth) return
+        end do
+      end associate
+    end do
+    has_way_out = .true.
+  end function has_way_out
+
+  !> How far a place is from a triangle.
+  pure real(wp) function distance_to(place, corner) result(distance)
+    real(wp), intent(in) :: place(3), corner(3, 3) !! [length]
+    real(wp) :: normal(3), edge(3), arm(3)
+    integer :: k
+
+    normal = outward_normal(corner)
+    distance = abs(dot_product(normal, place - corner(:, 1)))
+    do k = 1, 3
+      edge = corner(:, 1 + mod(k, 3)) - corner(:, k)
+      arm = place - corner(:, k)
+      if (dot_product(cross(edge, arm), normal) < 0.0_wp) exit
+    end do
+    if (k > 3) return
+    distance = huge(distance)
+    do k = 1, 3
+      edge = corner(:, 1 + mod(k, 3)) - corner(:, k)
+      arm = place - corner(:, k)
+      distance = min(distance, norm2(arm - edge*max(0.0_wp, min(1.0_wp, dot_product(edge, arm)/ &
+        max(dot_product(edge, edge), tiny(1.0_wp))))))
+    end do
+  end function distance_to
+
+end module sight_mod
