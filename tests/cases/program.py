@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import unittest
 import weakref
 from pathlib import Path
 
@@ -19,6 +20,9 @@ from bipot.result import Result  # noqa: E402  (found through the line above)
 INPUT = SOURCE / "input"
 DATA = SOURCE / "tests" / "data"
 ASKED = ("--nlgeom", "no", "--accuracy")  # an accuracy of the small-strain solution
+LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")  # scripts/test --full
+# What takes seconds and tries again, elsewhere, what other tests try.
+in_long_form = unittest.skipUnless(LONG, "with BIPOT_LONG")
 
 
 class Run:

@@ -16,6 +16,9 @@ EXAMPLES = sorted((SOURCE / "docs" / "examples").glob("*.py"))
 # What not everybody has, by the word that asks for it.
 OPTIONAL = ("matplotlib", "meshio", "pandas", "pyvista")
 ASKED = {".plot(": "matplotlib", "to_pandas(": "pandas", "to_pyvista(": "pyvista"}
+# Starts a script whose pictures have few pixels: they take time, and nothing here looks at them.
+DRAWING = ("import runpy, sys; from bipot.drawing import rendering; rendering.DPI = 40; "
+           "runpy.run_path(sys.argv[1], run_name='__main__')")  # fmt: skip
 
 
 def missing(code):
@@ -32,8 +35,9 @@ class Examples(unittest.TestCase):
         """Run a script and check that it went well."""
         environment = {**os.environ, "PYTHONPATH": str(SOURCE / "scripts"), "BIPOT": PROGRAM,
                        "MPLBACKEND": "Agg"}
+        start = ["-c", DRAWING] if ".plot(" in path.read_text(encoding="utf-8") else []
         done = subprocess.run(
-            [sys.executable, "-B", path], cwd=folder,
+            [sys.executable, "-B", *start, path], cwd=folder,
             env=environment, capture_output=True, text=True, timeout=1800, check=False,
         )
         self.assertEqual(done.returncode, 0, f"{path}: {done.stdout}{done.stderr}")

@@ -4,7 +4,7 @@ import re
 import unittest
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, Run, in_long_form
 
 # Cook's panel between walls, neo-Hookean, its right side drawn up by a quarter of its height.
 COOK = """\
@@ -210,6 +210,7 @@ class Asked(unittest.TestCase):
         for name in FINE:
             self.check(name, 0.1)
 
+    @in_long_form
     def test_three_percent(self):
         for name in ("pair",):
             self.check(name, 0.03)

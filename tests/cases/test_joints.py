@@ -80,6 +80,11 @@ UP-XMAX, 1, {pull / 6!r}
 """
 
 
+def refused_at_once(deck):
+    """Return a deck whose increments are not tried in smaller and smaller parts."""
+    return deck.replace("*STATIC\n", "*STATIC, DIRECT\n")
+
+
 class Sheets(unittest.TestCase):
     """Two sheets, joined within their contact."""
 
@@ -190,7 +195,8 @@ class Means(Sheets):
     def test_self_stress_holds_no_pull(self):
         """Friction of 0.0035 at most: the joint could press the sheets with any force."""
         for small in ("NO", "YES"):
-            run = Run(sheets(mean(self.PAIR), mu=1e-3, small=small), name="sheets")
+            deck = refused_at_once(sheets(mean(self.PAIR), mu=1e-3, small=small))
+            run = Run(deck, name="sheets")
             self.assertEqual(run.status, 2)
             self.assertIn("nothing balances the loads", run.errors)
             file = run.result().file
@@ -203,7 +209,7 @@ class Means(Sheets):
         joint = mean(self.PAIR) + mean(((3, 1), (5, 1)))
         _, file = self.run_sheets(joint, pull=0.6)
         self.check(file, 4, pull=0.6)
-        self.assertEqual(Run(sheets(joint), name="sheets").status, 2)
+        self.assertEqual(Run(refused_at_once(sheets(joint)), name="sheets").status, 2)
 
     def test_an_overlap_that_stays_is_told(self):
         run, file = self.run_sheets(mean(self.PAIR), lift=0.2497, small="YES", pull=0.9)

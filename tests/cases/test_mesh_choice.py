@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from program import ASKED, INPUT, PROGRAM, SOURCE, Run
+from program import ASKED, INPUT, PROGRAM, SOURCE, Run, in_long_form
 from references import reference
 
 AUTO = {"solver": "AUTO", "local": "AUTO"}
@@ -258,6 +258,7 @@ class NotReached(unittest.TestCase):
             self.assertAlmostEqual(values[-1, -1, 1], pressure[near].min(),
                                    delta=1e-9 * pressure[at])  # fmt: skip
 
+    @in_long_form
     def test_load_steps_that_are_never_small_enough(self):
         """Half of a circle an increment turns little friction round: refused where increments are
         tried again, on elements of half the size; complete."""
@@ -312,6 +313,7 @@ class NotReached(unittest.TestCase):
                 self.assertEqual(result.finished, 5)
             self.assertEqual("DIRECT keeps them as they are" in run.errors, status == 2)
 
+    @in_long_form
     def test_increments_that_the_first_mesh_wants_divided(self):
         """Tried again on a finer one; those beyond are run undivided but for the last. Kept.
 
@@ -352,6 +354,7 @@ class NotReached(unittest.TestCase):
             self.assertEqual(path.read_text(), "not a result")
             self.assertEqual(os.listdir(folder), ["mine.vtkhdf"])
 
+    @in_long_form
     def test_slip_that_coarse_meshes_do_not_show(self):
         """Two blocks stick on coarse meshes; on fine ones an edge slips. That is not promised."""
         text = (SOURCE / "studies/data/scenes/two.inp").read_text()
