@@ -199,10 +199,11 @@ def missing_tool(command):
     return None if here else word
 
 
-def replay(page, folder):
+def replay(page, folder, show=""):
     """Run the commands of a page in a furnished folder; yield each, its status and its output.
 
-    Those whose tool is not installed are left out: None stands for their output.
+    Those whose tool is not installed are left out: None stands for their output. `show` are options
+    that each scripts/show is given, too.
     """
     commands = [command for session in sessions_of(page) for command in session]
     variables = environment(folder, is_bare=uses_setup(page))
@@ -211,7 +212,8 @@ def replay(page, folder):
         if missing_tool(command.words):
             yield command, 0, None
         else:
-            yield command, *run(before + command.words, folder, variables)
+            words = command.words.replace("scripts/show ", f"scripts/show {show} ")
+            yield command, *run(before + words, folder, variables)
         if command.words == SETUP:
             before = f"{SETUP}; "
 

@@ -23,7 +23,8 @@ class PageTest(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="bipot-") as place:
             folder = Path(place)
             furnish(folder, built_program())
-            for command, status, printed in replay(page, folder):
+            # Pixels take time, and nothing here looks at them.
+            for command, status, printed in replay(page, folder, show="--dpi 20"):
                 if printed is None:
                     print(f"{missing_tool(command.words)} is not installed: {command.words}",
                           file=sys.stderr)
