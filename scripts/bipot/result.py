@@ -615,7 +615,7 @@ class Result:
         self, what: str | None = None, index: int = -1, pair: str | int = 0,
         scale: float | None = None, *, component: str | None = None,
         view: tuple[float, float] | None = None, limits: tuple[float, float] | None = None,
-        clip: str | None = None,
+        clip: str | None = None, turn: float | None = None,
     ) -> matplotlib.figure.Figure:
         """Return a matplotlib figure, as scripts/show draws it.
 
@@ -633,13 +633,14 @@ class Result:
 
         clip     a plane across x, y or z, as "x=0.5", or "x" in the middle of the bodies; what lies
                  before it is cut away
+        turn     degrees by which the section of bodies of revolution is turned about its axis
 
         Raises ResultError where the file does not hold it, ValueError for another word.
         """
         from bipot import pictures
 
         plane = pictures.plane_of(clip) if clip else None
-        look = pictures.Look(scale, index, view, limits, component, plane)
+        look = pictures.Look(scale, index, view, limits, component, plane, turn=turn)
         return pictures.figure(self, what, pair, look)
 
     def to_html(self, path: str | os.PathLike[str], scale: float | None = None) -> Path:

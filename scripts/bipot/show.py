@@ -95,6 +95,10 @@ def command_line():
         help="cut away what lies before a plane across x, y or z, in the middle or at a place",
     )
     parser.add_argument(
+        "--turn", type=float, nargs="?", const=270.0, metavar="DEGREES",
+        help="turn the section of bodies of revolution about its axis, by 270 degrees or others",
+    )
+    parser.add_argument(
         "--range", type=float, nargs=2, metavar=("LOW", "HIGH"), dest="limits",
         help="of the colours of the bodies (those of the increment)",
     )
@@ -159,7 +163,7 @@ def show(result, options):
         raise ResultError(f"--increment {options.increment}: {stored} are stored, from 0")
     look = Look(
         options.scale, options.increment, options.view, options.limits, options.component,
-        options.clip, options.dpi,
+        options.clip, options.dpi, options.turn,
     )
     if options.interactive:
         open_window(result, options.scale)

@@ -15,7 +15,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 
 from bipot.drawing import rendering  # noqa: E402
-from bipot.drawing.bodies import Bodies  # noqa: E402
+from bipot.drawing.bodies import Bodies, Look  # noqa: E402
 from bipot.drawing.curves import draw_pressures, draw_states  # noqa: E402
 from bipot.pictures import pictures_of  # noqa: E402
 from package import WithFolder, bipot  # noqa: E402
@@ -102,6 +102,35 @@ class Plane(WithFolder):
                     mpl.pyplot.close(picture.figure)
                 self.assertEqual(names, ["deformed", "pressure", "contact", "forces", "errors"])
                 mpl.pyplot.close("all")
+
+    def test_a_turned_section_encloses_its_body(self):
+        result = self.result_of("CAX4", 3)
+        for turn in (270.0, 90.0):
+            with self.subTest(turn=turn):
+                bodies = Bodies(result, Look(scale=1e-9, turn=turn))
+                scene = bodies.scene(-1, "displacement")
+                volume = 0.0
+                for a, b, c in ((0, 1, 2), (0, 2, 3)):
+                    corners = scene.polygons[:, [a, b, c]]
+                    volume += np.linalg.det(corners).sum() / 6
+                # 0.8 by 0.4, its middle at the radius 3.4; chords of 5 degrees enclose less.
+                chords = np.sin(np.radians(5)) / np.radians(5)
+                pappus = np.radians(turn) * 3.4 * 0.8 * 0.4 * chords
+                self.assertAlmostEqual(volume / pappus, 1.0, delta=1e-6)
+                self.assertEqual(len(scene.start), 0)
+                self.assertLess(np.abs(scene.outline[..., 2]).max(), 0.4 + 1e-6)
+                self.assertIn(f"turned by {turn:g} degrees", bodies.words())
+                figure = result.plot("displacement", turn=turn)
+                mpl.pyplot.close(figure)
+
+    def test_what_cannot_be_turned_is_refused(self):
+        for result, look, words in (
+            (self.result_of("CPE4", 0), Look(turn=270.0), "only sections of bodies of revolution"),
+            (self.result_of("CAX4", 3), Look(turn=400.0), "up to 360 degrees"),
+            (self.result_of("CAX4", 3), Look(turn=90.0, clip=(0, None)), "is not cut as well"),
+        ):
+            with self.subTest(words=words), self.assertRaisesRegex(bipot.ResultError, words):
+                Bodies(result, look)
 
     def test_solids_are_none(self):
         result = self.run_block()

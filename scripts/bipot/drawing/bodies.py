@@ -12,6 +12,7 @@ from bipot.drawing import views
 from bipot.drawing.rendering import render, show_image
 from bipot.drawing.skin import cut_pieces, cut_skin, whole_skin
 from bipot.drawing.style import BOTH, COLD, RED, WARM, colour_bar, styled
+from bipot.drawing.turned import AXES, STEP, turn_section, upright, without_the_gap
 from bipot.element_faces import face_normals
 from bipot.errors import ResultError
 from bipot.result import von_mises
@@ -40,6 +41,7 @@ class Look(NamedTuple):
     clip: tuple[int, float | None] | None = None
     #: axis (0, 1, 2) and place of a plane, None: the middle; what lies before it is cut away
     dpi: int | None = None  #: dots per inch of what is drawn as pixels
+    turn: float | None = None  #: degrees by which the section of bodies of revolution is turned
 
 
 class Scene(NamedTuple):
@@ -88,6 +90,7 @@ class Bodies:
         self.scale = self.choose_scale() if look.scale is None else look.scale
         self.edges = sharp_edges(result.points[self.faces], self.faces)
         self.plane = None  # axis, place and sign of what is cut away
+        self.check_turn()
         self.offset = np.zeros(result.points.shape)
         blocks = [nodes for _, nodes in result.cells.values()]
         self.body = views.components(blocks, len(result.points))
@@ -105,7 +108,30 @@ class Bodies:
     @property
     def shows_start(self):
         """Whether the sharp edges before loading are drawn, too."""
-        return not (self.apart or self.box or self.plane)
+        return not (self.apart or self.box or self.plane or self.look.turn)
+
+    @property
+    def axes(self):
+        """Return the deck's names of the axes of the picture, '' where one has none."""
+        return AXES if self.look.turn else tuple("xyz")
+
+    def check_turn(self):
+        """Raise ResultError where a section is to be turned and cannot be."""
+        if self.look.turn is None:
+            return
+        if self.result.run.get("bodies") != "wedge":
+            raise ResultError("only sections of bodies of revolution (CAX) can be turned")
+        if self.look.clip is not None:
+            raise ResultError("a section that is turned is not cut as well")
+        turn = self.look.turn
+        if not 0 < turn <= 360:
+            raise ResultError(f"a section is turned by up to 360 degrees, not by {turn:g}")
+
+    def angles(self):
+        """Return the angles [rad] of what is turned; what is left open faces the spectator."""
+        first = self.direction[1] + 180 - self.look.turn / 2
+        count = max(2, round(self.look.turn / STEP) + 1)
+        return np.radians(np.linspace(first, first + self.look.turn, count))
 
     def make_skin(self):
         """Return the boundary of the mesh, or what the plane leaves of it."""
@@ -187,6 +213,9 @@ class Bodies:
         found, points = {}, self.places(index)
         still = points - self.offset
         low, high = still.min(axis=0), still.max(axis=0)
+        if self.look.turn:
+            radius = np.hypot(still[:, 0], still[:, 2]).max()
+            low[[0, 2]], high[[0, 2]] = -radius, radius
         if self.box:
             low, high = np.maximum(low, self.box[0]), np.minimum(high, self.box[1])
         for pair in self.result.pairs.values():
@@ -201,6 +230,8 @@ class Bodies:
                 pieces = obstacle.surface(low, high, towards)
                 if self.plane:
                     pieces = cut_pieces(pieces, *self.plane)
+                if self.look.turn:
+                    pieces = without_the_gap(upright(pieces), self.angles())
                 found[key] = pieces + offset
         return [(key[0], pieces) for key, pieces in found.items()]
 
@@ -253,6 +284,8 @@ class Bodies:
 
         Bodies are seen from above. From where contact is seen is asked with `apart` alone.
         """
+        if self.look.turn:
+            return self.look.view or views.ABOVE[0]
         if self.result.is_plane:
             return self.look.view or views.FRONT
         points = self.places(-1)
@@ -294,7 +327,10 @@ class Bodies:
             if (low <= high).all():
                 lows.append(low + self.offset[nodes[0]])
                 highs.append(high + self.offset[nodes[0]])
-        return np.min(lows, axis=0), np.max(highs, axis=0)
+        low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+        if self.look.turn:
+            return np.array([-high[0], -high[0], low[1]]), np.array([high[0], high[0], high[1]])
+        return low, high
 
     def box_about_the_contact(self):
         """Return the corners of a box about the nodes that are pressed, None if it is large."""
@@ -357,10 +393,13 @@ class Bodies:
             )
             polygons, values = polygons[shown], values[shown]
             lines, outline = lines[of_lines], outline[of_outline]
+        if self.look.turn:
+            polygons, values, lines, outline = turn_section(
+                polygons, values, skin.vertices.nodes[..., 0], skin.sides, self.angles())
         start = self.result.points[self.edges] if self.shows_start else np.zeros((0, 2, 3))
         obstacles = self.obstacle_surfaces(index)
         edges = np.zeros((0, 2, 3))
-        if self.result.is_plane:
+        if self.result.is_plane and not self.look.turn:
             pieces = np.concatenate([np.zeros((0, 4, 3)), *obstacles])
             edges = np.stack([pieces, np.roll(pieces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
         return Scene(polygons, values, lines, outline, start, obstacles, edges)
@@ -382,6 +421,8 @@ class Bodies:
             said += "; thin outline: before loading"
         if self.plane:
             said += f"; cut at {'xyz'[self.plane[0]]} = {self.plane[1]:g}"
+        if self.look.turn:
+            said += f"; turned by {self.look.turn:g} degrees"
         if any(pair.obstacle is not None for pair in self.result.pairs.values()):
             said += "; grey: obstacles"
         return said

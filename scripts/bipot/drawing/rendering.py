@@ -244,9 +244,9 @@ def show_image(axes, image, bodies):
     axes.set_axis_off()
     rows, columns = image.pixels.shape[:2]
     corner, arm = np.array([0.07 * columns, 0.93 * rows]), 0.06 * columns
-    for name, direction in zip("xyz", np.eye(3), strict=True):
+    for name, direction in zip(bodies.axes, np.eye(3), strict=True):
         flat = np.array([direction @ image.right, -(direction @ image.up)])
-        if np.linalg.norm(flat) < 0.15:
+        if not name or np.linalg.norm(flat) < 0.15:
             continue
         axes.annotate(
             "", corner + arm * flat, corner, annotation_clip=False,
