@@ -5,6 +5,8 @@ The picture stands upright: its z is the axis of the section, y; its x and y are
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from bipot.element_faces import face_normals
@@ -52,7 +54,7 @@ def turn_section(polygons, values, nodes, sides, angles):
     outer = (count[where.ravel()] == 1) & (pairs[:, 0] != pairs[:, 1])
     edges, edge_nodes, edge_values = ends[outer], pairs[outer], of_ends[outer]
     shells = []
-    for first, second in zip(angles, angles[1:], strict=False):
+    for first, second in pairwise(angles):
         at, then = turned(edges, first), turned(edges, second)
         shells.append(np.stack([at[:, 0], then[:, 0], then[:, 1], at[:, 1]], axis=1))
     shell_values = np.tile(edge_values[:, [0, 0, 1, 1]], (len(angles) - 1, 1))
@@ -60,7 +62,7 @@ def turn_section(polygons, values, nodes, sides, angles):
     corners = sharp_corners(edges, edge_nodes)
     circles = np.concatenate([
         np.stack([turned(corners, first), turned(corners, second)], axis=1)
-        for first, second in zip(angles, angles[1:], strict=False)
+        for first, second in pairwise(angles)
     ])
     caps = [turned(polygons, angles[0]), turned(polygons, angles[-1])[:, ::-1]]
     return (
