@@ -13,7 +13,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from program import PROGRAM
+from program import PROGRAM, in_long_form
 
 from studies.extremes import body_runs  # found through program
 from studies.extremes.body_scenes import all_plans, scene_of
@@ -32,6 +32,7 @@ PATIENCE = 900.0  # with a run that hangs [s]
 
 
 class TwoAnswers(unittest.TestCase):
+    @in_long_form
     def test_the_program_takes_one_of_several_right_answers(self):
         first, *others = answers_of_block(PROGRAM, 48, starts=6)
         self.assertGreaterEqual(len(others), 1)

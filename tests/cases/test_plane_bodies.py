@@ -5,6 +5,7 @@ import unittest
 from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
+from program import LONG
 from test_plane import (
     AXISYMMETRIC,
     FLOOR,
@@ -366,8 +367,8 @@ class Friction(Case):
 
     def test_bodies_that_touch_on_the_axis(self):
         """One over a wider one whose nodes are elsewhere: the law holds, halves are alike."""
-        for low in AXISYMMETRIC:
-            for high in AXISYMMETRIC:
+        for i, low in enumerate(AXISYMMETRIC):
+            for high in AXISYMMETRIC if LONG else [AXISYMMETRIC[i - 1]]:
                 one = Mesh(low, (1, 2), lambda a, b: (a, 0.6 * b), "A")
                 two = Mesh(high, (2, 1), lambda a, b: (1.2 * a, 0.6 + 0.5 * b), "B", 1000, 1000)
                 deck = one.deck + two.deck + section("A", "B") + pair("ATOP", "BBOTTOM", 0.1)

@@ -4,12 +4,11 @@ Each class is a deck of input/ and names its source; docs/studies/cases.md has t
 convergence and the figures. What takes more than a few seconds runs where the program is fast.
 """
 
-import os
 import unittest
 from itertools import pairwise
 
 import numpy as np
-from program import INPUT, Run
+from program import INPUT, LONG, Run, in_long_form
 
 from studies.case_values import (  # found through program
     contact_points,
@@ -22,8 +21,6 @@ from studies.case_values import (  # found through program
 )
 
 ELEMENTS = ("C3D8", "C3D8I", "C3D8B")
-
-LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 
 
 class Case(unittest.TestCase):
@@ -85,6 +82,7 @@ class PlateWithFriction(Case):
         one, many = self.displacements(steps=1), self.displacements(steps=20)
         np.testing.assert_allclose(one, many, rtol=1e-6)
 
+    @in_long_form
     def test_the_mesh_has_converged(self):
         fine = self.displacements(n=128)
         np.testing.assert_allclose(self.displacements(n=32), fine, rtol=0.01)
@@ -102,6 +100,7 @@ class Hertz(Case):
         self.assert_relative(a, 10.0, 0.02, "radius")
         self.assert_relative(p0, 2798.3, 0.02, "peak pressure")
 
+    @in_long_form
     def test_finer_meshes_come_closer(self):
         errors = []
         for n in (8, 12, 24):

@@ -256,7 +256,7 @@ class EveryDeck(Folder):
         folder = self.fresh("whole")
         n = case.count_changes(folder)
         whole = Whole(folder / NAME)
-        for share in kills if RELEASE else kills[::3]:
+        for share in kills if RELEASE else kills[len(kills) // 2 :: 6]:
             with self.subTest(deck=str(case), share=share):
                 folder = self.fresh("killed")
                 self.assertTrue(case.kill_at(folder, int(share * n)))

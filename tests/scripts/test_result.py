@@ -196,9 +196,9 @@ class ForeignFileTest(WithFolder):
 
 class ShowTest(WithFolder):
     def show(self, *arguments, **environment):
-        """Run scripts/show in the test's folder."""
+        """Run scripts/show in the test's folder, with pictures of few pixels: they take time."""
         return subprocess.run(
-            [sys.executable, SCRIPTS / "show", *arguments],
+            [sys.executable, SCRIPTS / "show", *arguments, "--dpi", "40"],
             cwd=self.folder,
             env={**os.environ, **environment},
             capture_output=True,
