@@ -75,6 +75,7 @@ A-ZMAX, P, 0.0005
 
 
 class Reached(unittest.TestCase):
+    @in_long_form
     def test_precision_that_did_not_hold_is_not_tried_again(self):
         """Two meshes and more are large enough for a factor in single precision to save time."""
         run = Run(BEAM, name="beam")
@@ -225,6 +226,7 @@ class Reached(unittest.TestCase):
 
 
 class NotReached(unittest.TestCase):
+    @in_long_form
     def test_what_has_no_limit(self):
         """The pressure at the sharp edge of the block grows for ever: said so, with status 2."""
         text = with_card(deck("quarter"), "*ACCURACY, OF=PRESSURE\n0.01")

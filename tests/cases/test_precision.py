@@ -57,9 +57,8 @@ class Precision(unittest.TestCase):
         return run
 
     def test_block(self):
-        for n in (4, 8):
-            for tolerance in (1e-8, 1e-10):
-                self.agree("block", tolerance, n=n, steps=10, **AUTO)
+        for n, tolerance in ((4, 1e-8), (8, 1e-10)):
+            self.agree("block", tolerance, n=n, steps=10, **AUTO)
 
     def test_block_by_sweeps(self):
         self.agree("block", 1e-10, n=4, steps=10, solver="SWEEPS", local="NEWTON")

@@ -6,7 +6,7 @@ import unittest
 import h5py
 import numpy as np
 from meshes import grid
-from program import Run
+from program import Run, in_long_form
 
 # A block on a plane, pressed and pushed; the law, the theory and what is asked as parameters.
 BLOCK = """*PARAMETER
@@ -510,6 +510,7 @@ class Accuracy(unittest.TestCase):
             self.assertIn("the equilibrium is unstable", run.errors)
             self.assertEqual(run.output.count("elements are too few"), meshes - 1)
 
+    @in_long_form
     def test_a_load_beyond_the_limit_ends_on_the_second_mesh(self):
         # A shallow strip, held at its ends, snaps through; finer meshes do so at smaller loads.
         run = Run(arch(0.2), "--accuracy", "0.3", "--nlgeom", "yes", name="arch")

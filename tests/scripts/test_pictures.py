@@ -396,7 +396,8 @@ class Clip(WithFolder):
     def test_the_command(self):
         synthetic_result.write(self.folder / "small.vtkhdf")
         for form, begins in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
-            done = show("small.vtkhdf", "--only", "stress", "--clip", "x=0.5", "--format", form)
+            done = show("small.vtkhdf", "--only", "stress", "--clip", "x=0.5", "--format", form,
+                        "--dpi", "40")
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             path = Path("small-pictures") / f"stress.{form}"
             self.assertEqual(path.read_bytes()[: len(begins)], begins)
