@@ -144,6 +144,15 @@ class CommandLine(unittest.TestCase):
         for word in (*inside.split("|")[:3], "linear solver", "contact matrix", "condense"):
             self.assertIn(word, verbose)
 
+    def test_the_page_has_every_option(self):
+        help_ = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True, check=True)
+        of_decks = help_.stdout.split("for a contact problem")[0]
+        page = (SOURCE / "docs" / "options.md").read_text(encoding="utf-8")
+        named = set(re.findall(r"^ +(?:-\w, )?(--[a-z-]+)", of_decks, re.MULTILINE))
+        self.assertGreater(len(named), 25)
+        rows = "".join(line for line in page.splitlines() if line.startswith("| `"))
+        self.assertEqual(named, set(re.findall(r"(?<=`)--[a-z-]+", rows)))
+
     def test_the_plan_alone_writes_nothing(self):
         run = Run(BLOCK, "--plan")
         self.assertEqual(run.status, 0)
