@@ -30,6 +30,8 @@ module certificate_mod
     huge(1.0_wp), huge(1.0_wp), huge(1.0_wp))
 
   real(wp), parameter :: held = 16.0_wp*epsilon(1.0_wp)    !! what is prescribed is kept to this [-]
+  real(wp), parameter :: of_displacements = 8.0_wp*epsilon(1.0_wp)
+  !! of the largest: the rounding of their differences [-]
   real(wp), parameter :: same_energy = 1.0e-9_wp
   !! of the largest term: strain energy and half the work, but for what forces out of balance do. In
   !! the runs of input/ they differ by 4e-12 at most [-]
@@ -60,6 +62,7 @@ contains
     real(wp), dimension(3, mesh%n_nodes) :: residual, support
     real(wp), dimension(3, mesh%n_nodes) :: joining !! forces of constraints
     real(wp) :: rounding(mesh%n_nodes), way(points%n)
+    real(wp) :: of_gap, of_slip                     !! rounding [length]
     real(wp) :: unexplained                         !! of the energy [-]
     logical :: at_rest(0:mesh%n_bodies)
     integer :: i
@@ -88,12 +91,26 @@ contains
     if (present(turned)) then
       where (spread(turned%is_turned, 1, 2)) x(2:, :) = turned%slip
     end if
-    ! Where nothing moves by more than places are rounded gaps and slips are no better known.
+    ! Where what moves is so little that rounding is more than is allowed of it, gaps and slips are
+    ! no better known: as displacements are what is made of these alone, else as places. Where
+    ! supports carry the loads displacements are rounding of those that these would make.
     do i = 1, points%n
-      associate (rounding_here => forces%rounding_of_gaps*spread_of_row(contact, forces%middles, i))
-        if (scales%length(i) > rounding_here) cycle
-        x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - rounding_here), x(1, i))
-        if (norm2(x(2:, i)) <= rounding_here) x(2:, i) = 0.0_wp
+      of_gap = forces%rounding_of_gaps
+      if (allocated(forces%touches)) then
+        if (forces%touches(i)) then
+          of_gap = maxval(abs(new%displacement))
+          associate (k => forces%stiffness(points%node(i)))
+            if (k > 0.0_wp) of_gap = max(of_gap, scales%force(i)/k)
+          end associate
+          of_gap = of_displacements*of_gap
+        end if
+      end if
+      of_slip = merge(forces%rounding_of_gaps, of_gap, forces%is_finite)
+      associate (spread => spread_of_row(contact, forces%middles, i), &
+                 allowed => 10.0_wp*tolerance*scales%length(i))
+        if (of_gap*spread >= allowed) x(1, i) = sign(max(0.0_wp, abs(x(1, i)) - of_gap*spread), &
+          x(1, i))
+        if (of_slip*spread >= max(allowed, norm2(x(2:, i)))) x(2:, i) = 0.0_wp
       end associate
     end do
     at_rest = are_at_rest(mesh, points, contact, new%displacement, forces, pressed(:, :, 2))

@@ -14,6 +14,7 @@ module certify_increment_mod
   use spring_pulls_mod, only: add_spring_pulls
   use turning_weights_mod, only: add_turning_weights
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
+  use touching_points_mod, only: find_touching
   use inner_sides_mod, only: turn_inner_sides
   use allowed_overlaps_mod, only: add_allowed
   use facing_surfaces_mod, only: face_surfaces
@@ -79,6 +80,7 @@ contains
     call turn_inner_sides(scene, known, new%displacement, contact)
     call face_surfaces(scene, known, old, new, contact, folded_point)
     call face_nothing(known, contact)
+    forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
     certificate%folded_point = folded_point

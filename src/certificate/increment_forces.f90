@@ -36,6 +36,8 @@ module increment_forces_mod
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]
+    logical, allocatable :: touches(:)
+    !! (n_points) in the mesh: their gaps are displacements alone; not allocated: none
     logical :: is_finite = .false.            !! strain
     type(edge_middles_t) :: middles           !! points that act on several nodes of a slave face
     type(element_sums_t) :: of_elements       !! of the internal forces, body by body

@@ -14,7 +14,8 @@ module obstacle_gaps_mod
   implicit none
   private
 
-  public :: face_obstacles, frame_of, has_closest_point, rounding_of_places
+  public :: face_obstacles, find_closest, frame_of, has_closest_point, rounding_of_places, &
+    rounding_at_rest
 
 contains
 
@@ -26,9 +27,10 @@ contains
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(inout) :: contact
     type(edge_middles_t) :: middles
-    real(wp) :: axes(3, 3), place(3), along(3), moved(3), way(3), arm(3), gap, normal(3)
+    real(wp) :: axes(3, 3), place(3), along(3), moved(3), way(3), gap, normal(3), rounding
     integer :: pair, i
 
+    rounding = rounding_at_rest(scene)
     call find_edge_middles(scene, points, contact%weights, middles)
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master == 0 .or. is_pair_removed(points, pair)) cycle
@@ -53,15 +55,9 @@ contains
         do i = points%first(pair), points%first(pair + 1) - 1
           associate (node => points%node(i), frame => contact%frame(:, :, i))
             normal = along
-            if (obstacle%kind == obstacle_plane) then
-              ! Places in the mesh, and motions beside them, keep the digits of small motions.
-              gap = dot_product(along, scene%mesh%coordinates(:, node) - place) + &
-                dot_product(along, new%displacement(:, node) - moved)
-            else
-              normal = frame(:, 1)
-              arm = scene%mesh%coordinates(:, node) + new%displacement(:, node) - place - moved
-              call find_closest(obstacle, along, arm, gap, normal)
-            end if
+            if (obstacle%kind /= obstacle_plane) normal = frame(:, 1)
+            call find_closest(obstacle, along, scene%mesh%coordinates(:, node) - place, &
+              new%displacement(:, node) - moved, rounding, gap, normal)
             frame = frame_of(normal)
             contact%gap(i) = gap + points%extra_gap(i)
             contact%reaction(:, i) = matmul(new%reaction(:, i), frame)
@@ -88,22 +84,45 @@ contains
       obstacle%kind == obstacle_cylinder
   end function has_closest_point
 
-  !> The signed distance of a point from a sphere or cylinder, and the unit normal towards it. At a
-  !> centre or on an axis any normal will do: the one that was there stays.
-  pure subroutine find_closest(obstacle, axis, arm, gap, normal)
+  !> The signed distance of a point from an obstacle, and the unit normal towards it. At a centre or
+  !> on an axis any normal will do: the one that was there stays.
+  !>
+  !> It is that of the mesh, of which rounding is none, and what motion changes it by: so small
+  !> motions keep their digits. docs/theory.md (12.4).
+  pure subroutine find_closest(obstacle, axis, arm, way, rounding, gap, normal)
     type(obstacle_t), intent(in) :: obstacle
-    real(wp), intent(in) :: axis(3)   !! of a cylinder, as turned [-]
-    real(wp), intent(in) :: arm(3)    !! the point, from the obstacle's [length]
+    real(wp), intent(in) :: axis(3)   !! normal of a plane, axis of a cylinder, as turned [-]
+    real(wp), intent(in) :: arm(3)    !! from the obstacle's point to that of the mesh [length]
+    real(wp), intent(in) :: way(3)    !! motion beside the obstacle's [length]
+    real(wp), intent(in) :: rounding  !! of distances in the mesh [length]
     real(wp), intent(out) :: gap      !! [length]
     real(wp), intent(inout) :: normal(3) !! [-]
-    real(wp) :: out(3), distance, inwards
+    real(wp) :: from(3), across(3), far, distance, inwards, change
 
-    out = arm
-    if (obstacle%kind == obstacle_cylinder) out = arm - dot_product(axis, arm)*axis
-    distance = norm2(out)
     inwards = merge(-1.0_wp, 1.0_wp, obstacle%inner)
-    gap = inwards*(distance - obstacle%radius)
-    if (distance > 0.0_wp) normal = inwards*(out/distance)
+    select case (obstacle%kind)
+    case (obstacle_plane)
+      inwards = 1.0_wp
+      gap = dot_product(axis, arm)
+      change = dot_product(axis, way)
+    case default
+      from = arm
+      across = way
+      if (obstacle%kind == obstacle_cylinder) then
+        from = from - dot_product(axis, from)*axis
+        across = across - dot_product(axis, across)*axis
+      end if
+      far = norm2(from)
+      distance = norm2(from + across)
+      gap = far - obstacle%radius
+      change = distance - far
+      if (distance > 0.0_wp) then
+        change = dot_product(across, 2.0_wp*from + across)/(distance + far)
+        normal = inwards*((from + across)/distance)
+      end if
+    end select
+    if (abs(gap) <= rounding) gap = 0.0_wp
+    gap = inwards*(gap + change)
   end subroutine find_closest
 
   !> A normal with two tangents.
@@ -124,16 +143,31 @@ contains
   pure real(wp) function rounding_of_places(scene, u) result(rounding)
     type(scene_t), intent(in) :: scene
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+
+    rounding = 8.0_wp*epsilon(1.0_wp)*max(maxval(abs(scene%mesh%coordinates)) + maxval(abs(u)), &
+      farthest_obstacle(scene))
+  end function rounding_of_places
+
+  !> Gaps that are none in the mesh [length]: coordinates are rounded.
+  pure real(wp) function rounding_at_rest(scene) result(rounding)
+    type(scene_t), intent(in) :: scene
+
+    rounding = 16.0_wp*epsilon(1.0_wp)*max(maxval(abs(scene%mesh%coordinates)), &
+      farthest_obstacle(scene))
+  end function rounding_at_rest
+
+  !> How far places on obstacles are from the origin [length].
+  pure real(wp) function farthest_obstacle(scene) result(far)
+    type(scene_t), intent(in) :: scene
     integer :: i
 
-    rounding = maxval(abs(scene%mesh%coordinates)) + maxval(abs(u))
+    far = 0.0_wp
     do i = 1, size(scene%obstacles)
       associate (obstacle => scene%obstacles(i))
-        rounding = max(rounding, maxval(abs(obstacle%point)) + obstacle%radius)
-        if (allocated(obstacle%corner)) rounding = max(rounding, maxval(abs(obstacle%corner)))
+        far = max(far, maxval(abs(obstacle%point)) + obstacle%radius)
+        if (allocated(obstacle%corner)) far = max(far, maxval(abs(obstacle%corner)))
       end associate
     end do
-    rounding = 8.0_wp*epsilon(1.0_wp)*rounding
-  end function rounding_of_places
+  end function farthest_obstacle
 
 end module obstacle_gaps_mod

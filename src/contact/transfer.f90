@@ -80,15 +80,26 @@ contains
     end do
   end function nodal_forces
 
-  !> The gap of a point at displacement `u`, linear about the placement.
+  !> The gap of a point at displacement `u`, linear about the placement; none within what the
+  !> displacements that make it are rounded by. docs/theory.md (12.4).
   pure real(wp) function gap_at(placement, points, i, u) result(gap)
     type(placement_t), intent(in) :: placement
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: i
     real(wp), intent(in) :: u(:, :)      !! (3,n_nodes) [length]
+    real(wp), parameter :: of_displacements = 8.0_wp*epsilon(1.0_wp) !! rounding [-]
+    real(wp) :: moved
+    integer :: k
 
     gap = placement%gap(i) + dot_product(placement%frame(:, 1, i), &
       relative_motion(points, placement%weights, i, u) - placement%reference(:, i))
+    moved = norm2(u(:, points%node(i)))
+    associate (weights => placement%weights)
+      do k = weights%first(i), weights%first(i + 1) - 1
+        moved = moved + abs(weights%weight(k))*norm2(u(:, weights%node(k)))
+      end do
+    end associate
+    if (abs(gap) <= of_displacements*moved) gap = 0.0_wp
   end function gap_at
 
   !> The degrees of freedom that can move: of the bodies' nodes and of obstacles, where no support

@@ -7,7 +7,7 @@ module mortar_mod
   use connectivity_mod, only: corners_in
   use surfaces_mod, only: cut_at_middles, find_middles
   use face_overlap_mod, only: plane_t, plane_of_face
-  use mortar_rows_mod, only: mortar_t, slave_t, new_mortar
+  use mortar_rows_mod, only: mortar_t, slave_t, new_mortar, without_rounding
   use sight_mod, only: screen_t, make_screen
   use weight_rows_mod, only: entries_t, make_rows
   use slave_face_mod, only: face_t, what_neighbours_get, add_whole
@@ -43,9 +43,9 @@ contains
     type(entries_t) :: entries
     type(plane_t) :: plane
     type(face_t) :: face
-    real(wp) :: length, alpha(size(x, 2)), q(3)
+    real(wp) :: length, alpha(size(x, 2))
     integer, allocatable :: corners(:, :), whole(:)
-    integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, k, s
+    integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, s
     logical :: makes_rows, of_nodes
 
     makes_rows = .true.
@@ -123,15 +123,44 @@ contains
         mortar%apart(:, i) = mortar%apart(:, i)/mortar%area(i)
         cycle
       end if
-      q = x(:, slave%nodes(i))
+      if (allocated(slave%u)) then
+        mortar%apart(:, i) = at_rest(slave%mesh, i) + apart_at(slave%u, i)
+      else
+        mortar%apart(:, i) = at_rest(x, i)
+      end if
+    end do
+
+  contains
+
+    !> From the mean of what a row faces to its node, where nothing has moved.
+    pure function at_rest(places, i) result(q)
+      real(wp), intent(in) :: places(:, :) !! (3,n_nodes) [length]
+      integer, intent(in) :: i             !! row
+      real(wp) :: q(3)                     !! [length]
+
+      associate (first => mortar%weights%first(i), last => mortar%weights%first(i + 1) - 1)
+        q = without_rounding(apart_at(places, i), mortar%normal(:, i), slave%rounding* &
+          sum(abs(mortar%weights%weight(first:last))))
+      end associate
+    end function at_rest
+
+    !> From the mean of what a row faces to its node, of places; or of displacements.
+    pure function apart_at(of_nodes, i) result(q)
+      real(wp), intent(in) :: of_nodes(:, :) !! (3,n_nodes) [length]
+      integer, intent(in) :: i               !! row
+      real(wp) :: q(3)                       !! [length]
+      integer :: k
+
+      q = of_nodes(:, slave%nodes(i))
       associate (a => alpha(slave%nodes(i)), between => ends(:, slave%nodes(i)))
-        if (a > 0.0_wp) q = (q - a*(x(:, between(1)) + x(:, between(2))))/(1.0_wp - 2.0_wp*a)
+        if (a > 0.0_wp) q = (q - a*(of_nodes(:, between(1)) + of_nodes(:, between(2))))/ &
+          (1.0_wp - 2.0_wp*a)
       end associate
       do k = mortar%weights%first(i), mortar%weights%first(i + 1) - 1
-        q = q - mortar%weights%weight(k)*x(:, mortar%weights%node(k))
+        q = q - mortar%weights%weight(k)*of_nodes(:, mortar%weights%node(k))
       end do
-      mortar%apart(:, i) = q
-    end do
+    end function apart_at
+
   end subroutine make_mortar
 
 end module mortar_mod

@@ -6,7 +6,8 @@ module mortar_rows_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, new_mortar, lifted_gap, enough_of_second_order
+  public :: mortar_t, slave_t, opposite_t, new_mortar, without_rounding, lifted_gap, &
+    enough_of_second_order
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -65,6 +66,12 @@ module mortar_rows_mod
     integer, allocatable :: skin(:, :)
     !! (4,n) corners of all faces that may lie between; not allocated: those of both surfaces
     logical :: asks_way_out = .false. !! what overlaps counts along ways out alone, has_way_out
+    real(wp), allocatable :: mesh(:, :), u(:, :)
+    !! (3,n_nodes) places and displacements, whose sums the nodes are at: what is apart then has the
+    !! digits of small displacements, but from a rigid master; not allocated: they have not moved
+    !! [length]
+    real(wp) :: rounding = 0.0_wp
+    !! of places: what is no further apart along the normal before anything moves touches [length]
   end type slave_t
 
   ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
@@ -102,5 +109,19 @@ contains
     share = (cos_30 - mortar%faced_area(i)/mortar%whole_area(i))/(cos_30 - cos_45)
     lifted = gap + max(0.0_wp, min(1.0_wp, share))*max(0.0_wp, mortar%nearest(i) - gap)
   end function lifted_gap
+
+  !> What lies between two places of the undeformed mesh, without what rounding makes of a distance
+  !> along the normal that is none. docs/theory.md (12.4).
+  pure function without_rounding(apart, normal, rounding) result(rest)
+    real(wp), intent(in) :: apart(3)  !! [length]
+    real(wp), intent(in) :: normal(3) !! [-]
+    real(wp), intent(in) :: rounding  !! of such distances [length]
+    real(wp) :: rest(3)               !! [length]
+
+    rest = apart
+    associate (height => dot_product(normal, apart))
+      if (abs(height) <= rounding) rest = apart - height*normal
+    end associate
+  end function without_rounding
 
 end module mortar_rows_mod

@@ -17,7 +17,8 @@ module obstacle_shapes_mod
   implicit none
   private
 
-  public :: known_kinds, check_shapes, shift_of, turned, locate_point, bend_of_gap, &
+  public :: known_kinds, check_shapes, shift_of, turned, locate_point, &
+    follow_point, rounding_at_rest, bend_of_gap, &
     least_gap, is_flat, &
     is_meshed, has_meshed_master, is_before_faces, has_fixed_normals, has_round_master, &
     has_flat_facets, &
@@ -120,6 +121,44 @@ contains
     gap = -gap
     normal = -normal
   end subroutine locate_point
+
+  !> The same of a point that has moved: its gap at rest, none where that is rounding, and what it
+  !> has changed by, which keeps the digits of small displacements. docs/theory.md (12.4).
+  !>
+  !> The change is the relative displacement along the mean of the normals then and now, each with
+  !> its distance from centre or axis: (b - a).(b + a)/(|b| + |a|) of the arms a and b.
+  pure subroutine follow_point(obstacle, shift, x, u, rounding, gap, normal)
+    type(obstacle_t), intent(in) :: obstacle
+    real(wp), intent(in)  :: shift(3)  !! how far the obstacle has moved [length]
+    real(wp), intent(in)  :: x(3)      !! the point at rest [length]
+    real(wp), intent(in)  :: u(3)      !! how far it has moved [length]
+    real(wp), intent(in)  :: rounding  !! of gaps at rest [length]
+    real(wp), intent(out) :: gap       !! as of locate_point [length]
+    real(wp), intent(out) :: normal(3) !! there [-]
+    real(wp), parameter :: stays(3) = 0.0_wp
+    real(wp) :: at_rest, before(3), arms(2)
+
+    call locate_point(obstacle, stays, x, at_rest, before)
+    call locate_point(obstacle, shift, x + u, gap, normal)
+    arms = 1.0_wp
+    if (obstacle%kind /= obstacle_plane) arms = max(0.0_wp, obstacle%radius + &
+      merge(-1.0_wp, 1.0_wp, obstacle%inner)*[at_rest, gap])
+    if (.not. sum(arms) > 0.0_wp) return
+    if (abs(at_rest) <= rounding) at_rest = 0.0_wp
+    gap = at_rest + dot_product(u - shift, (arms(1)*before + arms(2)*normal)/sum(arms))
+  end subroutine follow_point
+
+  !> Distances that are none in the undeformed mesh: places are rounded. docs/theory.md (12.4).
+  pure real(wp) function rounding_at_rest(scene) result(rounding)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    rounding = maxval(abs(scene%mesh%coordinates))
+    do i = 1, size(scene%obstacles)
+      rounding = max(rounding, extent_of(scene%obstacles(i)))
+    end do
+    rounding = 16.0_wp*epsilon(1.0_wp)*rounding
+  end function rounding_at_rest
 
   !> The second derivative of the gap by the place of the point, (I - n n^T - a a^T)/distance from
   !> centre or axis (a, of a cylinder alone), negative inside; 0 before what is flat.

@@ -413,8 +413,9 @@ contains
     end if
   end subroutine add_report
 
-  !> The slips by which supports drive points along tangents that cannot move; none where places are
-  !> rounded by as much, or where it is nothing beside what moves. docs/theory.md section 3.
+  !> The slips by which supports drive points along tangents that cannot move; none where they are
+  !> nothing beside what moves, or at finite strain where places are rounded by as much.
+  !> docs/theory.md section 3.
   pure function driven_slips(scene, problem, x, way, tolerance) result(driven)
     type(scene_t), intent(in) :: scene
     type(contact_problem_t), intent(in) :: problem
@@ -427,8 +428,9 @@ contains
     driven = 0.0_wp
     if (problem%n_points == 0) return
     where (problem%row(2:, :) == 0 .and. spread(problem%mu > 0.0_wp, 1, 2)) driven = x(2:, :)
-    least = max(8.0_wp*epsilon(1.0_wp)*maxval(abs(scene%mesh%coordinates)), &
-      tolerance*way)
+    least = tolerance*way
+    if (scene%finite_strain) least = max(least, 8.0_wp*epsilon(1.0_wp)*maxval(abs( &
+      scene%mesh%coordinates)))
     where (spread(norm2(driven, dim=1) <= least, 1, 2)) driven = 0.0_wp
   end function driven_slips
 

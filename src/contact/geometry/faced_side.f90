@@ -6,7 +6,7 @@
 module faced_side_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: shift_of
+  use obstacle_shapes_mod, only: shift_of, rounding_at_rest
   use scene_mod, only: scene_t
   use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: all_nodes_of
@@ -14,7 +14,7 @@ module faced_side_mod
     find_side_points, face_one
   use local_frame_mod, only: local_frame, straight
   use surface_reach_mod, only: reach_of_faces, reach_of_all, deep_in
-  use mortar_rows_mod, only: mortar_t, slave_t, lifted_gap
+  use mortar_rows_mod, only: mortar_t, slave_t, lifted_gap, without_rounding
   use mortar_mod, only: make_mortar
   use fixed_points_mod, only: find_fixed, are_held
   use facet_mortar_mod, only: facet_pair_t, join_facets, corners_of, face_facets, near_facets, &
@@ -68,6 +68,7 @@ contains
         master = master(:, faces)
         m = corners_of(master)
       end if
+      slave%rounding = rounding_at_rest(scene)
       x = mesh%coordinates
       if (allocated(mesh%skin)) slave%skin = mesh%skin
       reach = reach_of_faces(slave%faces, master, x) + of%overlap
@@ -82,6 +83,8 @@ contains
           behind = deep_in(of%overlap + way, reach)
         end associate
         x = x + u
+        slave%mesh = mesh%coordinates
+        slave%u = u
       end if
       if (allocated(points%freedom)) then
         slave%asks = points%freedom%is_bound(slave_nodes)
@@ -293,7 +296,8 @@ contains
         call face_one(weights)
         ! Apart from each other places that are far from the origin, and motions, keep their digits.
         associate (x => scene%mesh%coordinates, node => points%node(i), masters => before%node(old))
-          mortar%apart(:, here) = (x(:, node) - matmul(x(:, masters), weights)) + &
+          mortar%apart(:, here) = without_rounding(x(:, node) - matmul(x(:, masters), weights), &
+            mortar%normal(:, here), rounding_at_rest(scene)*sum(abs(weights))) + &
             (moved(:, node) - matmul(moved(:, masters), weights))
         end associate
         call replace_rows(now, here, [1, size(old) + 1], before%node(old), weights)

@@ -3,7 +3,8 @@
 module placement_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
-  use obstacle_shapes_mod, only: shift_of, turned, locate_point, has_meshed_master
+  use obstacle_shapes_mod, only: shift_of, turned, follow_point, rounding_at_rest, &
+    has_meshed_master
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use sectors_mod, only: no_slip_along
@@ -218,7 +219,7 @@ contains
     type(placement_t), intent(inout) :: placement
     real(wp), intent(in), optional :: rotation(:, :) !! as of `place`
     type(obstacle_t) :: obstacle
-    real(wp) :: shift(3), normal(3), along(3)
+    real(wp) :: shift(3), normal(3), along(3), rounding
     integer :: i, n
     logical :: counts
 
@@ -226,11 +227,12 @@ contains
                first => points%first(pair), last => points%first(pair + 1) - 1)
       obstacle = as_turned(scene, master, rotation)
       shift = shift_of(obstacle, u)
+      rounding = rounding_at_rest(scene)
       n = merge(1, 0, obstacle%ref_node > 0)
       do i = first, last
         associate (node => points%node(i), gap => placement%gap(i))
-          call locate_point(obstacle, shift, scene%mesh%coordinates(:, node) + u(:, node), gap, &
-            normal)
+          call follow_point(obstacle, shift, scene%mesh%coordinates(:, node), u(:, node), &
+            rounding, gap, normal)
           gap = gap + points%extra_gap(i)
           along = normal ! of the axis, where the node is on that
           call turn_into_plane(is_across(points, i), along, counts)
