@@ -42,9 +42,11 @@ contains
     real(wp), allocatable :: balls(:, :)    !! (4,n) centre, radius [length]
     real(wp) :: radius(mesh%n_nodes), low(3), cell, half
     integer, allocatable :: nodes(:), cells(:, :), order(:)
-    integer :: e, i, n
+    integer :: e, i, n, pass
     logical :: cut(3)
     logical, allocatable :: is_first(:)
+    real(wp), parameter :: smallest = 1.0e-9_wp, coarser = 1.25_wp !! cells, of all; one by one [-]
+    integer, parameter :: most_passes = 100 !! after that one cell holds all
 
     cut = [1, 2, 3] /= across
     radius = 0.0_wp
@@ -66,8 +68,9 @@ contains
     end if
     ! Too many: one for all in a cell of a grid, which gets coarser until they are few.
     low = minval(mesh%coordinates(:, nodes), 2)
-    cell = 2.0_wp*minval(radius(nodes))
-    do
+    cell = max(2.0_wp*minval(radius(nodes)), smallest*maxval(maxval(mesh%coordinates(:, nodes), &
+      2) - low))
+    do pass = 1, most_passes
       cells = floor((mesh%coordinates(:, nodes) - spread(low, 2, size(nodes)))/cell)
       call order_of_columns(cells, order)
       is_first = [(.true., i=1, size(nodes))]
@@ -75,7 +78,7 @@ contains
         is_first(i) = any(cells(:, order(i)) /= cells(:, order(i - 1)))
       end do
       if (count(is_first) <= most_balls) exit
-      cell = 1.25_wp*cell
+      cell = coarser*cell
     end do
     deallocate (balls)
     allocate (balls(4, count(is_first)))

@@ -63,21 +63,21 @@ contains
     real(wp), intent(in) :: part !! of the time that is left, that it may take [-]
     logical, intent(in), optional :: is_planned !! the time for its plan is spent
 
-    fits = memory_to_run(sequence, mesh_size) <= room
-    if (fits .and. sequence%time > 0.0_wp) fits = seconds_to_run(sequence, mesh_size, divisions, &
+    fits = memory_to_run(sequence, relative_size(mesh_size)) <= room
+    if (fits .and. sequence%time > 0.0_wp) fits = seconds_to_run(sequence, &
+      relative_size(mesh_size), divisions, &
       is_planned) <= part*(sequence%time - sequence%spent)
   end function fits
 
   !> Processor time of a run: as planned, times what the last run took of its own plan.
-  pure real(wp) function seconds_to_run(sequence, mesh_size, divisions, is_planned) result(seconds)
+  pure real(wp) function seconds_to_run(sequence, h, divisions, is_planned) result(seconds)
     type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
-    type(mesh_size_t), intent(in) :: mesh_size
+    real(wp), intent(in) :: h         !! size of the elements [-]
     integer, intent(in) :: divisions
     logical, intent(in), optional :: is_planned !! the time for its plan is spent
-    real(wp) :: ratio, before, h
+    real(wp) :: ratio, before
 
     call compare_with_plan(sequence, ratio, before)
-    h = relative_size(mesh_size)
     seconds = ratio*(planned_at(sequence, sequence%plans%start, of_start, h) + &
       divisions*planned_at(sequence, sequence%plans%increments, of_increments, h))
     if (before > 0.0_wp) seconds = seconds*max(1.0_wp, seconds/before)**growth_of_ratio
@@ -117,11 +117,11 @@ contains
   end subroutine compare_with_plan
 
   !> Memory of a run beside what the process has.
-  pure real(wp) function memory_to_run(sequence, mesh_size) result(memory)
+  pure real(wp) function memory_to_run(sequence, h) result(memory)
     type(mesh_sequence_t), intent(in) :: sequence !! with a plan at least
-    type(mesh_size_t), intent(in) :: mesh_size
+    real(wp), intent(in) :: h !! size of the elements [-]
 
-    memory = planned_at(sequence, sequence%plans%memory, of_memory, relative_size(mesh_size))
+    memory = planned_at(sequence, sequence%plans%memory, of_memory, h)
   end function memory_to_run
 
   !> Memory of a run with elements so many times smaller than those of another one.

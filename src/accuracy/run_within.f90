@@ -13,7 +13,7 @@ module run_within_mod
   use sequence_error_mod, only: sequence_error_t, estimate_sequence
   use finest_mesh_mod, only: find_run, find_finest, go_back
   use choose_divisions_mod, only: most_divisions
-  use finer_meshes_mod, only: finer, next_finer, odd_finer, least_step
+  use finer_meshes_mod, only: finer, odd_finer, least_step
   use next_run_mod, only: choice_t, choose_run, to_run, is_finest, time_is_over, beyond_machine
   implicit none
   private
@@ -71,7 +71,7 @@ contains
     choice%n_plans = choice%n_plans + 1
     if (.not. has_bound(sequence)) then
       if (size(sequence%runs) == 0 .or. sequence%repeated > 0.0_wp) return
-      choice%memory = memory_to_run(sequence, choice%mesh_size)
+      choice%memory = memory_to_run(sequence, relative_size(choice%mesh_size))
       if (choice%memory <= room) return
       choice%outcome = beyond_machine
       choice%finer = relative_size(sequence%runs(size(sequence%runs))%mesh_size)/ &
@@ -101,7 +101,7 @@ contains
       call try_finer(sequence, room, choice)
     end if
     if (choice%is_replaced) return
-    choice%seconds = sequence%spent + seconds_to_run(sequence, choice%mesh_size, &
+    choice%seconds = sequence%spent + seconds_to_run(sequence, relative_size(choice%mesh_size), &
       choice%divisions, is_planned=.true.)
     call estimate_sequence(sequence, errors)
     choice%error = expected_error(sequence, errors, relative_size(choice%mesh_size), &
@@ -136,7 +136,8 @@ contains
     call find_finest(sequence, choice%mesh_size, choice%divisions, room, part_for_run, finest, &
       found)
     if (.not. found .or. n < 2) return
-    do while (relative_size(from) > largest_jump*relative_size(finest))
+    do while (relative_size(from) > largest_jump*relative_size(finest) .and. .not. &
+      is_same_size(finest, choice%mesh_size))
       call go_back(sequence, choice%mesh_size, finest)
     end do
     if (relative_size(choice%mesh_size) < worth_another_plan*relative_size(finest)) return
@@ -320,8 +321,9 @@ contains
       if (relative_size(from) < least_step*relative_size(finest)) finest = finer(sequence, from, &
         least_step)
       choice%finer = relative_size(from)/relative_size(finest)
-      choice%seconds = sequence%spent + seconds_to_run(sequence, finest, choice%divisions)
-      choice%memory = memory_to_run(sequence, finest)
+      choice%seconds = sequence%spent + seconds_to_run(sequence, relative_size(finest), &
+        choice%divisions)
+      choice%memory = memory_to_run(sequence, relative_size(finest))
       return
     end if
     choice%mesh_size = finest
@@ -366,21 +368,15 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     type(sequence_error_t), intent(in) :: errors
     type(choice_t), intent(inout) :: choice !! gets finer, seconds and memory
-    type(mesh_size_t) :: enough
-    real(wp) :: needed
+    real(wp) :: enough !! size of elements [-]
 
-    enough = choice%mesh_size
+    enough = relative_size(choice%mesh_size)
     associate (last => sequence%runs(size(sequence%runs)))
-      needed = relative_size(last%mesh_size)/relative_size(enough)
-      if (errors%mesh > 0.0_wp .and. errors%worst > 0) then
-        needed = max(needed, 1.0_wp/size_for_error(1.0_wp, errors%mesh, sequence%wanted, &
-          max(1.0_wp, errors%of_mesh(errors%worst)%order)))
-        do while (relative_size(last%mesh_size)/relative_size(enough) < needed)
-          enough = next_finer(sequence, enough)
-        end do
-      end if
+      if (errors%mesh > 0.0_wp .and. errors%worst > 0) enough = min(enough, size_for_error( &
+        relative_size(last%mesh_size), errors%mesh, sequence%wanted, &
+        max(1.0_wp, errors%of_mesh(errors%worst)%order)))
+      choice%finer = relative_size(last%mesh_size)/enough
     end associate
-    choice%finer = needed
     choice%seconds = sequence%spent + seconds_to_run(sequence, enough, choice%divisions)
     choice%memory = memory_to_run(sequence, enough)
   end subroutine tell_needs

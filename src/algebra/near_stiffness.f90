@@ -19,6 +19,8 @@ module near_stiffness_mod
     real(wp), allocatable :: block(:, :, :) !! (3,3,n_blocks) [force/length]
   end type near_stiffness_t
 
+  integer, parameter :: doublings = 64 !! of the limit: no block is as large beside the own ones
+
 contains
 
   !> Find the blocks of a stiffness that are not negligible.
@@ -29,7 +31,6 @@ contains
     type(near_stiffness_t), intent(out) :: near
     real(wp) :: own(size(index, 2)), limit   !! roots of the sizes of the points' own blocks
     real(wp) :: of_block
-    integer, parameter :: doublings = 64 !! of the limit: no block is as large beside the own ones
     integer :: above(0:doublings)        !! blocks above so many doublings of the least limit
     integer :: i, j, k, n, n_points
 
@@ -96,13 +97,13 @@ contains
     type(near_stiffness_t), intent(in) :: all
     type(near_stiffness_t), intent(out) :: near
     real(wp) :: own(size(all%start) - 1), limit !! roots of the sizes of the points' own blocks
-    integer :: i, k, n, pass
+    integer :: i, k, n, pass, tried
 
     own = [(sqrt(maxval(abs(all%block(:, :, all%start(i))))), i=1, size(own))]
     allocate (near%start(size(own) + 1))
     limit = negligible
     pass = 1
-    do
+    do tried = 1, doublings + 2
       n = 0
       do i = 1, size(own)
         near%start(i) = n + 1
@@ -117,7 +118,7 @@ contains
       end do
       near%start(size(own) + 1) = n + 1
       if (pass == 2) return
-      if (n <= most_blocks*size(own)) then
+      if (n <= most_blocks*size(own) .or. tried > doublings) then
         allocate (near%other(n), near%block(3, 3, n))
         pass = 2
       else

@@ -17,6 +17,7 @@ module machine_speed_mod
   end type machine_speed_t
 
   real(wp), parameter :: long_enough = 0.006_wp !! of one measurement [s]
+  integer, parameter :: most_often = 100000     !! where a clock is too coarse for that
 
 contains
 
@@ -43,14 +44,12 @@ contains
 
     allocate (a(n, n), b(n, n), c(n, n), source=1.0_wp/n)
     call dgemm('N', 'N', n, n, n, 1.0_wp, a, n, b, n, 0.0_wp, c, n)
-    count = 0
     start = cpu_seconds()
-    do
+    do count = 1, most_often
       call dgemm('N', 'N', n, n, n, 1.0_wp, a, n, b, n, 0.0_wp, c, n)
-      count = count + 1
       if (cpu_seconds() - start > long_enough) exit
     end do
-    rate = 2.0_wp*real(n, wp)**3*count/(cpu_seconds() - start)
+    rate = 2.0_wp*real(n, wp)**3*min(count, most_often)/seconds_since(start)
   end function product_rate
 
   real(wp) function symmetric_rate(n) result(rate)
@@ -62,14 +61,12 @@ contains
     allocate (a(n, n), source=1.0_wp/n)
     allocate (x(n), y(n), source=1.0_wp)
     call dsymv('L', n, 1.0_wp, a, n, x, 1, 0.0_wp, y, 1)
-    count = 0
     start = cpu_seconds()
-    do
+    do count = 1, most_often
       call dsymv('L', n, 1.0_wp, a, n, x, 1, 0.0_wp, y, 1)
-      count = count + 1
       if (cpu_seconds() - start > long_enough) exit
     end do
-    rate = real(n, wp)**2*count/(cpu_seconds() - start)
+    rate = real(n, wp)**2*min(count, most_often)/seconds_since(start)
   end function symmetric_rate
 
   real(wp) function reading_rate(n) result(rate)
@@ -80,15 +77,20 @@ contains
 
     allocate (x(n), source=1.0_wp)
     total = 0.0_wp
-    count = 0
     start = cpu_seconds()
-    do
+    do count = 1, most_often
       total = total + dasum(n, x, 1)
-      count = count + 1
       if (cpu_seconds() - start > long_enough) exit
     end do
     ! `total` is n*count; used, so that no compiler leaves the sums out.
-    rate = 8.0_wp*total/(cpu_seconds() - start)
+    rate = 8.0_wp*total/seconds_since(start)
   end function reading_rate
+
+  !> Never none.
+  real(wp) function seconds_since(start) result(seconds)
+    real(wp), intent(in) :: start !! [s]
+
+    seconds = max(cpu_seconds() - start, long_enough)
+  end function seconds_since
 
 end module machine_speed_mod

@@ -45,6 +45,7 @@ module reach_accuracy_mod
   public :: reach_accuracy, search_t
 
   integer, parameter :: most_skipped = 5 !! coarse meshes that are not solved
+  integer, parameter :: most_tried = 1000 !! plans and runs
 
   !> How the runs of an accuracy ended.
   type :: search_t
@@ -75,7 +76,7 @@ contains
     type(console_t) :: of_console
     type(tally_t) :: tally
     type(run_theory_t) :: spoiling !! what small strain leaves out, where that is too much
-    integer :: n_skipped, n_alike, across, verdict
+    integer :: n_tried, n_skipped, n_alike, across, verdict
     logical :: continues, is_again, can_follow
 
     call check_options(options, error)
@@ -87,7 +88,7 @@ contains
     n_skipped = 0
     n_alike = 0
     continues = goes_on(options, deck)
-    runs: do
+    runs: do n_tried = 1, most_tried
       call release_freed_memory()
       if (.not. choice%is_replaced) then
         call choose_next(sequence, memory_for(deck%accuracy, sequence), errors, choice)
@@ -149,6 +150,11 @@ contains
       end if
       call print_run(console, deck, sequence, is_again)
     end do runs
+    if (n_tried > most_tried) then
+      call raise(error, exit_not_solved, to_text(most_tried)//' plans and runs did not find '// &
+        'the mesh of this accuracy; --refine 0 computes that of the deck')
+      return
+    end if
     call print_summary(result_path(options, deck), deck, console, sequence)
     call close_run(scene, console, tally, result_path(options, deck))
     search%is_complete = .true.

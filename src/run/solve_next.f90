@@ -61,6 +61,8 @@ contains
     logical :: is_cut, is_passed
     logical :: is_to_repeat, is_taken !! at finite strain, with another factor; there is one
     logical :: passes !! an obstacle does, a point or a face
+    integer, parameter :: most_tries = 100 !! parts, tangents, precisions: more than there are
+    integer :: tries
 
     associate (increment => solved%increment)
       increment = next_increment(scene%steps, progress%state)
@@ -76,7 +78,7 @@ contains
       if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, &
         plan%points, progress%state, solver, is_taken, error)
       if (allocated(error)) return
-      sizes: do
+      sizes: do tries = 1, most_tries
         call stop_if_signalled(error)
         if (allocated(error)) return
         call choose_increment(scene, plan%points, solver, progress%state, progress%size, &

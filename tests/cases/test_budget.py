@@ -119,6 +119,33 @@ class Within(unittest.TestCase):
             self.assertEqual(result.file["accuracy"].attrs["reached"], 0)
             self.assertGreater(len(result.accuracy), 2)
 
+    def test_an_accuracy_far_out_of_reach(self):
+        """What it takes is told at once, however far it is: no mesh is counted up to it."""
+        deck = """*BLOCK, NAME=B, NX=2, NY=2, NZ=2
+0., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=BALL, TYPE=SPHERE
+0.5, 0.5, 2., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMAX, BALL
+*BOUNDARY
+B-ZMIN, 1, 2
+B-ZMIN, 3, 3, 0.05
+*STEP
+*STATIC
+*END STEP
+"""
+        run = Run(deck, *ASKED, "1e-9", "--time", "0.3", "--nlgeom", "no", name="ball")
+        self.assertEqual(run.status, 2, run.errors)
+        times = re.search(r"the next run, of elements (\S+) times as small", run.errors)
+        self.assertGreater(float(times[1]), 1e6)
+
 
 class Kept(unittest.TestCase):
     def test_a_mesh_that_is_kept_is_run_or_refused(self):

@@ -52,7 +52,7 @@ contains
     real(wp) :: x(3, scene%mesh%n_nodes), reach, far, behind
     type(slave_t) :: slave
     integer, allocatable :: master(:, :), faces(:), m(:)
-    integer :: first, last
+    integer :: first, last, i
 
     call find_side_points(points, pair, side, first, last)
     call faces_of_side(points, pair, side, faces)
@@ -100,7 +100,7 @@ contains
       deallocate (slave%asks)
       allocate (slave%is_fixed(last - first + 1), source=.false.)
       ! With what neighbours get of others they may have nearly all weights on what is held.
-      do
+      do i = first, last + 1
         if (any(faced%is_fixed .neqv. slave%is_fixed)) then
           slave%is_fixed = faced%is_fixed
           call face_faces(slave, master, x, [reach, far, behind], of%small_sliding, faced%mortar)
