@@ -74,8 +74,8 @@ contains
       if (.not. forces%stiffness(node) > 0.0_wp) cycle
       associate (body => mesh%body(node), acting => merge(0.0_wp, abs(pressed(:, node)) + &
                  abs(forces%external(:, node)), is_carried(:, node)))
-        are(body) = are(body) .and. max(norm2(forces%internal(:, node)), maxval(acting)) <= &
-          forces%rounding(node)
+        are(body) = are(body) .and. norm2(forces%internal(:, node)) <= forces%rounding(node) .and. &
+          maxval(acting) <= rounded*(norm2(pressed(:, node)) + norm2(forces%external(:, node)))
       end associate
     end do
   end function are_carried
