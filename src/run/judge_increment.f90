@@ -44,7 +44,8 @@ module judge_increment_mod
     bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
-    refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle
+    refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, &
+    meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
     note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
@@ -294,6 +295,7 @@ contains
     type(progress_t), intent(in) :: progress !! before the increment
     type(solved_t), intent(in) :: solved
     type(error_t), allocatable, intent(inout) :: error
+    real(wp), parameter :: rolled_in = 0.1_wp !! of the distance in the mesh, that is left [-]
     type(stability_t) :: stability
     character(:), allocatable :: is, what
 
@@ -315,6 +317,9 @@ contains
       error%message = error%message//new_line('a')// &
         '  Where smaller increments do not help, '//what//' no equilibrium nearby, and the '// &
         'body would jump to another one'
+      error%message = error%message//nearest_in_words(scene, find_node_behind(scene, &
+        plan%points, progress%state, rounding_of_places(scene, progress%state%displacement), &
+        near=rolled_in))
       error%n_meshes = 2
     end if
   end subroutine explain_by_instability

@@ -25,6 +25,7 @@ module refuse_unsolved_mod
   use stability_mod, only: stability_t
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
     entered_and_left
+  use nodes_behind_mod, only: node_behind_t
   use elasticity_mod, only: elasticity_t, bulk_modulus
   use law_limits_mod, only: stretched_t
   use console_mod, only: solver_name
@@ -33,8 +34,9 @@ module refuse_unsolved_mod
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
-    refuse_unstable, refuse_jump, unstable_in_words, meshes_that_buckle, nodes_in_words, &
-    stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, next_tolerance
+    refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
+    nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
+    next_tolerance
 
   ! Beside displacements with contact: free sheets of elements 50 and 500 times as wide as high have
   ! 7e6 and 7e9 [-]
@@ -530,6 +532,22 @@ contains
       'before, may avoid it')
     error%n_meshes = 2
   end subroutine refuse_jump
+
+  !> Which node that contact does not see has come near an obstacle, and what to do; '' if none.
+  pure function nearest_in_words(scene, nearest) result(words)
+    type(scene_t), intent(in) :: scene
+    type(node_behind_t), intent(in) :: nearest
+    character(:), allocatable :: words
+
+    words = ''
+    if (nearest%node == 0) return
+    associate (surface => scene%surfaces(scene%pairs(nearest%pair)%surface)%name)
+      words = new_line('a')//'  Node '//to_text(scene%mesh%node_id(nearest%node))// &
+        ' has come to '//to_text(max(0.0_wp, -nearest%depth), 2)//' of '//master_name(scene, &
+        nearest%pair)//', and its faces are not in '//surface//': add all faces that may touch '// &
+        'to '//surface
+    end associate
+  end function nearest_in_words
 
   !> In how many ways an equilibrium is unstable, and what may be done.
   pure function unstable_in_words(stability) result(words)

@@ -15,20 +15,23 @@ module nodes_behind_mod
   type :: node_behind_t
     integer :: node = 0            !! 0: there is none
     integer :: pair = 0            !! whose slave surface does without it
-    real(wp) :: depth = 0.0_wp     !! [length]
+    real(wp) :: depth = 0.0_wp     !! negative before it [length]
   end type node_behind_t
 
 contains
 
   !> The node that is deepest in an obstacle, of those of slave bodies that were before it in the
-  !> mesh and are in no slave surface of it.
+  !> mesh and are in no slave surface of it; or the nearest, where those before it count that have
+  !> come nearer than a part of their distance in the mesh.
   !>
   !> Beside a *CONTACT GAP the mesh does not say where bodies end.
-  pure type(node_behind_t) function find_node_behind(scene, points, state, allowed) result(deepest)
+  pure type(node_behind_t) function find_node_behind(scene, points, state, allowed, &
+    near) result(deepest)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
     real(wp), intent(in) :: allowed    !! depth that is none [length]
+    real(wp), intent(in), optional :: near !! that part; not present: none count [-]
     type(obstacle_t) :: obstacle
     logical :: is_slave(scene%mesh%n_nodes), of_slave(0:scene%mesh%n_pieces)
     real(wp), parameter :: at_rest(3) = 0.0_wp
@@ -59,8 +62,12 @@ contains
           if (.not. of_slave(scene%mesh%piece(node))) cycle
           associate (x => scene%mesh%coordinates(:, node))
             call locate_point(obstacle, shift_of(obstacle, u), x + u(:, node), gap, normal)
-            if (-gap <= max(allowed, deepest%depth)) cycle
+            if (deepest%node > 0 .and. -gap <= deepest%depth + allowed) cycle
+            if (-gap <= allowed .and. .not. present(near)) cycle
             call locate_point(scene%obstacles(master), at_rest, x, first_gap, normal)
+            if (present(near)) then
+              if (gap >= near*first_gap) cycle
+            end if
             if (first_gap >= -allowed) deepest = node_behind_t(node, pair, -gap)
           end associate
         end do
