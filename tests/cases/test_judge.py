@@ -46,6 +46,7 @@ from refusals import (
 )
 from scenes import Boundary, Force, Gravity, Pressure, Step, Tie, deck_of, write_deck
 from slow_solver import Increment, Solution
+from step_scenes import random_steps
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
@@ -1174,6 +1175,16 @@ class Decks(unittest.TestCase):
                          {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
         self.assertEqual(len({s.kind for s in scenes}), 8)
 
+    def test_seeds_of_several_steps_are_reproducible_and_varied(self):
+        self.assertEqual(deck_of(random_steps(11)), deck_of(random_steps(11)))
+        scenes = [random_steps(seed) for seed in range(100)]
+        self.assertEqual(len({s.kind for s in scenes}), 4)
+        self.assertTrue(all("*BOUNDARY" in t.new for s in scenes for t in s.steps))
+        # Bodies are held from above and later not, and the other way round.
+        held = [["ZMAX" in str(b.name) for t in s.steps for b in t.boundaries] for s in scenes]
+        self.assertTrue(any(h[0] != h[-1] for h in held if h))
+        self.assertEqual({t.increments for s in scenes for t in s.steps}, {1, 2, 4})
+
     def test_seeds_of_bodies_are_reproducible_and_varied(self):
         self.assertEqual(deck_of(random_bodies(11)), deck_of(random_bodies(11)))
         scenes = [random_bodies(seed) for seed in range(200)]
@@ -1244,6 +1255,10 @@ class Decks(unittest.TestCase):
     def test_random_decks_of_bodies(self):
         seed = "1" if RELEASE else "1001"
         self.judge("bodies", "--decks", "6", "--seed", seed)
+
+    def test_random_decks_of_several_steps(self):
+        seed = "1" if RELEASE else "1001"
+        self.judge("steps", "--decks", "8", "--seed", seed)
 
     @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
     def test_decks_at_finite_strain_that_once_failed(self):

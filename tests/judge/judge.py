@@ -2,7 +2,7 @@
 """Run the program on random decks and judge its results by an independent finite-element program.
 
     tests/judge/judge.py --decks 2000 --seed 1 [--jobs 2]
-                         [--family one|bodies|joined|rims|finite|closed]
+                         [--family one|bodies|joined|rims|finite|closed|steps]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
@@ -11,8 +11,9 @@ The family `one` has a body, or several that do not touch, before planes, sphere
 they are, and temperatures. `rims` has contact beside what is clamped, tied, joined or cracked, in
 corners of one master, and before tools smaller than an element. `finite` has bodies at finite
 strain, pressed by 5 to 40 % of their height, before obstacles and each other. `closed` has surfaces
-without separation, pressed, pulled and pushed. Of `all` the second and the third have a quarter as
-many decks as the first, the others none; of `both` the third has none, either.
+without separation, pressed, pulled and pushed. `steps` has several *STEPs that hold bodies and
+tools and free them. Of `all` the second and the third have a quarter as many decks as the first,
+the others none; of `both` the third has none, either.
 
 A deck is one of
 
@@ -55,6 +56,7 @@ from random_scenes import random_scene
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
 from rim_scenes import random_rims
 from scenes import write_deck
+from step_scenes import random_steps
 
 ROOT = Path(__file__).resolve().parents[2]
 RIGHT, WRONG, BROKEN = "right", "wrong", "broken"
@@ -132,7 +134,7 @@ def judge_run(scene, deck, status, message, options):
 
 FAMILIES = {
     "one": random_scene, "bodies": random_bodies, "joined": random_joined, "rims": random_rims,
-    "finite": random_finite, "closed": random_closed,
+    "finite": random_finite, "closed": random_closed, "steps": random_steps,
 }  # fmt: skip
 
 
