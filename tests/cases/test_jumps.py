@@ -106,5 +106,60 @@ class Arches(unittest.TestCase):
                 self.assertEqual(run.status, 0, (increments, plate, mu, run.errors))
 
 
+def dragged_foot():
+    """Deck of a block of rubber with a round sole, pressed on a belt that drags it; its sides are
+    not in the surface."""
+    n = range(11)
+    lines = ["*NODE"]
+    for j in n:
+        for i in n:
+            x = (i - 5) / 10
+            sole = 0.8 * x * x
+            lines.append(f"{11 * j + i + 1}, {x!r}, {sole + (1 - sole) * j / 10!r}")
+    lines += ["9999, 0., 0.", "*ELEMENT, TYPE=CPE4, ELSET=B"]
+    for j in n[:-1]:
+        for i in n[:-1]:
+            first = 11 * j + i + 1
+            lines.append(f"{10 * j + i + 1}, {first}, {first + 1}, {first + 12}, {first + 11}")
+    low, top = (", ".join(map(str, r)) for r in (range(1, 11), range(111, 122)))
+    return "\n".join(lines) + f"""
+*ELSET, ELSET=LOW
+{low}
+*SURFACE, NAME=SOLE
+LOW, S1
+*NSET, NSET=TOP
+{top}
+*MATERIAL, NAME=RUBBER
+*HYPERELASTIC, NEO HOOKE
+192.3, 0.0024
+*SOLID SECTION, ELSET=B, MATERIAL=RUBBER
+*OBSTACLE, NAME=BELT, TYPE=PLANE, REF NODE=9999
+0., 0., 0., 0., 1., 0.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.6
+*CONTACT PAIR, INTERACTION=DRY
+SOLE, BELT
+*STEP, NLGEOM
+*STATIC
+0.1, 1.
+*BOUNDARY
+TOP, 1, 1
+TOP, 2, 2, -0.3
+9999, 1, 1, 1.
+9999, 2, 2
+*END STEP
+"""
+
+
+class SidesThatRollIn(unittest.TestCase):
+    def test_what_the_surface_lacks_is_named(self):
+        """The corner behind the sole comes to the belt: the message names it, and the surface."""
+        run = Run(dragged_foot(), name="foot")
+        self.assertEqual(run.status, 2, run.errors)
+        self.assertRegex(run.errors, r"Node 12 has come to 0\.00\d+ of BELT, and its faces are not "
+                         r"in SOLE: add all faces that may touch to SOLE")  # fmt: skip
+
+
 if __name__ == "__main__":
     unittest.main()
