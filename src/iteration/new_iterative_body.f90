@@ -20,13 +20,12 @@ module new_iterative_body_mod
   logical, parameter :: has_library = .false.
 #endif
 
-  !> What a rank that is not the host has of a body.
+  !> What a rank that is not the host has of a body. It is the same type with every library: builds
+  !> with and without one may share the files that use it.
   type :: iterative_share_t
     private
-    type(node_part_t), public :: summed !! until the body is made of it
-#ifdef BIPOT_PETSC
-    type(petsc_share_t) :: share
-#endif
+    type(node_part_t), public :: summed     !! until the body is made of it
+    class(*), allocatable :: of_the_library !! its share
   end type iterative_share_t
 
 contains
@@ -68,7 +67,11 @@ contains
     call check_iterative_body(error)
     if (allocated(error)) return
 #ifdef BIPOT_PETSC
-    call participate(task, share%summed, share%share, error)
+    if (.not. allocated(share%of_the_library)) allocate (petsc_share_t :: share%of_the_library)
+    select type (mine => share%of_the_library)
+    type is (petsc_share_t)
+      call participate(task, share%summed, mine, error)
+    end select
 #endif
   end subroutine participate_iterative
 
