@@ -11,6 +11,7 @@ module certify_increment_mod
   use warming_mod, only: warming_at
   use deformed_forces_mod, only: find_deformed_forces
   use pressed_surfaces_mod, only: press_deformed_surfaces
+  use foundation_pressures_mod, only: add_foundation_pressures
   use spring_pulls_mod, only: add_spring_pulls
   use turning_weights_mod, only: add_turning_weights
   use obstacle_gaps_mod, only: face_obstacles, rounding_of_places
@@ -32,13 +33,13 @@ contains
 
   !> Judge an increment.
   !>
-  !> Internal forces, those of springs and pressures (at finite strain about the deformed places),
-  !> and gaps, frames and slips before planes, spheres and cylinders, are computed anew, and so is
-  !> the interference that is allowed; which pairs a *STEP has, and their friction coefficients, are
-  !> as the deck's cards say; weights, normals and gaps before surfaces and facets are held against
-  !> integrals. Taken as they are: other loads, laws of materials and springs, constant extra gaps,
-  !> the sides of masters, overlaps that constraints keep, and slips before surfaces and facets
-  !> whose weights are confirmed.
+  !> Internal forces, those of springs, foundations and pressures (at finite strain about the
+  !> deformed places), and gaps, frames and slips before planes, spheres and cylinders, are computed
+  !> anew, and so is the interference that is allowed; which pairs a *STEP has, and their friction
+  !> coefficients, are as the deck's cards say; weights, normals and gaps before surfaces and facets
+  !> are held against integrals. Taken as they are: other loads, laws of materials and springs,
+  !> constant extra gaps, the sides of masters, overlaps that constraints keep, and slips before
+  !> surfaces and facets whose weights are confirmed.
   pure function certify_increment(scene, points, tolerance, said, old, new, imposed) &
     result(certificate)
     type(scene_t), intent(in) :: scene
@@ -65,6 +66,7 @@ contains
       call take_moments(forces%patterns, scene%mesh%coordinates + new%displacement, &
         forces%constraints)
     end if
+    call add_foundation_pressures(scene, new%displacement, forces)
     call add_spring_pulls(scene%mesh, new%displacement, forces)
     call find_edge_middles(scene, points, said%weights, forces%middles)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)

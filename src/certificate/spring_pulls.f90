@@ -1,9 +1,11 @@
-!> The forces of springs by the certificate's own code: loads on the bodies that they join.
+!> The forces of the springs of the deck by the certificate's own code: loads on the bodies that
+!> they join.
 !>
 !> The line of an axial one that turns is that of its deformed ends. docs/theory.md (6.2).
 module spring_pulls_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
+  use spring_elements_mod, only: listed_springs
   use increment_forces_mod, only: increment_forces_t
   implicit none
   private
@@ -21,7 +23,7 @@ contains
     real(wp) :: old_line(3), new_line(3), along(3), growth, size_of_terms, force, rigidity
     integer :: s, m
 
-    do s = 1, mesh%springs%n
+    do s = 1, listed_springs(mesh%springs)
       associate (springs => mesh%springs, from => mesh%springs%first(s), &
                  to => mesh%springs%first(s + 1) - 1)
         associate (ends => springs%node(from:to))

@@ -16,6 +16,7 @@ module read_deck_mod
     refuse_loose
   use errors_mod, only: error_t
   use flat_deck_mod, only: flat_deck
+  use found_faces_mod, only: found_faces
   use generate_mesh_mod, only: generate_mesh
   use flatten_assembly_mod, only: flatten_assembly
   use kinds_mod, only: i8, wp
@@ -33,6 +34,7 @@ module read_deck_mod
   use read_block_mod, only: read_block
   use read_contact_mod, only: read_contact
   use read_controls_mod, only: read_contact_controls, read_output_controls
+  use read_foundations_mod, only: read_foundations
   use read_gaps_mod, only: read_clearances, read_gaps
   use read_couplings_mod, only: find_coupled_surfaces, read_couplings
   use read_equations_mod, only: read_equations
@@ -231,6 +233,7 @@ contains
     scene%mesh%springs = draft%springs
     call build_mesh(draft%model%mesh, draft%material, scene%constraints, scene%mesh)
     call refuse_loose_springs(reader, draft%model%mesh, scene%mesh)
+    call add_foundations(scene)
     call refuse_loose(reader, draft%equations, scene%mesh)
     call check_turns(reader, scene)
     if (scene%finite_strain) then
@@ -344,6 +347,7 @@ contains
 
     associate (model => draft%model, equations => draft%equations)
       call read_amplitudes(reader, amplitudes)
+      call read_foundations(reader, model, draft%surfaces, scene%foundations)
       call read_first_temperatures(reader, model, scene%first_temperature)
       call read_steps(reader, model, amplitudes, scene%pairs, draft%surfaces, scene%steps, &
         scene%regions, scene%finite_strain)
@@ -367,6 +371,20 @@ contains
       note(reader, '*TEMPERATURE changes nothing: no material has an *EXPANSION')
     if (.not. scene%finite_strain) call keep_to_small_strain(reader, scene%output)
   end subroutine read_loading
+
+  !> The springs of the foundations.
+  subroutine add_foundations(scene)
+    type(scene_t), intent(inout) :: scene
+    integer :: i
+
+    if (.not. allocated(scene%foundations)) return
+    do i = 1, size(scene%foundations)
+      associate (foundation => scene%foundations(i))
+        call found_faces(scene%mesh, scene%surfaces(foundation%surface)%faces, &
+          foundation%stiffness)
+      end associate
+    end do
+  end subroutine add_foundations
 
   !> Whether cards of the deck may join nodes of no element to bodies.
   pure logical function joins_single_nodes(reader)

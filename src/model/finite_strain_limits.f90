@@ -26,8 +26,8 @@ contains
       what = coupling_in_words(scene, beyond)
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
       what = 'SMALL SLIDING between surfaces of elements'
-    else if (scene%mesh%springs%n > 0) then
-      what = 'springs (*SPRING)'
+    else if (spring_that_turns(scene)) then
+      what = 'springs of rotations, dofs 4 to 6 (*SPRING)'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (scene%contact%compliance == compliance_products .and. .not. &
@@ -36,6 +36,19 @@ contains
       what = 'COMPLIANCE=PRODUCTS with a factor in single precision or of low rank (*PRECISION)'
     end if
   end function beyond_finite_strain
+
+  !> Whether a spring resists rotations of a coupling: large ones add up in no order.
+  pure logical function spring_that_turns(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    spring_that_turns = .false.
+    if (.not. allocated(scene%rotations)) return
+    associate (springs => scene%mesh%springs)
+      if (springs%n > 0) spring_that_turns = any([(any(springs%node(:springs%first(springs%n + &
+        1) - 1) == scene%rotations(i)%rotation_node), i=1, size(scene%rotations))])
+    end associate
+  end function spring_that_turns
 
   !> The first coupled rotation that is not held at 0 and whose equations are those of small ones; 0
   !> where there is none. A mean of displacements alone may stand: the rotation beside it holds

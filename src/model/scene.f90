@@ -6,6 +6,7 @@ module scene_mod
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t, kind_c3d8i, shown_nodes, joined_nodes
   use mesh_size_mod, only: blocks_t
+  use spring_elements_mod, only: foundation_t
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t, ref_nodes
   use loads_mod, only: amplitude_t, load_step_t
@@ -111,6 +112,7 @@ module scene_mod
     type(contact_gap_t),  allocatable :: gaps(:)
     type(coupled_rotation_t), allocatable :: rotations(:) !! not allocated: none
     type(local_axes_t),   allocatable :: local_axes(:)    !! not allocated: none
+    type(foundation_t),   allocatable :: foundations(:) !! not allocated: none
     type(region_t),       allocatable :: regions(:)
     type(amplitude_t),    allocatable :: amplitudes(:)
     type(load_step_t),    allocatable :: steps(:)

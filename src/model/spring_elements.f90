@@ -11,6 +11,7 @@ module spring_elements_mod
   implicit none
   private
 
+  public :: foundation_t, listed_springs
   public :: spring_elements_t, spring_state_t, add_spring_element, some_springs, &
     spring_ends, spring_direction, spring_state
 
@@ -25,6 +26,13 @@ module spring_elements_mod
     logical,  allocatable :: is_axial(:)       !! (n) along the line between its two ends
     real(wp), allocatable :: stiffness(:)      !! (n) k > 0 [force/length]
   end type spring_elements_t
+
+  !> A *FOUNDATION: faces that resist displacements along their normals. Each point of their
+  !> quadrature is a spring, whose id is 0, behind those of the deck.
+  type :: foundation_t
+    integer :: surface = 0            !! index into the scene's surfaces
+    real(wp) :: stiffness = 0.0_wp    !! > 0 [force/length^3]
+  end type foundation_t
 
   !> A spring where displacements take it.
   type :: spring_state_t
@@ -70,6 +78,14 @@ contains
     n = n + 1
     call append(springs%first, n, want + 1)
   end subroutine add_spring_element
+
+  !> How many springs are elements of the deck: the first ones.
+  pure integer function listed_springs(springs) result(n)
+    type(spring_elements_t), intent(in) :: springs
+
+    n = 0
+    if (springs%n > 0) n = count(springs%id(:springs%n) > 0)
+  end function listed_springs
 
   !> Some springs of a part of a mesh.
   pure type(spring_elements_t) function some_springs(springs, list, number) result(some)

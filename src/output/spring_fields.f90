@@ -3,7 +3,7 @@ module spring_fields_mod
   use kinds_mod, only: wp
   use dataset_kinds_mod, only: of_long, of_real
   use scene_mod, only: scene_t
-  use spring_elements_mod, only: spring_state, spring_state_t
+  use spring_elements_mod, only: listed_springs, spring_state, spring_state_t
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, at_start
   implicit none
   private
@@ -17,8 +17,10 @@ contains
     type(scene_t), intent(in) :: scene
     type(field_t), allocatable, intent(out) :: fields(:)
     type(field_list_t) :: list
+    integer :: n
 
-    if (scene%mesh%springs%n > 0) call add_spring_fields(scene%mesh%springs%n, .true., .true., list)
+    n = listed_springs(scene%mesh%springs)
+    if (n > 0) call add_spring_fields(n, .true., .true., list)
     call get_fields(list, fields)
   end subroutine list_spring_fields
 
@@ -47,7 +49,7 @@ contains
     integer :: i
 
     associate (mesh => source%scene%mesh)
-      chosen = [(i, i=1, mesh%springs%n)]
+      chosen = [(i, i=1, listed_springs(mesh%springs))]
       if (source%print > 0) chosen = source%scene%output%prints(source%print)%members
       if (source%name == 'element_id') then
         values(1, :) = mesh%springs%id(chosen)

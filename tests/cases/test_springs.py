@@ -252,6 +252,167 @@ class WithFriction(unittest.TestCase):
                                    rtol=1e-9)
 
 
+class Foundations(unittest.TestCase):
+    """Faces that resist along their normals."""
+
+    def block(self, kind, *options, stiffness=25.0, step="A-ZMAX, P, 3."):
+        """A block on a foundation, free across it but for two of its sides."""
+        text = deck(
+            block("A", (3, 2, 4), (0, 0, 0), (3, 2, 4)).replace("NZ=4", f"NZ=4, TYPE={kind}"),
+            f"*FOUNDATION\nFEET, F1, {stiffness!r}\n",
+            "*ELSET, ELSET=FEET, GENERATE\n1, 6\n",
+            f"*STEP\n*STATIC\n1., 1.\n*DSLOAD\n{step}\n*EL FILE\nS\n*END STEP\n",
+            held="A-XMIN, 1\nA-YMIN, 2",
+        )
+        return solved(self, text, *options)
+
+    def test_a_pressed_block(self):
+        """Uniform stress p, settlement p/k."""
+        for kind in ("C3D8", "C3D8I"):
+            result = self.block(kind)
+            u, x = result.field("displacement", -1), result.points
+            wanted = np.column_stack([0.3 * 3e-3 * x[:, 0], 0.3 * 3e-3 * x[:, 1],
+                                      -3 / 25 - 3e-3 * x[:, 2]])
+            np.testing.assert_allclose(u, wanted, atol=1e-11)
+            self.assertEqual(len(result.springs), 0)
+            stored = 0.5 * 3 * 3 / 25 * 6 + 0.5 * 3 * 3 / 1000 * 24
+            self.assertAlmostEqual(result.history("energy/strain")[-1], stored, delta=1e-9)
+
+    def test_second_order(self):
+        """An element of 20 nodes whose lower corners do not make a rectangle."""
+        corners = [np.array(p, float) for p in (
+            (0, 0, 0), (2, 0.2, 0), (2.3, 1.9, 0), (-0.2, 1.7, 0),
+            (0, 0, 3), (2, 0.2, 3), (2.3, 1.9, 3), (-0.2, 1.7, 3))]
+        edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4),
+                 (0, 4), (1, 5), (2, 6), (3, 7)]
+        places = corners + [(corners[a] + corners[b]) / 2 for a, b in edges]
+        lines = "".join(f"{n}, {p[0]!r}, {p[1]!r}, {p[2]!r}\n" for n, p in enumerate(places, 1))
+        text = deck(
+            f"*NODE\n{lines}*ELEMENT, TYPE=C3D20, ELSET=A\n1, "
+            + ", ".join(map(str, range(1, 16))) + ",\n16, 17, 18, 19, 20\n",
+            "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=A, MATERIAL=M\n",
+            "*FOUNDATION\nA, F1, 25.\n",
+            "*STEP\n*STATIC\n1., 1.\n*DLOAD\nA, P2, 3.\n*END STEP\n",
+            held="1, 1, 2\n2, 2",
+        )
+        result = solved(self, text)
+        u, x = result.field("displacement", -1), result.points
+        np.testing.assert_allclose(u[:, 2], -3 / 25 - 3e-3 * x[:, 2], atol=1e-11)
+
+    def test_refined(self):
+        result = self.block("C3D8", "--refine", "1")
+        u, x = result.field("displacement", -1), result.points
+        np.testing.assert_allclose(u[:, 2], -3 / 25 - 3e-3 * x[:, 2], atol=1e-11)
+
+    def test_a_moment_tilts_a_stiff_block(self):
+        """A rigid plate on a foundation: turn = M / (k I)."""
+        text = deck(
+            block("A", (4, 4, 1), (0, 0, 0), (2, 2, 1), 1e7),
+            "*ELSET, ELSET=FEET, GENERATE\n1, 16\n*FOUNDATION\nFEET, F1, 25.\n",
+            loaded("A-XMIN, 3, 1.", "A-XMAX, 3, -1."), held="1, 1, 2\n5, 2",
+        )
+        result = solved(self, text)
+        u, x = result.field("displacement", -1), result.points
+        # 10 nodes a side, 1 from the middle; I = 2 2^3/12.
+        turn = 20 * 1 / (25 * 16 / 12)
+        np.testing.assert_allclose(u[:, 2], -turn * (x[:, 0] - 1), atol=1e-4)
+
+
+class LargeTurns(unittest.TestCase):
+    """NLGEOM: a SPRINGA acts along the line between its nodes as they move."""
+
+    def test_a_truss(self):
+        """A body that is led along z, and a spring that turns as it lengthens."""
+        wall, stiffness, way = np.array([-3.0, 0.0, -1.0]), 20.0, 1.5
+        start = np.array([0.0, 0.0, SIDE])
+        line = start - wall + np.array([0, 0, way])
+        pull = stiffness * (np.linalg.norm(line) - np.linalg.norm(start - wall))
+        force = pull * line[2] / np.linalg.norm(line)
+        result = solved(self, deck(
+            f"*NODE, NSET=WALL\n900, {wall[0]!r}, {wall[1]!r}, {wall[2]!r}\n", cube(nu=0.3),
+            springs("SPRINGA", "S", {31: (900, 15)}, stiffness),
+            loaded(f"15, 3, {force!r}", increments=4, nlgeom=", NLGEOM"),
+            held="WALL, 1, 3\nA-ZMIN, 1, 2\nA-ZMAX, 1, 2",
+        ))
+        u = result.field("displacement", -1)[[result.node(n) for n in CORNERS]]
+        np.testing.assert_allclose(u, len(u) * [[0, 0, way]], atol=1e-7)
+        self.assertAlmostEqual(result.springs.force[-1][0], pull, delta=1e-6)
+        wanted = -pull * line / np.linalg.norm(line)
+        np.testing.assert_allclose(
+            result.reference_nodes[900].reaction_force[-1], wanted, atol=1e-6)
+        stored = 0.5 * pull**2 / stiffness
+        self.assertAlmostEqual(result.history("energy/strain")[-1], stored, delta=1e-6)
+
+    def test_what_turns_as_a_whole_has_no_force(self):
+        """A body that its supports turn by 60 degrees, and the other end with it."""
+        angle = np.pi / 3
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0],
+                         [0, 0, 1]])
+        places = {n: SIDE * np.array(p, float) for n, p in CORNERS.items()}
+        places[900] = np.array([5.0, 4.0, 3.0])
+        lines = "\n".join(
+            f"{n}, {i + 1}, {i + 1}, {(turn @ p - p)[i]!r}"
+            for n, p in places.items() for i in range(3)
+        )
+        text = deck(
+            "*NODE\n900, 5., 4., 3.\n", cube(nu=0.3),
+            springs("SPRINGA", "S", {31: (900, 17)}, 20.0),
+            f"*STEP, NLGEOM\n*STATIC\n1., 1.\n*BOUNDARY\n{lines}\n*END STEP\n",
+        )
+        result = solved(self, text)
+        self.assertLess(abs(result.springs.force[-1][0]), 1e-10)
+        small = solved(self, text, "--nlgeom", "no")
+        self.assertGreater(abs(small.springs.force[-1][0]), 10)
+
+    def test_a_body_that_hangs(self):
+        """Statics of the deformed lines: a body that hangs on four springs."""
+        walls = {901: (-3.0, -3.0, 6.0), 902: (5.0, -3.5, 6.0), 903: (5.5, 5.0, 6.0),
+                 904: (-3.0, 4.5, 6.0)}
+        nodes = "".join(f"{n}, " + ", ".join(map(repr, p)) + "\n" for n, p in walls.items())
+        ends = {n - 870: (n, n - 886) for n in walls}
+        load = np.array([3.0, -2.0, -60.0])
+        lines = [f"{n}, {i + 1}, {load[i] / 4!r}" for n in (11, 12, 13, 14) for i in range(3)]
+        result = solved(self, deck(
+            f"*NODE, NSET=WALL\n{nodes}", cube(nu=0.3, young=1e4),
+            springs("SPRINGA", "S", ends, 20.0),
+            springs("SPRING1", "FEET", {40 + n: (n,) for n in (11, 12, 13, 14)}, 5.0, "1"),
+            springs("SPRING1", "SIDES", {60 + n: (n,) for n in (11, 12, 13, 14)}, 5.0, "2"),
+            loaded(*lines, increments=4, nlgeom=", NLGEOM"), held="WALL, 1, 3",
+        ))
+        u = result.field("displacement", -1)
+        total = np.array(load)
+        for number, of in ends.items():
+            there = np.array(walls[of[0]])
+            here = SIDE * np.array(CORNERS[of[1]], float)
+            moved = here + u[result.node(of[1])]
+            longer = np.linalg.norm(moved - there) - np.linalg.norm(here - there)
+            row = result.springs.row(number)
+            self.assertAlmostEqual(result.springs.elongation[-1][row], longer, delta=1e-12)
+            self.assertAlmostEqual(result.springs.force[-1][row], 20 * longer, delta=1e-10)
+            total -= 20 * longer * (moved - there) / np.linalg.norm(moved - there)
+        for n in (11, 12, 13, 14):
+            total[:2] -= 5 * u[result.node(n), :2]
+        np.testing.assert_allclose(total, 0, atol=1e-6)
+        self.assertLess(u[result.node(11), 2], -0.5)
+
+    def test_friction(self):
+        """The shoe of small strain, whose strains are small."""
+        text = deck(SHOE.replace("9001, 60.", "9001, 100."), pair("SHOE-ZMIN, PLANE", 0.2), PRESSED,
+                    held="WALL, 1, 3")
+        result = solved(self, text, "--nlgeom", "yes")
+        here = np.array([20.0, 10.0, 12.0]) + result.field("displacement", -1)[result.node(23)]
+        line = here - [100, 10, 12]
+        pull = 2 * (np.linalg.norm(line) - 80)
+        self.assertAlmostEqual(result.springs.force[-1][0], pull, delta=1e-9)
+        along = pull * line / np.linalg.norm(line)
+        # The shoe goes down by 2: the spring presses it on the plane.
+        total = result.pairs["SHOE-ZMIN:PLANE"].resultant[-1]
+        normal = 800 + along[2]
+        np.testing.assert_allclose(total, [-0.2 * normal, 0, normal], atol=0.2)
+        self.assertGreater(along[2], 3.5)
+        self.assertAlmostEqual(240 - 0.2 * normal, along[0], delta=0.2)
+
+
 class Refused(unittest.TestCase):
     """Decks whose springs cannot be what is meant."""
 
@@ -297,6 +458,11 @@ class Refused(unittest.TestCase):
     def test_two_laws(self):
         self.assertIn("element 7 has a *SPRING already", self.errors(
             springs("SPRING1", "S", {7: [15]}, 3.0, "1"), "*SPRING, ELSET=S\n1\n4.\n"))
+
+    def test_foundations(self):
+        self.assertIn("must be F1 to F6", self.errors("*FOUNDATION\nA, S1, 3.\n"))
+        self.assertIn("must be positive", self.errors("*FOUNDATION\nA, F1, 0.\n"))
+        self.assertIn("'B' is not defined", self.errors("*FOUNDATION\nB, F1, 3.\n"))
 
     def test_sets_of_others(self):
         self.assertIn("of a *SPRING must consist of", self.errors(

@@ -125,6 +125,7 @@ module deck_table_mod
     rule_t('EQUATION', in_model, is_read, data='count; node, dof, factor, ...'), &
     rule_t('SPRING', in_model, is_read, 'ELSET=name!', 'RTOL, COMPLEX STIFFNESS', &
     'dof of the first node, of the second node; stiffness, frequency, temperature'), &
+    rule_t('FOUNDATION', in_model, is_read, data='element or set, F1 to F6, stiffness per area'), &
     rule_t('COUPLING', in_model, is_read, &
     'CONSTRAINT NAME=name, REF NODE=id!, SURFACE=name!'), &
     rule_t('KINEMATIC COUPLING', in_model, is_read, 'REF NODE=id!', &
