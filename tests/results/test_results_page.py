@@ -296,7 +296,7 @@ class Page(unittest.TestCase):
     def test_pairs(self):
         of_all, of_obstacles, of_faces, of_surfaces, of_facets = (
             listed_shapes(part)
-            for part in re.split("Where the master (?:is|consists)", section("/contact"))
+            for part in re.split("If the master (?:is|consists)", section("/contact"))
         )
         frames = set()
         for name, pair in self.file["contact"].items():
