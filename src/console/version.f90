@@ -5,6 +5,6 @@ module version_mod
 
   public :: version
 
-  character(*), parameter :: version = '0.1.0'
+  character(*), parameter :: version = '0.2.0'
 
 end module version_mod
