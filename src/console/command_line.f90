@@ -499,7 +499,7 @@ contains
       'mesh and accuracy:', &
       '  --accuracy X        allowed error of the contact forces, 0.01 for 1 %: the program', &
       '                      chooses mesh and increments, and says if X is not reached', &
-      '  --extrapolated      the accuracy is that of values extrapolated from all runs', &
+      '  --extrapolated      ask for the accuracy of values extrapolated from all runs', &
       '  --time S            CPU time of all runs together, in seconds: the program chooses', &
       '                      the most accurate mesh and increments within it', &
       '  --memory SIZE       memory of each run, as 4GB or 500MB; likewise', &

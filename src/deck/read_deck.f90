@@ -559,7 +559,7 @@ contains
       call allow_options(reader, card)
       if (reader%source%file(reader%cards(k)%header) /= 1) cycle
       if (len(title) > 0) then
-        call note(reader, 'the title is that of the first *HEADING: another one is left out')
+        call note(reader, 'only the first *HEADING is the title: another one is left out')
         cycle
       end if
       do line = card%place%first, card%place%last

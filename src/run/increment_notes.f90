@@ -280,7 +280,7 @@ contains
 
     law = ''
     if (is_other_law) law = ' and neo-Hooke''s law'
-    why = ' there is no equilibrium near that of small strain'
+    why = ' there is no equilibrium near the small-strain solution'
     if (stability == is_unstable) why = ' the equilibrium is unstable (it buckles)'
     if (stability == may_be_unstable) why = ' the equilibrium may be unstable (it buckles)'
     call add_note(notes, increment, .true., ': at finite strain'//law//why//': how far small '// &

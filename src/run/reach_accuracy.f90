@@ -256,7 +256,7 @@ contains
     if (options%time > 0.0_wp) what = '--time tries several'
     if (options%exported /= '') then
       call refuse_option('--export-fclib writes the contact problems of one mesh, and '//what// &
-        ': --refine 0 keeps that of the deck', error)
+        ': --refine 0 keeps the deck''s mesh', error)
     end if
   end subroutine check_options
 

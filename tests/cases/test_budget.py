@@ -206,7 +206,7 @@ class Options(unittest.TestCase):
             self.assertIn(message, run.errors)
         run = run_block("--time", "5", "--export-fclib", "1")
         self.assertEqual(run.status, 1)
-        self.assertIn("--time tries several: --refine 0 keeps that of the deck", run.errors)
+        self.assertIn("--time tries several: --refine 0 keeps the deck's mesh", run.errors)
 
     def test_a_plan_is_that_of_the_mesh_foreseen(self):
         """More than the first mesh, within the time, and said so."""

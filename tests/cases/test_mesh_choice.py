@@ -388,7 +388,7 @@ class NotReached(unittest.TestCase):
 
     def test_options_that_mean_one_mesh(self):
         for words, message in (
-            (["--export-fclib", "1"], "--refine 0 keeps that of the deck"),
+            (["--export-fclib", "1"], "--refine 0 keeps the deck's mesh"),
             (["--refine", "0"], "on one mesh only the errors of RESULTANTS and ENERGY"),
         ):
             text = with_card(deck("block"), "*ACCURACY, OF=SLIP\n0.1")

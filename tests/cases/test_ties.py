@@ -96,7 +96,7 @@ class TiedPairs(unittest.TestCase):
                 )
                 run = Run(text, name="tied")
                 self.assertEqual(run.status, 0, run.errors)
-                self.assertEqual("taken as those of a *TIE" in run.output, cards == behavior)
+                self.assertEqual("ties become a *TIE" in run.output, cards == behavior)
                 with run.result() as result:
                     found.append(at_end(result, "displacement"))
             np.testing.assert_array_equal(found[0], found[1])

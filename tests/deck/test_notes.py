@@ -143,7 +143,7 @@ class Notes(unittest.TestCase):
     def test_a_second_title(self):
         printed = self.plan((
             "*MATERIAL", "*HEADING\nof the deck\n*HEADING\nof the mesh\n*MATERIAL"))
-        self.assertIn("the title is that of the first *HEADING", printed)
+        self.assertIn("only the first *HEADING is the title", printed)
         self.assertNotIn("of the mesh", printed)
 
     def test_the_title_of_a_file_that_is_included(self):

@@ -115,7 +115,7 @@ contains
     end if
     if (.not. has_option(card, 'NSET')) then
       if (subjects(accuracy%of)%of_all == '') call report(reader, option_position(card, 'OF'), &
-        'a '//what//' is that of a set of nodes: NSET= is missing')
+        'a '//what//' is compared for a set of nodes: NSET= is missing')
       return
     end if
     call name_option(reader, card, 'NSET', .true., set, ok)

@@ -82,7 +82,7 @@ contains
     if (delay < 0.0_wp) call report(reader, option_position(card, 'TIME DELAY'), &
       'TIME DELAY must not be negative')
     if (.not. has_option(card, 'AMPLITUDE')) call report(reader, option_position(card, &
-      'TIME DELAY'), 'TIME DELAY is that of an amplitude: AMPLITUDE= is missing')
+      'TIME DELAY'), 'TIME DELAY delays an amplitude: AMPLITUDE= is missing')
     call name_option(reader, card, 'AMPLITUDE', .false., name, ok)
     if (.not. (ok .and. delay > 0.0_wp)) return
     call find_named(reader, amplitudes%names, option_position(card, 'AMPLITUDE'), name, index)

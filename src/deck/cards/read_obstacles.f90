@@ -119,7 +119,7 @@ contains
     made = obstacle_of_facets(obstacle%name, reshape([real(wp) ::], [3, 0]), &
       reshape([integer ::], [4, 0]), obstacle%ref_node)
     if (obstacle%inner) call report(reader, option_position(card, 'INNER'), &
-      'an STL file has no INNER side: the side of the body is that of its normals')
+      'an STL file has no INNER side: its triangles say where the body is')
     obstacle = made
     call allow_no_data(reader, card)
     call text_option(reader, card, 'INPUT', path, ok)

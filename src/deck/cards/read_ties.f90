@@ -51,8 +51,8 @@ contains
         if (has_option(card, 'TIED')) then
           call note(reader, 'a *CONTACT PAIR that is TIED is taken as a *TIE: *FRICTION is ignored')
         else if (is_tied(reader, name)) then
-          call note(reader, 'surfaces that *SURFACE BEHAVIOR ties are taken as those of a '// &
-            '*TIE: its stiffness and *FRICTION are ignored')
+          call note(reader, 'surfaces that *SURFACE BEHAVIOR ties become a *TIE: its '// &
+            'stiffness and *FRICTION are ignored')
         else
           cycle
         end if
