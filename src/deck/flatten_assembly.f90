@@ -18,6 +18,7 @@
 !> point, their coordinates are moved. Each line keeps the file and the number of the line that it
 !> was made from. So whoever reads the text knows nothing of parts, and errors have their places.
 module flatten_assembly_mod
+  use read_analytical_mod, only: about_axis, analytical_type
   use parts_mod, only: assembly_t, find_structure, index_of, instance_t, is_structure
   use cards_mod, only: find_cards, is_data_line, note, pieces_t, read_parameters, reader_t, &
     report, split_line
@@ -41,6 +42,7 @@ module flatten_assembly_mod
     integer :: instance = 0           !! whose ids and sets the lines name; 0: no instance's
     logical :: is_copy = .false.      !! the card stands in a part or an instance
     logical :: generates = .false.    !! a set with GENERATE
+    integer :: sweep = 0              !! of an analytical surface: how its profile is swept
   end type change_t
 
 contains
@@ -202,6 +204,7 @@ contains
     change%instance = i
     change%is_copy = .true.
     call flag_option(reader, card, 'GENERATE', change%generates)
+    if (card%keyword == 'SURFACE') change%sweep = analytical_type(reader, card)
     call write_changed(reader, assembly, k, change, flat)
   end subroutine write_copy
 
@@ -261,6 +264,10 @@ contains
       do line = place%header, place%last
         is_header = line < place%first
         if (.not. (line == place%header .or. is_data_line(reader%source, line))) cycle
+        if (change%sweep > 0 .and. line == place%first) then
+          if (assembly%instances(change%instance)%moves) call put(reader, line, moved_axes( &
+            assembly%instances(change%instance), change%sweep), flat)
+        end if
         call load_line(reader, line, one, pieces, keep=change%instance == 0)
         text = ''
         done = 0
@@ -304,7 +311,8 @@ contains
         changed = option(:equal)//outer_name(assembly, option(equal + 1:))
       else if (change%is_copy) then
         select case (name)
-        case ('NSET', 'ELSET', 'PINNSET', 'TIENSET', 'NAME', 'SURFACE', 'CONSTRAINTNAME')
+        case ('NSET', 'ELSET', 'PINNSET', 'TIENSET', 'NAME', 'SURFACE', 'CONSTRAINTNAME', &
+              'ANALYTICALSURFACE')
           changed = option(:equal)//inner_name(option(equal + 1:))
         case ('REFNODE', 'ROTNODE')
           changed = option(:equal)//reference(option(equal + 1:))
@@ -337,7 +345,7 @@ contains
       case ('NSET', 'ELSET')
         if (.not. (change%generates .and. i > 2)) changed = reference(field)
       case ('SURFACE')
-        if (i == 1) changed = reference(field)
+        if (i == 1 .and. change%sweep == 0) changed = reference(field)
       case ('TIE')
         changed = inner_name(field)
       case default
@@ -420,6 +428,27 @@ contains
     if (len(name) <= dot) return
     if (upper(name(:dot)) == assembly%name//'.') local = name(dot + 1:)
   end function local_name
+
+  !> The line with the axes of an analytical surface where an instance has moved them.
+  function moved_axes(instance, sweep) result(text)
+    type(instance_t), intent(in) :: instance
+    integer, intent(in) :: sweep
+    character(:), allocatable :: text
+    real(wp) :: x(3, 3) !! the origin, points of the x and y axes, or one of the z axis
+    integer :: i, j
+
+    x = reshape([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp], [3, 3])
+    if (sweep == about_axis) x(:, 2) = [0.0_wp, 0.0_wp, 1.0_wp]
+    text = ''
+    do j = 1, merge(2, 3, sweep == about_axis)
+      x(:, j) = x(:, j) + instance%translation
+      x(:, j) = instance%point + matmul(instance%rotation, x(:, j) - instance%point)
+      do i = 1, 3
+        text = text//number_text(x(i, j))//', '
+      end do
+    end do
+    text = text(:len(text) - 2)
+  end function moved_axes
 
   !> Move the coordinates of a node's line; one that is no node's stays, and is reported later.
   subroutine move_node(instance, text)

@@ -265,7 +265,7 @@ contains
       call mark_coupled(model)
       call move_origin(mesh, model%used)
       call read_obstacles(reader, model, scene%obstacles, draft%obstacles)
-      call read_rigid_bodies(reader, model, draft%bodies)
+      call read_rigid_bodies(reader, model, scene%obstacles, draft%bodies)
       call read_sections_of_bolts(reader, model, draft%bolts)
       ! Nodes that equations and springs alone name may be named by sets.
       if (.not. joins_single_nodes(reader)) call &

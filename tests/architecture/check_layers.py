@@ -36,7 +36,7 @@ WORDS = {
         "model/obstacles.f90",
         "geometry/obstacle_shapes.f90",
         "certificate/obstacle_gaps.f90",  # of its own: it shares nothing
-        "deck/cards/read_obstacles.f90",
+        "deck/cards/read_analytical.f90", "deck/cards/read_obstacles.f90",
     },
     # contact points are placed pair by pair: all else asks a placement
     "locate_point": {

@@ -7,6 +7,8 @@
 !>     *OBSTACLE, NAME=BORE, TYPE=CYLINDER, INNER
 !>     0., 0., 0.,  0., 0., 1.,  2.   a point of the axis, its direction, radius
 !>     *OBSTACLE, NAME=DIE, TYPE=STL, INPUT=die.stl, REF NODE=1001
+!>
+!> and analytical surfaces that are one of these (read_analytical_mod).
 module read_obstacles_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
@@ -19,13 +21,16 @@ module read_obstacles_mod
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, name_option, open_card, option_position, text_option
   use deck_source_mod, only: place_of, place_t
+  use read_analytical_mod, only: is_analytical, read_analytical
   use sets_mod, only: model_t
   use stl_file_mod, only: read_stl, triangles_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: read_obstacles
+  public :: read_obstacles, analytical_surface
+
+  character(*), parameter :: analytical_surface = 'ANALYTICAL SURFACE' !! option of *RIGID BODY
 
   integer, parameter :: kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets]
@@ -45,10 +50,12 @@ contains
     integer :: k, n, kind
     logical :: ok
 
-    n = count(reader%cards(:reader%n_cards)%keyword == 'OBSTACLE')
+    n = count(reader%cards(:reader%n_cards)%keyword == 'OBSTACLE') + &
+      count([(is_analytical(reader, k), k=1, reader%n_cards)])
     allocate (obstacles(n))
     call open_directory('obstacle', n, names)
     do k = 1, reader%n_cards
+      if (is_analytical(reader, k)) call read_analytical_one()
       if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
       call open_card(reader, k, card)
       call allow_options(reader, card)
@@ -72,6 +79,33 @@ contains
       call read_shape(reader, card, model%mesh%origin, obstacles(names%n))
     end do
     call close_directory(reader, names)
+
+  contains
+
+    !> An analytical *SURFACE, with the reference node of its *RIGID BODY.
+    subroutine read_analytical_one()
+      type(card_t) :: body
+      character(:), allocatable :: of_body
+      integer :: i
+
+      call open_card(reader, k, card)
+      call name_option(reader, card, 'NAME', .true., name, ok)
+      call add_name(names, name, card%position)
+      associate (obstacle => obstacles(names%n))
+        obstacle%name = name
+        call read_analytical(reader, card, obstacle)
+        obstacle%point = from_origin(obstacle, obstacle%point, model%mesh%origin)
+        do i = 1, reader%n_cards
+          if (reader%cards(i)%keyword /= 'RIGID BODY') cycle
+          call open_card(reader, i, body)
+          if (.not. has_option(body, analytical_surface)) cycle
+          call name_option(reader, body, analytical_surface, .true., of_body, ok)
+          if (ok .and. of_body == name) call read_reference_node(reader, body, 'an obstacle', &
+            model, obstacle%ref_node)
+        end do
+      end associate
+    end subroutine read_analytical_one
+
   end subroutine read_obstacles
 
   !> REF NODE=id: a node that no element has.

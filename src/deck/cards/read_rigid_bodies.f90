@@ -20,6 +20,8 @@ module read_rigid_bodies_mod
   use mesh_draft_mod, only: add_node_beside, is_spring, solids
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
     option_position
+  use obstacles_mod, only: obstacle_t
+  use read_obstacles_mod, only: analytical_surface
   use sets_mod, only: extend_marks, find_set, model_t, report_unknown
   use text_mod, only: to_text
   implicit none
@@ -51,11 +53,12 @@ contains
 
   !> *RIGID BODY, ELSET=name, REF NODE=id[, ROT NODE=id]
   !> *RIGID BODY, NSET=name[, REF NODE=id][, ROT NODE=id]
-  subroutine read_rigid_bodies(reader, model, bodies)
+  subroutine read_rigid_bodies(reader, model, obstacles, bodies)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     !! nodes for reference nodes that are left out are added; nodes of facets, reference nodes and
     !! those of rotations are marked
+    type(obstacle_t), intent(in) :: obstacles(:) !! among them those of analytical surfaces
     type(rigid_bodies_t), intent(out) :: bodies
     type(card_t) :: card
     integer :: k, node, first, last, i
@@ -65,7 +68,7 @@ contains
       if (reader%cards(k)%keyword /= 'RIGID BODY') cycle
       call open_card(reader, k, card)
       first = size(bodies%list) + 1
-      call read_options(reader, card, bodies)
+      call read_options(reader, card, obstacles, bodies)
       if (first > size(bodies%list)) cycle
       call read_nodes(reader, card, model, bodies%list(first))
       do i = first + 1, size(bodies%list)
@@ -89,21 +92,18 @@ contains
   end subroutine read_rigid_bodies
 
   !> The sets of a card, an entry each.
-  subroutine read_options(reader, card, bodies)
+  subroutine read_options(reader, card, obstacles, bodies)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    type(obstacle_t), intent(in) :: obstacles(:)
     type(rigid_bodies_t), intent(inout) :: bodies !! gets no entry after some mistakes
     character(*), parameter :: options(4) = [character(8) :: 'ELSET', 'NSET', 'PIN NSET', &
       'TIE NSET']
-    character(*), parameter :: analytical = 'ANALYTICAL SURFACE'
     type(rigid_body_t) :: body
     integer :: i
     logical :: ok, any_set
 
-    if (has_option(card, analytical)) call report(reader, option_position(card, analytical), &
-      "unknown parameter 'ANALYTICALSURFACE' of *RIGID BODY", '*OBSTACLE, NAME=, TYPE=PLANE, '// &
-      'SPHERE or CYLINDER, REF NODE= is a rigid surface that moves with a node')
-    call allow_options(reader, card, taken=analytical)
+    call allow_options(reader, card)
     call allow_no_data(reader, card)
     any_set = .false.
     do i = 1, size(options)
@@ -117,14 +117,29 @@ contains
       bodies%list = [bodies%list, body]
     end do
     if (any_set) return
-    if (has_option(card, analytical)) then
-      reader%lacks_elements = .true. ! nothing is known of its reference node
+    if (has_option(card, analytical_surface)) then
+      call check_analytical()
       return
     end if
     call report(reader, card%position, '*RIGID BODY needs ELSET= (of facets or of solid '// &
       'elements) or NSET=')
     body%set = ''
     bodies%list = [bodies%list, body]
+
+  contains
+
+    !> ANALYTICAL SURFACE=name: its obstacle has taken the reference node.
+    subroutine check_analytical()
+      character(:), allocatable :: name
+
+      call name_option(reader, card, analytical_surface, .true., name, ok)
+      if (ok) ok = any([(obstacles(i)%name == name, i=1, size(obstacles))])
+      if (ok) return
+      reader%lacks_elements = .true. ! nothing is known of its reference node
+      call report(reader, option_position(card, analytical_surface), 'analytical surface '// &
+        quoted(name)//' is not defined')
+    end subroutine check_analytical
+
   end subroutine read_options
 
   !> REF NODE= and ROT NODE=.

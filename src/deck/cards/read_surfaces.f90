@@ -9,6 +9,7 @@
 !>
 !> Every *BLOCK brings the surfaces of its six sides.
 module read_surfaces_mod
+  use read_analytical_mod, only: is_analytical
   use block_mesh_mod, only: block_face, face_zmax
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
@@ -21,7 +22,7 @@ module read_surfaces_mod
   use mesh_draft_mod, only: block_t, face_of_label, labelled_faces, mesh_draft_t, refined_faces, &
     solids
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
-    open_card, option_position, text_option
+    open_card
   use read_block_mod, only: side_name
   use sets_mod, only: find_set, model_t, referenced_elements, referenced_nodes
   use sorting_mod, only: sort_unique
@@ -35,8 +36,6 @@ module read_surfaces_mod
   public :: read_surfaces
 
   integer, parameter :: of_elements = 1, of_nodes = 2
-  character(10), parameter :: analytical(*) = [character(10) :: 'CYLINDER', 'REVOLUTION', &
-    'SEGMENTS', 'USER']
   integer, parameter :: spos = 7, sneg = 8 !! sides of facets, behind the faces of solid elements
 
   !> Faces and nodes named by all surfaces of a deck together: more than any real deck needs.
@@ -71,7 +70,7 @@ contains
     allocate (surfaces%of_set(model%node_sets%n), source=0)
     work = 0
     do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'SURFACE') cycle
+      if (reader%cards(k)%keyword /= 'SURFACE' .or. is_analytical(reader, k)) cycle
       call open_card(reader, k, card)
       call name_option(reader, card, 'NAME', .true., name, ok)
       if (.not. ok) cycle
@@ -114,17 +113,9 @@ contains
     type(surface_list_t), intent(inout) :: surfaces
     integer(i8), intent(inout) :: work !! faces and nodes named so far
     logical, intent(inout) :: flawed   !! set where it names a set that is flawed
-    character(:), allocatable :: word
     integer :: kind
     logical :: ok
 
-    call text_option(reader, card, 'TYPE', word, ok)
-    if (ok .and. any(upper(word) == analytical)) then
-      call report(reader, option_position(card, 'TYPE'), 'analytical surfaces (TYPE='// &
-        upper(word)//') are not available', '*OBSTACLE, TYPE=PLANE, CYLINDER or SPHERE is one, '// &
-        'with REF NODE= as of its *RIGID BODY; TYPE=STL has any shape')
-      return
-    end if
     call allow_options(reader, card)
     kind = of_elements
     call choice_option(reader, card, 'TYPE', kind, ok)

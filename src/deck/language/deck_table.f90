@@ -94,12 +94,13 @@ module deck_table_mod
     'UNSORTED, INTERNAL, FREQUENCY', 'id or set, ...'), &
     rule_t('ELSET', anywhere, is_read, 'ELSET=name!, GENERATE, INSTANCE=name', &
     'UNSORTED, INTERNAL, FREQUENCY', 'id or set, ...'), &
-    rule_t('SURFACE', in_model, is_read, 'NAME=name!, TYPE=ELEMENT|NODE, COMBINE=UNION', &
-    'INTERNAL, TRIM', 'element or set, face; or node or set; or surface, ...'), &
+    rule_t('SURFACE', in_model, is_read, 'NAME=name!, '// &
+    'TYPE=ELEMENT|NODE|CYLINDER|REVOLUTION|SEGMENTS, COMBINE=UNION', 'INTERNAL, TRIM', &
+    'element or set, face; or node or set; or surface, ...; or START, LINE, CIRCL and numbers'), &
     rule_t('OBSTACLE', in_model, is_read, 'NAME=name!, TYPE=PLANE|SPHERE|CYLINDER|STL!, INNER, '// &
     'INPUT=path, REF NODE=id', data='numbers of the shape'), &
     rule_t('RIGID BODY', in_model, is_read, 'ELSET=name, NSET=name, PIN NSET=name, '// &
-    'TIE NSET=name, REF NODE=id, ROT NODE=id', 'ISOTHERMAL'), &
+    'TIE NSET=name, ANALYTICAL SURFACE=name, REF NODE=id, ROT NODE=id', 'ISOTHERMAL'), &
     rule_t('MATERIAL', in_model, is_read, 'NAME=name!'), &
     rule_t('ELASTIC', in_model, is_read, 'TYPE=ISOTROPIC|ISO, LAW=SVK|NEO HOOKE', &
     data='modulus, ratio, temperature'), &

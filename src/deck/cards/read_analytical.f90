@@ -1,0 +1,322 @@
+!> Analytical rigid surfaces: profiles of lines and arcs, swept along an axis or about it, that are
+!> one plane, cylinder or sphere. They become obstacles, without the ends of their profiles.
+!>
+!>     *SURFACE, TYPE=CYLINDER, NAME=DIE       swept along the local z axis
+!>     *SURFACE, TYPE=REVOLUTION, NAME=BALL    turned about the local z axis: r, z
+!>     *SURFACE, TYPE=SEGMENTS, NAME=FLOOR     of bodies in a plane: x, y
+!>     START, -5., 0.
+!>     LINE, 5., 0.                            its end
+!>     CIRCL, 1., 1., 0., 1.                   its end and its centre
+!>
+!> The body is to the left of the profile. Local axes are those of the part, or of the mesh; where
+!> an instance moves them a first line has their origin, a point of the x axis and one of the y axis
+!> (of a REVOLUTION, one of the z axis).
+module read_analytical_mod
+  use cards_mod, only: note, reader_t, report
+  use diagnostics_mod, only: quoted
+  use fields_mod, only: field_position, field_text, fields_t, next_data_line, real_field
+  use kinds_mod, only: wp
+  use numbers_mod, only: number_ok, read_real
+  use obstacles_mod, only: obstacle_cylinder, obstacle_plane, obstacle_sphere, obstacle_t
+  use options_mod, only: allow_options, card_t, has_option, open_card, text_option
+  use small_matrix_mod, only: cross
+  use text_mod, only: upper
+  implicit none
+  private
+
+  public :: is_analytical, read_analytical, analytical_type, along_axis, about_axis
+
+  integer, parameter :: not_analytical = 0, along_axis = 1, about_axis = 2
+  integer, parameter :: most_fields = 9
+  real(wp), parameter :: same = 1.0e-9_wp !! of lengths and directions [-]
+  character(*), parameter :: instead = '*OBSTACLE, TYPE=STL has any shape; a plane, a cylinder '// &
+    'or a sphere each is a surface of its own'
+
+  !> A piece of the profile, in the two coordinates of its plane.
+  type :: piece_t
+    logical  :: is_arc = .false.
+    real(wp) :: centre(2) = 0.0_wp !! of an arc; of a line its beginning [length]
+    real(wp) :: normal(2) = 0.0_wp !! of a line, to the left [-]
+    real(wp) :: radius = 0.0_wp    !! of an arc [length]
+    logical  :: inner = .false.    !! of an arc: its centre is to the left
+  end type piece_t
+
+contains
+
+  !> Whether card `k` is the *SURFACE of an analytical one.
+  logical function is_analytical(reader, k)
+    type(reader_t), intent(inout) :: reader
+    integer, intent(in) :: k
+    type(card_t) :: card
+
+    is_analytical = .false.
+    if (reader%cards(k)%keyword /= 'SURFACE') return
+    call open_card(reader, k, card)
+    is_analytical = analytical_type(reader, card) /= not_analytical
+  end function is_analytical
+
+  !> How the profile of a *SURFACE is swept: along_axis, about_axis, or 0 of one that has none.
+  integer function analytical_type(reader, card)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    character(:), allocatable :: word
+    logical :: ok
+
+    analytical_type = not_analytical
+    if (.not. has_option(card, 'TYPE')) return
+    call text_option(reader, card, 'TYPE', word, ok)
+    if (.not. ok) return
+    select case (upper(word))
+    case ('CYLINDER', 'SEGMENTS')
+      analytical_type = along_axis
+    case ('REVOLUTION')
+      analytical_type = about_axis
+    case default
+      continue
+    end select
+  end function analytical_type
+
+  !> The obstacle of a card: its kind, place and side, in the coordinates of the deck.
+  subroutine read_analytical(reader, card, obstacle)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(obstacle_t), intent(inout) :: obstacle !! has its name
+    type(piece_t) :: piece
+    real(wp) :: origin(3), axes(3, 3)
+    logical :: ok
+
+    call allow_options(reader, card)
+    obstacle%kind = obstacle_plane
+    obstacle%normal = [0.0_wp, 0.0_wp, 1.0_wp]
+    call read_profile(reader, card, origin, axes, piece, ok)
+    if (.not. ok) return
+    if (analytical_type(reader, card) == along_axis) then
+      obstacle%point = origin + piece%centre(1)*axes(:, 1) + piece%centre(2)*axes(:, 2)
+      if (piece%is_arc) then
+        obstacle%kind = obstacle_cylinder
+        obstacle%normal = axes(:, 3)
+      else
+        obstacle%normal = piece%normal(1)*axes(:, 1) + piece%normal(2)*axes(:, 2)
+      end if
+    else
+      call turn_about(reader, card, piece, origin, axes(:, 3), obstacle, ok)
+      if (.not. ok) return
+    end if
+    obstacle%radius = piece%radius
+    obstacle%inner = piece%inner
+    if (obstacle%kind == obstacle_plane) then
+      call note(reader, 'analytical surface '//quoted(obstacle%name)//' is a plane without ends')
+    else if (obstacle%kind == obstacle_cylinder) then
+      call note(reader, 'analytical surface '//quoted(obstacle%name)//' is a whole cylinder '// &
+        'without ends')
+    else
+      call note(reader, 'analytical surface '//quoted(obstacle%name)//' is a whole sphere')
+    end if
+  end subroutine read_analytical
+
+  !> What a piece in r and z is once it is turned about the z axis.
+  subroutine turn_about(reader, card, piece, origin, axis, obstacle, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(piece_t), intent(inout) :: piece       !! of a cylinder gets radius and side
+    real(wp), intent(in) :: origin(3), axis(3)
+    type(obstacle_t), intent(inout) :: obstacle !! gets kind, point and normal
+    logical, intent(out) :: ok
+
+    ok = .true.
+    obstacle%point = origin + piece%centre(2)*axis
+    obstacle%normal = axis
+    if (piece%is_arc) then
+      obstacle%kind = obstacle_sphere
+      ok = abs(piece%centre(1)) <= same*piece%radius
+      if (.not. ok) call report(reader, card%position, 'analytical surface '// &
+        quoted(obstacle%name)//' is a part of a torus: that is not available', instead)
+    else if (abs(piece%normal(1)) <= same) then
+      obstacle%normal = sign(1.0_wp, piece%normal(2))*axis
+    else if (abs(piece%normal(2)) <= same .and. piece%centre(1) > 0.0_wp) then
+      obstacle%kind = obstacle_cylinder
+      piece%radius = piece%centre(1)
+      piece%inner = piece%normal(1) < 0.0_wp
+    else
+      ok = .false.
+      call report(reader, card%position, 'analytical surface '//quoted(obstacle%name)// &
+        ' is a part of a cone: that is not available', instead)
+    end if
+  end subroutine turn_about
+
+  !> The axes and the one piece that the profile consists of.
+  subroutine read_profile(reader, card, origin, axes, piece, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(out) :: origin(3), axes(3, 3) !! columns x, y, z
+    type(piece_t), intent(out) :: piece
+    logical, intent(out) :: ok
+    type(fields_t) :: fields
+    type(piece_t) :: next
+    real(wp) :: at(2), value(most_fields)
+    logical :: found, has_start
+    integer :: status, n_pieces
+
+    origin = 0.0_wp
+    axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+    has_start = .false.
+    n_pieces = 0
+    do
+      call next_data_line(reader, card, fields, found, most_fields, 'START, LINE or CIRCL, and '// &
+        'coordinates')
+      if (.not. found) exit
+      call read_real(field_text(reader, fields, 1), value(1), status)
+      if (status == number_ok .and. .not. has_start) then
+        call read_axes(reader, card, fields, origin, axes, ok)
+        if (.not. ok) return
+        cycle
+      end if
+      select case (upper(field_text(reader, fields, 1)))
+      case ('START')
+        call read_numbers(reader, fields, 'START', 2, value, ok)
+        if (.not. ok) return
+        at = value(:2)
+        has_start = .true.
+        cycle
+      case ('LINE')
+        call read_numbers(reader, fields, 'LINE', 2, value, ok)
+      case ('CIRCL')
+        call read_numbers(reader, fields, 'CIRCL', 4, value, ok)
+      case default
+        ok = .false.
+        call report(reader, fields%start, quoted(field_text(reader, fields, 1))//' is not '// &
+          'available in a profile: expected is START, LINE or CIRCL', instead)
+      end select
+      if (.not. ok) return
+      if (.not. has_start) then
+        call report(reader, fields%start, 'a profile begins with START and two coordinates')
+        ok = .false.
+        return
+      end if
+      call make_piece(fields%n > 3, at, value, next, ok)
+      if (.not. ok) then
+        call report(reader, fields%start, 'a piece of a profile needs a length, and an arc two '// &
+          'ends as far from its centre')
+        return
+      end if
+      at = value(:2)
+      n_pieces = n_pieces + 1
+      if (n_pieces == 1) piece = next
+      ok = are_one(piece, next)
+      if (.not. ok) then
+        call report(reader, fields%start, 'a profile of more than one line or circle is not '// &
+          'available', instead)
+        return
+      end if
+    end do
+    ok = n_pieces > 0
+    if (.not. ok) call report(reader, card%position, 'an analytical surface needs START and a '// &
+      'LINE or CIRCL')
+  end subroutine read_profile
+
+  !> A piece from one place to the next.
+  pure subroutine make_piece(is_arc, from, value, piece, ok)
+    logical, intent(in) :: is_arc
+    real(wp), intent(in) :: from(2), value(:) !! its end, and the centre of an arc [length]
+    type(piece_t), intent(out) :: piece
+    logical, intent(out) :: ok
+    real(wp) :: way(2), first(2), last(2)
+
+    way = value(:2) - from
+    piece%is_arc = is_arc
+    ok = norm2(way) > 0.0_wp
+    if (.not. ok) return
+    if (.not. is_arc) then
+      piece%centre = from
+      piece%normal = [-way(2), way(1)]/norm2(way)
+      return
+    end if
+    piece%centre = value(3:4)
+    first = from - piece%centre
+    last = value(:2) - piece%centre
+    piece%radius = norm2(first)
+    piece%inner = first(1)*last(2) - first(2)*last(1) > 0.0_wp
+    ok = piece%radius > 0.0_wp .and. abs(norm2(last) - piece%radius) <= 1.0e-4_wp*piece%radius
+  end subroutine make_piece
+
+  !> Whether two pieces are of one line or one circle.
+  pure logical function are_one(a, b)
+    type(piece_t), intent(in) :: a, b
+    real(wp) :: size_of_both
+
+    are_one = (a%is_arc .eqv. b%is_arc) .and. (a%inner .eqv. b%inner)
+    if (.not. are_one) return
+    size_of_both = maxval(abs([a%centre, b%centre, a%radius]))
+    if (a%is_arc) then
+      are_one = max(norm2(a%centre - b%centre), abs(a%radius - b%radius)) <= same*size_of_both
+    else
+      are_one = norm2(a%normal - b%normal) <= same .and. abs(dot_product(b%centre - a%centre, &
+        a%normal)) <= same*size_of_both
+    end if
+  end function are_one
+
+  !> A first line with the axes: nine numbers; of a REVOLUTION six, the origin and a point of the z
+  !> axis.
+  subroutine read_axes(reader, card, fields, origin, axes, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(fields_t), intent(in) :: fields
+    real(wp), intent(inout) :: origin(3), axes(3, 3)
+    logical, intent(out) :: ok
+    real(wp) :: value(most_fields), x(3), y(3), z(3)
+    integer :: wanted, i
+
+    wanted = merge(9, 6, analytical_type(reader, card) == along_axis)
+    ok = fields%n == wanted
+    do i = 1, min(fields%n, wanted)
+      if (ok) call real_field(reader, fields, i, 'a coordinate', value(i), ok)
+    end do
+    if (fields%n /= wanted) then
+      if (wanted == 9) call report(reader, fields%start, 'axes of a profile need nine numbers: '// &
+        'the origin, a point of the local x axis, and one of the local y axis')
+      if (wanted == 6) call report(reader, fields%start, 'the axis of a profile needs six '// &
+        'numbers: its origin, and a point of the axis')
+    end if
+    if (.not. ok) return
+    origin = value(:3)
+    x = value(4:6) - origin
+    if (wanted == 6) then
+      ok = norm2(x) > 0.0_wp
+      if (ok) axes(:, 3) = x/norm2(x)
+    else
+      y = value(7:9) - origin
+      z = cross(x, y)
+      ok = norm2(z) > 0.0_wp
+      if (ok) then
+        axes(:, 1) = x/norm2(x)
+        axes(:, 3) = z/norm2(z)
+        axes(:, 2) = cross(axes(:, 3), axes(:, 1))
+      end if
+    end if
+    if (.not. ok) call report(reader, fields%start, 'the points of the axes are in one place, '// &
+      'or on one line')
+  end subroutine read_axes
+
+  !> The numbers behind the word of a line.
+  subroutine read_numbers(reader, fields, word, n, value, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    character(*), intent(in) :: word
+    integer, intent(in) :: n
+    real(wp), intent(out) :: value(:)
+    logical, intent(out) :: ok !! false: a mistake was reported
+    integer :: i
+
+    value = 0.0_wp
+    ok = fields%n == n + 1
+    if (.not. ok) then
+      call report(reader, field_position(reader, fields, min(fields%n, n + 2)), word// &
+        ' of a profile needs '//trim(merge('two numbers ', 'four numbers', n == 2)))
+      return
+    end if
+    do i = 1, n
+      if (ok) call real_field(reader, fields, i + 1, 'a coordinate', value(i), ok)
+    end do
+  end subroutine read_numbers
+
+end module read_analytical_mod

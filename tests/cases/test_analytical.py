@@ -1,0 +1,122 @@
+"""Analytical surfaces are the planes, cylinders and spheres that their profiles make."""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+CUBE = """*BLOCK, NAME=A, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*NODE, NSET=HUB
+900, 0.5, 0.5, -2.
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=A, MATERIAL=M
+*SURFACE INTERACTION, NAME=I
+{tool}*CONTACT PAIR, INTERACTION=I
+A-ZMIN, TOOL
+*BOUNDARY
+HUB, 1, 2
+A-ZMAX, 1, 3
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+HUB, 3, 3, 0.01
+*END STEP
+"""
+# Axes below the cube: x stays, y is up; of what is turned z is up. The body is to the left.
+SWEPT = "CYLINDER, NAME=TOOL\n0.5, 0.5, -2., 1.5, 0.5, -2., 0.5, 0.5, -1.\n"
+TURNED = "REVOLUTION, NAME=TOOL\n0.5, 0.5, -2., 0.5, 0.5, -1.\n"
+PLANE = "PLANE, REF NODE=900\n0., 0., 0., 0., 0., 1.\n"
+SHAPES = (
+    (SWEPT + "START, -3., 2.\nLINE, 0., 2.\nLINE, 3., 2.\n", PLANE, "a plane without ends"),
+    (TURNED + "START, 0., 2.\nLINE, 3., 2.\n", PLANE, "a plane without ends"),
+    (SWEPT + "START, -2., 0.\nCIRCL, 0., 2., 0., 0.\nCIRCL, 2., 0., 0., 0.\n",
+     "CYLINDER, REF NODE=900\n0.5, 0., -2., 0., 1., 0., 2.\n", "a whole cylinder without ends"),
+    (TURNED + "START, 0., 2.\nCIRCL, 2., 0., 0., 0.\n",
+     "SPHERE, REF NODE=900\n0.5, 0.5, -2., 2.\n", "a whole sphere"),
+    # A bowl about the cube: its centre is to the left.
+    (TURNED + "START, 0., 2.\nCIRCL, 3., 5., 0., 5.\n",
+     "SPHERE, INNER, REF NODE=900\n0.5, 0.5, 3., 3.\n", "a whole sphere"),
+)  # fmt: skip
+PARTS = """*PART, NAME=FLOOR
+*NODE, NSET=RP
+1, 0., 0., 0.
+*SURFACE, TYPE=CYLINDER, NAME=RIGID
+START, 5., 0.
+LINE, -5., 0.
+*RIGID BODY, REF NODE=RP, ANALYTICAL SURFACE=RIGID
+*END PART
+*PART, NAME=CUBE
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*NSET, NSET=TOP
+5, 6, 7, 8
+*ELEMENT, TYPE=C3D8, ELSET=ALL
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*SURFACE, NAME=FOOT
+1, S1
+*SOLID SECTION, ELSET=ALL, MATERIAL=M
+*END PART
+*ASSEMBLY, NAME=ASSEMBLY
+*INSTANCE, NAME=F, PART=FLOOR
+0.5, 0.25, 0.
+0.5, 0.25, 0., 1.5, 0.25, 0., -90.
+*END INSTANCE
+*INSTANCE, NAME=C, PART=CUBE
+*END INSTANCE
+*END ASSEMBLY
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+C.FOOT, F.RIGID
+*BOUNDARY
+C.TOP, 1, 3
+F.RP, 1, 2
+*STEP
+*STATIC
+*BOUNDARY
+F.RP, 3, 3, 0.01
+*END STEP
+"""
+
+
+class Analytical(unittest.TestCase):
+    def forces(self, deck, note=""):
+        """Return the reactions of the points, and the resultant."""
+        run = Run(deck, name="tool")
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        self.assertIn(note, run.output)
+        with run.result() as result:
+            self.assertTrue(result.certified)
+            return result.pairs[0].force[-1], result.pairs[0].resultant[-1]
+
+    def test_each_is_the_obstacle_of_its_shape(self):
+        rigid = "*RIGID BODY, ANALYTICAL SURFACE=TOOL, REF NODE=900\n"
+        for profile, shape, note in SHAPES:
+            with self.subTest(profile):
+                own, total = self.forces(CUBE.format(tool=f"*SURFACE, TYPE={profile}{rigid}"),
+                                         note=note)  # fmt: skip
+                same, _ = self.forces(CUBE.format(tool=f"*OBSTACLE, NAME=TOOL, TYPE={shape}"))
+                np.testing.assert_allclose(own, same, atol=1e-9)
+                self.assertGreater(total[2], 0.1)
+
+    def test_an_instance_moves_it(self):
+        """The part's floor faces -y; turned by -90 degrees about x it faces up: E times 0.01."""
+        _, total = self.forces(PARTS)
+        np.testing.assert_allclose(total, [0, 0, 10], atol=1e-7)
+
+
+if __name__ == "__main__":
+    unittest.main()
