@@ -1,7 +1,7 @@
 !> The static steps that a deck begins with, where it is to run without the others (--static-steps).
 module static_steps_mod
   use cards_mod, only: is_keyword_line, note, pieces_t, reader_t, report, split_line
-  use deck_table_mod, only: is_procedure, same_word, squeeze
+  use deck_table_mod, only: is_other_step, same_word, squeeze
   use text_mod, only: to_text
   implicit none
   private
@@ -32,7 +32,7 @@ contains
         begins = line
         if (has_option('PERTURBATION')) call leave_out('PERTURBATION')
       else if (of_other == 0 .and. step > 0) then
-        if (is_procedure(name) .and. .not. has_option('APPLICATION=QUASI-STATIC')) call &
+        if (is_other_step(name) .and. .not. has_option('APPLICATION=QUASI-STATIC')) call &
           leave_out('*'//name)
       end if
     end do

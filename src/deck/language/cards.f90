@@ -8,7 +8,8 @@ module cards_mod
   use deck_source_mod, only: source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
   use deck_table_mod, only: find_rule, in_model, in_step, is_ignored, is_missing, is_outside, &
-    is_procedure, item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, split_items
+    is_other_step, is_procedure, item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, &
+    split_items
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
   implicit none
@@ -177,7 +178,7 @@ contains
       else if (keyword%reading == is_missing) then
         call refuse(keyword, star, '*'//trim(keyword%name)//' is not available in this version', &
           trim(keyword%remark))
-      else if (keyword%reading == is_outside) then
+      else if (any(keyword%reading == [is_outside, is_procedure])) then
         reader%other_field = .true.
         call refuse(keyword, star, '*'//trim(keyword%name)// &
           ': bipot solves static frictional contact of elastic solids', trim(keyword%remark)// &
@@ -207,7 +208,7 @@ contains
       character(:), allocatable :: words
 
       words = ''
-      if (step > 1 .and. is_procedure(name)) words = '; --static-steps runs the steps before it'
+      if (step > 1 .and. is_other_step(name)) words = '; --static-steps runs the steps before it'
     end function steps_before
 
     !> Report a keyword that is not read, where it stands first. Readers of other cards see that it

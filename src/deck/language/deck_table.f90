@@ -16,7 +16,8 @@ module deck_table_mod
 
   public :: rule_t, item_t, deck_table, find_rule, rule_of, keyword_names, split_items, split_at
   public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, is_checked
-  public :: max_keyword, is_procedure, squeeze, same_word, without_tabs
+  public :: is_procedure
+  public :: max_keyword, is_other_step, squeeze, same_word, without_tabs
 
   integer, parameter :: max_keyword = 36
 
@@ -29,12 +30,13 @@ module deck_table_mod
   integer, parameter :: is_missing = 3 !! it would change the result: an error
   integer, parameter :: is_outside = 4 !! likewise, of a field that the program is not made for
   integer, parameter :: is_checked = 5 !! some options would, others are ignored, and so are data
+  integer, parameter :: is_procedure = 6 !! as is_outside; it says what a step computes
 
   !> A keyword, in upper case, without its star, and what belongs to it.
   type :: rule_t
     character(max_keyword) :: name
     integer :: place                  !! in_model, in_step, anywhere
-    integer :: reading                !! is_read, is_ignored, is_missing, is_outside, is_checked
+    integer :: reading                !! is_read, is_ignored, is_missing, ...
     character(280) :: options = ''    !! that are read
     character(140) :: ignored = ''    !! options that are ignored with a note, without values
     character(120) :: data = ''       !! the data lines, one behind the other: blank for none
@@ -315,29 +317,29 @@ module deck_table_mod
     rule_t('ROTARY INERTIA', anywhere, is_outside, remark=static_only), &
     rule_t('POINT MASS', anywhere, is_outside, remark='*DENSITY gives bodies weight'), &
     rule_t('DAMPING', anywhere, is_outside, remark=static_only), &
-    rule_t('VISCO', anywhere, is_outside, remark=static_only), &
-    rule_t('FREQUENCY', anywhere, is_outside, remark=static_only), &
-    rule_t('COMPLEX FREQUENCY', anywhere, is_outside, remark=static_only), &
-    rule_t('BUCKLE', anywhere, is_outside, remark=static_only), &
-    rule_t('DYNAMIC', anywhere, is_outside, remark=static_only), &
-    rule_t('MODAL DYNAMIC', anywhere, is_outside, remark=static_only), &
-    rule_t('STEADY STATE DYNAMICS', anywhere, is_outside, remark=static_only), &
-    rule_t('RANDOM RESPONSE', anywhere, is_outside, remark=static_only), &
-    rule_t('RESPONSE SPECTRUM', anywhere, is_outside, remark=static_only), &
-    rule_t('SUBSTRUCTURE GENERATE', anywhere, is_outside, remark=static_only), &
+    rule_t('VISCO', anywhere, is_procedure, remark=static_only), &
+    rule_t('FREQUENCY', anywhere, is_procedure, remark=static_only), &
+    rule_t('COMPLEX FREQUENCY', anywhere, is_procedure, remark=static_only), &
+    rule_t('BUCKLE', anywhere, is_procedure, remark=static_only), &
+    rule_t('DYNAMIC', anywhere, is_procedure, remark=static_only), &
+    rule_t('MODAL DYNAMIC', anywhere, is_procedure, remark=static_only), &
+    rule_t('STEADY STATE DYNAMICS', anywhere, is_procedure, remark=static_only), &
+    rule_t('RANDOM RESPONSE', anywhere, is_procedure, remark=static_only), &
+    rule_t('RESPONSE SPECTRUM', anywhere, is_procedure, remark=static_only), &
+    rule_t('SUBSTRUCTURE GENERATE', anywhere, is_procedure, remark=static_only), &
     rule_t('SUBSTRUCTURE PROPERTY', anywhere, is_outside), &
     rule_t('BULK VISCOSITY', anywhere, is_outside, remark=static_only), &
     rule_t('FIXED MASS SCALING', anywhere, is_outside, remark=static_only), &
     rule_t('VARIABLE MASS SCALING', anywhere, is_outside, remark=static_only), &
     rule_t('BASE MOTION', anywhere, is_outside, remark=static_only), &
     rule_t('MODAL DAMPING', anywhere, is_outside, remark=static_only), &
-    rule_t('GREEN', anywhere, is_outside, remark=static_only), &
+    rule_t('GREEN', anywhere, is_procedure, remark=static_only), &
     rule_t('IMPEDANCE', anywhere, is_outside, remark=static_only), &
     rule_t('SELECT EIGENMODES', anywhere, is_outside, remark=static_only), &
-    rule_t('COMPLEX MODAL DYNAMIC', anywhere, is_outside, remark=static_only), &
-    rule_t('HEAT TRANSFER', anywhere, is_outside, remark=no_heat), &
-    rule_t('COUPLED TEMPERATURE-DISPLACEMENT', anywhere, is_outside, remark=no_heat), &
-    rule_t('UNCOUPLED TEMPERATURE-DISPLACEMENT', anywhere, is_outside, remark=no_heat), &
+    rule_t('COMPLEX MODAL DYNAMIC', anywhere, is_procedure, remark=static_only), &
+    rule_t('HEAT TRANSFER', anywhere, is_procedure, remark=no_heat), &
+    rule_t('COUPLED TEMPERATURE-DISPLACEMENT', anywhere, is_procedure, remark=no_heat), &
+    rule_t('UNCOUPLED TEMPERATURE-DISPLACEMENT', anywhere, is_procedure, remark=no_heat), &
     rule_t('CFLUX', anywhere, is_outside, remark=no_heat), &
     rule_t('DFLUX', anywhere, is_outside, remark=no_heat), &
     rule_t('DSFLUX', anywhere, is_outside, remark=no_heat), &
@@ -348,41 +350,33 @@ module deck_table_mod
     rule_t('GAP HEAT GENERATION', anywhere, is_outside, remark=no_heat), &
     rule_t('GAP RADIATION', anywhere, is_outside, remark=no_heat), &
     rule_t('VIEWFACTOR', anywhere, is_outside, remark=no_heat), &
-    rule_t('GEOSTATIC', anywhere, is_outside, remark=static_only), &
-    rule_t('SOILS', anywhere, is_outside), &
+    rule_t('GEOSTATIC', anywhere, is_procedure, remark=static_only), &
+    rule_t('SOILS', anywhere, is_procedure), &
     rule_t('PERMEABILITY', anywhere, is_outside), &
-    rule_t('ELECTROMAGNETICS', anywhere, is_outside), &
-    rule_t('CFD', anywhere, is_outside), &
-    rule_t('SENSITIVITY', anywhere, is_outside), &
+    rule_t('ELECTROMAGNETICS', anywhere, is_procedure), &
+    rule_t('CFD', anywhere, is_procedure), &
+    rule_t('SENSITIVITY', anywhere, is_procedure), &
     rule_t('CYCLIC SYMMETRY MODEL', anywhere, is_outside, &
     remark='--symmetry takes half of a scene; *TRANSFORM and *EQUATION join its sides'), &
     rule_t('SELECT CYCLIC SYMMETRY MODES', anywhere, is_outside), &
     rule_t('CONTACT DAMPING', anywhere, is_outside, remark=static_only), &
     rule_t('DESIGN VARIABLES', anywhere, is_outside), &
     rule_t('DESIGN RESPONSE', anywhere, is_outside), &
-    rule_t('ROBUST DESIGN', anywhere, is_outside), &
+    rule_t('ROBUST DESIGN', anywhere, is_procedure), &
     rule_t('OBJECTIVE', anywhere, is_outside), &
     rule_t('CONSTRAINT', anywhere, is_outside), &
-    rule_t('FEASIBLE DIRECTION', anywhere, is_outside), &
+    rule_t('FEASIBLE DIRECTION', anywhere, is_procedure), &
     rule_t('FILTER', anywhere, is_outside), &
     rule_t('USER ELEMENT', anywhere, is_outside), &
     rule_t('UEL PROPERTY', anywhere, is_outside), &
     rule_t('USER SECTION', anywhere, is_outside), &
-    rule_t('CRACK PROPAGATION', anywhere, is_outside), &
+    rule_t('CRACK PROPAGATION', anywhere, is_procedure), &
     rule_t('VALUES AT INFINITY', anywhere, is_outside), &
     rule_t('BOUNDARYF', anywhere, is_outside), &
     rule_t('TRANSFORMF', anywhere, is_outside), &
     rule_t('EQUATIONF', anywhere, is_outside), &
     rule_t('MASS FLOW', anywhere, is_outside), &
     rule_t('NETWORK MPC', anywhere, is_outside)]
-
-  !> Keywords that say what a step computes, but for *STATIC.
-  character(max_keyword), parameter :: procedures(*) = [character(max_keyword) :: 'VISCO', &
-    'FREQUENCY', 'COMPLEX FREQUENCY', 'BUCKLE', 'DYNAMIC', 'MODAL DYNAMIC', &
-    'COMPLEX MODAL DYNAMIC', 'STEADY STATE DYNAMICS', 'RANDOM RESPONSE', 'RESPONSE SPECTRUM', &
-    'SUBSTRUCTURE GENERATE', 'GREEN', 'HEAT TRANSFER', 'COUPLED TEMPERATURE-DISPLACEMENT', &
-    'UNCOUPLED TEMPERATURE-DISPLACEMENT', 'GEOSTATIC', 'SOILS', 'ELECTROMAGNETICS', 'CFD', &
-    'SENSITIVITY', 'ROBUST DESIGN', 'FEASIBLE DIRECTION', 'CRACK PROPAGATION']
 
   type(rule_t), parameter :: deck_table(*) = [cards_read, cards_ignored, cards_missing, &
     cards_outside]
@@ -407,12 +401,13 @@ contains
   end subroutine find_rule
 
   !> Whether a keyword says what a step computes, something else than a static equilibrium.
-  pure logical function is_procedure(name)
+  pure logical function is_other_step(name)
     character(*), intent(in) :: name !! without its star
-    integer :: i
+    type(rule_t) :: rule
 
-    is_procedure = any([(same_word(name, procedures(i)), i=1, size(procedures))])
-  end function is_procedure
+    call find_rule(name, rule, is_other_step)
+    is_other_step = is_other_step .and. rule%reading == is_procedure
+  end function is_other_step
 
   !> What the table says of a keyword that it has.
   pure type(rule_t) function rule_of(name) result(rule)
