@@ -6,8 +6,8 @@ module covering_parts_mod
   use connectivity_mod, only: corners_in
   use surfaces_mod, only: cut_at_middles
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
-  use face_overlap_mod, only: overlap_t, plane_t, polygon_t, in_plane, outward_normal, &
-    find_common, find_overlap, opposite_weights
+  use face_overlap_mod, only: overlap_t, plane_t, polygon_t, plane_of_face, in_plane, &
+    outward_normal, find_common, find_overlap, area_of, opposite_weights
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
   use surface_reach_mod, only: largest_face, against
   use sight_mod, only: screen_t, cover_t, find_covers, leave_seen, has_way_out, height_of, &
@@ -17,7 +17,7 @@ module covering_parts_mod
   implicit none
   private
 
-  public :: master_t, part_t, cut_master, find_parts, look_opposite
+  public :: master_t, part_t, cut_master, find_parts, cover_again, look_opposite
 
   !> What a part of a slave face and one of the master see of each other.
   type :: part_t
@@ -25,8 +25,10 @@ module covering_parts_mod
     integer :: n = 0              !! how many there are
     integer :: of = 0             !! which part of the master it is
     integer :: corner(face_corners) = 0 !! of that part, 0 behind them
+    integer :: slave_corner(face_corners) = 0 !! of the part of the slave face, 0 behind them
     type(plane_t) :: plane        !! of the part of the slave face
     type(polygon_t), allocatable :: seen(:) !! in it
+    logical :: is_cut = .false.   !! whether other faces hide some of it
     type(overlap_t) :: overlap
   end type part_t
 
@@ -62,6 +64,7 @@ contains
     type(part_t), allocatable, intent(out) :: parts(:)
     real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
     real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) as of slave_t [length]
+    real(wp), allocatable :: whole(:) !! [length^2]
     integer, allocatable :: near(:)
     type(cover_t), allocatable :: covers(:)
     type(polygon_t) :: common
@@ -102,6 +105,7 @@ contains
       parts(n)%seen = [common]
     end do
     parts = parts(:n)
+    whole = seen_areas(parts)
     if (range(1) < -rounding .or. range(2) > rounding) then
       call find_covers(screen, x, plane, range, covers)
       do i = 1, n
@@ -112,9 +116,26 @@ contains
       end do
       if (screen%asks_way_out) call leave_ways_out(x, screen, rounding, parts, trapped)
     end if
+    parts%is_cut = seen_areas(parts) < (1.0_wp - touching)*whole
     parts = pack(parts, [(size(parts(i)%seen) > 0, i=1, n)])
     call add_integrals(x, face, parts, u)
   end subroutine find_parts
+
+  !> The area of what is seen of each part.
+  pure function seen_areas(parts) result(area)
+    type(part_t), intent(in) :: parts(:)
+    real(wp) :: area(size(parts)) !! [length^2]
+    integer :: i, k
+
+    area = 0.0_wp
+    do i = 1, size(parts)
+      do k = 1, size(parts(i)%seen)
+        associate (polygon => parts(i)%seen(k))
+          area(i) = area(i) + area_of(polygon%corner(:, :polygon%n))
+        end associate
+      end do
+    end do
+  end function seen_areas
 
   !> Of what is seen behind the slave's plane keep that along which places can leave the other body.
   pure subroutine leave_ways_out(x, screen, rounding, parts, trapped)
@@ -178,6 +199,27 @@ contains
       end associate
     end do
   end subroutine add_integrals
+
+  !> What a part covers of a slave face where nodes have moved a little since it was found: what
+  !> there is of it is not looked for again, and what other faces cut out of it is held.
+  pure subroutine cover_again(x, face, part)
+    real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
+    type(face_t), intent(in) :: face      !! where it is now
+    type(part_t), intent(inout) :: part   !! gets plane and overlap
+
+    if (part%is_cut) return
+    associate (mine => part%slave_corner(:corners_in(part%slave_corner)), &
+               corner => part%corner(:corners_in(part%corner)), of => part%node(:part%n))
+      part%plane = plane_of_face(x(:, mine))
+      part%seen = [find_common(part%plane, in_plane(part%plane, x(:, corner)))]
+      if (max(face%n, part%n) <= face_corners) then
+        part%overlap = find_overlap(part%plane, face%x(:, :face%n), x(:, corner), part%seen)
+      else
+        part%overlap = find_curved_overlap(part%plane, whole_face(face%x(:, :face%n)), &
+          whole_face(x(:, of)), part%seen)
+      end if
+    end associate
+  end subroutine cover_again
 
   !> Find the places of the master opposite the nodes of a slave face that ask for it: among the
   !> corners of the master's parts.

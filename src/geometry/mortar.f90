@@ -13,6 +13,7 @@ module mortar_mod
   use slave_face_mod, only: face_t, what_neighbours_get, add_whole
   use covering_parts_mod, only: master_t, part_t, cut_master, find_parts, look_opposite
   use dual_weights_mod, only: add_face
+  use mortar_changes_mod, only: face_changes_t, note_changes, join_changes
   use hanging_rows_mod, only: fold_rows
   use tied_rows_mod, only: rows_of_nodes
   implicit none
@@ -41,12 +42,14 @@ contains
     type(screen_t) :: screen
     type(part_t), allocatable :: parts(:), more(:)
     type(entries_t) :: entries
+    type(face_changes_t), allocatable :: noted(:)
+    real(wp), allocatable :: place(:, :)
     type(plane_t) :: plane
     type(face_t) :: face
     real(wp) :: length, alpha(size(x, 2))
     integer, allocatable :: corners(:, :), whole(:)
     integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, s
-    logical :: makes_rows, of_nodes
+    logical :: makes_rows, of_nodes, finds_changes
 
     makes_rows = .true.
     if (present(is_rigid)) makes_rows = .not. is_rigid
@@ -54,6 +57,11 @@ contains
     number(slave%nodes) = [(i, i=1, n)]
     mortar = new_mortar(slave)
     allocate (parts(0))
+    finds_changes = slave%asks_changes .and. .not. allocated(slave%hanging)
+    if (finds_changes) then
+      allocate (noted(size(slave%faces, 2)))
+      place = x
+    end if
     in_parts = cut_master(master, x)
     call cut_at_middles(slave%faces, corners, whole)
     alpha = 0.0_wp
@@ -90,18 +98,23 @@ contains
             if (allocated(slave%asks)) call look_opposite(slave%asks(number(mine)), plane, x, &
               in_parts, more, number(mine), mortar%opposite)
           end associate
+          do i = 1, size(more)
+            more(i)%slave_corner = corners(:, s)
+          end do
           parts = [parts, more]
           if (s == size(whole)) exit
           if (whole(s + 1) > f) exit
         end do
         call add_whole(face, plane, mortar)
         call add_face(face, x, parts, makes_rows, mortar, entries)
+        if (finds_changes) call note_changes(face, parts, makes_rows, place, noted(f))
       end associate
     end do
     if (allocated(slave%hanging)) call fold_rows(slave, number, makes_rows, mortar, entries)
     if (allocated(slave%is_fixed)) then
       where (slave%is_fixed) mortar%area = 0.0_wp
     end if
+    if (finds_changes) call join_changes(noted, x, slave%nodes, makes_rows, mortar)
     do i = 1, n
       length = norm2(mortar%normal(:, i))
       if (length > 0.0_wp) mortar%normal(:, i) = mortar%normal(:, i)/length

@@ -6,7 +6,7 @@ module mortar_rows_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, new_mortar, without_rounding, lifted_gap, &
+  public :: mortar_t, slave_t, opposite_t, changes_t, new_mortar, without_rounding, lifted_gap, &
     enough_of_second_order
 
   !> The place of the master that lies opposite a slave node.
@@ -18,6 +18,23 @@ module mortar_rows_mod
     !! how far beyond its edges, beside the face; further away is not opposite: strains do not move
     !! an edge so far [-]
   end type opposite_t
+
+  !> What the rows change by as nodes move: the derivatives by the places of the nodes that each
+  !> depends on. docs/theory.md (11.24).
+  type :: changes_t
+    integer, allocatable :: first(:)       !! (n+1) where the nodes of each row begin
+    integer, allocatable :: node(:)        !! (n_entries)
+    real(wp), allocatable :: normal(:, :, :)
+    !! (3,3,n_entries) component of the normal, direction in which the node moves [1/length]
+    real(wp), allocatable :: faced(:, :, :)
+    !! (3,3,n_entries) the same of the place that the row faces, by what its weights change; before
+    !! facets as it is seen from the node [-]
+    integer, allocatable :: first_master(:) !! (n+1) where the nodes with weights of each row begin
+    integer, allocatable :: master(:)      !! (n_masters)
+    integer, allocatable :: first_weight(:) !! (n_entries+1) where those of each entry begin
+    real(wp), allocatable :: weight(:, :)
+    !! (3,n_weights) of each node with a weight, by direction; none before facets [1/length]
+  end type changes_t
 
   !> What the nodes of a slave surface face.
   type :: mortar_t
@@ -46,6 +63,7 @@ module mortar_rows_mod
     logical :: has_middles = .false.        !! faces of the slave have mid-side nodes
     type(opposite_t), allocatable :: opposite(:)
     !! (n) where the slave asks for it, else not allocated
+    type(changes_t), allocatable :: changes !! where the slave asks for them, else not allocated
   end type mortar_t
 
   !> A slave surface.
@@ -58,6 +76,7 @@ module mortar_rows_mod
     !! (5,m) of these the nodes that hang, with the two or four that they lie between: these get
     !! what they have, and they are not covered
     logical, allocatable :: asks(:)     !! (n) for what lies opposite; not allocated: none does
+    logical :: asks_changes = .false.   !! of the rows; not where nodes hang
     logical, allocatable :: is_fixed(:)
     !! (n) the node has no multiplier: its neighbours get what it has; not allocated: none
     real(wp), allocatable :: moved(:, :)
