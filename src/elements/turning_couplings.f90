@@ -226,19 +226,22 @@ contains
   end function work_of_turns
 
   !> What forces on the nodes of a coupling add to the stiffness of its rotation as these turn, in
-  !> its unknowns: the symmetric part. The other one is half the moment.
-  pure function coupling_stiffness(scene, prescribed, u, f, rotation) result(k)
+  !> its unknowns: the symmetric part, or the whole. The other part is half the moment.
+  pure function coupling_stiffness(scene, prescribed, u, f, rotation, is_whole) result(k)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
     real(wp), intent(in) :: f(:, :)          !! (3,n_nodes) that nodes answer with [force]
     integer, intent(in) :: rotation
+    logical, intent(in), optional :: is_whole !! default: no
     real(wp) :: k(3, 3)                      !! [force/length]
-    real(wp) :: arm(3), spin(3, 3)
+    real(wp) :: arm(3), spin(3, 3), skew
     integer, allocatable :: nodes(:)
     integer :: i, a
 
     k = 0.0_wp
+    skew = 0.0_wp
+    if (present(is_whole)) skew = merge(0.5_wp, 0.0_wp, is_whole)
     allocate (nodes(0))
     nodes = nodes_of_grip(scene, rotation)
     associate (of => scene%rotations(rotation), x => scene%mesh%coordinates)
@@ -246,7 +249,7 @@ contains
         arm = x(:, nodes(i)) + u(:, nodes(i)) - x(:, of%node) - u(:, of%node)
         associate (force => f(:, nodes(i)))
           do a = 1, 3
-            k(:, a) = k(:, a) + 0.5_wp*(arm*force(a) + force*arm(a))
+            k(:, a) = k(:, a) + (0.5_wp + skew)*arm*force(a) + (0.5_wp - skew)*force*arm(a)
             k(a, a) = k(a, a) - dot_product(arm, force)
           end do
         end associate

@@ -26,7 +26,7 @@ module sparse_factor_mod
   private
 
   public :: sparse_factor_t, analysis_t, analyse, factorise, is_analysed, analysed_order, &
-    library_version, count_negative
+    library_version, count_negative, solve_unsymmetric
 
   !> What the pattern of a matrix says of its factorisation, without a number of it.
   type :: analysis_t
@@ -196,6 +196,25 @@ contains
     if (.not. allocated(error)) n_negative = factor%negative_pivots()
     call factor%release()
   end subroutine count_negative
+
+  !> Solution of A x = b for a matrix of which nothing is known but its entries.
+  subroutine solve_unsymmetric(a, b, error)
+    type(triplets_t), intent(in) :: a   !! all entries; those of one place add up
+    real(wp), contiguous, target, intent(inout) :: b(:, :) !! (n,m) right-hand sides, solutions out
+    type(error_t), allocatable, intent(out) :: error
+    !! singular (exit_not_solved), or no memory
+    type(double_factor_t) :: factor
+    real(wp), allocatable :: values(:), schur(:, :)
+
+    call factor%analyse(a, [integer ::], 0, precision_controls_t(), error, is_unsymmetric=.true.)
+    if (.not. allocated(error)) then
+      values = a%value
+      allocate (schur(0, 0))
+      call factor%factorise(values, schur, error)
+    end if
+    if (.not. allocated(error)) call factor%solve(b, error)
+    call factor%release()
+  end subroutine solve_unsymmetric
 
   !> Solution of K x = b for matrices without Schur complement, several right-hand sides at once.
   subroutine solve(factor, b, error)

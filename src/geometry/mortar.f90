@@ -57,7 +57,8 @@ contains
     number(slave%nodes) = [(i, i=1, n)]
     mortar = new_mortar(slave)
     allocate (parts(0))
-    finds_changes = slave%asks_changes .and. .not. allocated(slave%hanging)
+    finds_changes = slave%asks_changes
+    if (allocated(slave%hanging)) finds_changes = finds_changes .and. size(slave%hanging, 2) == 0
     if (finds_changes) then
       allocate (noted(size(slave%faces, 2)))
       place = x

@@ -44,7 +44,8 @@ module advance_mod
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
   use turned_bodies_mod, only: begin_turned, end_turned
-  use equilibrate_mod, only: equilibrate
+  use other_gaps_mod, only: x_free_of
+  use balance_together_mod, only: is_together, reach_balance
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
   implicit none
@@ -189,10 +190,10 @@ contains
 
     attempts: do i = 1, max_attempts
       ! 2. to 5. Equilibrium
-      if (i == 1 .and. solver%choices%precision%renews_tangent) call begin_with_tangent(scene, &
-        points, solver, old, trial, report, error)
+      if (i == 1 .and. solver%choices%precision%renews_tangent .and. .not. is_together(scene, &
+        solver)) call begin_with_tangent(scene, points, solver, old, trial, report, error)
       if (allocated(error)) return
-      if (.not. has_no_result(report)) call equilibrate(scene, points, solver, old, trial, new, &
+      if (.not. has_no_result(report)) call reach_balance(scene, points, solver, old, trial, new, &
         report, error)
       if (allocated(error)) return
       if (has_no_result(report)) then
@@ -219,6 +220,7 @@ contains
         new%reaction)
       call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
         old, new, report%contact)
+      if (is_together(scene, solver)) report%x_free = x_free_of(solver%contact, report%contact)
       ! Pressures before obstacles are over the faces as they are deformed.
       if (.not. is_linear(scene)) then
         where (.not. points%on_surface) report%contact%covered_area = areas_at(scene, points, &

@@ -11,7 +11,7 @@ module extrapolate_mod
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: dof_map_t, to_nodes, unknowns_of
   use follow_bodies_mod, only: largest_deformation
-  use load_response_mod, only: let_loads_follow
+  use following_loads_mod, only: let_loads_follow
   use trial_mod, only: trial_t
   use place_and_solve_mod, only: newton_raphson_t
   use displace_mod, only: settle

@@ -9,9 +9,10 @@ module load_response_mod
   use scene_mod, only: scene_t
   use grip_motion_mod, only: move_grips
   use increments_mod, only: increment_t
-  use mesh_forces_mod, only: internal_force, force_rounding, pressure_force, gravity_force
+  use mesh_forces_mod, only: internal_force, force_rounding
   use bodies_mod, only: is_linear, find_tangent_force
   use increment_forces_mod, only: imposed_t
+  use following_loads_mod, only: let_loads_follow
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
@@ -21,7 +22,7 @@ module load_response_mod
   private
 
   public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement, &
-    impose_loads, let_loads_follow
+    impose_loads
 
   real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
   integer,  parameter :: max_refinements = 30   !! of a response to loads
@@ -158,30 +159,6 @@ contains
     imposed%following = following_at(scene, loads, fraction, step_time)
     call let_loads_follow(scene, u, imposed)
   end subroutine impose_loads
-
-  !> The loads of bodies that are displaced further, where loads follow bodies: pressures go with
-  !> their surfaces, and what turns about an axis is where its distance from this is now.
-  !> docs/theory.md (8.30), (8.40).
-  pure subroutine let_loads_follow(scene, u, imposed)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
-    type(imposed_t), intent(inout) :: imposed    !! gets external
-    integer :: i
-
-    if (.not. allocated(imposed%dead_load)) return
-    imposed%external = imposed%dead_load
-    associate (following => imposed%following)
-      do i = 1, size(scene%surfaces)
-        if (abs(following%pressure(i)) > 0.0_wp) call pressure_force(scene%mesh, &
-          scene%surfaces(i), following%pressure(i), imposed%external, u)
-      end do
-      do i = 1, size(scene%regions)
-        if (any(abs(following%gradient(:, :, i)) > 0.0_wp)) call gravity_force(scene%mesh, &
-          scene%materials, scene%regions(i)%elements, [0.0_wp, 0.0_wp, 0.0_wp], &
-          following%gradient(:, :, i), u, imposed%external)
-      end do
-    end associate
-  end subroutine let_loads_follow
 
   !> What the supports prescribe at the end of an increment, from the loads alone: the certificate
   !> holds displacements against it, so nothing of it comes from a solution.

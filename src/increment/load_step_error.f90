@@ -37,7 +37,7 @@ module load_step_error_mod
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, expected_reactions, trend_of
   use closed_points_mod, only: may_stay_closed
   use look_ahead_mod, only: can_look_ahead, step_on_interface
-  use equilibrate_mod, only: equilibrate
+  use balance_together_mod, only: reach_balance
   use path_balance_mod, only: work_left_over, largest_switch_energy
   implicit none
   private
@@ -432,7 +432,7 @@ contains
     else
       to%reaction = expected_reactions(scene, points, solver, to, increment)
       call mark_end(increment, to)
-      call equilibrate(scene, points, solver, from, trial, to, report, error)
+      call reach_balance(scene, points, solver, from, trial, to, report, error)
       to%trend = trend_of(increment, from%reaction, to%reaction)
     end if
     ok = .not. allocated(error) .and. report%converged

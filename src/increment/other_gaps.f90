@@ -11,13 +11,13 @@ module other_gaps_mod
   use problem_mod, only: contact_report_t, pack_rows, product_with_w
   use floating_mod, only: shift_of
   use floating_centre_mod, only: drift_t
-  use condensed_contact_mod, only: contact_group_t, count_rows
+  use condensed_contact_mod, only: condensed_contact_t, contact_group_t, count_rows
   use step_solver_mod, only: step_solver_t
   use solve_reactions_mod, only: solve_for_least
   implicit none
   private
 
-  public :: react_to_gaps, wide_open
+  public :: x_free_of, react_to_gaps, wide_open
 
   real(wp), parameter :: sharp_enough = 1.0e-5_wp
   !! residual: of what the gaps change one digit is asked for [-]
@@ -69,16 +69,14 @@ contains
     real(wp), intent(in) :: change(:)     !! (n_active) of the gaps [length]
     real(wp), intent(inout) :: r(:, :)    !! (3,n_active) n, t1, t2 [force]
     logical, intent(out) :: ok
-    real(wp), dimension(3, size(change)) :: x, found
+    real(wp), dimension(3, size(change)) :: found
     real(wp), dimension(group%problem%n_rows) :: packed, x_free
     real(wp), allocatable :: gaps(:)
     type(contact_report_t) :: report
     type(drift_t) :: drift
 
-    x(1, :) = contact%gap(group%active) + change
-    x(2:, :) = contact%slip_increment(:, group%active)
     packed = pack_rows(group%problem, r)
-    x_free = pack_rows(group%problem, x) - pinned_product(group, packed)
+    x_free = pinned_x_free(group, contact, change, packed)
     ! Free motions are counted from the end, where the reactions balance their loads.
     if (size(group%motion) > 0) then
       drift%load = -matmul(packed, group%floating%g)
@@ -90,6 +88,37 @@ contains
     ok = report%converged
     if (ok) r = found
   end subroutine react
+
+  !> Gaps and slips without reactions, with the bodies pinned where they are.
+  function pinned_x_free(group, contact, change, r) result(x_free)
+    type(contact_group_t), intent(in) :: group
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: change(:)      !! (n_active) of the gaps [length]
+    real(wp), intent(in) :: r(:)           !! (n_rows) [force]
+    real(wp) :: x_free(size(r))            !! [length]
+    real(wp) :: x(3, size(change))
+
+    x(1, :) = contact%gap(group%active) + change
+    x(2:, :) = contact%slip_increment(:, group%active)
+    x_free = pack_rows(group%problem, x) - pinned_product(group, r)
+  end function pinned_x_free
+
+  !> Gaps and slips without the reactions that an increment has ended with, by the contact problem
+  !> where it has.
+  function x_free_of(condensed, contact) result(x_free)
+    type(condensed_contact_t), intent(in) :: condensed
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), allocatable :: x_free(:)     !! (n_rows) of all groups [length]
+    integer :: i, k
+
+    allocate (x_free(0))
+    do i = 1, size(condensed%group)
+      associate (group => condensed%group(i))
+        x_free = [x_free, pinned_x_free(group, contact, [(0.0_wp, k=1, size(group%active))], &
+          pack_rows(group%problem, contact%reaction(:, group%active)))]
+      end associate
+    end do
+  end function x_free_of
 
   !> W r with the bodies pinned, of a problem whose W has them free, P W P + theta Q Q^T, and is
   !> soft along reactions that no body feels.

@@ -1,13 +1,13 @@
 !> The forces that are out of balance at the nodes, and which of them reactions take.
 module out_of_balance_mod
   use kinds_mod, only: wp
-  use constraints_mod, only: constraints_t, active_constraints, give_to_masters
+  use constraints_mod, only: constraints_t, active_constraints
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use increment_forces_mod, only: increment_forces_t
   use turning_couplings_mod, only: turned_constraints, turn_moments
   use placement_mod, only: placement_t
+  use force_balance_mod, only: out_of_balance
   use trial_mod, only: trial_t
   use place_and_solve_mod, only: newton_raphson_t
   implicit none
@@ -41,54 +41,6 @@ contains
       call out_of_balance(scene%mesh, here, forces, closely, residual, loop%imbalance, loop%left)
     end associate
   end subroutine find_residual
-
-  !> f_ext + B^T r - f_int on the free degrees of freedom, and the largest of a node beside the
-  !> largest force of its body, less what rounding makes of it.
-  !>
-  !> Rounding of many nodes may add up in the balance of a body: where the certificate has not
-  !> passed it is no excuse, and what is left is taken out as far as it goes.
-  pure subroutine out_of_balance(mesh, active, forces, closely, residual, relative, left)
-    type(mesh_t), intent(in) :: mesh
-    type(constraints_t), intent(in) :: active               !! chains substituted
-    type(increment_forces_t), intent(in) :: forces
-    logical, intent(in) :: closely                          !! rounding is no excuse
-    real(wp), intent(inout) :: residual(:, :)
-    !! (3,n_nodes) of all nodes in; given to masters, 0 where prescribed out [force]
-    real(wp), intent(out) :: relative                       !! [-]
-    real(wp), intent(out) :: left                           !! of the same node [force]
-    real(wp) :: scale(0:mesh%n_bodies), rounding(mesh%n_nodes)
-    integer :: node, c, k
-
-    call give_to_masters(active, residual)
-    rounding = forces%rounding
-    do c = 1, active%n
-      do k = active%first(c), active%first(c + 1) - 1
-        associate (of_master => rounding(active%master(k)))
-          of_master = of_master + abs(active%weight(k))*forces%rounding(active%node(c))
-        end associate
-      end do
-    end do
-    where (forces%prescribed) residual = 0.0_wp
-    scale = 0.0_wp
-    if (allocated(forces%of_elements%largest)) scale = forces%of_elements%largest
-    do node = 1, mesh%n_nodes
-      associate (of_body => scale(mesh%body(node)))
-        of_body = max(of_body, norm2(forces%internal(:, node)), norm2(forces%external(:, node)))
-      end associate
-    end do
-    scale(0) = maxval(scale)
-    where (scale <= 0.0_wp) scale = 1.0_wp
-    relative = 0.0_wp
-    left = 0.0_wp
-    do node = 1, mesh%n_nodes
-      associate (beyond => norm2(residual(:, node)) - merge(0.0_wp, rounding(node), closely), &
-        of_body => scale(mesh%body(node)))
-        if (beyond <= relative*of_body) cycle
-        relative = beyond/of_body
-        left = beyond
-      end associate
-    end do
-  end subroutine out_of_balance
 
   !> Leave what displacements cannot balance any closer to the reactions at the same nodes, where
   !> these press a fixed obstacle and do not slide: internal forces of displacements that are what

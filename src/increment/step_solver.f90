@@ -13,6 +13,7 @@ module step_solver_mod
   use errors_mod, only: error_t, raise, exit_not_solved
   use system_mod, only: wall_seconds
   use blas_core_mod, only: use_threads
+  use controls_mod, only: solver_auto
   use scene_mod, only: scene_t
   use choices_mod, only: choices_t
   use contact_points_mod, only: contact_points_t, is_pair_removed
@@ -222,9 +223,10 @@ contains
       solver%body, work, error)
     if (solver%choices%precision%threads > 1) call use_threads(1)
     if (allocated(error)) return
-    if (solver%choices%precision%renews_tangent .and. solver%body%motions%n > 0) call raise(error, &
-      exit_not_solved, 'TANGENT=NEWTON does not cover bodies or obstacles that supports do not '// &
-      'hold; TANGENT=KEPT does')
+    if (solver%choices%precision%renews_tangent .and. solver%body%motions%n > 0 .and. &
+      scene%contact%solver /= solver_auto) call raise(error, exit_not_solved, 'TANGENT=NEWTON '// &
+      'with a SOLVER of *CONTACT SOLVER does not cover bodies or obstacles that supports do '// &
+      'not hold; SOLVER=AUTO does')
   end subroutine make_body
 
   !> The contact problem of the undeformed mesh.

@@ -13,7 +13,7 @@ module turned_bodies_mod
   use bodies_mod, only: is_linear, find_internal_force, find_tangent_force
   use dof_map_mod, only: can_turn, turn_nodes, stop_turning, is_turned
   use rigid_modes_mod, only: add_motions
-  use load_response_mod, only: let_loads_follow
+  use following_loads_mod, only: let_loads_follow
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse, moved_by
   use condense_contact_mod, only: condense_contact

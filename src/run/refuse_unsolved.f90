@@ -137,7 +137,8 @@ contains
     case (ended_indefinite)
       words = 'the tangent stiffness of iteration '// &
         to_text(report%newton_raphson_iterations + 1)//' is not positive definite, and contact '// &
-        'is not determined with it; TANGENT=KEPT of *BODY SOLVER leaves out what is negative in it'
+        'is not determined with it; SOLVER=AUTO of *CONTACT SOLVER, and TANGENT=KEPT of *BODY '// &
+        'SOLVER, do without that'
     case (ended_moving)
       words = moving()
     case default

@@ -43,12 +43,13 @@ contains
 
   !> What the nodes of a slave surface face of one side of a surface where `u` takes them, or with
   !> small sliding where they are in the mesh.
-  pure subroutine face_surface(scene, points, pair, side, u, faced)
+  pure subroutine face_surface(scene, points, pair, side, u, faced, asks_changes)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(faced_side_t), intent(out) :: faced
+    logical, intent(in), optional :: asks_changes !! of its mortar, as of slave_t
     real(wp) :: x(3, scene%mesh%n_nodes), reach, far, behind
     type(slave_t) :: slave
     integer, allocatable :: master(:, :), faces(:), m(:)
@@ -91,6 +92,7 @@ contains
         if (allocated(mesh%hangs)) slave%asks = slave%asks .and. .not. mesh%hangs(slave_nodes)
         if (.not. any(slave%asks)) deallocate (slave%asks)
       end if
+      if (present(asks_changes)) slave%asks_changes = asks_changes
       far = reach + reach_of_all(s, m, x)
       allocate (faced%is_fixed(last - first + 1), faced%still(3, last - first + 1), source=.false.)
       allocate (faced%driven_in(last - first + 1), source=0.0_wp)
@@ -306,13 +308,15 @@ contains
   end subroutine keep_joined
 
   !> What the nodes of a slave surface face of one side of an obstacle of facets where it stands.
-  pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar)
+  pure subroutine face_obstacle(scene, points, pair, side, u, obstacle, mortar, asks_changes)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     type(obstacle_t), intent(in) :: obstacle !! as it has turned
     type(mortar_t), intent(out) :: mortar !! of the points before the side
+    logical, intent(in), optional :: asks_changes
+    !! as of slave_t; nodes by their place among those of the points
     real(wp) :: x(3, scene%mesh%n_nodes), shift(3), reach
     real(wp), allocatable :: way(:, :)    !! (3,n) of the corners of the side [length]
     integer, allocatable :: facets(:)     !! of the side; not allocated: all
@@ -332,6 +336,7 @@ contains
       now = join_facets(slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, &
         mesh%connectivity), s, hanging_of(mesh%hangs, mesh%between, mesh%n_given, s)), x, &
         obstacle, shift, facets)
+      if (present(asks_changes)) now%slave%asks_changes = asks_changes
       reach = reach_of_facets(now) + of%overlap + &
         norm2(max(maxval(u(:, s), 2) - minval(way, 2), maxval(way, 2) - minval(u(:, s), 2)))
       call face_facets(near_facets(now, reach), reach, mortar)

@@ -13,7 +13,13 @@ module load_stiffness_mod
   implicit none
   private
 
-  public :: loaded_nodes, add_load_stiffness
+  public :: load_stiffness_t, loaded_nodes, load_stiffnesses, add_load_stiffness
+
+  !> -df/du of the forces on a face, or an element, by its nodes' places.
+  type :: load_stiffness_t
+    integer, allocatable :: node(:)   !! (n)
+    real(wp), allocatable :: k(:, :)  !! (3n,3n) not symmetric [force/length]
+  end type load_stiffness_t
 
   real(wp), parameter :: rounding = 1.0e-9_wp
   !! of the sum of what cancels between faces: that has cancelled [-]
@@ -48,9 +54,53 @@ contains
     nodes = nodes(:n)
   end function loaded_nodes
 
+  !> What the forces of these loads change by, face by face and element by element.
+  pure function load_stiffnesses(scene, following, u) result(all)
+    type(scene_t), intent(in) :: scene
+    type(following_t), intent(in) :: following
+    real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
+    type(load_stiffness_t), allocatable :: all(:)
+    real(wp) :: products(most_nodes, most_nodes)
+    type(cell_functions_t) :: functions
+    integer :: its(face_nodes), s, i, n, l, pass
+
+    do pass = 1, 2
+      l = 0
+      do s = 1, size(scene%surfaces)
+        if (.not. abs(following%pressure(s)) > 0.0_wp) cycle
+        associate (faces => scene%surfaces(s)%faces)
+          do i = 1, size(faces, 2)
+            l = l + 1
+            if (pass == 1) cycle
+            its = all_nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
+            all(l)%node = its(:count(its > 0))
+            all(l)%k = following%pressure(s)*area_derivatives(scene%mesh%coordinates(:, &
+              all(l)%node) + u(:, all(l)%node))
+          end do
+        end associate
+      end do
+      do s = 1, size(scene%regions)
+        if (.not. any(abs(following%gradient(:, :, s)) > 0.0_wp)) cycle
+        do i = 1, size(scene%regions(s)%elements)
+          l = l + 1
+          if (pass == 1) cycle
+          associate (e => scene%regions(s)%elements(i))
+            all(l)%node = nodes_of_element(scene%mesh%connectivity, e)
+            n = size(all(l)%node)
+            call find_node_products(scene%mesh%connectivity%cell(e), &
+              scene%mesh%coordinates(:, all(l)%node), functions, products(:n, :n))
+            all(l)%k = -scene%materials(scene%mesh%material(e))%density* &
+              by_axes(products(:n, :n), following%gradient(:, :, s))
+          end associate
+        end do
+      end do
+      if (pass == 1) allocate (all(l))
+    end do
+  end function load_stiffnesses
+
   !> Add the symmetric part of -df/du to K, f the forces of these loads, and say whether there is
   !> another one: then the work of the pressures depends on the way.
-  subroutine add_load_stiffness(scene, map, following, u, k, is_symmetric)
+  pure subroutine add_load_stiffness(scene, map, following, u, k, is_symmetric)
     type(scene_t), intent(in) :: scene
     type(dof_map_t), intent(in) :: map           !! with the loaded nodes on its interface
     type(following_t), intent(in) :: following
@@ -58,41 +108,16 @@ contains
     type(triplets_t), intent(inout) :: k
     logical, intent(out) :: is_symmetric
     type(triplets_t) :: added
-    real(wp) :: ke(3*face_nodes, 3*face_nodes)
+    type(load_stiffness_t), allocatable :: of(:)
     real(wp), allocatable :: skew(:), largest(:) !! (n_free) of a vector without a pattern
-    real(wp) :: products(most_nodes, most_nodes)
-    type(cell_functions_t) :: functions
-    integer :: its(face_nodes), s, i, n, n_added
+    integer :: l, n_added
 
     allocate (skew(map%n_free), largest(map%n_free), source=0.0_wp)
     allocate (added%row(0), added%column(0), added%value(0))
     n_added = 0
-    do s = 1, size(scene%surfaces)
-      if (.not. abs(following%pressure(s)) > 0.0_wp) cycle
-      associate (faces => scene%surfaces(s)%faces)
-        do i = 1, size(faces, 2)
-          its = all_nodes_of_face(scene%mesh%connectivity, faces(1, i), faces(2, i))
-          n = count(its > 0)
-          associate (nodes => its(:n))
-            ke(:3*n, :3*n) = following%pressure(s)* &
-              area_derivatives(scene%mesh%coordinates(:, nodes) + u(:, nodes))
-            call add_nodes(map, nodes, ke(:3*n, :3*n), added, n_added, skew, largest)
-          end associate
-        end do
-      end associate
-    end do
-    do s = 1, size(scene%regions)
-      if (.not. any(abs(following%gradient(:, :, s)) > 0.0_wp)) cycle
-      do i = 1, size(scene%regions(s)%elements)
-        associate (e => scene%regions(s)%elements(i), nodes => nodes_of_element( &
-                   scene%mesh%connectivity, scene%regions(s)%elements(i)))
-          n = size(nodes)
-          call find_node_products(scene%mesh%connectivity%cell(e), &
-            scene%mesh%coordinates(:, nodes), functions, products(:n, :n))
-          call add_nodes(map, nodes, -scene%materials(scene%mesh%material(e))%density* &
-            by_axes(products(:n, :n), following%gradient(:, :, s)), added, n_added, skew, largest)
-        end associate
-      end do
+    of = load_stiffnesses(scene, following, u)
+    do l = 1, size(of)
+      call add_nodes(map, of(l)%node, of(l)%k, added, n_added, skew, largest)
     end do
     k%row = [k%row, added%row(:n_added)]
     k%column = [k%column, added%column(:n_added)]

@@ -1,0 +1,330 @@
+!> The equilibrium of an increment: displacements and reactions by one semismooth Newton method on
+!> the sparse equations of the bodies. docs/theory.md section 4, "Displacements and reactions
+!> together".
+module find_equilibrium_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t, exit_not_solved
+  use scene_mod, only: scene_t
+  use state_mod, only: state_t
+  use contact_points_mod, only: contact_points_t
+  use increment_report_mod, only: increment_report_t, ended_well, ended_inverted, &
+    ended_out_of_balance
+  use placement_mod, only: join_ends
+  use follow_points_mod, only: rounding_of_places
+  use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
+    set_reactions, law_error
+  use linearise_mod, only: bodies_stiffness_t, find_bodies_stiffness, find_scales, set_t, step_t, &
+    solve_step
+  implicit none
+  private
+
+  public :: find_equilibrium
+
+  integer, parameter :: most_iterations = 40
+  integer, parameter :: most_sticking = 6  !! iterations in which all that presses sticks
+  real(wp), parameter :: least_part = 1.0_wp/16.0_wp
+  real(wp), parameter :: of_stiffness = 0.1_wp
+  !! penalty of the law, of the nodes' own stiffness: less of what is stiff presses where it should
+  !! not, more of what is soft lets go [-]
+  ! How much nothing is held back by, where all is out of balance [-]
+  real(wp), parameter :: on_bodies = 1.0e-4_wp, on_reactions = 1.0e-2_wp
+  real(wp), parameter :: least_on_reactions = 1.0e-8_wp !! where all is in balance [-]
+  real(wp), parameter :: most_caution = 1.0e4_wp !! times that [-]
+  integer, parameter :: most_idle = 5      !! of the least steps, one after the other
+
+  !> What the iterations leave to each other.
+  type :: search_t
+    real(wp) :: caution = 1.0_wp            !! how much more than usual is held back [-]
+    integer :: sticking = 0                 !! iterations left in which all sticks
+    integer :: idle = 0                     !! steps in a row that were the least
+    logical, allocatable :: pressed(:)      !! (n_points) in the one before
+    real(wp), allocatable :: flight(:)
+    !! (0:n_bodies) of what holds back a body that nothing presses and nothing holds [-]
+  end type search_t
+
+contains
+
+  !> Bring the bodies and their contact into balance.
+  subroutine find_equilibrium(scene, points, task, new, found, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(state_t), intent(inout) :: new
+    !! where to start from, in displacement, modes and reaction; the end
+    type(iterate_t), intent(out) :: found    !! that end
+    type(increment_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error !! no memory
+    type(iterate_t) :: now, next
+    type(bodies_stiffness_t) :: stiffness
+    type(set_t) :: set
+    type(search_t) :: search
+    type(step_t) :: step
+    real(wp) :: part, error_now, way
+    logical :: has_joined, arrives
+    integer :: i
+
+    call look_from(scene, points, task, new, now)
+    report%converged = .false.
+    report%ending = ended_out_of_balance
+    search = begin_search(points, now, scene%mesh%n_bodies)
+    iterations: do i = 1, most_iterations
+      call find_bodies_stiffness(scene, task, now, stiffness)
+      set%rho = of_stiffness*find_scales(points, stiffness, now)
+      way = how_far(task, now)
+      error_now = max(now%imbalance, worst_of_law(scene, points, set%rho, now))
+      if (i == 1) error_now = 1.0_wp
+      report%residual = error_now
+      if (i > 1 .and. .not. way > 0.0_wp .and. max(now%imbalance, worst_of_law(scene, points, &
+        set%rho/of_stiffness, now)) <= task%tolerance) then
+        has_joined = .false.
+        if (allocated(now%placement%weights%alone)) call join_ends(points, world_reactions(now), &
+          now%placement%weights%alone, has_joined)
+        if (.not. has_joined) then
+          report%converged = .true.
+          report%ending = ended_well
+          exit iterations
+        end if
+        new%alone = now%placement%weights%alone
+        call again(now)
+        cycle iterations
+      end if
+      call choose_set(scene, points, task, now, error_now, i == 1, search, set)
+      call solve_step(scene, points, task, now, stiffness, set, step, error)
+      report%tangents = report%tangents + 1
+      report%newton_raphson_iterations = report%newton_raphson_iterations + 1
+      if (allocated(error)) then
+        if (error%exit_status /= exit_not_solved) return
+        deallocate (error)
+        if (search%caution >= most_caution) exit iterations
+        search%caution = min(most_caution, 100.0_wp*search%caution)
+        cycle iterations
+      end if
+
+      ! The first of 1, 1/2, 1/4, ... that takes it nearer.
+      part = 1.0_wp
+      arrives = way > 0.0_wp .or. search%sticking > 0 .or. any(search%flight < 1.0_wp)
+      do
+        call look_at(scene, points, task, now, moved(task, now, step%u, part), now%reaction + &
+          part*step%r, next)
+        report%force_evaluations = report%force_evaluations + 1
+        if (next%inverted == 0) then
+          if (arrives .or. part <= least_part .or. is_same(points, next, set)) exit
+          if (merit(scene, points, now%scale, set%rho, next) < merit(scene, points, now%scale, &
+            set%rho, now)) exit
+        else if (part < 0.01_wp) then
+          report%ending = ended_inverted
+          report%worst_element = next%inverted
+          exit iterations
+        end if
+        part = 0.5_wp*part
+      end do
+      if (part <= 0.25_wp) search%caution = min(most_caution, 10.0_wp*search%caution)
+      if (part >= 1.0_wp) search%caution = max(1.0_wp, 0.1_wp*search%caution)
+      now = next
+      search%idle = merge(search%idle + 1, 0, part <= least_part .and. .not. arrives)
+      if (search%idle == most_idle) exit iterations
+    end do iterations
+    report%imbalance = now%imbalance
+    new%displacement = now%u
+    new%modes = now%modes
+    ! What does not press has no reaction, down to the last bit.
+    call release_points(points, set%rho, now)
+    new%reaction = world_reactions(now)
+    found = now
+
+  contains
+
+    !> Look at the same place once more, with points that have changed.
+    subroutine again(now)
+      type(iterate_t), intent(inout) :: now
+
+      call look_at(scene, points, task, now, now%u, now%reaction, next)
+      now = next
+    end subroutine again
+
+  end subroutine find_equilibrium
+
+  !> The place that an increment is sought from.
+  subroutine look_from(scene, points, task, new, now)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(state_t), intent(in) :: new
+    type(iterate_t), intent(out) :: now
+    type(iterate_t) :: start
+    real(wp) :: none(3, points%n)
+
+    start%modes = new%modes
+    start%placement = task%began
+    none = 0.0_wp
+    call look_at(scene, points, task, start, new%displacement, none, now)
+    call set_reactions(scene, points, task, local_reactions(now, new%reaction), now)
+  end subroutine look_from
+
+  type(search_t) function begin_search(points, now, n_bodies) result(search)
+    type(contact_points_t), intent(in) :: points
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: n_bodies
+
+    allocate (search%pressed(points%n), source=.false.)
+    allocate (search%flight(0:n_bodies), source=1.0_wp)
+    if (.not. any(abs(now%reaction) > 0.0_wp)) search%sticking = most_sticking
+  end function begin_search
+
+  !> How far what is prescribed is from its end.
+  pure real(wp) function how_far(task, now)
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+
+    how_far = maxval(abs(task%forces%displacement - now%u), mask=task%forces%prescribed)
+    how_far = max(0.0_wp, how_far)
+  end function how_far
+
+  !> A part of the step from a place; the whole of it arrives at what is prescribed to the last bit.
+  pure function moved(task, now, du, step) result(u)
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(in) :: du(:, :)         !! (3,n_nodes) [length]
+    real(wp), intent(in) :: step             !! [-]
+    real(wp) :: u(3, size(du, 2))            !! [length]
+
+    u = now%u + step*du
+    if (step >= 1.0_wp) then
+      where (task%forces%prescribed) u = task%forces%displacement
+    end if
+  end function moved
+
+  !> What the points' reactions are off the law by.
+  pure function law_errors(points, rho, now) result(z)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
+    type(iterate_t), intent(in) :: now
+    real(wp) :: z(3, points%n)               !! [force]
+    integer :: i
+
+    do i = 1, points%n
+      z(:, i) = law_error(points%mu(i), rho(i), now%has(:, i), now%is_driven(i), &
+        now%reaction(:, i), now%x(:, i))
+    end do
+  end function law_errors
+
+  !> The worst of these beside the forces of its body.
+  pure real(wp) function worst_of_law(scene, points, rho, now) result(worst)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: rho(:)           !! (n_points) that they are of [force/length]
+    type(iterate_t), intent(in) :: now
+    real(wp) :: rounding, z(3, points%n)
+    integer :: i
+
+    worst = 0.0_wp
+    z = law_errors(points, rho, now)
+    rounding = rounding_of_places(scene, now%u)
+    do i = 1, points%n
+      worst = max(worst, (norm2(z(:, i)) - rho(i)*rounding)/ &
+        now%scale(scene%mesh%body(points%node(i))))
+    end do
+  end function worst_of_law
+
+  !> How far all is from balance and law, in parts of the forces of each body.
+  pure real(wp) function merit(scene, points, scale, rho, now)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: scale(0:)        !! (0:n_bodies) [force]
+    real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
+    type(iterate_t), intent(in) :: now
+    real(wp) :: z(3, points%n)
+    integer :: i
+
+    z = law_errors(points, rho, now)
+    merit = 0.0_wp
+    do i = 1, size(now%u, 2)
+      merit = merit + sum((now%residual(:, i)/scale(scene%mesh%body(i)))**2)
+    end do
+    do i = 1, points%n
+      merit = merit + sum((z(:, i)/scale(scene%mesh%body(points%node(i))))**2)
+    end do
+  end function merit
+
+  !> Whether the points do at a place what they were taken to do: between such places all is smooth,
+  !> and forces that rise for a step, as those along a slender body that bends, fall with the next.
+  pure logical function is_same(points, now, set)
+    type(contact_points_t), intent(in) :: points
+    type(iterate_t), intent(in) :: now
+    type(set_t), intent(in) :: set
+    real(wp) :: y(3)
+    integer :: i
+
+    is_same = .true.
+    do i = 1, points%n
+      y = merge(now%reaction(:, i) - set%rho(i)*now%x(:, i), 0.0_wp, now%has(:, i))
+      is_same = is_same .and. (y(1) > 0.0_wp .eqv. set%presses(i))
+      if (set%presses(i)) is_same = is_same .and. (now%is_driven(i) .or. (norm2(y(2:)) > &
+        points%mu(i)*max(0.0_wp, y(1)) .eqv. set%slides(i)))
+    end do
+  end function is_same
+
+  !> What the points do in the next step: by r - rho x; without reactions to begin with by gaps, and
+  !> all of them stick until those that press repeat.
+  subroutine choose_set(scene, points, task, now, error_now, is_first, search, set)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(in) :: error_now        !! [-]
+    logical, intent(in) :: is_first
+    type(search_t), intent(inout) :: search
+    type(set_t), intent(inout) :: set        !! its rho is there
+    real(wp) :: y(3)
+    logical :: is_pressed(0:scene%mesh%n_bodies)
+    real(wp) :: touching !! gap that counts as none [length]
+    integer :: i, k
+
+    set%presses = [(.false., i=1, points%n)]
+    set%slides = set%presses
+    is_pressed = .false.
+    touching = rounding_of_places(scene, now%u)
+    do i = 1, points%n
+      if (.not. now%has(1, i)) cycle
+      y = merge(now%reaction(:, i) - set%rho(i)*now%x(:, i), 0.0_wp, now%has(:, i))
+      set%presses(i) = y(1) > 0.0_wp
+      if (is_first .and. search%sticking > 0) set%presses(i) = now%x(1, i) <= touching
+      set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. norm2(y(2:)) > points%mu(i)* &
+        max(0.0_wp, y(1)))
+      if (.not. set%presses(i)) cycle
+      is_pressed(scene%mesh%body(points%node(i))) = .true.
+      do k = now%placement%weights%first(i), now%placement%weights%first(i + 1) - 1
+        is_pressed(scene%mesh%body(now%placement%weights%node(k))) = .true.
+      end do
+    end do
+    if (search%sticking > 0) then
+      search%sticking = search%sticking - 1
+      if (all(set%presses .eqv. search%pressed) .and. .not. is_first) search%sticking = 0
+      if (search%sticking > 0) set%slides = set%slides .and. (now%is_driven .or. .not. points%mu > &
+        0.0_wp)
+    end if
+    search%pressed = set%presses
+    where (task%is_free .and. .not. is_pressed)
+      search%flight = 0.1_wp*search%flight
+    else where
+      search%flight = 1.0_wp
+    end where
+    if (.not. allocated(set%on_bodies)) allocate (set%on_bodies(0:scene%mesh%n_bodies))
+    set%on_bodies(0:) = merge(on_bodies*min(1.0_wp, error_now)*search%caution*search%flight, &
+      0.0_wp, task%is_free)
+    set%on_reactions = max(least_on_reactions, on_reactions*min(1.0_wp, search%caution*error_now))
+  end subroutine choose_set
+
+  !> Take the last bits of reactions from points that do not press.
+  pure subroutine release_points(points, rho, now)
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
+    type(iterate_t), intent(inout) :: now
+    integer :: i
+
+    do i = 1, points%n
+      if (now%reaction(1, i) - rho(i)*now%x(1, i) <= 0.0_wp) now%reaction(:, i) = 0.0_wp
+    end do
+  end subroutine release_points
+
+end module find_equilibrium_mod

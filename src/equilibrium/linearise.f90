@@ -1,0 +1,464 @@
+!> The matrix of an iteration of the equilibrium, on displacements and reactions together, and the
+!> step that it says. docs/theory.md (4.25).
+module linearise_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use growing_lists_mod, only: enlarge
+  use constraints_mod, only: follow_masters
+  use linked_nodes_mod, only: coupled_nodes
+  use obstacles_mod, only: ref_nodes
+  use grips_mod, only: is_turning
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t, list_slave
+  use finite_forces_mod, only: tangent_t
+  use bodies_mod, only: find_tangent_force
+  use turning_couplings_mod, only: coupling_stiffness
+  use dof_map_mod, only: dof_map_t, make_dof_map, interface_terms_of, to_equations, to_nodes
+  use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_of
+  use load_stiffness_mod, only: load_stiffness_t, load_stiffnesses
+  use sparse_factor_mod, only: solve_unsymmetric
+  use point_rows_mod, only: point_row_t, make_rows
+  use transfer_mod, only: nodal_forces
+  use iterate_mod, only: task_t, iterate_t, world_reactions
+  implicit none
+  private
+
+  public :: bodies_stiffness_t, find_bodies_stiffness, find_scales, set_t, step_t, &
+    solve_step
+
+  !> The tangent of the bodies at one place.
+  type :: bodies_stiffness_t
+    type(tangent_t) :: tangent
+    type(dof_map_t) :: map                  !! of all that can move, nothing pinned
+    type(triplets_t) :: k                   !! lower triangle
+    real(wp), allocatable :: mean(:)        !! (0:n_bodies) of each body's diagonal, 0: of all
+    real(wp), allocatable :: diagonal(:, :) !! (3,n_nodes) [force/length]
+    integer, allocatable :: first(:)
+    !! (3 n_nodes+1) what each degree of freedom is of unknowns: where these begin
+    integer, allocatable :: equation(:)
+    real(wp), allocatable :: factor(:)
+  end type bodies_stiffness_t
+
+  !> What the points are taken to do, and how much holds back what nothing holds.
+  type :: set_t
+    logical, allocatable :: presses(:), slides(:) !! (n_points)
+    real(wp), allocatable :: rho(:)         !! (n_points) [force/length]
+    real(wp), allocatable :: on_bodies(:)   !! (0:n_bodies) of the mean of its diagonal [-]
+    real(wp) :: on_reactions = 0.0_wp       !! of 1/rho [-]
+  end type set_t
+
+  !> The step of an iteration.
+  type :: step_t
+    real(wp), allocatable :: u(:, :) !! (3,n_nodes) what is prescribed goes its whole way [length]
+    real(wp), allocatable :: r(:, :) !! (3,n_points) in the frames of the place [force]
+  end type step_t
+
+  !> The matrix while it is put together: it acts on known changes of nodes at once.
+  type :: system_t
+    integer :: n = 0
+    type(triplets_t) :: a
+    real(wp), allocatable :: known(:, :)    !! (3,n_nodes) prescribed changes [length]
+    real(wp), allocatable :: force(:, :)    !! (3,n_nodes) right-hand side [force]
+    real(wp), allocatable :: law(:)         !! (n_rows) likewise [length]
+  end type system_t
+
+contains
+
+  !> The tangent at a place, and which unknowns there are.
+  subroutine find_bodies_stiffness(scene, task, now, of)
+    type(scene_t), intent(in) :: scene
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(bodies_stiffness_t), intent(out) :: of
+    integer, allocatable :: start(:), neighbours(:), equations(:)
+    real(wp), allocatable :: coefficients(:), diagonal(:)
+    integer :: body(scene%mesh%n_nodes), node, i, n, pass
+    logical :: all_of(3, scene%mesh%n_nodes)
+
+    of%tangent = tangent_t(now%u, task%free, projection=0.0_wp, modes=now%modes)
+    body = scene%mesh%body
+    ! Reference nodes of obstacles move as bodies of their own.
+    associate (nodes => ref_nodes(scene%obstacles))
+      body(nodes) = max(body(nodes), [(scene%mesh%n_bodies + i, i=1, size(nodes))])
+    end associate
+    all_of = .true.
+    of%map = make_dof_map(body, task%forces%prescribed, all_of, now%constraints)
+    call coupled_nodes(scene%mesh, now%constraints, start, neighbours)
+    call assemble_stiffness(scene%mesh, scene%materials, of%map, start, neighbours, of%k, &
+      tangent=of%tangent)
+    allocate (diagonal(of%map%n_free), source=diagonal_of(of%k))
+    allocate (of%diagonal(3, scene%mesh%n_nodes), of%mean(0:scene%mesh%n_bodies))
+    call to_nodes(of%map, diagonal, of%diagonal)
+    of%diagonal = abs(of%diagonal)
+    associate (its => scene%mesh%body(of%map%node))
+      do i = 0, scene%mesh%n_bodies
+        of%mean(i) = sum(diagonal, mask=its == i .or. i == 0)/max(1, count(diagonal > 0.0_wp .and. &
+          (its == i .or. i == 0)))
+      end do
+    end associate
+    allocate (of%first(3*scene%mesh%n_nodes + 1))
+    do pass = 1, 2
+      n = 0
+      do node = 1, scene%mesh%n_nodes
+        do i = 1, 3
+          of%first(3*node - 3 + i) = n + 1
+          call interface_terms_of(of%map, node, i, equations, coefficients)
+          if (pass == 2) of%equation(n + 1:n + size(equations)) = equations
+          if (pass == 2) of%factor(n + 1:n + size(equations)) = coefficients
+          n = n + size(equations)
+        end do
+      end do
+      of%first(3*scene%mesh%n_nodes + 1) = n + 1
+      if (pass == 1) allocate (of%equation(n), of%factor(n))
+    end do
+  end subroutine find_bodies_stiffness
+
+  !> How stiff each point's nodes are against its reaction, of the diagonal of the stiffness.
+  pure function find_scales(points, stiffness, now) result(rho)
+    type(contact_points_t), intent(in) :: points
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(iterate_t), intent(in) :: now
+    real(wp) :: rho(points%n) !! [force/length]
+    integer :: i, k, n, node(3)
+    real(wp) :: factor(3)
+
+    do i = 1, points%n
+      rho(i) = 0.0_wp
+      call list_slave(points, now%placement%weights, i, n, node, factor)
+      do k = 1, n
+        rho(i) = max(rho(i), abs(factor(k))*maxval(stiffness%diagonal(:, node(k))))
+      end do
+      do k = now%placement%weights%first(i), now%placement%weights%first(i + 1) - 1
+        rho(i) = max(rho(i), abs(now%placement%weights%weight(k))*maxval(stiffness%diagonal(:, &
+          now%placement%weights%node(k))))
+      end do
+      if (.not. rho(i) > 0.0_wp) rho(i) = stiffness%mean(0)
+    end do
+  end function find_scales
+
+  !> The step of an iteration.
+  subroutine solve_step(scene, points, task, now, stiffness, set, step, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(set_t), intent(in) :: set
+    type(step_t), intent(out) :: step
+    type(error_t), allocatable, intent(out) :: error !! singular, or no memory
+    type(system_t) :: system
+    type(point_row_t), allocatable :: rows(:)
+    integer :: row(3, points%n), i, k, n
+    real(wp), allocatable :: b(:, :)
+    real(wp) :: added(3, scene%mesh%n_nodes, 1)
+
+    row = 0
+    n = stiffness%map%n_free
+    do i = 1, points%n
+      if (.not. set%presses(i)) cycle
+      do k = 1, 3
+        if (.not. now%has(k, i)) cycle
+        n = n + 1
+        row(k, i) = n
+      end do
+    end do
+    associate (n_free => stiffness%map%n_free)
+      allocate (system%law(n - n_free), source=0.0_wp)
+      ! What does not press lets go of what it has.
+      system%force = now%residual - nodal_forces(points, now%placement%weights, merge( &
+        world_reactions(now), 0.0_wp, spread(.not. set%presses, 1, 3)), scene%mesh%n_nodes)
+      allocate (system%known(3, scene%mesh%n_nodes), source=0.0_wp)
+      where (task%forces%prescribed) system%known = task%forces%displacement - now%u
+      call follow_masters(now%constraints, system%known)
+      if (any(abs(system%known) > 0.0_wp)) then
+        call find_tangent_force(scene, reshape(system%known, shape(added)), added, &
+          stiffness%tangent)
+        system%force = system%force - added(:, :, 1)
+      end if
+      call add_bodies(scene, stiffness, set, system)
+      call add_loads(scene, task, now, stiffness, system)
+      call make_rows(scene, points, task, now, set%presses, rows)
+      do k = 1, size(rows)
+        call add_point(points%mu(rows(k)%point), now, stiffness, set, rows(k), &
+          row(:, rows(k)%point), system)
+      end do
+      system%a%n = n
+      system%a%row = system%a%row(:system%n)
+      system%a%column = system%a%column(:system%n)
+      system%a%value = system%a%value(:system%n)
+      allocate (b(n, 1))
+      ! What is prescribed has no equation.
+      call to_equations(stiffness%map, system%force, b(:n_free, 1))
+      b(n_free + 1:, 1) = system%law
+      call solve_unsymmetric(system%a, b, error)
+      if (allocated(error)) return
+      allocate (step%u(3, scene%mesh%n_nodes))
+      call to_nodes(stiffness%map, b(:n_free, 1), step%u)
+      step%u = step%u + system%known
+    end associate
+    step%r = -now%reaction
+    do i = 1, points%n
+      do k = 1, 3
+        if (row(k, i) > 0) step%r(k, i) = b(row(k, i), 1)
+      end do
+    end do
+  end subroutine solve_step
+
+  !> The tangent of the bodies, and what holds those back that nothing holds.
+  subroutine add_bodies(scene, stiffness, set, system)
+    type(scene_t), intent(in) :: scene
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(set_t), intent(in) :: set
+    type(system_t), intent(inout) :: system
+    integer, allocatable :: mirrored(:)
+    real(wp), allocatable :: held(:)
+    integer :: i
+
+    associate (k => stiffness%k, map => stiffness%map)
+      mirrored = pack([(i, i=1, size(k%row))], k%row /= k%column)
+      held = set%on_bodies(scene%mesh%body(map%node))*stiffness%mean(scene%mesh%body(map%node))
+      system%a%row = [k%row, k%column(mirrored), [(i, i=1, map%n_free)]]
+      system%a%column = [k%column, k%row(mirrored), [(i, i=1, map%n_free)]]
+      system%a%value = [k%value, k%value(mirrored), held]
+      system%n = size(system%a%row)
+    end associate
+  end subroutine add_bodies
+
+  !> What loads that follow bodies, and moments of forces on turning couplings, change by.
+  subroutine add_loads(scene, task, now, stiffness, system)
+    type(scene_t), intent(in) :: scene
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(system_t), intent(inout) :: system
+    type(load_stiffness_t), allocatable :: of(:)
+    real(wp) :: k(3, 3)
+    integer :: l, p, q, i, j
+
+    if (allocated(now%forces%dead_load)) then
+      of = load_stiffnesses(scene, now%forces%following, now%u)
+      do l = 1, size(of)
+        do q = 1, size(of(l)%node)
+          do p = 1, size(of(l)%node)
+            call add_block(stiffness, of(l)%node(p), of(l)%node(q), &
+              of(l)%k(3*p - 2:3*p, 3*q - 2:3*q), system)
+          end do
+        end do
+      end do
+    end if
+    if (.not. allocated(task%turned_from)) return
+    do i = 1, size(scene%rotations)
+      if (.not. is_turning(scene, i)) cycle
+      k = coupling_stiffness(scene, task%forces%prescribed, now%u, -now%unbalanced, i, &
+        is_whole=.true.)
+      j = scene%rotations(i)%rotation_node
+      call add_block(stiffness, j, j, k, system)
+    end do
+  end subroutine add_loads
+
+  !> One point: B^T r with what it changes by, and its rows of the law.
+  subroutine add_point(mu, now, stiffness, set, of, row, system)
+    real(wp), intent(in) :: mu              !! [-]
+    type(iterate_t), intent(in) :: now
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(set_t), intent(in) :: set
+    type(point_row_t), intent(in) :: of
+    integer, intent(in) :: row(3)           !! of the matrix, 0: none
+    type(system_t), intent(inout) :: system
+    real(wp) :: x_by(3, 3), by_r(3, 3), by_x(3, 3), off(3), turns(3, 3)
+    integer :: p, q, a, i
+
+    i = of%point
+    associate (r => now%reaction(:, i), frame => now%frame(:, :, i), rho => set%rho(i))
+      if (now%is_driven(i)) then
+        call derive_driven(mu, rho, r, now%x(:, i), by_r, by_x, off)
+      else
+        call derive_law(mu, rho, now%has(:, i), set%slides(i), r, now%x(:, i), by_x, off)
+        by_r = -by_x
+        do a = 1, 3
+          by_r(a, a) = 1.0_wp + by_r(a, a)
+        end do
+      end if
+      do a = 1, 3
+        by_r(a, a) = by_r(a, a) + set%on_reactions
+      end do
+      do a = 1, 3
+        if (row(a) == 0) cycle
+        associate (law => system%law(row(a) - stiffness%map%n_free))
+          law = law + off(a)/rho
+        end associate
+        do p = 1, 3
+          if (row(p) > 0) call add(system, row(a), row(p), -by_r(a, p)/rho)
+        end do
+      end do
+      turns = r(1)*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]) + r(2)*of%of_tangent(:, :, 1) + &
+        r(3)*of%of_tangent(:, :, 2)
+      do q = 1, size(of%node)
+        x_by(1, :) = of%gap(:, q)
+        do a = 2, 3
+          x_by(a, :) = matmul(frame(:, a), of%slip(:, :, q)) + matmul(matmul(now%slip(:, i), &
+            of%of_tangent(:, :, a - 1)), of%normal(:, :, q))
+        end do
+        x_by = matmul(by_x, x_by)
+        do a = 1, 3
+          if (row(a) > 0) call add_law(stiffness, row(a), of%node(q), -x_by(a, :), system)
+        end do
+        if (abs(of%part(q)) > 0.0_wp) then
+          do a = 1, 3
+            if (row(a) > 0) call add_reaction(stiffness, of%node(q), row(a), &
+              -of%part(q)*frame(:, a), system)
+          end do
+        end if
+        if (any(abs(of%normal(:, :, q)) > 0.0_wp)) then
+          do p = 1, size(of%node)
+            if (abs(of%part(p)) > 0.0_wp) call add_block(stiffness, of%node(p), of%node(q), &
+              -of%part(p)*matmul(turns, of%normal(:, :, q)), system)
+          end do
+        end if
+        do p = 1, size(of%master)
+          call add_block(stiffness, of%master(p), of%node(q), spread(matmul(frame, r), 2, 3)* &
+            spread(of%weight(:, p, q), 1, 3), system)
+        end do
+      end do
+    end associate
+  end subroutine add_point
+
+  !> The derivative of P(r - rho x) by its argument, and r - P, in the branch that is taken.
+  pure subroutine derive_law(mu, rho, has, slides, r, x, j, off)
+    real(wp), intent(in) :: mu, rho         !! [-], [force/length]
+    logical, intent(in) :: has(3), slides
+    real(wp), intent(in) :: r(3), x(3)      !! [force], [length]
+    real(wp), intent(out) :: j(3, 3), off(3) !! [-], [force]
+    real(wp) :: y(3), t(2), size_y, part
+    integer :: a, b
+
+    j = 0.0_wp
+    do a = 1, 3
+      if (has(a)) j(a, a) = 1.0_wp
+    end do
+    off = merge(rho*x, 0.0_wp, has)
+    if (.not. slides) return
+    y = merge(r - rho*x, 0.0_wp, has)
+    size_y = norm2(y(2:))
+    t = 0.0_wp
+    if (size_y > 0.0_wp) t = y(2:)/size_y
+    part = 0.0_wp
+    if (size_y > 0.0_wp) part = mu*max(0.0_wp, y(1))/size_y
+    do b = 1, 2
+      do a = 1, 2
+        j(a + 1, b + 1) = part*(j(a + 1, b + 1) - t(a)*t(b))
+      end do
+    end do
+    j(2:, 1) = mu*t
+    off(2:) = r(2:) - part*y(2:)
+  end subroutine derive_law
+
+  !> Derivatives of what a driven point is off the law by: of its reaction, and over rho of its gap
+  !> and slip.
+  pure subroutine derive_driven(mu, rho, r, x, by_r, by_x, off)
+    real(wp), intent(in) :: mu, rho         !! [-], [force/length]
+    real(wp), intent(in) :: r(3), x(3)      !! [force], [length]
+    real(wp), intent(out) :: by_r(3, 3), by_x(3, 3), off(3) !! [-], [-], [force]
+    real(wp) :: t(2), length
+    integer :: a
+
+    length = norm2(x(2:))
+    t = x(2:)/length
+    by_r = 0.0_wp
+    by_x = 0.0_wp
+    by_x(1, 1) = 1.0_wp
+    off(1) = rho*x(1)
+    off(2:) = r(2:) + mu*max(0.0_wp, r(1))*t
+    by_r(2:, 1) = mu*t
+    by_x(2:, 2:) = -spread(t, 2, 2)*spread(t, 1, 2)
+    do a = 2, 3
+      by_r(a, a) = 1.0_wp
+      by_x(a, a) = by_x(a, a) + 1.0_wp
+    end do
+    by_x(2:, 2:) = by_x(2:, 2:)*(mu*max(0.0_wp, r(1))/(rho*length))
+  end subroutine derive_driven
+
+  !> A block of the stiffness between two nodes, and what it makes of known changes.
+  subroutine add_block(stiffness, of, by, k, system)
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    integer, intent(in) :: of, by           !! nodes
+    real(wp), intent(in) :: k(3, 3)         !! [force/length]
+    type(system_t), intent(inout) :: system
+    integer :: a, p, i
+
+    do a = 1, 3
+      do i = 1, 3
+        do p = stiffness%first(3*of - 3 + i), stiffness%first(3*of - 2 + i) - 1
+          call add_terms(stiffness, stiffness%equation(p), by, a, stiffness%factor(p)*k(i, a), &
+            system)
+        end do
+      end do
+    end do
+    system%force(:, of) = system%force(:, of) - matmul(k, system%known(:, by))
+  end subroutine add_block
+
+  !> Derivatives of a row of the law by a node's place.
+  subroutine add_law(stiffness, row, by, of, system)
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    integer, intent(in) :: row, by          !! of the matrix; node
+    real(wp), intent(in) :: of(3)           !! [-]
+    type(system_t), intent(inout) :: system
+    integer :: a
+
+    do a = 1, 3
+      call add_terms(stiffness, row, by, a, of(a), system)
+    end do
+    associate (law => system%law(row - stiffness%map%n_free))
+      law = law - dot_product(of, system%known(:, by))
+    end associate
+  end subroutine add_law
+
+  !> The force of a reaction on a node.
+  subroutine add_reaction(stiffness, node, column, force, system)
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    integer, intent(in) :: node, column     !! the latter of the matrix
+    real(wp), intent(in) :: force(3)        !! [-]
+    type(system_t), intent(inout) :: system
+    integer :: i, p
+
+    do i = 1, 3
+      do p = stiffness%first(3*node - 3 + i), stiffness%first(3*node - 2 + i) - 1
+        call add(system, stiffness%equation(p), column, stiffness%factor(p)*force(i))
+      end do
+    end do
+  end subroutine add_reaction
+
+  !> One row by one degree of freedom.
+  subroutine add_terms(stiffness, row, node, dof, value, system)
+    type(bodies_stiffness_t), intent(in) :: stiffness
+    integer, intent(in) :: row, node, dof
+    real(wp), intent(in) :: value
+    type(system_t), intent(inout) :: system
+    integer :: q
+
+    if (.not. abs(value) > 0.0_wp) return
+    do q = stiffness%first(3*node - 3 + dof), stiffness%first(3*node - 2 + dof) - 1
+      call add(system, row, stiffness%equation(q), value*stiffness%factor(q))
+    end do
+  end subroutine add_terms
+
+  !> One entry.
+  subroutine add(system, row, column, value)
+    type(system_t), intent(inout) :: system
+    integer, intent(in) :: row, column
+    real(wp), intent(in) :: value
+
+    associate (a => system%a, n => system%n)
+      if (n == size(a%row)) then
+        call enlarge(a%row, n, 2*n + 64)
+        call enlarge(a%column, n, 2*n + 64)
+        call enlarge(a%value, n, 2*n + 64)
+      end if
+      n = n + 1
+      a%row(n) = row
+      a%column(n) = column
+      a%value(n) = value
+    end associate
+  end subroutine add
+
+end module linearise_mod

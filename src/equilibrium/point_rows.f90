@@ -1,0 +1,334 @@
+!> The rows of contact points at a displacement, with what they change by as nodes move: gap, slip
+!> and the direction of reactions. docs/theory.md (4.26).
+module point_rows_mod
+  use kinds_mod, only: wp
+  use rotations_mod, only: rotation_matrix, turn_between
+  use obstacles_mod, only: obstacle_t
+  use obstacle_shapes_mod, only: bend_of_gap, shift_of, has_meshed_master
+  use mesh_mod, only: mesh_t
+  use scene_mod, only: scene_t, pair_turns
+  use contact_points_mod, only: contact_points_t, is_across, is_still, is_in_middle, list_slave, &
+    is_covered, n_sides, find_side_points
+  use mortar_rows_mod, only: mortar_t
+  use faced_side_mod, only: faced_side_t, face_surface, face_obstacle
+  use placement_mod, only: placement_t, as_turned
+  use carried_frames_mod, only: turn_of_tangents, slips_around, outer
+  use iterate_mod, only: task_t, iterate_t
+  implicit none
+  private
+
+  public :: point_row_t, make_rows
+
+  !> One point's row: how it depends on nodes, some of which may stand in it twice.
+  type :: point_row_t
+    integer :: point = 0
+    integer, allocatable :: node(:)          !! (n)
+    real(wp), allocatable :: part(:)
+    !! (n) of the reaction that acts on the node; 0: on it none does [-]
+    real(wp), allocatable :: gap(:, :)       !! (3,n) the gap's derivatives [-]
+    real(wp), allocatable :: slip(:, :, :)   !! (3,3,n) those of the slip, in x, y, z [-]
+    real(wp), allocatable :: normal(:, :, :) !! (3,3,n) those of the normal [1/length]
+    integer, allocatable :: master(:)        !! (m) nodes whose weights change
+    real(wp), allocatable :: weight(:, :, :) !! (3,m,n) their derivatives [1/length]
+    real(wp) :: of_tangent(3, 3, 2) = 0.0_wp !! derivatives of t1, t2 by the normal
+  end type point_row_t
+
+contains
+
+  !> The rows of some points.
+  pure subroutine make_rows(scene, points, task, now, which, rows)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    logical, intent(in) :: which(:)          !! (n_points) that face something
+    type(point_row_t), allocatable, intent(out) :: rows(:) !! of these, in their order
+    real(wp) :: half(3, 3)
+    type(obstacle_t) :: obstacle
+    integer :: pair, side, first, last, i, j, k
+
+    allocate (rows(count(which)))
+    k = 0
+    do pair = 1, size(scene%pairs)
+      associate (master => scene%pairs(pair)%master)
+        half = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+        if (pair_turns(scene, pair)) half = rotation_matrix(0.5_wp*turn_between( &
+          task%old%rotation(:, master), task%rotation(:, master)))
+        do side = 1, n_sides(points, pair)
+          call find_side_points(points, pair, side, first, last)
+          if (.not. any(which(first:last))) cycle
+          j = k
+          do i = first, last
+            if (.not. which(i)) cycle
+            j = j + 1
+            call begin_row(points, i, now%placement, transpose(half), rows(j))
+            rows(j)%of_tangent = turn_of_tangents(task%began%frame(:, :, i), &
+              now%frame(:, 1, i), slips_around(scene%mesh, points, i))
+          end do
+          associate (its => rows(k + 1:k + count(which(first:last))))
+            if (has_meshed_master(scene, pair)) then
+              obstacle = as_turned(scene, master, task%rotation)
+              call add_facets(scene, points, pair, side, now, obstacle, its)
+            else if (master > 0) then
+              obstacle = as_turned(scene, master, task%rotation)
+              call add_obstacle(scene%mesh, points, now%u, obstacle, now%placement, &
+                its)
+            else if (.not. scene%pairs(pair)%small_sliding) then
+              call add_surface(scene, points, pair, side, now, task%began, its)
+            end if
+            k = k + size(its)
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine make_rows
+
+  !> The row of a point as if its weights and its normal stayed.
+  pure subroutine begin_row(points, i, placement, half, row)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    type(placement_t), intent(in) :: placement
+    real(wp), intent(in) :: half(3, 3) !! turns slips back by half of the obstacle's turn
+    type(point_row_t), intent(inout) :: row
+    integer :: n, node(3), k, a
+    real(wp) :: factor(3)
+
+    row%point = i
+    call list_slave(points, placement%weights, i, n, node, factor)
+    associate (w => placement%weights)
+      row%node = [node(:n), w%node(w%first(i):w%first(i + 1) - 1)]
+      row%part = [factor(:n), -w%weight(w%first(i):w%first(i + 1) - 1)]
+      row%gap = outer(placement%frame(:, 1, i), row%part)
+      allocate (row%slip(3, 3, size(row%node)), row%normal(3, 3, size(row%node)), &
+        row%weight(3, 0, size(row%node)), source=0.0_wp)
+      allocate (row%master(0))
+      do k = 1, size(row%node)
+        row%slip(:, :, k) = row%part(k)*half
+        do a = 1, 3
+          ! What a mean makes of nodes beside a plane of symmetry is no motion of the point.
+          if (is_across_or_still(points, placement, i, a)) row%slip(a, a, k) = row%slip(a, a, k) - &
+            row%part(k)
+        end do
+      end do
+    end associate
+  end subroutine begin_row
+
+  pure logical function is_across_or_still(points, placement, i, axis) result(is)
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    integer, intent(in) :: i, axis
+    logical :: of(3)
+
+    of = is_across(points, i) .or. is_still(placement%weights, i)
+    is = of(axis)
+  end function is_across_or_still
+
+  !> Normals of round obstacles, and gaps along edges, each along the normal of its own node.
+  pure subroutine add_obstacle(mesh, points, u, obstacle, placement, rows)
+    type(mesh_t), intent(in) :: mesh
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
+    type(obstacle_t), intent(in) :: obstacle  !! as it has turned
+    type(placement_t), intent(in) :: placement
+    type(point_row_t), intent(inout) :: rows(:)
+    real(wp) :: bend(3, 3), shift(3)
+    integer :: k, e, i
+
+    shift = shift_of(obstacle, u)
+    do k = 1, size(rows)
+      i = rows(k)%point
+      associate (row => rows(k), node => points%node(i), n => placement%frame(:, 1, i))
+        if (is_in_middle(points, placement%weights, i)) then
+          do e = 1, 2
+            row%gap(:, e + 1) = row%part(e + 1)*placement%frame(:, 1, points%end_point(e, i))
+          end do
+          if (size(row%node) > 3) row%gap(:, 4) = -sum(row%gap(:, :3), dim=2)
+        end if
+        bend = bend_of_gap(obstacle, shift, mesh%coordinates(:, node) + u(:, node))
+        bend = turned_into_plane(is_across(points, i), n, bend)
+        row%normal(:, :, 1) = bend
+        if (obstacle%ref_node > 0) row%normal(:, :, size(row%node)) = -bend
+      end associate
+    end do
+  end subroutine add_obstacle
+
+  !> What a normal changes by that is turned into planes of symmetry.
+  pure function turned_into_plane(across, n, change) result(of)
+    logical, intent(in) :: across(3)
+    real(wp), intent(in) :: n(3), change(3, 3) !! the turned one [-]; of the other one [1/length]
+    real(wp) :: of(3, 3)
+
+    of = change
+    if (.not. any(across)) return
+    where (spread(across, 2, 3)) of = 0.0_wp
+    of = of - outer(n, matmul(n, of))
+  end function turned_into_plane
+
+  !> What rows before facets change by: gaps and normals of integrals over the slave's faces.
+  pure subroutine add_facets(scene, points, pair, side, now, obstacle, rows)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    type(iterate_t), intent(in) :: now
+    type(obstacle_t), intent(in) :: obstacle  !! as it has turned
+    type(point_row_t), intent(inout) :: rows(:)
+    type(mortar_t) :: mortar
+    integer :: k, c, first, last, here, n
+
+    call face_obstacle(scene, points, pair, side, now%u, obstacle, mortar, asks_changes=.true.)
+    if (.not. allocated(mortar%changes)) return
+    call find_side_points(points, pair, side, first, last)
+    do k = 1, size(rows)
+      here = rows(k)%point - first + 1
+      associate (row => rows(k), changes => mortar%changes, &
+                 from => mortar%changes%first(here), to => mortar%changes%first(here + 1) - 1)
+        if (to < from) cycle
+        n = size(row%node)
+        call widen(points%node(first - 1 + changes%node(from:to)), row)
+        row%gap = 0.0_wp
+        do c = from, to
+          call add_normal(points, mortar, here, changes%normal(:, :, c), n + c - from + 1, row)
+          row%gap(:, n + c - from + 1) = row%gap(:, n + c - from + 1) - &
+            matmul(mortar%normal(:, here), changes%faced(:, :, c))
+        end do
+        call add_lift(points, now, row)
+        if (obstacle%ref_node == 0) cycle
+        ! A motion of both changes nothing.
+        row%gap(:, n) = -sum(row%gap(:, n + 1:), dim=2)
+        row%normal(:, :, n) = -sum(row%normal(:, :, n + 1:), dim=3)
+      end associate
+    end do
+  end subroutine add_facets
+
+  !> What a node in the middle of an edge adds to its gap where it is a point by itself, as of
+  !> placements.
+  pure subroutine add_lift(points, now, row)
+    type(contact_points_t), intent(in) :: points
+    type(iterate_t), intent(in) :: now
+    type(point_row_t), intent(inout) :: row
+    integer :: n
+
+    if (.not. allocated(points%alpha)) return
+    associate (i => row%point, alpha => points%alpha(row%point))
+      if (.not. (alpha > 0.0_wp .and. now%placement%weights%alone(i))) return
+      n = size(row%node)
+      call widen([points%node(points%end_point(:, i)), points%node(i)], row)
+      row%gap(:, n + 1:) = outer(now%placement%frame(:, 1, i), alpha/(1.0_wp - 2.0_wp*alpha)* &
+        [1.0_wp, 1.0_wp, -2.0_wp])
+    end associate
+  end subroutine add_lift
+
+  !> What rows before surfaces of bodies change by: (11.24), and the slip of (11.18).
+  pure subroutine add_surface(scene, points, pair, side, now, began, rows)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    type(iterate_t), intent(in) :: now
+    type(placement_t), intent(in) :: began
+    type(point_row_t), intent(inout) :: rows(:)
+    type(faced_side_t) :: faced
+    integer :: k, c, i, a, j, first, last, here, n, m
+
+    call face_surface(scene, points, pair, side, now%u, faced, asks_changes=.true.)
+    if (.not. allocated(faced%mortar%changes)) return
+    call find_side_points(points, pair, side, first, last)
+    do k = 1, size(rows)
+      i = rows(k)%point
+      here = i - first + 1
+      if (allocated(points%is_joined)) then
+        if (points%is_joined(i)) cycle
+      end if
+      associate (row => rows(k), changes => faced%mortar%changes, &
+                 from => faced%mortar%changes%first(here), &
+                 to => faced%mortar%changes%first(here + 1) - 1, &
+                 m_first => faced%mortar%changes%first_master(here), w0 => began%weights)
+        if (to < from) cycle
+        n = size(row%node)
+        m = faced%mortar%changes%first_master(here + 1) - m_first
+        call widen(changes%node(from:to), row)
+        row%master = changes%master(m_first:m_first + m - 1)
+        deallocate (row%weight)
+        allocate (row%weight(3, m, size(row%node)), source=0.0_wp)
+        do c = from, to
+          associate (at => n + c - from + 1)
+            call add_normal(points, faced%mortar, here, changes%normal(:, :, c), at, row)
+            row%gap(:, at) = row%gap(:, at) - matmul(now%placement%frame(:, 1, i), &
+              changes%faced(:, :, c))
+            row%weight(:, :, at) = changes%weight(:, changes%first_weight(c): &
+              changes%first_weight(c) + m - 1)
+          end associate
+        end do
+        if (.not. is_covered(points, w0, i)) cycle
+        ! The slip is (P - P_0) x_m: no part of it is the motion of the node.
+        m = n_slaves(points, now%placement, i)
+        row%slip(:, :, :m) = 0.0_wp
+        row%slip(:, :, m + 1:n) = -row%slip(:, :, m + 1:n)
+        do c = from, to
+          row%slip(:, :, n + c - from + 1) = changes%faced(:, :, c)
+        end do
+        n = size(row%node)
+        call widen(w0%node(w0%first(i):w0%first(i + 1) - 1), row)
+        do j = w0%first(i), w0%first(i + 1) - 1
+          do a = 1, 3
+            row%slip(a, a, n + j - w0%first(i) + 1) = -w0%weight(j)
+          end do
+        end do
+        do a = 1, 3
+          if (is_across_or_still(points, now%placement, i, a)) row%slip(a, :, :) = 0.0_wp
+        end do
+      end associate
+    end do
+  end subroutine add_surface
+
+  !> How many nodes are on the slave's side of a point.
+  pure integer function n_slaves(points, placement, i) result(n)
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement
+    integer, intent(in) :: i
+
+    n = merge(3, 1, is_in_middle(points, placement%weights, i))
+  end function n_slaves
+
+  !> What the normal of a mortar, turned into planes of symmetry, changes by as a node moves, and
+  !> the gap with it.
+  pure subroutine add_normal(points, mortar, here, change, at, row)
+    type(contact_points_t), intent(in) :: points
+    type(mortar_t), intent(in) :: mortar
+    integer, intent(in) :: here           !! of the mortar's rows
+    real(wp), intent(in) :: change(3, 3)  !! of its normal [1/length]
+    integer, intent(in) :: at             !! of the row's nodes
+    type(point_row_t), intent(inout) :: row
+    real(wp) :: n(3)
+
+    n = mortar%normal(:, here)
+    where (is_across(points, row%point)) n = 0.0_wp
+    row%normal(:, :, at) = turned_into_plane(is_across(points, row%point), n/norm2(n), &
+      change/norm2(n))
+    row%gap(:, at) = row%gap(:, at) + matmul(mortar%apart(:, here), row%normal(:, :, at))
+  end subroutine add_normal
+
+  !> Add nodes on which no reaction acts.
+  pure subroutine widen(nodes, row)
+    integer, intent(in) :: nodes(:)
+    type(point_row_t), intent(inout) :: row
+    real(wp), allocatable :: gap(:, :), slip(:, :, :), normal(:, :, :), weight(:, :, :)
+    integer :: n
+
+    n = size(row%node)
+    row%node = [row%node, nodes]
+    row%part = [row%part, spread(0.0_wp, 1, size(nodes))]
+    associate (all => size(row%node))
+      allocate (gap(3, all), slip(3, 3, all), normal(3, 3, all), weight(3, size(row%master), all), &
+        source=0.0_wp)
+    end associate
+    gap(:, :n) = row%gap
+    slip(:, :, :n) = row%slip
+    normal(:, :, :n) = row%normal
+    weight(:, :, :n) = row%weight
+    call move_alloc(gap, row%gap)
+    call move_alloc(slip, row%slip)
+    call move_alloc(normal, row%normal)
+    call move_alloc(weight, row%weight)
+  end subroutine widen
+
+end module point_rows_mod

@@ -1,0 +1,89 @@
+!> Equilibrium by displacements and reactions together, for an increment's trial.
+module balance_together_mod
+  use errors_mod, only: error_t
+  use scene_mod, only: scene_t
+  use controls_mod, only: solver_auto
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: increment_report_t
+  use turning_couplings_mod, only: has_turning
+  use transfer_mod, only: movable
+  use condense_contact_mod, only: condense_contact
+  use iterate_mod, only: task_t, iterate_t
+  use find_equilibrium_mod, only: find_equilibrium
+  use step_solver_mod, only: step_solver_t
+  use trial_mod, only: trial_t
+  use equilibrate_mod, only: equilibrate
+  implicit none
+  private
+
+  public :: is_together, reach_balance
+
+contains
+
+  !> Whether displacements and reactions are found together: at finite strain, with the tangent of
+  !> every iteration, unless the deck names a contact solver.
+  pure logical function is_together(scene, solver)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+
+    is_together = solver%choices%precision%renews_tangent .and. scene%finite_strain .and. &
+      scene%contact%solver == solver_auto
+  end function is_together
+
+  !> Displacement and reactions in balance, together or each in its turn.
+  subroutine reach_balance(scene, points, solver, old, trial, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial
+    type(state_t), intent(inout) :: new              !! as of `equilibrate`
+    type(increment_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+
+    if (is_together(scene, solver)) then
+      call balance_together(scene, points, solver, old, trial, new, report, error)
+    else
+      call equilibrate(scene, points, solver, old, trial, new, report, error)
+    end if
+  end subroutine reach_balance
+
+  !> Displacement and reactions in balance, together.
+  subroutine balance_together(scene, points, solver, old, trial, new, report, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver     !! gets the contact problem there
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial            !! gets forces and placement
+    type(state_t), intent(inout) :: new              !! where to start from; the end
+    type(increment_report_t), intent(inout) :: report
+    type(error_t), allocatable, intent(out) :: error !! no memory
+    type(task_t) :: task
+    type(iterate_t) :: found
+
+    task%forces = trial%forces
+    task%free = trial%free
+    task%rotation = trial%rotation
+    if (has_turning(scene)) task%turned_from = trial%turned_from
+    task%began = trial%began
+    if (allocated(trial%placement%weights%alone)) task%began%weights%alone = &
+      trial%placement%weights%alone
+    task%can_move = movable(scene, solver%body%prescribed)
+    task%tolerance = trial%controls%tolerance
+    task%asked = solver%choices%tolerance
+    task%old = old
+    allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
+    task%is_free(solver%body%motions%body) = .true.
+    new%rotation = trial%rotation
+    if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
+    call find_equilibrium(scene, points, task, new, found, report, error)
+    if (allocated(error)) return
+    trial%forces = found%forces
+    trial%placement = found%placement
+    ! What the points did is described by the contact problem there.
+    call condense_contact(scene, solver%choices, points, solver%body, trial%placement, &
+      trial%placement, solver%contact, points%in_reach)
+  end subroutine balance_together
+
+end module balance_together_mod

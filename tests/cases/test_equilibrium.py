@@ -1,0 +1,187 @@
+"""Displacements and reactions together (*BODY SOLVER, TANGENT=NEWTON, the solver left to AUTO)."""
+
+import unittest
+
+import numpy as np
+from program import INPUT, Run
+
+FEW = 8  #: iterations of an increment: fewer mean that a derivative of contact is there
+
+RUBBER = "*HYPERELASTIC, NEO HOOKE\n0.178571, 1.2"
+
+# A cube of 2 x 2 x 2 elements above an obstacle, its face XMIN .. ZMAX named CUBE-..
+CUBE = """\
+*BLOCK, NAME=CUBE, ELSET=CUBE, TYPE={kind}, NX=2, NY=2, NZ=2
+0., 0., {gap},  1., 1., 1.
+*MATERIAL, NAME=M
+{law}
+*SOLID SECTION, ELSET=CUBE, MATERIAL=M
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+CUBE-ZMIN, GROUND
+*BODY SOLVER, TANGENT=NEWTON
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., 1.
+*DSLOAD
+CUBE-ZMAX, P, 1.
+*END STEP
+"""
+
+# A body [-1, 1] x [-1, 1] x [0, 1], held below, in local axes that are turned about y, into which a
+# ball is pressed and dragged.
+BALL = """\
+*PARAMETER
+a = {degrees}*pi/180
+tangent = {tangent}
+*NODE, NSET=ALL
+{nodes}
+*ELEMENT, TYPE=C3D8, ELSET=B
+{elements}
+*NODE
+90000, <2*sin(a)>, 0., <2*cos(a)>
+*MATERIAL, NAME=M
+{law}
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*SURFACE, NAME=TOP
+{top}
+*NSET, NSET=LOW
+{low}
+*OBSTACLE, NAME=TOOL, TYPE=SPHERE, REF NODE=90000
+<2*sin(a)>, 0., <2*cos(a)>, 1.
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.6
+*CONTACT PAIR, INTERACTION=DRY
+TOP, TOOL
+*CONTACT SOLVER, TOLERANCE=1e-10
+*BODY SOLVER, TANGENT=<tangent>
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., 3.
+*BOUNDARY
+LOW, 1, 3
+90000, 1, 1, <-0.2*sin(a)>
+90000, 2, 2
+90000, 3, 3, <-0.2*cos(a)>
+*END STEP
+*STEP
+*STATIC, DIRECT
+1., 3.
+*BOUNDARY
+90000, 1, 1, <-0.2*sin(a) + 0.3*cos(a)>
+90000, 3, 3, <-0.2*cos(a) - 0.3*sin(a)>
+*END STEP
+"""
+
+
+def ball(degrees, tangent):
+    """Return the deck of the ball, everything turned about y."""
+    angle = np.radians(degrees)
+    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0],
+                     [-np.sin(angle), 0, np.cos(angle)]])
+    size = np.array([4, 4, 2])
+    number = np.arange(1, np.prod(size + 1) + 1).reshape(size + 1)
+    nodes, elements, top = [], [], []
+    for i, j, k in np.ndindex(*(size + 1)):
+        x = turn @ ([-1, -1, 0] + np.array([i, j, k]) * [0.5, 0.5, 0.5])
+        nodes.append(f"{number[i, j, k]}, {x[0]:.16g}, {x[1]:.16g}, {x[2]:.16g}")
+    for i, j, k in np.ndindex(*size):
+        its = [number[i + a, j + b, k + c] for c in (0, 1)
+               for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        elements.append(f"{len(elements) + 1}, " + ", ".join(str(node) for node in its))
+        if k == size[2] - 1:
+            top.append(f"{len(elements)}, S2")
+    return BALL.format(degrees=degrees, tangent=tangent, law=RUBBER, nodes="\n".join(nodes),
+                       elements="\n".join(elements), top="\n".join(top),
+                       low="\n".join(str(node) for node in number[:, :, 0].ravel()))
+
+
+class TogetherCase(unittest.TestCase):
+    """Runs that are to end well."""
+
+    def solved(self, text, name="deck", few=FEW, **parameters):
+        """Return the resultants of all increments of a run that takes few iterations."""
+        run = Run(text, name=name, **parameters)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertLessEqual(result.history("newton_raphson_iterations").max(), few)
+            return result.pairs[0].resultant
+
+
+class Obstacles(TogetherCase):
+    """Obstacles that are flat or round, still or turning."""
+
+    def test_axes_of_space_do_not_matter(self):
+        """A ball that is turned by 45 degrees about y has the same forces, turned."""
+        found = {}
+        for degrees in (0, 45):
+            kept = Run(ball(degrees, "KEPT"), name="kept")
+            self.assertEqual(kept.status, 0, kept.errors)
+            found[degrees] = self.solved(ball(degrees, "NEWTON"), "ball")
+            with kept.result() as result:
+                np.testing.assert_allclose(found[degrees], result.pairs[0].resultant, rtol=0,
+                                           atol=1e-8 * abs(found[degrees]).max())
+        x, y, z = found[0].T
+        turned = np.stack([x + z, np.sqrt(2) * y, z - x], axis=1) / np.sqrt(2)
+        np.testing.assert_allclose(found[45], turned, rtol=0, atol=1e-8 * abs(turned).max())
+
+
+class FreeBodies(TogetherCase):
+    """Bodies that nothing holds but contact."""
+
+    def test_free_flight_onto_a_plane(self):
+        """A cube that touches a plane presses as its load does. One above the plane falls on it, to
+        where it comes with the kept factor: loads that do work as nothing resists are a jump, of
+        the same energy."""
+        law = "*ELASTIC\n5000., 0.3"
+        force = self.solved(CUBE.format(kind="C3D8", gap=0.0, law=law))
+        np.testing.assert_allclose(force[-1], [0, 0, 1], atol=1e-3)
+        for gap in (0.01, 0.1):
+            with self.subTest(gap=gap):
+                newton = CUBE.format(kind="C3D8", gap=gap, law=law)
+                kept = newton.replace("TANGENT=NEWTON", "TANGENT=KEPT")
+                errors = [Run(text, name="deck").errors for text in (newton, kept)]
+                self.assertIn("the solution jumps", errors[0])
+                self.assertEqual(*errors)
+
+    def test_as_with_the_kept_factor(self):
+        """Three blocks on each other."""
+        text = (INPUT / "stack.inp").read_text().replace("*STEP", "*STEP, NLGEOM", 1)
+        found = {}
+        for tangent in ("KEPT", "NEWTON"):
+            run = Run(text.replace("*STEP", f"*BODY SOLVER, TANGENT={tangent}\n*STEP", 1),
+                      name="stack")
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found[tangent] = [result.pairs[i].resultant for i in range(2)]
+                if tangent == "NEWTON":
+                    self.assertLessEqual(result.history("newton_raphson_iterations").max(), FEW)
+        for kept, newton in zip(found["KEPT"], found["NEWTON"], strict=True):
+            np.testing.assert_allclose(newton, kept, rtol=0, atol=1e-6 * abs(kept).max())
+
+
+class Surfaces(TogetherCase):
+    """Faces of one body before those of another one."""
+
+    def test_ironing(self):
+        """With the derivatives of normals and weights an increment takes half of the iterations
+        that it takes with a factor that is kept, where points slide over several elements."""
+        text = (INPUT / "ironing.inp").read_text()
+        text = text.replace("*STEP", "*BODY SOLVER, TANGENT=<tangent>\n*STEP", 1).replace(
+            "*PARAMETER\n", "*PARAMETER\ntangent = KEPT\n", 1)
+        few = {"n": 2, "draw": 0.3, "tolerance": 1e-10}
+        newton = self.solved(text, "ironing", tangent="NEWTON", **few)
+        kept = Run(text, name="ironing", **few)
+        self.assertEqual(kept.status, 0, kept.errors)
+        with kept.result() as result:
+            np.testing.assert_allclose(newton, result.pairs[0].resultant, rtol=0,
+                                       atol=1e-8 * abs(newton).max())
+
+
+if __name__ == "__main__":
+    unittest.main()
