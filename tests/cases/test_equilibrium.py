@@ -4,6 +4,7 @@ import unittest
 
 import numpy as np
 from program import INPUT, Run
+from test_finite_curved import pressed
 
 FEW = 8  #: iterations of an increment: fewer mean that a derivative of contact is there
 
@@ -131,6 +132,24 @@ class Obstacles(TogetherCase):
         np.testing.assert_allclose(found[45], turned, rtol=0, atol=1e-8 * abs(turned).max())
 
 
+    def test_points_in_the_middles_of_edges(self):
+        """Boxes of second order on a ball, a roll and in a bowl, dragged: in less than half of the
+        iterations that the kept factor takes; ends of edges join their middles on the way."""
+        for obstacle, kind in (("ball", "C3D10"), ("roll", "C3D20R"), ("bowl", "C3D10")):
+            with self.subTest(obstacle=obstacle, kind=kind):
+                forces, iterations = [], []
+                for tangent in ("KEPT", "NEWTON"):
+                    _, deck = pressed(kind, obstacle, 0.3)
+                    deck = deck.replace("*STEP", f"*BODY SOLVER, TANGENT={tangent}\n*STEP", 1)
+                    run = Run(deck, name="box")
+                    self.assertEqual(run.status, 0, run.errors)
+                    with run.result() as result:
+                        forces.append(result.pairs[0].force)
+                        iterations.append(result.history("newton_raphson_iterations").sum())
+                self.assertLess(iterations[1], 0.5 * iterations[0])
+                np.testing.assert_allclose(*forces, rtol=0, atol=1e-8 * abs(forces[0]).max())
+
+
 class FreeBodies(TogetherCase):
     """Bodies that nothing holds but contact."""
 
@@ -148,6 +167,24 @@ class FreeBodies(TogetherCase):
                 errors = [Run(text, name="deck").errors for text in (newton, kept)]
                 self.assertIn("the solution jumps", errors[0])
                 self.assertEqual(*errors)
+
+    def test_a_weak_body_beside_a_strong_one(self):
+        """Each is balanced by its own forces: pressed on by a millionth of the load, of a millionth
+        of the stiffness, a body ends as the strong one does."""
+        strong = CUBE.format(kind="C3D8", gap=0.0, law="*ELASTIC\n20., 0.3")
+        body = strong[: strong.index("*OBSTACLE")]
+        pair = "*CONTACT PAIR, INTERACTION=DRY\nCUBE-ZMIN, GROUND\n"
+        load = "CUBE-ZMAX, P, 1.\n"
+        weak = [text.replace("CUBE", "WEAK").replace("NAME=M", "NAME=W").replace("MATERIAL=M",
+                "MATERIAL=W").replace("0., 0., 0.0,", "3., 0., 0.,").replace("20., 0.3",
+                "2e-5, 0.3").replace("P, 1.", "P, 1e-6") for text in (body, pair, load)]
+        text = strong.replace(body, body + weak[0]).replace(pair, pair + weak[1])
+        run = Run(text.replace(load, load + weak[2]), name="two")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            forces = [result.pairs[i].force[-1] for i in range(2)]
+            np.testing.assert_allclose(1e6 * forces[1], forces[0], rtol=0,
+                                       atol=1e-7 * abs(forces[0]).max())
 
     def test_as_with_the_kept_factor(self):
         """Three blocks on each other."""
