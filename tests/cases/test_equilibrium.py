@@ -5,6 +5,8 @@ import unittest
 import numpy as np
 from program import INPUT, Run
 from test_finite_curved import pressed
+from test_finite_loads import BEAM, ENDS, FOLLOWING, INNER
+from test_turning import HELD, floor, step, wheel
 
 FEW = 8  #: iterations of an increment: fewer mean that a derivative of contact is there
 
@@ -131,6 +133,24 @@ class Obstacles(TogetherCase):
         turned = np.stack([x + z, np.sqrt(2) * y, z - x], axis=1) / np.sqrt(2)
         np.testing.assert_allclose(found[45], turned, rtol=0, atol=1e-8 * abs(turned).max())
 
+    def test_obstacles_that_turn(self):
+        """A wheel that rubs, and a plane that tilts below what sticks to it and slides on it: the
+        slip is that of material points of the obstacle, turned back by half of its turn."""
+        still = "*BOUNDARY\nB-ZMAX, 1, 3, 0.\nHUB, 1, 3, 0.\n"
+        for name, deck in (
+            ("wheel", wheel() + HELD + step("*BOUNDARY\nHUB, 3, 3, -0.05") +
+             step("*BOUNDARY\nHUB, 5, 5, 0.4", 0.25)),
+            ("plane", floor(0.4) + step(still) + step("*BOUNDARY\nB-ZMAX, 3, 3, -0.3") +
+             step("*BOUNDARY\nHUB, 4, 4, 0.2", 0.5)),
+        ):
+            with self.subTest(obstacle=name):
+                deck = deck.replace("*STEP\n", "*BODY SOLVER, TANGENT=NEWTON\n*STEP, NLGEOM\n", 1)
+                newton = self.solved(deck, name)
+                kept = Run(deck.replace("TANGENT=NEWTON", "TANGENT=KEPT"), name="kept")
+                self.assertEqual(kept.status, 0, kept.errors)
+                with kept.result() as result:
+                    np.testing.assert_allclose(newton, result.pairs[0].resultant, rtol=0,
+                                               atol=1e-9 * abs(newton).max())
 
     def test_points_in_the_middles_of_edges(self):
         """Boxes of second order on a ball, a roll and in a bowl, dragged: in less than half of the
@@ -148,6 +168,23 @@ class Obstacles(TogetherCase):
                         iterations.append(result.history("newton_raphson_iterations").sum())
                 self.assertLess(iterations[1], 0.5 * iterations[0])
                 np.testing.assert_allclose(*forces, rtol=0, atol=1e-8 * abs(forces[0]).max())
+
+
+class Loads(TogetherCase):
+    """Loads that follow bodies: the whole of their stiffness is in the matrix."""
+
+    def test_pressures_with_free_edges(self):
+        """A cantilever bent far, by an independent program (as of test_finite_loads): half of what
+        a pressure changes by at the edges of its surface is not symmetric."""
+        text = BEAM.replace("*STEP", "*BODY SOLVER, TANGENT=NEWTON\n*STEP").format(
+            load=f"*DSLOAD\nB-ZMAX, P, {4.8 / 12!r}\n", ends=ENDS, inner=INNER)
+        run = Run(text, name="beam")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertLessEqual(result.history("newton_raphson_iterations").max(), FEW)
+            u = result.field("displacement", -1)
+            tip = u[np.isclose(result.points[:, 0], 10)].mean(axis=0)
+        np.testing.assert_allclose(tip, FOLLOWING, rtol=0, atol=1e-4)
 
 
 class FreeBodies(TogetherCase):
