@@ -12,7 +12,7 @@ module find_equilibrium_mod
   use placement_mod, only: join_ends
   use follow_points_mod, only: rounding_of_places
   use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
-    set_reactions, law_error
+    set_reactions, is_closed, law_error
   use linearise_mod, only: bodies_stiffness_t, find_bodies_stiffness, find_scales, set_t, step_t, &
     solve_step
   implicit none
@@ -71,11 +71,11 @@ contains
       call find_bodies_stiffness(scene, task, now, stiffness)
       set%rho = of_stiffness*find_scales(points, stiffness, now)
       way = how_far(task, now)
-      error_now = max(now%imbalance, worst_of_law(scene, points, set%rho, now))
+      error_now = max(now%imbalance, worst_of_law(scene, points, task, set%rho, now))
       if (i == 1) error_now = 1.0_wp
       report%residual = error_now
       if (i > 1 .and. .not. way > 0.0_wp .and. max(now%imbalance, worst_of_law(scene, points, &
-        set%rho/of_stiffness, now)) <= task%tolerance) then
+        task, set%rho/of_stiffness, now)) <= task%tolerance) then
         has_joined = .false.
         if (allocated(now%placement%weights%alone)) call join_ends(points, world_reactions(now), &
           now%placement%weights%alone, has_joined)
@@ -108,9 +108,9 @@ contains
           part*step%r, next)
         report%force_evaluations = report%force_evaluations + 1
         if (next%inverted == 0) then
-          if (arrives .or. part <= least_part .or. is_same(points, next, set)) exit
-          if (merit(scene, points, now%scale, set%rho, next) < merit(scene, points, now%scale, &
-            set%rho, now)) exit
+          if (arrives .or. part <= least_part .or. is_same(points, task, next, set)) exit
+          if (merit(scene, points, task, now%scale, set%rho, next) < merit(scene, points, task, &
+            now%scale, set%rho, now)) exit
         else if (part < 0.01_wp) then
           report%ending = ended_inverted
           report%worst_element = next%inverted
@@ -128,7 +128,7 @@ contains
     new%displacement = now%u
     new%modes = now%modes
     ! What does not press has no reaction, down to the last bit.
-    call release_points(points, set%rho, now)
+    call release_points(task, points, set%rho, now)
     new%reaction = world_reactions(now)
     found = now
 
@@ -195,30 +195,32 @@ contains
   end function moved
 
   !> What the points' reactions are off the law by.
-  pure function law_errors(points, rho, now) result(z)
+  pure function law_errors(points, task, rho, now) result(z)
     type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
     real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
     type(iterate_t), intent(in) :: now
     real(wp) :: z(3, points%n)               !! [force]
     integer :: i
 
     do i = 1, points%n
-      z(:, i) = law_error(points%mu(i), rho(i), now%has(:, i), now%is_driven(i), &
+      z(:, i) = law_error(points%mu(i), task%stays(i), rho(i), now%has(:, i), now%is_driven(i), &
         now%reaction(:, i), now%x(:, i))
     end do
   end function law_errors
 
   !> The worst of these beside the forces of its body.
-  pure real(wp) function worst_of_law(scene, points, rho, now) result(worst)
+  pure real(wp) function worst_of_law(scene, points, task, rho, now) result(worst)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
     real(wp), intent(in) :: rho(:)           !! (n_points) that they are of [force/length]
     type(iterate_t), intent(in) :: now
     real(wp) :: rounding, z(3, points%n)
     integer :: i
 
     worst = 0.0_wp
-    z = law_errors(points, rho, now)
+    z = law_errors(points, task, rho, now)
     rounding = rounding_of_places(scene, now%u)
     do i = 1, points%n
       worst = max(worst, (norm2(z(:, i)) - rho(i)*rounding)/ &
@@ -227,16 +229,17 @@ contains
   end function worst_of_law
 
   !> How far all is from balance and law, in parts of the forces of each body.
-  pure real(wp) function merit(scene, points, scale, rho, now)
+  pure real(wp) function merit(scene, points, task, scale, rho, now)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
     real(wp), intent(in) :: scale(0:)        !! (0:n_bodies) [force]
     real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
     type(iterate_t), intent(in) :: now
     real(wp) :: z(3, points%n)
     integer :: i
 
-    z = law_errors(points, rho, now)
+    z = law_errors(points, task, rho, now)
     merit = 0.0_wp
     do i = 1, size(now%u, 2)
       merit = merit + sum((now%residual(:, i)/scale(scene%mesh%body(i)))**2)
@@ -248,8 +251,9 @@ contains
 
   !> Whether the points do at a place what they were taken to do: between such places all is smooth,
   !> and forces that rise for a step, as those along a slender body that bends, fall with the next.
-  pure logical function is_same(points, now, set)
+  pure logical function is_same(points, task, now, set)
     type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     type(set_t), intent(in) :: set
     real(wp) :: y(3)
@@ -258,11 +262,18 @@ contains
     is_same = .true.
     do i = 1, points%n
       y = merge(now%reaction(:, i) - set%rho(i)*now%x(:, i), 0.0_wp, now%has(:, i))
-      is_same = is_same .and. (y(1) > 0.0_wp .eqv. set%presses(i))
-      if (set%presses(i)) is_same = is_same .and. (now%is_driven(i) .or. (norm2(y(2:)) > &
-        points%mu(i)*max(0.0_wp, y(1)) .eqv. set%slides(i)))
+      is_same = is_same .and. (is_closed(task, now, i, y(1)) .eqv. set%presses(i))
+      if (set%presses(i)) is_same = is_same .and. (now%is_driven(i) .or. (is_beyond(points%mu(i), &
+        y) .eqv. set%slides(i)))
     end do
   end function is_same
+
+  !> Whether friction does not hold a prediction. Where it pulls there is none.
+  pure logical function is_beyond(mu, y)
+    real(wp), intent(in) :: mu, y(3) !! [-], [force]
+
+    is_beyond = y(1) < 0.0_wp .or. norm2(y(2:)) > mu*y(1)
+  end function is_beyond
 
   !> What the points do in the next step: by r - rho x; without reactions to begin with by gaps, and
   !> all of them stick until those that press repeat.
@@ -287,10 +298,10 @@ contains
     do i = 1, points%n
       if (.not. now%has(1, i)) cycle
       y = merge(now%reaction(:, i) - set%rho(i)*now%x(:, i), 0.0_wp, now%has(:, i))
-      set%presses(i) = y(1) > 0.0_wp
-      if (is_first .and. search%sticking > 0) set%presses(i) = now%x(1, i) <= touching
-      set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. norm2(y(2:)) > points%mu(i)* &
-        max(0.0_wp, y(1)))
+      set%presses(i) = is_closed(task, now, i, y(1))
+      if (is_first .and. search%sticking > 0) set%presses(i) = task%stays(i) .or. now%x(1, i) <= &
+        touching
+      set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i), y))
       if (.not. set%presses(i)) cycle
       is_pressed(scene%mesh%body(points%node(i))) = .true.
       do k = now%placement%weights%first(i), now%placement%weights%first(i + 1) - 1
@@ -316,14 +327,17 @@ contains
   end subroutine choose_set
 
   !> Take the last bits of reactions from points that do not press.
-  pure subroutine release_points(points, rho, now)
+  pure subroutine release_points(task, points, rho, now)
+    type(task_t), intent(in) :: task
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
     type(iterate_t), intent(inout) :: now
     integer :: i
 
     do i = 1, points%n
-      if (now%reaction(1, i) - rho(i)*now%x(1, i) <= 0.0_wp) now%reaction(:, i) = 0.0_wp
+      associate (r => now%reaction(:, i))
+        if (.not. is_closed(task, now, i, r(1) - rho(i)*now%x(1, i))) r = 0.0_wp
+      end associate
     end do
   end subroutine release_points
 

@@ -21,7 +21,8 @@ module iterate_mod
   implicit none
   private
 
-  public :: task_t, iterate_t, look_at, world_reactions, local_reactions, set_reactions, law_error
+  public :: task_t, iterate_t, look_at, world_reactions, local_reactions, set_reactions, &
+    is_closed, law_error
 
   !> What an increment's equilibrium is sought for; nothing changes it.
   type :: task_t
@@ -31,6 +32,7 @@ module iterate_mod
     real(wp), allocatable :: turned_from(:, :)
     !! (3,n) rotations of couplings where the increment begins; not allocated: none turns [length]
     type(state_t) :: old               !! where it begins
+    logical, allocatable :: stays(:)   !! (n_points) closed, and may pull
     logical, allocatable :: is_free(:) !! (0:n_bodies) supports do not hold it; 0: any
     type(placement_t) :: began         !! the points there
     logical, allocatable :: can_move(:, :) !! (3,n_nodes) what supports leave
@@ -181,21 +183,34 @@ contains
     end do
   end function local_reactions
 
+  !> Whether a point with the normal prediction `y` has a reaction: it presses, or stays closed.
+  pure logical function is_closed(task, now, i, y)
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i
+    real(wp), intent(in) :: y          !! r_n - rho x_n [force]
+
+    is_closed = now%has(1, i) .and. (task%stays(i) .or. y > 0.0_wp)
+  end function is_closed
+
   !> What a point's reaction is off the law by: r - P(r - rho x), P on the friction of its own
-  !> normal reaction; where it is driven the friction is against its slip. docs/theory.md (4.24).
-  pure function law_error(mu, rho, has, is_driven, r, x) result(z)
+  !> normal reaction; where it is driven the friction is against its slip. One that stays closed may
+  !> be pulled. docs/theory.md (4.24).
+  pure function law_error(mu, stays, rho, has, is_driven, r, x) result(z)
     real(wp), intent(in) :: mu         !! [-]
+    logical, intent(in) :: stays       !! closed
     real(wp), intent(in) :: rho        !! [force/length]
     logical, intent(in) :: has(3)      !! directions in which the law has a reaction
     logical, intent(in) :: is_driven
     real(wp), intent(in) :: r(3), x(3) !! reaction [force]; gap and slip [length]
-    real(wp) :: z(3), y(3), size_y
+    real(wp) :: z(3), y(3), size_y, radius
 
     y = merge(r - rho*x, 0.0_wp, has)
-    y(1) = max(0.0_wp, y(1))
+    radius = mu*max(0.0_wp, y(1))
+    if (.not. stays) y(1) = max(0.0_wp, y(1))
     if (is_driven) y(2:) = -x(2:)
     size_y = norm2(y(2:))
-    if (is_driven .or. size_y > mu*y(1)) y(2:) = y(2:)*(mu*y(1)/size_y)
+    if (is_driven .or. size_y > radius) y(2:) = y(2:)*(radius/size_y)
     z = merge(r - y, 0.0_wp, has)
   end function law_error
 

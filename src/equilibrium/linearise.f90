@@ -349,7 +349,7 @@ contains
         j(a + 1, b + 1) = part*(j(a + 1, b + 1) - t(a)*t(b))
       end do
     end do
-    j(2:, 1) = mu*t
+    if (.not. y(1) < 0.0_wp) j(2:, 1) = mu*t
     off(2:) = r(2:) - part*y(2:)
   end subroutine derive_law
 
@@ -369,7 +369,7 @@ contains
     by_x(1, 1) = 1.0_wp
     off(1) = rho*x(1)
     off(2:) = r(2:) + mu*max(0.0_wp, r(1))*t
-    by_r(2:, 1) = mu*t
+    if (.not. r(1) < 0.0_wp) by_r(2:, 1) = mu*t
     by_x(2:, 2:) = -spread(t, 2, 2)*spread(t, 1, 2)
     do a = 2, 3
       by_r(a, a) = 1.0_wp

@@ -11,6 +11,7 @@ module balance_together_mod
   use condense_contact_mod, only: condense_contact
   use iterate_mod, only: task_t, iterate_t
   use find_equilibrium_mod, only: find_equilibrium
+  use closed_points_mod, only: stay_closed, keep_closed
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
   use equilibrate_mod, only: equilibrate
@@ -56,11 +57,13 @@ contains
     type(step_solver_t), intent(inout) :: solver     !! gets the contact problem there
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial            !! gets forces and placement
-    type(state_t), intent(inout) :: new              !! where to start from; the end
+    type(state_t), intent(inout) :: new
+    !! where to start from; the end, and which points are closed there
     type(increment_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error !! no memory
     type(task_t) :: task
     type(iterate_t) :: found
+    integer :: k
 
     task%forces = trial%forces
     task%free = trial%free
@@ -73,6 +76,7 @@ contains
     task%tolerance = trial%controls%tolerance
     task%asked = solver%choices%tolerance
     task%old = old
+    task%stays = stay_closed(scene, points, solver%undeformed, old)
     allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
     task%is_free(solver%body%motions%body) = .true.
     new%rotation = trial%rotation
@@ -84,6 +88,12 @@ contains
     ! What the points did is described by the contact problem there.
     call condense_contact(scene, solver%choices, points, solver%body, trial%placement, &
       trial%placement, solver%contact, points%in_reach)
+    do k = 1, size(solver%contact%group)
+      associate (group => solver%contact%group(k))
+        group%problem%stays = task%stays(group%active)
+      end associate
+    end do
+    call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
   end subroutine balance_together
 
 end module balance_together_mod

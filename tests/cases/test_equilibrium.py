@@ -6,6 +6,7 @@ import numpy as np
 from program import INPUT, Run
 from test_finite_curved import pressed
 from test_finite_loads import BEAM, ENDS, FOLLOWING, INNER
+from test_no_separation import BAR
 from test_turning import HELD, floor, step, wheel
 
 FEW = 8  #: iterations of an increment: fewer mean that a derivative of contact is there
@@ -152,6 +153,21 @@ class Obstacles(TogetherCase):
                     np.testing.assert_allclose(newton, result.pairs[0].resultant, rtol=0,
                                                atol=1e-9 * abs(newton).max())
 
+    def test_what_does_not_part(self):
+        """A bar touches the floor, is pulled without friction, slides along, and is pressed."""
+        deck = "*BODY SOLVER, TANGENT=NEWTON\n" + BAR
+        deck += step("*BOUNDARY\nB-ZMAX, 1, 2\nB-ZMAX, 3, 3, -0.02")
+        for way in ("3, 3, 0.01", "1, 1, 0.01", "3, 3, -0.03"):
+            deck += step(f"*BOUNDARY\nB-ZMAX, {way}", 0.5)
+        newton = self.solved(deck.replace("*STEP\n", "*STEP, NLGEOM\n", 1))
+        kept = Run(deck.replace("TANGENT=NEWTON", "TANGENT=KEPT").replace(
+            "*STEP\n", "*STEP, NLGEOM\n", 1), name="kept")
+        self.assertEqual(kept.status, 0, kept.errors)
+        with kept.result() as result:
+            np.testing.assert_allclose(newton, result.pairs[0].resultant, rtol=0,
+                                       atol=1e-7 * abs(newton).max())
+        self.assertLess(newton[:, 2].min(), -10)
+
     def test_points_in_the_middles_of_edges(self):
         """Boxes of second order on a ball, a roll and in a bowl, dragged: in less than half of the
         iterations that the kept factor takes; ends of edges join their middles on the way."""
@@ -204,6 +220,13 @@ class FreeBodies(TogetherCase):
                 errors = [Run(text, name="deck").errors for text in (newton, kept)]
                 self.assertIn("the solution jumps", errors[0])
                 self.assertEqual(*errors)
+
+    def test_a_body_hangs(self):
+        """Of a plane that it touches, by points that stay closed and pull."""
+        text = CUBE.format(kind="C3D8", gap=0.0, law="*ELASTIC\n5000., 0.3")
+        text = text.replace("*FRICTION", "*SURFACE BEHAVIOR, NO SEPARATION\n*FRICTION")
+        force = self.solved(text.replace("P, 1.", "P, -1."))
+        np.testing.assert_allclose(force[-1], [0, 0, -1], atol=1e-3)
 
     def test_a_weak_body_beside_a_strong_one(self):
         """Each is balanced by its own forces: pressed on by a millionth of the load, of a millionth
