@@ -55,7 +55,7 @@ class SameBits(Folder):
         version = ".".join(map(str, h5py.version.hdf5_version_tuple))
         for pattern in (
             r"MUMPS \d+\.\d+\.\d+", r"HDF5 \d+\.\d+\.\d+", r"loaded .*mumps[^,]*\.so",
-            r"metis[^,]*\.so[^,]*", r"blas[^,]*\.so", r"hdf5[^,]*\.so[^,]*",
+            r"metis[^,]*\.so[^,]*", r"blas[^,]*\.so",  # HDF5 may be a part of the program
         ):
             self.assertRegex(libraries, pattern)
         self.assertTrue(version)
