@@ -92,6 +92,7 @@ contains
       call solve_step(scene, points, task, now, stiffness, set, step, error)
       report%tangents = report%tangents + 1
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
+      report%contact_iterations = report%contact_iterations + 1
       if (allocated(error)) then
         if (error%exit_status /= exit_not_solved) return
         deallocate (error)

@@ -119,7 +119,7 @@ module increment_report_mod
     logical  :: converged = .false.
     integer  :: solver = solver_none
     integer  :: newton_raphson_iterations = 0
-    integer  :: contact_iterations = 0  !! sweeps, or iterations of the global Newton
+    integer  :: contact_iterations = 0  !! sweeps, or iterations of Newton's method
     integer  :: compliance_products = 0 !! products of W with a vector; a sweep counts as one
     integer  :: solver_stages = 0       !! solvers tried one after the other
     integer  :: ending = ended_well     !! how the last contact solver ended

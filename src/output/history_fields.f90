@@ -47,8 +47,8 @@ contains
       merge(1, 0, is_extra(state%position)))
     call code('certified', '1: every entry of the certificate is small enough', &
       merge(1, 0, report%certificate%certified))
-    call whole('contact_iterations', 'sweeps over all points, or iterations of the global '// &
-      'Newton method', report%contact_iterations)
+    call whole('contact_iterations', 'sweeps over all points, or iterations of Newton''s '// &
+      'method', report%contact_iterations)
     call whole('local_iterations', 'iterations of the local solver, summed over points and '// &
       'sweeps', report%local_iterations)
     call whole('compliance_products', 'products of the compliance with a vector; a sweep '// &

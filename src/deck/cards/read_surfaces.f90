@@ -70,7 +70,8 @@ contains
     allocate (surfaces%of_set(model%node_sets%n), source=0)
     work = 0
     do k = 1, reader%n_cards
-      if (reader%cards(k)%keyword /= 'SURFACE' .or. is_analytical(reader, k)) cycle
+      if (reader%cards(k)%keyword /= 'SURFACE') cycle
+      if (is_analytical(reader, k)) cycle
       call open_card(reader, k, card)
       call name_option(reader, card, 'NAME', .true., name, ok)
       if (.not. ok) cycle
