@@ -93,7 +93,7 @@ contains
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
             found = dot_product(normal/norm2(normal), arm_of(sides, rows, here) + &
               lift_alone(points, sides, middles, i, state%displacement))
-            found = found + lift_at_edge(sides, rows, here, found) + points%extra_gap(i)
+            found = found + lift_of_guess(sides, rows, here, found) + points%extra_gap(i)
             if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
@@ -101,22 +101,24 @@ contains
     end do
   end subroutine find_gaps
 
-  !> By how much the gap of a node is above the mean: at an edge of its body, where its faces are
-  !> turned away from the master by more than 30 degrees in the mean, (11.32).
-  pure real(wp) function lift_at_edge(sides, rows, here, mean) result(lift)
+  !> By how much the gap of a node is above the mean: where it is covered in part, or at an edge of
+  !> its body, its faces turned away from the master by more than 30 degrees in the mean, (11.32).
+  pure real(wp) function lift_of_guess(sides, rows, here, mean) result(lift)
     type(two_sides_t), intent(in) :: sides
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
     real(wp), parameter :: none = 0.866_wp, all = 0.707_wp !! cosines of 30 and 45 degrees
+    real(wp), parameter :: bare = 0.05_wp !! of its area: then all the way
 
     lift = 0.0_wp
     if (.not. allocated(sides%node) .or. rows%nearest(here) <= mean) return
     associate (normal => rows%normal(:, here))
       lift = none + dot_product(normal, rows%outward(:, here))/(norm2(normal)*rows%whole(here))
     end associate
-    lift = min(1.0_wp, max(0.0_wp, lift)/(none - all))*(rows%nearest(here) - mean)
-  end function lift_at_edge
+    lift = max(lift/(none - all), (1.0_wp - rows%area(here)/rows%whole(here))/bare)
+    lift = min(1.0_wp, max(0.0_wp, lift))*(rows%nearest(here) - mean)
+  end function lift_of_guess
 
   !> From the mean of what a row faces to its node.
   pure function arm_of(sides, rows, here) result(arm)
@@ -227,7 +229,7 @@ contains
           arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         end if
         gap = dot_product(normal, arm)
-        gap = gap + lift_at_edge(sides, rows, here, gap) + points%extra_gap(i)
+        gap = gap + lift_of_guess(sides, rows, here, gap) + points%extra_gap(i)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &
           .or. abs(gap - contact%gap(i)) > of_quadrature*sqrt(area) .or. &

@@ -113,19 +113,20 @@ contains
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
   end function new_mortar
 
-  !> The gap of a node. At an edge of its body, of its faces' area too little turned towards the
-  !> master, the mean gap is a guess, and none below the least of what its faces see.
-  !> docs/theory.md (11.32).
+  !> The gap of a node. Where the master covers it in part, or at an edge of its body, of its faces'
+  !> area too little turned towards the master, the mean gap is a guess, and none below the least of
+  !> what its faces see. docs/theory.md (11.32).
   pure real(wp) function lifted_gap(mortar, i, gap) result(lifted)
     type(mortar_t), intent(in) :: mortar
     integer, intent(in) :: i
     real(wp), intent(in) :: gap           !! the mean [length]
-    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
+    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp, in_part = 0.05_wp !! [-]
     real(wp) :: share
 
     lifted = gap
     if (.not. mortar%whole_area(i) > 0.0_wp) return
-    share = (cos_30 - mortar%faced_area(i)/mortar%whole_area(i))/(cos_30 - cos_45)
+    share = max((cos_30 - mortar%faced_area(i)/mortar%whole_area(i))/(cos_30 - cos_45), &
+      (1.0_wp - mortar%area(i)/mortar%whole_area(i))/in_part)
     lifted = gap + max(0.0_wp, min(1.0_wp, share))*max(0.0_wp, mortar%nearest(i) - gap)
   end function lifted_gap
 

@@ -440,9 +440,10 @@ class Judge:
             if reference is not None:
                 fixed = fixed & held[reference]
             moved = self.motion(obstacle, rows, u, before, rotations)
-        own = placed.gap + self.added[rows]
+        own = placed.gap
         if pair.small and obstacle is None:
             own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
+        own = (placed.lifted(own) if obstacle is None else own) + self.added[rows]
         own_slip = across(moved, placed.normal)
         if placed.mirror is not None:
             own_slip = own_slip * (1 - placed.mirror)

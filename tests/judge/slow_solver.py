@@ -271,12 +271,13 @@ class Increment:
         if not counts:
             return 0.0, np.eye(3)[2], mirror, False
         self.kept.add(p)
-        gap = seen.gap[at] + self.added[row]
+        gap = seen.gap[at]
         if obstacle is None:
             self.partner[p] = seen.weights[at]
             if self.scene.pairs[index].small:
                 gap += seen.normal[at] @ (u[row] - seen.weights[at] @ u)
-        return gap, seen.normal[at], mirror, True
+            gap = seen.lifted(gap)[at]
+        return gap + self.added[row], seen.normal[at], mirror, True
 
     def drag_of(self, obstacle, row, u):
         """What the turn of an obstacle adds to the way of a point against it, (9.8)."""

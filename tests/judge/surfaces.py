@@ -10,6 +10,7 @@ from obstacles import corners_at
 # parallelograms its rule is one of degree 9 (docs/theory.md, section 11).
 ROUNDING = 1e-11
 BENT = 1e-6
+ALL_THE_WAY = 0.05  # of the area of a node: what of it is bare, where (11.32) counts in full
 
 
 @dataclass
@@ -26,6 +27,11 @@ class Seen(Placed):
         rounded = 1e-13 * size / np.sqrt(self.area.max())
         share = np.maximum(self.share, 1e-12)
         return ROUNDING + rough + rounded / share
+
+    def lifted(self, gap):
+        """(P,) gaps of nodes of which part is bare: no mean is below the least, (11.32)."""
+        bare = np.clip((1 - self.share) / ALL_THE_WAY, 0, 1)
+        return gap + bare * np.maximum(0, np.where(self.covered > 0, self.corner, gap) - gap)
 
 
 class Surface:
