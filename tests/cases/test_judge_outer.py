@@ -59,8 +59,8 @@ class Judge(unittest.TestCase):
 
 class Decks(unittest.TestCase):
     def test_random_decks(self):
-        # 54, 90, 96, 132: all is apart, but the mean gap of a node covered in part is below 0.
-        for seed in (*range(1, 10), 54, 90, 96, 132):
+        # 54 and on: all is apart, but the mean gap of a node covered in part is below 0.
+        for seed in (*range(1, 10), 54, 87, 90, 96, 132):
             scene, outcome, words = outer.judge_seed(seed, OPTIONS)
             with self.subTest(seed=seed, family=scene.family, bodies=scene.words):
                 self.assertEqual(outcome, "right", words)

@@ -153,6 +153,7 @@ contains
         if (faced%is_fixed(i)) then
           faced%driven_in(i) = depth_of_motion(scene, points, point, u, opposite%node(:n), &
             opposite%weight(:n), undeformed_normal(points, point, normal))
+          faced%driven_in(i) = max(0.0_wp, -lifted_gap(faced%mortar, i, -faced%driven_in(i)))
         else
           ! An axis that is a tangent.
           frame = local_frame(normal)
