@@ -39,6 +39,10 @@ contains
     do before = 1, 0, -1
       allocate (left(0))
       do i = 1, size(triangles)
+        if (is_beyond(veil, master, rounding, before == 1, triangles(i)%x)) then
+          left = [left, triangles(i)]
+          cycle
+        end if
         inside = [triangles(i)]
         allocate (outside(0))
         do limit = 1, 6
@@ -60,6 +64,22 @@ contains
     end do
   end subroutine draw
 
+  !> Whether a triangle is outside one of the limits: the veil hides nothing of it.
+  pure logical function is_beyond(veil, master, rounding, is_before, x)
+    type(veil_t), intent(in) :: veil
+    real(wp), intent(in) :: master(3), rounding !! as of draw
+    logical, intent(in) :: is_before            !! as of within
+    real(wp), intent(in) :: x(2, 3)             !! its corners [length]
+    integer :: limit
+
+    is_beyond = .false.
+    do limit = 1, 6
+      is_beyond = is_beyond .or. maxval(within(limit, veil, master, rounding, is_before, x)) <= &
+        0.0_wp
+      if (is_beyond) return
+    end do
+  end function is_beyond
+
   !> What is below 0 outside one of the six limits of what a veil hides: its three edges, and
   !> heights between the plane and the master.
   pure function within(limit, veil, master, rounding, is_before, x) result(f)
@@ -74,8 +94,8 @@ contains
 
     do i = 1, 3
       do k = 1, 3
-        part(k) = doubled(triangle_t(reshape([x(:, i), veil%seen%x(:, 1 + mod(k, 3)), &
-          veil%seen%x(:, 1 + mod(k + 1, 3))], [2, 3])))/doubled(veil%seen)
+        part(k) = turned(x(:, i), veil%seen%x(:, 1 + mod(k, 3)), veil%seen%x(:, 1 + mod(k + 1, &
+          3)))/doubled(veil%seen)
       end do
       height = dot_product(part, veil%height)
       of_master = master(1) + dot_product(master(2:), x(:, i))
@@ -137,8 +157,15 @@ contains
     type(triangle_t), intent(in) :: triangle
 
     associate (x => triangle%x)
-      doubled = (x(1, 2) - x(1, 1))*(x(2, 3) - x(2, 1)) - (x(2, 2) - x(2, 1))*(x(1, 3) - x(1, 1))
+      doubled = turned(x(:, 1), x(:, 2), x(:, 3))
     end associate
   end function doubled
+
+  !> The same of three corners.
+  pure real(wp) function turned(a, b, c)
+    real(wp), intent(in) :: a(2), b(2), c(2) !! [length]
+
+    turned = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+  end function turned
 
 end module veils_mod

@@ -57,9 +57,7 @@ contains
       high(i) = maxval(x(i, :), of_slave .or. of_master)
     end do
     do i = 1, size(parts, 2)
-      associate (corner => x(:, parts(:corners_in(parts(:, i)), i)))
-        meets(i) = all(minval(corner, 2) <= high) .and. all(maxval(corner, 2) >= low)
-      end associate
+      meets(i) = meets_box(x, parts(:corners_in(parts(:, i)), i), low, high)
     end do
     allocate (screen%part(size(parts, 1), count(meets)))
     screen%part = parts(:, pack([(i, i=1, size(meets))], meets))
@@ -75,6 +73,27 @@ contains
     end do
   end subroutine make_screen
 
+  !> Whether the box of some nodes meets another.
+  pure logical function meets_box(x, node, low, high)
+    real(wp), intent(in) :: x(:, :)           !! (3,n_nodes) [length]
+    integer, intent(in) :: node(:)
+    real(wp), intent(in) :: low(3), high(3)   !! of the other [length]
+    real(wp) :: least, most
+    integer :: i, k
+
+    meets_box = .false.
+    do i = 1, 3
+      least = x(i, node(1))
+      most = least
+      do k = 2, size(node)
+        least = min(least, x(i, node(k)))
+        most = max(most, x(i, node(k)))
+      end do
+      if (least > high(i) .or. most < low(i)) return
+    end do
+    meets_box = .true.
+  end function meets_box
+
   !> Find what lies over or under a part of a slave face within two heights.
   pure subroutine find_covers(screen, x, plane, range, covers)
     type(screen_t), intent(in) :: screen
@@ -84,6 +103,7 @@ contains
     type(cover_t), allocatable, intent(out) :: covers(:)
     integer, allocatable :: near(:)
     real(wp) :: places(3, plane%n), x_of(3, 4), corner(3, 3), flat(2, 3), height(3), twice
+    real(wp) :: low(2), high(2), whole(2, 4)
     integer :: i, k, n, m
 
     associate (normal => plane%axis(:, 3))
@@ -92,17 +112,22 @@ contains
       call faces_near(screen%grid, minval(places, 2) + min(range(1)*normal, range(2)*normal), &
         maxval(places, 2) + max(range(1)*normal, range(2)*normal), near)
     end associate
+    low = minval(plane%corner(:, :plane%n), 2)
+    high = maxval(plane%corner(:, :plane%n), 2)
     allocate (covers(4*size(near)))
     n = 0
     do i = 1, size(near)
       m = corners_in(screen%part(:, near(i)))
       x_of(:, :m) = x(:, screen%part(:m, near(i)))
+      whole(:, :m) = in_plane(plane, x_of(:, :m))
+      if (is_beside(whole(1, :m), low(1), high(1))) cycle
+      if (is_beside(whole(2, :m), low(2), high(2))) cycle
       do k = 1, merge(1, m, m == 3)
         corner = x_of(:, [k, 1 + mod(k, m), 3])
         if (m == 4) corner(:, 3) = 0.25_wp*sum(x_of, 2)
         flat = in_plane(plane, corner)
-        if (any(minval(flat, 2) >= maxval(plane%corner(:, :plane%n), 2)) .or. any(maxval(flat, 2) &
-          <= minval(plane%corner(:, :plane%n), 2))) cycle
+        if (is_beside(flat(1, :), low(1), high(1))) cycle
+        if (is_beside(flat(2, :), low(2), high(2))) cycle
         height = matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, 3))
         if (minval(height) > range(2) .or. maxval(height) < range(1)) cycle
         twice = 2.0_wp*area_of(flat)
@@ -115,6 +140,13 @@ contains
     end do
     covers = covers(:n)
   end subroutine find_covers
+
+  !> Whether all numbers lie on one side of a range.
+  pure logical function is_beside(f, low, high)
+    real(wp), intent(in) :: f(:), low, high
+
+    is_beside = minval(f) >= high .or. maxval(f) <= low
+  end function is_beside
 
   pure type(cover_t) function cover_of(node, flat, height, twice) result(cover)
     integer, intent(in) :: node(:)                !! corners of the face
@@ -146,16 +178,19 @@ contains
     integer, intent(in) :: own(:)              !! nodes of both whole faces
     type(polygon_t), allocatable, intent(inout) :: seen(:)
     type(polygon_t), allocatable :: left(:)
-    real(wp) :: line(3, 6), master(3), rounding, warp, nearer(2)
-    logical, allocatable :: is_cut(:)
+    real(wp) :: line(3, 6), master(3), rounding, warp, least, nearer(2)
     integer :: i, k, side, n_own
 
     master = height_of(plane, corner)
     warp = max(plane%warp, maxval(abs(matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, &
       size(corner, 2))) - master(1) - matmul(master(2:), in_plane(plane, corner)))))
     rounding = touching*sqrt(plane%area)
+    least = smallest*plane%area
     do i = 1, size(covers)
-      n_own = count([(any(own == covers(i)%node(k)), k=1, corners_in(covers(i)%node))])
+      n_own = 0
+      do k = 1, corners_in(covers(i)%node)
+        if (any(own == covers(i)%node(k))) n_own = n_own + 1
+      end do
       if (n_own == corners_in(covers(i)%node)) cycle
       ! Before the slave, and behind it.
       do side = 1, -1, -2
@@ -170,16 +205,33 @@ contains
         line(:, 3) = line(:, 1) - line(:, 2)
         line(1, 2:3) = line(1, 2:3) + nearer
         line(:, 4:) = covers(i)%edge
-        is_cut = [(.not. misses(line, seen(k), smallest*plane%area), k=1, size(seen))]
-        if (.not. any(is_cut)) cycle
-        left = pack(seen, .not. is_cut)
+        if (all_are_missed(line, seen, least)) cycle
+        allocate (left(0))
         do k = 1, size(seen)
-          if (is_cut(k)) call take_out(line, seen(k), smallest*plane%area, left)
+          if (misses(line, seen(k), least)) then
+            left = [left, seen(k)]
+          else
+            call take_out(line, seen(k), least, left)
+          end if
         end do
         call move_alloc(left, seen)
       end do
     end do
   end subroutine leave_seen
+
+  !> Whether next to nothing of any polygon is where all lines are above 0.
+  pure logical function all_are_missed(line, polygons, least)
+    real(wp), intent(in) :: line(:, :)         !! (3,n)
+    type(polygon_t), intent(in) :: polygons(:)
+    real(wp), intent(in) :: least              !! area that counts [length^2]
+    integer :: k
+
+    all_are_missed = .false.
+    do k = 1, size(polygons)
+      if (.not. misses(line, polygons(k), least)) return
+    end do
+    all_are_missed = .true.
+  end function all_are_missed
 
   !> Whether next to nothing of a polygon is where all lines are above 0.
   pure logical function misses(line, polygon, least)
@@ -191,7 +243,7 @@ contains
 
     misses = .true.
     do e = 1, size(line, 2)
-      if (.not. any(values(line(:, e), polygon) > 0.0_wp)) return
+      if (is_nowhere_above(line(:, e), polygon)) return
     end do
     rest = polygon
     do e = 1, size(line, 2)
@@ -228,6 +280,20 @@ contains
       call keep_positive(values(line(:, e), rest), rest)
     end do
   end subroutine take_out
+
+  !> Whether a line is above 0 at no corner of a polygon. Most polygons are left alone by this, so
+  !> that it must cost little: `values` is an array that is allocated.
+  pure logical function is_nowhere_above(line, polygon)
+    real(wp), intent(in) :: line(3)
+    type(polygon_t), intent(in) :: polygon
+    integer :: k
+
+    is_nowhere_above = .false.
+    do k = 1, polygon%n
+      if (line(1) + line(2)*polygon%corner(1, k) + line(3)*polygon%corner(2, k) > 0.0_wp) return
+    end do
+    is_nowhere_above = .true.
+  end function is_nowhere_above
 
   pure function values(line, polygon) result(f)
     real(wp), intent(in) :: line(3)
