@@ -58,8 +58,7 @@ module result_file_mod
   use xdmf_mod, only: write_xdmf, xdmf_path
   use result_fields_mod, only: open_field_t, append_fields
   use result_limit_mod, only: check_limit
-  use result_references_mod, only: create_references
-  use result_springs_mod, only: create_springs
+  use result_beside_mod, only: create_references, create_springs
   use result_gauss_mod, only: create_gauss
   use result_sets_mod, only: write_sets
   use result_print_mod, only: print_rows_t, create_prints, append_prints
