@@ -43,7 +43,7 @@ contains
           left = [left, triangles(i)]
           cycle
         end if
-        inside = [triangles(i)]
+        allocate (inside, source=triangles(i:i))
         allocate (outside(0))
         do limit = 1, 6
           allocate (rest(0))
@@ -58,7 +58,7 @@ contains
         else
           left = [left, triangles(i)]
         end if
-        deallocate (outside)
+        deallocate (inside, outside)
       end do
       call move_alloc(left, triangles)
     end do
