@@ -27,6 +27,8 @@ module equation_list_mod
   type :: equation_list_t
     type(constraints_t) :: list
     integer, allocatable :: position(:) !! (n) in the deck; there may be more room
+    integer, allocatable :: links(:, :) !! (2,n_links) nodes that keep their distance
+    integer, allocatable :: link_position(:) !! (n_links) in the deck
   end type equation_list_t
 
 contains
@@ -128,6 +130,7 @@ contains
     integer :: c, k
 
     allocate (model%named(3, model%mesh%n_nodes), source=.false.)
+    if (allocated(equations%links)) model%named(:, [equations%links]) = .true.
     associate (all => equations%list)
       do c = 1, all%n
         model%named(all%dof(c), all%node(c)) = .true.

@@ -35,6 +35,7 @@ module generate_mesh_mod
   public :: generate_mesh
 
   integer, parameter :: straight = 1, parabola = 2, circle = 3 !! LINE=
+  integer(i8), parameter :: looking_up = 5 !! ids looked at: what sorting one takes
   integer, parameter :: by_line = 1, by_plane = 2, by_point = 3 !! REFLECT=
 
   !> How nodes are moved when they are copied.
@@ -65,7 +66,7 @@ contains
     call reserve_nodes(draft, 1, ok)
     call reserve_elements(draft, 1, ok)
     above%last = k - 1
-    above%work = work + draft%n_nodes + draft%n_elements
+    above%work = work + looking_up*(int(draft%n_nodes, i8) + draft%n_elements)
     if (card%keyword(1:1) == 'N') then
       call make_id_lookup(draft%node_id(:draft%n_nodes), above%lookup)
     else

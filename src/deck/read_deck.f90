@@ -47,6 +47,7 @@ module read_deck_mod
   use read_precision_mod, only: read_precision
   use read_body_solver_mod, only: read_body_solver
   use read_prints_mod, only: read_prints
+  use rigid_links_mod, only: add_links
   use read_accuracy_mod, only: read_accuracy
   use read_rigid_bodies_mod, only: find_rigid_nodes, join_rigid_bodies, read_rigid_bodies, &
     rigid_bodies_t
@@ -237,7 +238,7 @@ contains
     call refuse_loose(reader, draft%equations, scene%mesh)
     call check_turns(reader, scene)
     if (scene%finite_strain) then
-      call prepare_finite_strain(reader, scene)
+      call prepare_finite_strain(reader, allocated(draft%equations%links), scene)
     else if (scene%precision%renews_tangent) then
       call note(reader, 'TANGENT of *BODY SOLVER is ignored: it applies to NLGEOM only')
       scene%precision%renews_tangent = .false.
@@ -358,6 +359,7 @@ contains
         scene%steps, scene%constraints)
       if (.not. any_mistakes(reader%diagnostics)) then
         scene%blocks = free_blocks(reader, model, scene%steps)
+        call add_links(reader, model, scene%constraints, scene%steps, equations)
         call take_transforms(reader, model, draft%transforms, draft%n_equations, &
           scene%constraints, equations, scene%steps, scene%local_axes)
       end if
@@ -480,8 +482,9 @@ contains
 
   !> Refuse what NLGEOM does not cover; but where the deck asks for others its factor is exact, and
   !> its compliance is formed.
-  subroutine prepare_finite_strain(reader, scene)
+  subroutine prepare_finite_strain(reader, has_links, scene)
     type(reader_t), intent(inout) :: reader
+    logical, intent(in) :: has_links !! of *MPC
     type(scene_t), intent(inout) :: scene
     character(:), allocatable :: beyond
     type(card_t) :: card
@@ -490,6 +493,8 @@ contains
       'surfaces face what they have slid to; --nlgeom no runs the deck by small strain')
     scene%pairs%small_sliding = .false.
     beyond = beyond_finite_strain(scene)
+    if (beyond == '' .and. has_links) beyond = '*MPC, LINK: its nodes would move on circles, '// &
+      'as those of a stiff SPRINGA do'
     if (beyond /= '') then
       call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'STEP', .true., &
         dim=1), card)

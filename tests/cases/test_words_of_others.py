@@ -127,6 +127,25 @@ class Words(unittest.TestCase):
                 hold = "*BOUNDARY\nA-ZMIN, 1, 2\n*CLOAD\n900, 3, -10.\n"
                 self.check(node + cube() + card + step(hold), 10)
 
+    def test_links(self):
+        """A strut (3, 0, 4) on the cube's top carries a force of 10 along x: 40/3 goes down."""
+        deck = (
+            "*NODE\n900, .5, .5, 1.\n901, 3.5, .5, 5.\n902, 3.5, .5, 9.\n903, 7.5, 4., 12.\n"
+            + cube() + "*KINEMATIC COUPLING, REF NODE=900\nA-ZMAX, 1, 3\n"
+            "*MPC\nLINK, 901, 900\nLINK, 902, 901\nLINK, 902, 901\nLINK, 903, 902\n"
+            + step(
+                "*BOUNDARY\n900, 1, 2\n900, 4, 6\n901, 2, 3\n902, 1, 2\n903, 1, 2\n"
+                "*CLOAD\n901, 1, -10.\n"
+            )
+        )
+        # What hangs on struts above is not loaded, and one strut is there twice.
+        self.check(deck, 40 / 3)
+        run = Run(deck, "--nlgeom", "yes", name="links")
+        self.assertEqual(run.status, 1)
+        self.assertIn("NLGEOM does not cover *MPC, LINK", run.errors)
+        here = Run(deck.replace("902, 3.5, .5, 9.", "902, 3.5, .5, 5."), name="links")
+        self.assertIn("nodes 902 and 901 of a LINK are in one place", here.errors)
+
     def test_plastic_materials_that_are_elastic(self):
         """Cubes of E = 1000 and 2000 in a row: 20/3 in both, at yields of 5 and 8."""
         deck = (

@@ -2,7 +2,7 @@
 """Run the program on mutated decks and hold it to what it promises of any deck.
 
     fuzz_decks.py [--bipot P] [--count N] [--seed S] [--first I] [--jobs J] [--runs SHARE]
-                  [--server P] [--keep FOLDER]
+                  [--server P] [--only NAME ...] [--keep FOLDER]
 
 Deck number I of seed S is always the same; `--first I --count 1` makes it again. Of every deck the
 plan is asked for (the deck is read and checked, its cost foreseen), and a share of those that are
@@ -57,6 +57,7 @@ SMALL = {
     "spence": {"n": 4, "steps": 3}, "ssnv128": {"n": 4},
     "tool": {"n": 4, "steps": 2}, "wheel": {"n": 4, "steps": 2},
 }
+WORDS = ("plane_words", "words")  # of other programs: decks of tests/deck/odd
 PIECE = b"** a piece\n*NSET, NSET=PIECE\n1\n"
 COMPARED = ("mesh", "bodies", "equations", "contact ", "increments", "fields")
 
@@ -79,8 +80,8 @@ def make_small(lines, parameters):
 class Corpus:
     """Sound decks that are mutated, and other decks whose pieces are put into them."""
 
-    def __init__(self):
-        """Read the decks of the repository."""
+    def __init__(self, only=()):
+        """Read the decks of the repository; `only` those of these names are mutated."""
         self.sound = {
             name: make_small(read_lines(ROOT / "input" / f"{name}.inp"), parameters)
             for name, parameters in SMALL.items()
@@ -89,6 +90,11 @@ class Corpus:
         self.pieces = list(self.sound.values()) + [read_lines(path) for path in others]
         self.odd = {path.stem: read_lines(path)
                     for path in sorted((ROOT / "tests" / "deck" / "odd").glob("*.inp"))}
+        for name in WORDS:
+            self.sound[name] = self.odd.pop(name)
+        if only:
+            self.sound = {name: lines for name, lines in self.sound.items() if name in only}
+            self.odd = {name: lines for name, lines in self.odd.items() if name in only}
 
     def deck(self, seed, number):
         """Deck `number`: bytes, kind, what was done to which deck, line of the mistake or None."""
@@ -215,7 +221,7 @@ class Fuzz:
     def __init__(self, arguments):
         """Prepare the campaign."""
         self.arguments = arguments
-        self.corpus = Corpus()
+        self.corpus = Corpus(arguments.only)
         self.sanitized = is_sanitized(arguments.bipot)
         self.addresses = 0 if self.sanitized else ADDRESSES
         self.slow = 4 if self.sanitized else 1
@@ -365,6 +371,8 @@ def main():
     parser = campaign_options(__doc__, "deck", 1000)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--runs", type=float, default=0.2, help="share of accepted decks to run")
+    parser.add_argument("--only", nargs="+", default=(), metavar="NAME",
+                        help="mutate only these decks of input/ and tests/deck/odd")
     parser.add_argument("--server", help="the program deck_server, which plans in one process")
     return 1 if Fuzz(parser.parse_args()).go() else 0
 

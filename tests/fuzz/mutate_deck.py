@@ -155,6 +155,26 @@ def change_keyword(rng, lines, others):
             lines[i][k + 1:]
 
 
+def misspell(rng, lines, _others):
+    """Spell words of keyword lines, or of lines of words below them, as people might."""
+    places = [(i, m) for i, line in enumerate(lines) if not line.lstrip().startswith("**")
+              for m in re.finditer(r"[A-Za-z][A-Za-z -]*", line)
+              if keyword_of(line) or len(m.group()) > 1]
+    if not places:
+        return
+    i, match = rng.choice(places)
+    word = match.group()
+    k = rng.randrange(len(word))
+    spellings = (
+        word[:k] + word[k + 1:], word[:k] + word[k] + word[k:], word[:max(k, 2)],
+        word[:k] + word[k:k + 2][::-1] + word[k + 2:], word.replace(" ", ""),
+        word.replace(" ", "_"), word.replace(" ", "-"), word.replace(" ", "  "),
+        word.replace("-", " "), word[:k] + " " + word[k:], f'"{word}"', word.title(), word + "S",
+        word.swapcase(),
+    )
+    lines[i] = lines[i][: match.start()] + rng.choice(spellings) + lines[i][match.end():]
+
+
 def change_lines(rng, lines, _others):
     """Remove, repeat or move a few lines."""
     first = rng.randrange(len(lines))
@@ -256,7 +276,7 @@ def nest(rng, lines, _others):
 
 WILD = (
     (change_number, 10), (change_word, 5), (change_field, 5), (change_option, 5),
-    (change_keyword, 3), (change_lines, 4), (change_cards, 5), (cross, 2), (cut, 1),
+    (change_keyword, 3), (misspell, 8), (change_lines, 4), (change_cards, 5), (cross, 2), (cut, 1),
     (change_bytes, 2), (lengthen, 1), (nest, 2),
 )
 
@@ -479,7 +499,7 @@ def same(rng, lines):
             continue
         title = any(first < i < end for keyword, first, end in cards_of(lines)
                     if keyword == "HEADING")
-        what = rng.randrange(8)
+        what = rng.randrange(9)
         if what == 0:
             lines.insert(i, "** a comment, with <nothing> in it = *STEP")
         elif what == 1 and keyword_of(line) is not None:
@@ -492,6 +512,10 @@ def same(rng, lines):
             lines[i] = "  " + line
         elif what == 5 and is_data(line) and not title and not set("=<") & set(line):
             lines[i] = NUMBER.sub(lambda m: respell(rng, m.group()), line)
+        elif what == 8 and keyword_of(line) is not None and not set("'\"<") & set(line):
+            keyword, *options = line.split(",")
+            rng.shuffle(options)
+            lines[i] = ",".join([keyword.replace(" ", rng.choice(("", "  "))), *options])
     return rng.choice(("\n", "\r\n", "\r"))
 
 

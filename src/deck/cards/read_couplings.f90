@@ -139,11 +139,11 @@ contains
       if (card%keyword == 'MPC') then
         call name_field(reader, fields, 1, 'the kind of a constraint', kind, ok)
         if (.not. ok) cycle
-        if (kind == 'TIE' .or. kind == 'PIN') cycle ! equations
+        if (kind == 'TIE' .or. kind == 'PIN' .or. kind == 'LINK') cycle ! equations
         if (kind /= 'BEAM') then
           call report(reader, fields%start, '*MPC: '//quoted(kind)//' is not available', &
-            'BEAM, a set of nodes, a reference node; TIE or PIN, two nodes or sets; *EQUATION '// &
-            'joins dofs, *TIE surfaces')
+            'BEAM, a set of nodes, a reference node; TIE, PIN or LINK, two nodes or sets; '// &
+            '*EQUATION joins dofs, *TIE surfaces')
           cycle
         end if
         call integer_field(reader, fields, 3, 'the reference node', 1, id, ok)

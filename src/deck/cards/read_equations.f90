@@ -5,6 +5,7 @@
 !>     TOP, 3, 1.,  900, 3, -1.       node or set, dof, coefficient; up to four terms a line
 !>     *MPC
 !>     TIE, LEFT, RIGHT               nodes of the first move as those of the second
+!>     LINK, LEFT, RIGHT              and those keep their distance
 module read_equations_mod
   use cards_mod, only: keep_reading, reader_t, report, report_in_field
   use diagnostics_mod, only: quoted
@@ -60,8 +61,9 @@ contains
     end do
   end subroutine read_equations
 
-  !> Lines TIE or PIN of an *MPC card: nodes that move as others, one by one; with TIE reference
-  !> nodes also turn as others do. *MPC with BEAM is a coupling.
+  !> Lines TIE, PIN or LINK of an *MPC card: nodes that move as others, one by one; with TIE
+  !> reference nodes also turn as others do, with LINK nodes keep their distance. *MPC with BEAM is
+  !> a coupling.
   subroutine read_mpc(reader, card, model, equations, work)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
@@ -79,8 +81,8 @@ contains
       call next_data_line(reader, card, fields, found, any_number, '')
       if (.not. found) return
       kind = upper(field_text(reader, fields, 1))
-      if (kind /= 'TIE' .and. kind /= 'PIN') cycle
-      call limit_fields(reader, fields, 3, 'TIE or PIN, and two nodes or sets of nodes')
+      if (kind /= 'TIE' .and. kind /= 'PIN' .and. kind /= 'LINK') cycle
+      call limit_fields(reader, fields, 3, 'TIE, PIN or LINK, and two nodes or sets of nodes')
       most = 3
       if (kind == 'TIE' .and. allocated(model%rotation_node)) most = 6
       do i = 1, 2
@@ -101,6 +103,10 @@ contains
           ' nodes cannot move as one of '//to_text(size(terms(2)%nodes))//': as many, or one node')
         cycle
       end if
+      if (kind == 'LINK') then
+        call match_links(reader, model, terms, equations)
+        cycle
+      end if
       do dof = 1, merge(2, most, model%mesh%plane /= solids)
         terms%dof = dof
         call match_terms(reader, model, terms, equations, work)
@@ -111,6 +117,35 @@ contains
       end if
     end do
   end subroutine read_mpc
+
+  !> The nodes of a line LINK, node by node, or all with the only one.
+  subroutine match_links(reader, model, terms, equations)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(term_t), intent(in) :: terms(2)
+    type(equation_list_t), intent(inout) :: equations
+    integer :: pairs(2, size(terms(1)%nodes)), i
+
+    pairs(1, :) = terms(1)%nodes
+    pairs(2, :) = [(terms(2)%nodes(min(i, size(terms(2)%nodes))), i=1, size(pairs, 2))]
+    do i = 1, size(pairs)
+      associate (node => pairs(2 - modulo(i, 2), (i + 1)/2))
+        if (model%reference(node) .or. (model%rigid(node) .and. .not. model%used(node))) then
+          call report(reader, terms(2 - modulo(i, 2))%position, 'node '// &
+            to_text(model%mesh%node_id(node))//' belongs to an obstacle or to facets: links '// &
+            'cannot join it')
+          return
+        end if
+        if (.not. model%used(node)) model%joined(node) = .true.
+      end associate
+    end do
+    if (.not. allocated(equations%links)) allocate (equations%links(2, 0), &
+      equations%link_position(0))
+    equations%links = reshape([equations%links, pairs], [2, size(equations%links, 2) + &
+      size(pairs, 2)])
+    equations%link_position = [equations%link_position, spread(terms(1)%position, 1, &
+      size(pairs, 2))]
+  end subroutine match_links
 
   !> A card: a line with a number of terms, then these, again and again.
   subroutine read_card(reader, card, model, equations, work)

@@ -136,7 +136,7 @@ module deck_table_mod
     rule_t('DISTRIBUTING COUPLING', in_model, is_read, 'ELSET=name!', &
     data='set of nodes, weight'), &
     rule_t('MPC', in_model, is_read, &
-    data='BEAM, set of nodes, reference node; TIE or PIN, node or set, node or set'), &
+    data='BEAM, set of nodes, reference node; TIE, PIN or LINK, node or set, node or set'), &
     rule_t('KINEMATIC', in_model, is_read, data='first dof, last dof'), &
     rule_t('DISTRIBUTING', in_model, is_read, 'WEIGHTING METHOD=UNIFORM', &
     data='first dof, last dof'), &
