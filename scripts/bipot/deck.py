@@ -498,6 +498,19 @@ class Deck:
         lines = [(*point, *axis, radius)]
         return self._obstacle(name, "CYLINDER", lines, reference_node, INNER=inner)
 
+    def cone(
+        self, name: str, centre: Sequence[Number], axis: Sequence[Number],
+        radii: tuple[Number, Number], height: Number, inner: bool = False,
+        facets: int | None = None, reference_node: int | None = None,
+    ) -> Deck:
+        """Add a rigid cone with flat ends, of facets; with equal radii it is a cylinder with ends.
+
+        The first radius is that of the end about `centre`, from where `axis` leads to the other
+        end; with `inner` it is a bore without ends.
+        """
+        lines = [(*centre, *axis, *radii, height)]
+        return self._obstacle(name, "CONE", lines, reference_node, INNER=inner, FACETS=facets)
+
     def stl(
         self, name: str, path: str | os.PathLike[str], reference_node: int | None = None
     ) -> Deck:

@@ -158,7 +158,7 @@ contains
     if (model%mesh%plane == solids .or. equations%list%n == 0) return
     lines = lines_of(model)
     given = equations
-    equations = equation_list_t()
+    equations = equation_list_t(links=given%links, link_position=given%link_position)
     do c = 1, given%list%n
       associate (all => given%list)
         mean = mean_t()

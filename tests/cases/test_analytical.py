@@ -1,4 +1,4 @@
-"""Analytical surfaces are the planes, cylinders and spheres that their profiles make."""
+"""Analytical surfaces are the shapes that their profiles make; cones have ends."""
 
 import unittest
 
@@ -111,6 +111,39 @@ class Analytical(unittest.TestCase):
                 same, _ = self.forces(CUBE.format(tool=f"*OBSTACLE, NAME=TOOL, TYPE={shape}"))
                 np.testing.assert_allclose(own, same, atol=1e-9)
                 self.assertGreater(total[2], 0.1)
+
+    def test_profiles_of_several_pieces(self):
+        """A table with a rounded rim, wider than the cube, is a plane beneath it."""
+        rigid = "*RIGID BODY, ANALYTICAL SURFACE=TOOL, REF NODE=900\n"
+        table = "START, {0}3., 0.\nLINE, {0}3., 1.\nCIRCL, {0}2., 2., {0}2., 1.\nLINE, 0., 2.\n"
+        rim = table.format("-") + "LINE, 2., 2.\nCIRCL, 3., 1., 2., 1.\nLINE, 3., 0.\n"
+        other = "START, 0., 2.\nLINE, 2., 2.\nCIRCL, 3., 1., 2., 1.\nLINE, 3., 0.\n"
+        cone = "*OBSTACLE, NAME=TOOL, TYPE=CONE, REF NODE=900\n.5, .5, 0., 0, 0, -1., 2, 3, 1\n"
+        plane, total = self.forces(CUBE.format(tool=f"*OBSTACLE, NAME=TOOL, TYPE={PLANE}"))
+        for name, tool, note in (
+            ("swept", f"*SURFACE, TYPE={SWEPT}{rim}{rigid}", "has 94 facets, and ends where"),
+            ("turned", f"*SURFACE, TYPE={TURNED}{other}{rigid}", "ends where its profile does"),
+            ("cone", cone, "are 180 facets, off by at most 0.0003"),
+        ):
+            with self.subTest(name):
+                own, _ = self.forces(CUBE.format(tool=tool), note=note)
+                np.testing.assert_allclose(own, plane, atol=1e-8)
+        self.assertGreater(total[2], 10)
+
+    def test_a_punch_ends(self):
+        """A cylinder of radius 1/4 on the middle of a face: it alone is pressed."""
+        own, total = self.forces(CUBE.replace("NX=2, NY=2", "NX=8, NY=8").format(
+            tool="*OBSTACLE, NAME=TOOL, TYPE=CONE, REF NODE=900\n"
+            ".5, .5, -1., 0., 0., 1., .25, .25, 1.\n"
+        ))  # fmt: skip
+        points = np.array([(x, y) for y in range(9) for x in range(9)]) / 8 - 0.5
+        far = np.hypot(*points.T) > 0.25 + 0.125 * 2**0.5
+        self.assertEqual(len(own), len(points))
+        np.testing.assert_array_equal(own[far], 0)
+        self.assertGreater(own[40, 2], 0)
+        # A quarter of a turn changes nothing.
+        around = np.lexsort((points[:, 0], -points[:, 1]))
+        np.testing.assert_allclose(own[around, 2], own[:, 2], atol=1e-6 * total[2])
 
     def test_an_instance_moves_it(self):
         """The part's floor faces -y; turned by -90 degrees about x it faces up: E times 0.01."""

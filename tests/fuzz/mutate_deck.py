@@ -36,7 +36,8 @@ STRANGE_WORDS = (
 )
 # Cards that are passed over, or hold a text: what stands below them is not read.
 PASSED_OVER = {"HEADING", "CONTROLS", "OUTPUT", "SURFACE BEHAVIOR", "PREPRINT", "RESTART",
-               "NODE OUTPUT", "ELEMENT OUTPUT"}
+               "NODE OUTPUT", "ELEMENT OUTPUT", "SECTION CONTROLS", "CONTACT CONTROLS",
+               "CONTACT STABILIZATION"}
 
 
 def keyword_of(line):

@@ -200,6 +200,7 @@ class AsText(WithFolder):
         deck.sphere("BALL", (0, 0, 50), 10.0)
         deck.sphere("HOLLOW", (0, 0, 0), 100.0, inner=True)
         deck.cylinder("BORE", (0, 0, 0), (0, 0, 1), 90.0, inner=True)
+        deck.cone("TIP", (0, 0, 99), (0, 0, 1), (0, 5), 10, facets=36)
         deck.stl("STAMP", ROOT / "tests" / "data" / "plate.stl")
         deck.interaction("DRY", 0.3)
         deck.pair("FOOT", "GROUND", "DRY", adjust=0.001)

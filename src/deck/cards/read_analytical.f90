@@ -1,5 +1,6 @@
-!> Analytical rigid surfaces: profiles of lines and arcs, swept along an axis or about it, that are
-!> one plane, cylinder or sphere. They become obstacles, without the ends of their profiles.
+!> Analytical rigid surfaces: profiles of lines and arcs, swept along an axis or about it. One
+!> plane, cylinder or sphere becomes that obstacle, without the ends of its profile; any other
+!> profile one of facets, which ends where the profile does.
 !>
 !>     *SURFACE, TYPE=CYLINDER, NAME=DIE       swept along the local z axis
 !>     *SURFACE, TYPE=REVOLUTION, NAME=BALL    turned about the local z axis: r, z
@@ -17,20 +18,30 @@ module read_analytical_mod
   use fields_mod, only: field_position, field_text, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_real
-  use obstacles_mod, only: obstacle_cylinder, obstacle_plane, obstacle_sphere, obstacle_t
+  use mesh_draft_mod, only: mesh_draft_t, solids
+  use obstacles_mod, only: obstacle_cylinder, obstacle_of_facets, obstacle_plane, &
+    obstacle_sphere, obstacle_t
   use options_mod, only: allow_options, card_t, has_option, open_card, text_option
   use small_matrix_mod, only: cross
-  use text_mod, only: upper
+  use swept_profile_mod, only: add_arc, facets_t, sweep_along, turn_about_axis
+  use text_mod, only: to_text, upper
   implicit none
   private
 
-  public :: is_analytical, read_analytical, analytical_type, along_axis, about_axis
+  public :: is_analytical, read_analytical, analytical_type, along_axis, about_axis, facets_about
 
   integer, parameter :: not_analytical = 0, along_axis = 1, about_axis = 2
   integer, parameter :: most_fields = 9
   real(wp), parameter :: same = 1.0e-9_wp !! of lengths and directions [-]
+  integer, parameter :: facets_about = 180      !! about an axis, unless a deck says otherwise
   character(*), parameter :: instead = '*OBSTACLE, TYPE=STL has any shape; a plane, a cylinder '// &
     'or a sphere each is a surface of its own'
+
+  !> A profile in the two coordinates of its plane.
+  type :: profile_t
+    logical :: is_one = .true.             !! all its pieces are of one line or one circle
+    real(wp), allocatable :: polygon(:, :) !! (2,n) with chords for its arcs [length]
+  end type profile_t
 
   !> A piece of the profile, in the two coordinates of its plane.
   type :: piece_t
@@ -76,21 +87,30 @@ contains
     end select
   end function analytical_type
 
-  !> The obstacle of a card: its kind, place and side, in the coordinates of the deck.
-  subroutine read_analytical(reader, card, obstacle)
+  !> The obstacle of a card: its kind, place and side, in the coordinates of the deck; or its
+  !> facets, in those of the mesh.
+  subroutine read_analytical(reader, card, mesh, obstacle)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(in) :: mesh
     type(obstacle_t), intent(inout) :: obstacle !! has its name
     type(piece_t) :: piece
+    type(profile_t) :: profile
     real(wp) :: origin(3), axes(3, 3)
+    integer :: sweep
     logical :: ok
 
     call allow_options(reader, card)
+    sweep = analytical_type(reader, card)
     obstacle%kind = obstacle_plane
     obstacle%normal = [0.0_wp, 0.0_wp, 1.0_wp]
-    call read_profile(reader, card, origin, axes, piece, ok)
+    call read_profile(reader, card, origin, axes, piece, profile, ok)
     if (.not. ok) return
-    if (analytical_type(reader, card) == along_axis) then
+    if (.not. profile%is_one .or. (sweep == about_axis .and. .not. is_simple(piece))) then
+      call make_facets(reader, card, mesh, sweep, profile, origin, axes, obstacle)
+      return
+    end if
+    if (sweep == along_axis) then
       obstacle%point = origin + piece%centre(1)*axes(:, 1) + piece%centre(2)*axes(:, 2)
       if (piece%is_arc) then
         obstacle%kind = obstacle_cylinder
@@ -99,8 +119,7 @@ contains
         obstacle%normal = piece%normal(1)*axes(:, 1) + piece%normal(2)*axes(:, 2)
       end if
     else
-      call turn_about(reader, card, piece, origin, axes(:, 3), obstacle, ok)
-      if (.not. ok) return
+      call turn_about(piece, origin, axes(:, 3), obstacle)
     end if
     obstacle%radius = piece%radius
     obstacle%inner = piece%inner
@@ -114,43 +133,89 @@ contains
     end if
   end subroutine read_analytical
 
-  !> What a piece in r and z is once it is turned about the z axis.
-  subroutine turn_about(reader, card, piece, origin, axis, obstacle, ok)
-    type(reader_t), intent(inout) :: reader
-    type(card_t), intent(in) :: card
+  !> Whether a piece in r and z is a plane, a cylinder or a sphere once it is turned about the z
+  !> axis.
+  pure logical function is_simple(piece)
+    type(piece_t), intent(in) :: piece
+
+    if (piece%is_arc) then
+      is_simple = abs(piece%centre(1)) <= same*piece%radius
+    else
+      is_simple = abs(piece%normal(1)) <= same .or. (abs(piece%normal(2)) <= same .and. &
+        piece%centre(1) > 0.0_wp)
+    end if
+  end function is_simple
+
+  !> What such a piece is.
+  pure subroutine turn_about(piece, origin, axis, obstacle)
     type(piece_t), intent(inout) :: piece       !! of a cylinder gets radius and side
     real(wp), intent(in) :: origin(3), axis(3)
     type(obstacle_t), intent(inout) :: obstacle !! gets kind, point and normal
-    logical, intent(out) :: ok
 
-    ok = .true.
     obstacle%point = origin + piece%centre(2)*axis
     obstacle%normal = axis
     if (piece%is_arc) then
       obstacle%kind = obstacle_sphere
-      ok = abs(piece%centre(1)) <= same*piece%radius
-      if (.not. ok) call report(reader, card%position, 'analytical surface '// &
-        quoted(obstacle%name)//' is a part of a torus: that is not available', instead)
     else if (abs(piece%normal(1)) <= same) then
       obstacle%normal = sign(1.0_wp, piece%normal(2))*axis
-    else if (abs(piece%normal(2)) <= same .and. piece%centre(1) > 0.0_wp) then
+    else
       obstacle%kind = obstacle_cylinder
       piece%radius = piece%centre(1)
       piece%inner = piece%normal(1) < 0.0_wp
-    else
-      ok = .false.
-      call report(reader, card%position, 'analytical surface '//quoted(obstacle%name)// &
-        ' is a part of a cone: that is not available', instead)
     end if
   end subroutine turn_about
 
-  !> The axes and the one piece that the profile consists of.
-  subroutine read_profile(reader, card, origin, axes, piece, ok)
+  !> The facets of any other profile. Along an axis they go as far beyond the bodies, on both sides,
+  !> as all of these are large.
+  subroutine make_facets(reader, card, mesh, sweep, profile, origin, axes, obstacle)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(in) :: mesh
+    integer, intent(in) :: sweep !! along_axis or about_axis
+    type(profile_t), intent(inout) :: profile
+    real(wp), intent(in) :: origin(3), axes(3, 3)
+    type(obstacle_t), intent(inout) :: obstacle
+    type(facets_t) :: made
+    real(wp) :: place(mesh%n_nodes), beyond
+
+    if (mesh%n_nodes == 0) return ! a deck without bodies
+    if (mesh%plane /= solids) then
+      call report(reader, card%position, 'with elements of a plane a profile is one line or '// &
+        'one circle', 'a surface of its own for each')
+      return
+    end if
+    if (sweep == about_axis) then
+      associate (r => profile%polygon(1, :))
+        where (abs(r) <= same*maxval(abs(profile%polygon))) r = 0.0_wp
+        if (any(r < 0.0_wp)) then
+          call report(reader, card%position, 'the profile of analytical surface '// &
+            quoted(obstacle%name)//' has a negative distance from its axis')
+          return
+        end if
+      end associate
+      made = turn_about_axis(profile%polygon, origin - mesh%origin, axes(:, 3), facets_about)
+    else
+      place = matmul(axes(:, 3), mesh%coordinates(:, :mesh%n_nodes))
+      beyond = norm2(maxval(mesh%coordinates(:, :mesh%n_nodes), dim=2) - &
+        minval(mesh%coordinates(:, :mesh%n_nodes), dim=2))
+      place = place - dot_product(axes(:, 3), origin - mesh%origin)
+      made = sweep_along(profile%polygon, origin - mesh%origin, axes, minval(place) - beyond, &
+        maxval(place) + beyond)
+    end if
+    obstacle = obstacle_of_facets(obstacle%name, made%corner, made%facet, obstacle%ref_node)
+    call note(reader, 'analytical surface '//quoted(obstacle%name)//' has '// &
+      to_text(size(obstacle%facet, 2))//' facets, and ends where its profile does')
+  end subroutine make_facets
+
+  !> The axes, the pieces of the profile, and the first of these.
+  subroutine read_profile(reader, card, origin, axes, piece, profile, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     real(wp), intent(out) :: origin(3), axes(3, 3) !! columns x, y, z
     type(piece_t), intent(out) :: piece
+    type(profile_t), intent(out) :: profile
     logical, intent(out) :: ok
+    real(wp), parameter :: widest = 2.0_wp*acos(-1.0_wp)/facets_about !! chord of an arc [rad]
     type(fields_t) :: fields
     type(piece_t) :: next
     real(wp) :: at(2), value(most_fields)
@@ -175,7 +240,13 @@ contains
       case ('START')
         call read_numbers(reader, fields, 'START', 2, value, ok)
         if (.not. ok) return
+        if (has_start) then
+          call report(reader, fields%start, 'a profile has one START')
+          ok = .false.
+          return
+        end if
         at = value(:2)
+        profile%polygon = reshape(at, [2, 1])
         has_start = .true.
         cycle
       case ('LINE')
@@ -200,14 +271,14 @@ contains
         return
       end if
       at = value(:2)
+      if (next%is_arc) then
+        call add_arc(profile%polygon, next%centre, at, widest)
+      else
+        profile%polygon = reshape([profile%polygon, at], [2, size(profile%polygon, 2) + 1])
+      end if
       n_pieces = n_pieces + 1
       if (n_pieces == 1) piece = next
-      ok = are_one(piece, next)
-      if (.not. ok) then
-        call report(reader, fields%start, 'a profile of more than one line or circle is not '// &
-          'available', instead)
-        return
-      end if
+      profile%is_one = profile%is_one .and. are_one(piece, next)
     end do
     ok = n_pieces > 0
     if (.not. ok) call report(reader, card%position, 'an analytical surface needs START and a '// &

@@ -188,9 +188,11 @@ contains
     type(fields_t) :: fields
     character(:), allocatable :: set, name, kind
     integer :: k
-    logical :: ok, found
+    character(*), parameter :: one_alone = 'a *DISTRIBUTING COUPLING has one element'
+    logical :: ok, found, has_one
 
     id = 0
+    has_one = .false.
     call name_option(reader, card, 'ELSET', .true., set, ok)
     if (.not. ok) return
     do k = 1, reader%n_cards
@@ -201,13 +203,19 @@ contains
       call name_option(reader, other, 'TYPE', .false., kind, ok)
       if (kind /= 'DCOUP3D') cycle
       call next_data_line(reader, other, fields, found, 2, 'an id and the node of a coupling')
-      if (found) call integer_field(reader, fields, 2, 'the node of a coupling', 1, id, ok)
-      if (found .and. .not. ok) id = 0
-      if (found) call end_data(reader, other, fields, 'a *DISTRIBUTING COUPLING has one element')
-      return
+      if (.not. found) cycle
+      if (has_one) then
+        call report(reader, fields%start, one_alone)
+        id = 0
+        return
+      end if
+      has_one = .true.
+      call integer_field(reader, fields, 2, 'the node of a coupling', 1, id, ok)
+      if (.not. ok) id = 0
+      call end_data(reader, other, fields, one_alone)
     end do
-    call report(reader, option_position(card, 'ELSET'), 'element set '//quoted(set)//' has no '// &
-      'element of TYPE=DCOUP3D, whose node is the reference node')
+    if (.not. has_one) call report(reader, option_position(card, 'ELSET'), 'element set '// &
+      quoted(set)//' has no element of TYPE=DCOUP3D, whose node is the reference node')
   end subroutine find_element_node
 
   !> Lines of first dof, last dof; no line: all.

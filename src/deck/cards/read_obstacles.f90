@@ -6,6 +6,9 @@
 !>     0., 0., 5.,  5.                centre, radius
 !>     *OBSTACLE, NAME=BORE, TYPE=CYLINDER, INNER
 !>     0., 0., 0.,  0., 0., 1.,  2.   a point of the axis, its direction, radius
+!>     *OBSTACLE, NAME=PUNCH, TYPE=CONE
+!>     0., 0., 9.,  0., 0., -1.,  4., 3., 5.     centre of an end, direction of the axis, radius
+!>                                    there and at the other end, height
 !>     *OBSTACLE, NAME=DIE, TYPE=STL, INPUT=die.stl, REF NODE=1001
 !>
 !> and analytical surfaces that are one of these (read_analytical_mod).
@@ -16,14 +19,16 @@ module read_obstacles_mod
   use fields_mod, only: field_position, fields_t, next_data_line, node_option, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
+  use mesh_draft_mod, only: mesh_draft_t
   use obstacles_mod, only: obstacle_cylinder, obstacle_facets, obstacle_of_facets, obstacle_plane, &
     obstacle_sphere, obstacle_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    has_option, name_option, open_card, option_position, text_option
+    has_option, integer_option, name_option, open_card, option_position, text_option
   use deck_source_mod, only: place_of, place_t
-  use read_analytical_mod, only: is_analytical, read_analytical
+  use read_analytical_mod, only: facets_about, is_analytical, read_analytical
   use sets_mod, only: model_t
   use stl_file_mod, only: read_stl, triangles_t
+  use swept_profile_mod, only: facets_t, frustum, turn_about_axis
   use text_mod, only: to_text
   implicit none
   private
@@ -32,13 +37,15 @@ module read_obstacles_mod
 
   character(*), parameter :: analytical_surface = 'ANALYTICAL SURFACE' !! option of *RIGID BODY
 
-  integer, parameter :: kinds(4) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
-    obstacle_facets]
-  integer, parameter :: max_numbers = 7 !! of any kind
+  integer, parameter :: cone = 4, stl = 5 !! place among the words of TYPE=
+  integer, parameter :: kinds(5) = [obstacle_plane, obstacle_sphere, obstacle_cylinder, &
+    obstacle_facets, obstacle_facets]
+  integer, parameter :: max_numbers = 9 !! of any kind
 
 contains
 
   !> *OBSTACLE, NAME=name, TYPE=PLANE|SPHERE|CYLINDER[, REF NODE=id][, INNER]
+  !> *OBSTACLE, NAME=name, TYPE=CONE[, FACETS=count][, REF NODE=id][, INNER]
   !> *OBSTACLE, NAME=name, TYPE=STL, INPUT=path[, REF NODE=id]
   subroutine read_obstacles(reader, model, obstacles, names)
     type(reader_t), intent(inout) :: reader
@@ -70,13 +77,19 @@ contains
         '*OBSTACLE needs TYPE=')
       if (kind == 0) cycle
       obstacles(names%n)%kind = kinds(kind)
-      if (kinds(kind) == obstacle_facets) then
+      if (kind /= cone .and. has_option(card, 'FACETS')) call report(reader, &
+        option_position(card, 'FACETS'), 'FACETS is of TYPE=CONE alone')
+      if (kind == stl) then
         call read_facets(reader, card, model%mesh%origin, obstacles(names%n))
         cycle
       end if
       if (has_option(card, 'INPUT')) call report(reader, option_position(card, 'INPUT'), &
         'INPUT is of TYPE=STL alone')
-      call read_shape(reader, card, model%mesh%origin, obstacles(names%n))
+      if (kind == cone) then
+        call read_cone(reader, card, model%mesh, obstacles(names%n))
+      else
+        call read_shape(reader, card, model%mesh%origin, obstacles(names%n))
+      end if
     end do
     call close_directory(reader, names)
 
@@ -93,8 +106,9 @@ contains
       call add_name(names, name, card%position)
       associate (obstacle => obstacles(names%n))
         obstacle%name = name
-        call read_analytical(reader, card, obstacle)
-        obstacle%point = from_origin(obstacle, obstacle%point, model%mesh%origin)
+        call read_analytical(reader, card, model%mesh, obstacle)
+        if (obstacle%kind /= obstacle_facets) obstacle%point = from_origin(obstacle, &
+          obstacle%point, model%mesh%origin)
         do i = 1, reader%n_cards
           if (reader%cards(i)%keyword /= 'RIGID BODY') cycle
           call open_card(reader, i, body)
@@ -210,7 +224,7 @@ contains
       if (ok) call read_radius(reader, position(4), value(4), obstacle)
     case (obstacle_cylinder)
       call read_numbers(reader, card, 'a cylinder', 'seven numbers: x, y, z of a point of its '// &
-        'axis, then of the direction of the axis, then its radius', value, position, ok)
+        'axis, then of the direction of the axis, then its radius', value(:7), position(:7), ok)
       if (ok) call read_direction(reader, 'the axis of a cylinder', position(4), value(4:6), &
         obstacle%normal)
       if (ok) call read_radius(reader, position(7), value(7), obstacle)
@@ -221,6 +235,42 @@ contains
     end select
     if (ok) obstacle%point = from_origin(obstacle, value(:3), origin)
   end subroutine read_shape
+
+  !> A truncated cone with its ends, or the hollow one without: its facets.
+  subroutine read_cone(reader, card, mesh, obstacle)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(in) :: mesh
+    type(obstacle_t), intent(inout) :: obstacle
+    type(facets_t) :: made
+    real(wp) :: value(max_numbers)
+    integer :: position(max_numbers), n
+    logical :: ok
+
+    made = facets_t(reshape([real(wp) ::], [3, 0]), reshape([integer ::], [4, 0]))
+    n = facets_about
+    call integer_option(reader, card, 'FACETS', 12, 3600, n, ok)
+    call read_numbers(reader, card, 'a cone', 'nine numbers: x, y, z of the centre of an end, '// &
+      'then of the direction of the axis from there, the radius there, the radius of the other '// &
+      'end, and the height', value, position, ok)
+    if (ok) call read_direction(reader, 'the axis of a cone', position(4), value(4:6), &
+      obstacle%normal)
+    if (ok .and. (any(value(7:8) < 0.0_wp) .or. .not. any(value(7:8) > 0.0_wp))) then
+      ok = .false.
+      call report(reader, position(7), 'the radii of obstacle '//quoted(obstacle%name)// &
+        ' must not be negative, and one of them positive')
+    else if (ok .and. .not. value(9) > 0.0_wp) then
+      ok = .false.
+      call report(reader, position(9), 'the height of obstacle '//quoted(obstacle%name)// &
+        ' must be positive')
+    end if
+    if (ok) made = turn_about_axis(frustum(value(7:8), value(9), obstacle%inner), value(:3) - &
+      mesh%origin, obstacle%normal, n)
+    obstacle = obstacle_of_facets(obstacle%name, made%corner, made%facet, obstacle%ref_node)
+    if (ok) call note(reader, 'the round sides of obstacle '//quoted(obstacle%name)//' are '// &
+      to_text(n)//' facets, off by at most '//to_text((acos(-1.0_wp)/n)**2/3* &
+      maxval(value(7:8)), 2))
+  end subroutine read_cone
 
   !> Where an obstacle is from the origin of the mesh. Of a plane or an axis the nearest point is as
   !> good as any: from one far away the distance of each node is rounded by more.

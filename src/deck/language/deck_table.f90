@@ -99,8 +99,8 @@ module deck_table_mod
     rule_t('SURFACE', in_model, is_read, 'NAME=name!, '// &
     'TYPE=ELEMENT|NODE|CYLINDER|REVOLUTION|SEGMENTS, COMBINE=UNION', 'INTERNAL, TRIM', &
     'element or set, face; or node or set; or surface, ...; or START, LINE, CIRCL and numbers'), &
-    rule_t('OBSTACLE', in_model, is_read, 'NAME=name!, TYPE=PLANE|SPHERE|CYLINDER|STL!, INNER, '// &
-    'INPUT=path, REF NODE=id', data='numbers of the shape'), &
+    rule_t('OBSTACLE', in_model, is_read, 'NAME=name!, TYPE=PLANE|SPHERE|CYLINDER|CONE|STL!, '// &
+    'INNER, FACETS=count:180, INPUT=path, REF NODE=id', data='numbers of the shape'), &
     rule_t('RIGID BODY', in_model, is_read, 'ELSET=name, NSET=name, PIN NSET=name, '// &
     'TIE NSET=name, ANALYTICAL SURFACE=name, REF NODE=id, ROT NODE=id', 'ISOTHERMAL'), &
     rule_t('MATERIAL', in_model, is_read, 'NAME=name!'), &
