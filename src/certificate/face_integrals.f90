@@ -10,7 +10,7 @@ module face_integrals_mod
   implicit none
   private
 
-  public :: shared_t, integrate_shared, nearest_of
+  public :: shared_t, integrate_shared, integrate_nodes, nearest_of
 
   !> Integrals of the slave's shape functions N and the master's over what two faces share.
   type :: shared_t
@@ -93,6 +93,37 @@ contains
       end associate
     end do
   end function integrate_shared
+
+  !> What of a face its nodes have: int N_a n over all of it, n its normal, and int N_a.
+  pure subroutine integrate_nodes(x, facing, area)
+    real(wp), intent(in) :: x(:, :)        !! (3,n) its nodes, corners first [length]
+    real(wp), intent(out) :: facing(:, :)  !! (3,n) [length^2]
+    real(wp), intent(out) :: area(:)       !! (n) [length^2]
+    real(wp) :: n(size(x, 2)), slope(size(x, 2), 2), t(3, 2), vector(3), part
+    integer :: i, j, a
+
+    facing = 0.0_wp
+    area = 0.0_wp
+    do i = 1, size(point_6)
+      do j = 1, size(point_6)
+        part = weight_6(i)*weight_6(j)
+        associate (s => point_6(i), r => point_6(j))
+          if (modulo(size(n), 3) == 0) then
+            part = part*s
+            call evaluate([s*(1.0_wp - r), s*r], n, slope)
+          else
+            call evaluate([s, r], n, slope)
+          end if
+        end associate
+        t = matmul(x, slope)
+        vector = part*cross(t(:, 1), t(:, 2))
+        area = area + norm2(vector)*n
+        do a = 1, size(n)
+          facing(:, a) = facing(:, a) + n(a)*vector
+        end do
+      end do
+    end do
+  end subroutine integrate_nodes
 
   !> The least gap at the corners of what two faces share.
   pure real(wp) function nearest_of(outline, slave, master, apart, other, normal) result(nearest)

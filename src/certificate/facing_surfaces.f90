@@ -223,13 +223,10 @@ contains
         found%first(here + 1) = n + 1
         arm = arm_of(sides, rows, here)
         motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
-        if (sides%stays) then
-          arm = arm + motion
-        else
-          arm = arm + lift_alone(points, sides, middles, i, new%displacement)
-        end if
+        if (.not. sides%stays) arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         gap = dot_product(normal, arm)
         gap = gap + lift_of_guess(sides, rows, here, gap) + points%extra_gap(i)
+        if (sides%stays) gap = gap + dot_product(normal, motion)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &
           .or. abs(gap - contact%gap(i)) > of_quadrature*sqrt(area) .or. &

@@ -11,7 +11,7 @@ module shared_faces_mod
   use state_mod, only: state_t
   use turned_slips_mod, only: orientation
   use veils_mod, only: veil_t
-  use face_integrals_mod, only: shared_t, integrate_shared, nearest_of
+  use face_integrals_mod, only: shared_t, integrate_shared, integrate_nodes, nearest_of
   implicit none
   private
 
@@ -50,7 +50,6 @@ module shared_faces_mod
     real(wp), allocatable :: y(:, :)     !! (3,n_places) [length]
     real(wp) :: before = 0.0_wp, behind = 0.0_wp
     !! how far masters may be before and behind the plane of a slave face [length]
-    real(wp), allocatable :: x_now(:, :), y_now(:, :) !! the same where they are [length]
     type(boxes_t) :: boxes               !! of each piece
     real(wp), allocatable :: normal(:, :)          !! (3,n) and its outward normal [-]
     integer, allocatable :: skin(:, :)   !! (4,n) corners of what may lie between
@@ -150,14 +149,12 @@ contains
         end associate
         deallocate (sides%node)
       end if
-      sides%x_now = sides%x + new%displacement(:, node)
-      sides%y_now = sides%y + way
       moved = 0.0_wp
       reach = 0.5_wp*max(largest_face(sides%slave, sides%x), largest_face(sides%master, sides%y))
       sides%stays = of%small_sliding .and. of%master == 0
       if (.not. sides%stays) then
-        sides%x = sides%x_now
-        sides%y = sides%y_now
+        sides%x = sides%x + new%displacement(:, node)
+        sides%y = sides%y + way
         if (of%master > 0) reach = 0.5_wp*max(largest_face(sides%slave, sides%x), &
           largest_face(sides%master, sides%y))
         associate (u => new%displacement(:, node))
@@ -454,7 +451,7 @@ contains
             shared = integrate_shared(flat, place(:, :k), slave_face, master_face, between, plane, &
               touching*sqrt(area))
             if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, slave_face, &
-              master_face, sides%x_now(:, row), sides%y_now(:, master), axes)
+              master_face, sides%x(:, row), sides%y(:, master), axes)
           end associate
           do a = 1, size(row)
             shared%facing(:, a) = matmul(axes, shared%facing(:, a))
@@ -463,7 +460,7 @@ contains
           shared = integrate_shared(flat, place(:, :k), flat, place(:, :k), between, plane, &
             touching*sqrt(area))
           if (shared%area > 0.0_wp) nearest = nearest_of(shared%outline, flat, place(:, :k), &
-            sides%x_now(:, row), sides%y_now(:, sides%piece(:k, f)), sides%normal(:, f:f))
+            sides%x(:, row), sides%y(:, sides%piece(:k, f)), sides%normal(:, f:f))
           do a = 1, 4
             shared%facing(:, a) = shared%lumped(a)*sides%normal(:, f)
           end do
@@ -555,15 +552,14 @@ contains
     type(part_t), allocatable, intent(inout) :: parts(:) !! to work with
     type(rows_t), intent(inout) :: rows
     real(wp), dimension(size(row), size(row)) :: dual, mass, basis
-    real(wp), dimension(size(row)) :: lumped, unit
-    real(wp) :: axes(3, 3), area, size_of_piece, outward(3)
+    real(wp), dimension(size(row)) :: lumped, unit, whole
+    real(wp) :: axes(3, 3), area, size_of_piece, outward(3, size(row))
     integer :: piece(4, 5), i, k, a, n, n_parts, n_pieces
     logical :: regular
 
     n = size(row)
     call cut([row, spread(0, 1, 8 - n)], piece, n_pieces)
     area = 0.0_wp
-    outward = 0.0_wp
     n_parts = 0
     do i = 1, n_pieces
       associate (x => sides%x(:, piece(:count(piece(:, i) > 0), i)))
@@ -571,7 +567,6 @@ contains
         size_of_piece = norm2(axes(:, 3))
         if (.not. size_of_piece > 0.0_wp) return
         area = area + size_of_piece
-        outward = outward + axes(:, 3)
         axes(:, 3) = axes(:, 3)/size_of_piece
         ! A diagonal, or an edge of a triangle, less what of it is not in the plane.
         axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
@@ -581,9 +576,14 @@ contains
       end associate
     end do
     call find_basis(sides, row, basis)
-    rows%whole(row) = rows%whole(row) + area*parts_of_area(n)
-    rows%outward(:, row) = rows%outward(:, row) + spread(outward, 2, n)* &
-      spread(parts_of_area(n), 1, 3)
+    call integrate_nodes(sides%x(:, row), outward, whole)
+    if (n <= 4) then
+      ! Of corners alone it is what of the face lies in its mean plane.
+      whole = matmul(axes(:, 3), outward)
+      outward = spread(axes(:, 3), 2, n)*spread(whole, 1, 3)
+    end if
+    rows%whole(row) = rows%whole(row) + matmul(basis, whole)
+    rows%outward(:, row) = rows%outward(:, row) + matmul(outward, transpose(basis))
     if (n_parts == 0) return
     mass = 0.0_wp
     lumped = 0.0_wp
@@ -637,16 +637,6 @@ contains
         sides%a(row(i))
     end do
   end subroutine find_basis
-
-  !> What of the area of a face its nodes have, of a flat one with straight edges.
-  pure function parts_of_area(n) result(part)
-    integer, intent(in) :: n !! nodes
-    real(wp) :: part(n)      !! [-]
-
-    part = 1.0_wp/real(n, wp)
-    if (n == 6) part = [spread(2.0_wp, 1, 3), spread(3.0_wp, 1, 3)]/15.0_wp
-    if (n == 8) part = [spread(1.0_wp, 1, 4), spread(2.0_wp, 1, 4)]/12.0_wp
-  end function parts_of_area
 
   !> Where a coordinate lies along all boxes, in parts of their extent.
   pure elemental integer function key_of(boxes, coordinate) result(key)

@@ -144,6 +144,9 @@ contains
     real(wp), intent(in) :: rounding      !! [length]
     type(part_t), intent(inout) :: parts(:)
     real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
+    ! Heights that are compared with a rounding leave strips along edges, of slopes above 1e-3
+    ! narrower than this of a face: there nothing is seen.
+    real(wp), parameter :: sliver = 1.0e-6_wp !! [-]
     real(wp) :: middle(2), place(3), plane_height(3), height, depth
     logical, allocatable :: is_kept(:)
     integer :: i, k
@@ -154,9 +157,14 @@ contains
           plane_height = height_of(part%plane, corner)
           is_kept = [(.true., k=1, size(part%seen))]
           do k = 1, size(part%seen)
-            middle = sum(part%seen(k)%corner(:, :part%seen(k)%n), 2)/real(part%seen(k)%n, wp)
-            height = plane_height(1) + dot_product(plane_height(2:), middle)
-            if (height > -rounding) cycle
+            associate (polygon => part%seen(k)%corner(:, :part%seen(k)%n))
+              middle = sum(polygon, 2)/real(part%seen(k)%n, wp)
+              height = plane_height(1) + dot_product(plane_height(2:), middle)
+              if (height > -rounding) cycle
+              is_kept(k) = area_of(polygon) > sliver*sqrt(part%plane%area)*norm2(maxval(polygon, &
+                2) - minval(polygon, 2))
+            end associate
+            if (.not. is_kept(k)) cycle
             place = part%plane%origin + matmul(axis(:, :2), middle)
             depth = height*dot_product(outward_normal(corner), axis(:, 3))
             is_kept(k) = has_way_out(screen, x, screen%of_master, place, depth) .and. &

@@ -10,9 +10,9 @@ module face_overlap_mod
 
   public :: overlap_t, plane_t, polygon_t, plane_of_face, outward_normal, doubled_area, &
     find_overlap, opposite_weights
-  public :: in_plane, find_common, keep_positive, area_of, max_corners, smallest, few_points, &
-    few_weights, some_points, some_weights, many_points, many_weights, evenness, even_enough, &
-    speck, halves_of, most_halvings
+  public :: areas_of_nodes, in_plane, find_common, keep_positive, area_of, max_corners, smallest, &
+    few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
+    even_enough, speck, halves_of, most_halvings
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -159,6 +159,16 @@ contains
     plane%area = area_of(plane%corner(:, :plane%n))
     plane%warp = maxval(abs(matmul(n, x - spread(plane%origin, 2, plane%n))))
   end function plane_of_face
+
+  !> int N_a over the whole of a slave face: a sixth of its area and of that of the triangle of the
+  !> corner and its neighbours.
+  pure function areas_of_nodes(plane) result(area)
+    type(plane_t), intent(in) :: plane
+    real(wp) :: area(plane%n) !! [length^2]
+
+    area = plane%area/3.0_wp
+    if (plane%n > 3) area = (plane%area + 0.5_wp*jacobians(plane%corner(:, :plane%n)))/6.0_wp
+  end function areas_of_nodes
 
   pure function in_plane(plane, x) result(flat)
     type(plane_t), intent(in) :: plane

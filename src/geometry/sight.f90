@@ -94,7 +94,8 @@ contains
     meets_box = .true.
   end function meets_box
 
-  !> Find what lies over or under a part of a slave face within two heights.
+  !> Find what lies over or under a part of a slave face within two heights. What leans too much to
+  !> face the slave has hardly anything behind it where bodies touch; at any depth it may.
   pure subroutine find_covers(screen, x, plane, range, covers)
     type(screen_t), intent(in) :: screen
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
@@ -103,7 +104,7 @@ contains
     type(cover_t), allocatable, intent(out) :: covers(:)
     integer, allocatable :: near(:)
     real(wp) :: places(3, plane%n), x_of(3, 4), corner(3, 3), flat(2, 3), height(3), twice
-    real(wp) :: low(2), high(2), whole(2, 4)
+    real(wp) :: low(2), high(2), whole(2, 4), steepest
     integer :: i, k, n, m
 
     associate (normal => plane%axis(:, 3))
@@ -115,6 +116,7 @@ contains
     low = minval(plane%corner(:, :plane%n), 2)
     high = maxval(plane%corner(:, :plane%n), 2)
     allocate (covers(4*size(near)))
+    steepest = merge(touching, -against, screen%asks_way_out)
     n = 0
     do i = 1, size(near)
       m = corners_in(screen%part(:, near(i)))
@@ -131,9 +133,7 @@ contains
         height = matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, 3))
         if (minval(height) > range(2) .or. maxval(height) < range(1)) cycle
         twice = 2.0_wp*area_of(flat)
-        ! What leans too much to face the slave has hardly anything behind it.
-        if (abs(twice) < -against*norm2(doubled_area(corner)) .or. abs(twice) < smallest* &
-          plane%area) cycle
+        if (abs(twice) < max(steepest*norm2(doubled_area(corner)), smallest*plane%area)) cycle
         n = n + 1
         covers(n) = cover_of(screen%part(:, near(i)), flat, height, twice)
       end do

@@ -5,7 +5,7 @@ module slave_face_mod
   use cells_mod, only: face_corners, face_nodes
   use face_shapes_mod, only: face_rule_t, rule_of, face_functions, face_gradients
   use small_matrix_mod, only: cross
-  use face_overlap_mod, only: plane_t
+  use face_overlap_mod, only: plane_t, areas_of_nodes
   use mortar_rows_mod, only: mortar_t, slave_t, enough_of_second_order
   use weight_rows_mod, only: entries_t, append_entry
   implicit none
@@ -63,19 +63,15 @@ contains
     type(plane_t), intent(in) :: plane    !! of a face without mid-side nodes
     type(mortar_t), intent(inout) :: mortar
     type(face_rule_t) :: rule
-    real(wp) :: outward(3, face%n), area(face%n), tangent(3, 2), normal(3), share
+    real(wp) :: outward(3, face%n), area(face%n), tangent(3, 2), normal(3)
     integer :: i, a
 
     associate (n => face%n, row => face%row(:face%n))
       if (n > face_corners) mortar%least(row) = enough_of_second_order
       if (n <= face_corners) then
-        share = plane%area/real(n, wp)
-        mortar%whole_area(row) = mortar%whole_area(row) + share*sum(face%given(:n, :n), dim=2)
-        do i = 1, n
-          associate (outward => mortar%outward(:, row(i)))
-            outward = outward + share*plane%axis(:, 3)
-          end associate
-        end do
+        outward = spread(plane%axis(:, 3), 2, n)*spread(areas_of_nodes(plane), 1, 3)
+        area = areas_of_nodes(plane)
+        call add_to_rows(face, area, outward, mortar)
         return
       end if
       outward = 0.0_wp
@@ -92,13 +88,31 @@ contains
         end associate
       end do
       call share_with_ends(face, area)
-      mortar%whole_area(row) = mortar%whole_area(row) + matmul(face%given(:n, :n), area)
       do i = 1, 3
         call share_with_ends(face, outward(i, :))
       end do
-      mortar%outward(:, row) = mortar%outward(:, row) + outward
+      call add_to_rows(face, area, outward, mortar)
     end associate
   end subroutine add_whole
+
+  !> Neighbours of nodes without a multiplier have what these have; such nodes keep their normals.
+  pure subroutine add_to_rows(face, area, outward, mortar)
+    type(face_t), intent(in) :: face
+    real(wp), intent(in) :: area(:)       !! (n) of the nodes of the face [length^2]
+    real(wp), intent(in) :: outward(:, :) !! (3,n) [length^2]
+    type(mortar_t), intent(inout) :: mortar
+    real(wp) :: given(face%n, face%n)
+    integer :: a
+
+    associate (row => face%row(:face%n))
+      given = face%given(:face%n, :face%n)
+      mortar%whole_area(row) = mortar%whole_area(row) + matmul(given, area)
+      do a = 1, face%n
+        if (.not. any(given(a, :) > 0.0_wp)) given(a, a) = 1.0_wp
+      end do
+      mortar%outward(:, row) = mortar%outward(:, row) + matmul(outward, transpose(given))
+    end associate
+  end subroutine add_to_rows
 
   !> What shape functions have becomes what those of the points have: a node in the middle of an
   !> edge gives alpha of its own to each end. docs/theory.md (9.12).

@@ -22,45 +22,36 @@ class Judge(unittest.TestCase):
                               ((0.5, 0.5, 0.5), 0)):  # fmt: skip
             self.assertAlmostEqual(outer.distance(cube, cube + shift), wanted, delta=1e-9)
 
-    def judged(self, change):
-        """The outcomes of the first decks of a family, changed."""
+    def test_a_force_between_what_is_apart_is_found(self):
         made = outer.Scene
 
-        def changed(seed):
+        def pushed(seed):
             scene = made(seed)
-            change(scene)
+            scene.way = scene.way * 8
             return scene
 
-        with mock.patch.object(outer, "Scene", changed):
-            return {outer.judge_seed(seed, OPTIONS)[1] for seed in self.seeds}
-
-    def test_a_force_between_what_is_apart_is_found(self):
-        def push(scene):
-            scene.way = scene.way * 8
-
-        self.seeds = range(3, 28, 3)
-        self.assertIn("wrong", self.judged(push))
+        with mock.patch.object(outer, "Scene", pushed):
+            found = {outer.judge_seed(seed, OPTIONS)[1] for seed in range(3, 28, 3)}
+        self.assertIn("wrong", found)
 
     def test_another_twin_is_found(self):
-        def lift(scene):
-            # The twin is told to begin apart.
-            cards = scene.moved.cards
+        made = outer.as_twin
 
-            def other():
-                if "S1" in scene.moved.faces:
-                    scene.way = scene.way * 0.9
-                return cards()
+        def pushed_less(scene):
+            twin = made(scene)
+            twin.way = twin.way * 0.9
+            return twin
 
-            scene.moved.cards = other
-
-        self.seeds = (2,)
-        self.assertEqual(self.judged(lift), {"wrong"})
+        with mock.patch.object(outer, "as_twin", pushed_less):
+            self.assertEqual(outer.judge_seed(2, OPTIONS)[1], "wrong")
 
 
 class Decks(unittest.TestCase):
     def test_random_decks(self):
-        # 54 and on: all is apart, but the mean gap of a node covered in part is below 0.
-        for seed in (*range(1, 10), 54, 87, 90, 96, 132):
+        # 54 and on: all is apart, but the mean gap of a node covered in part is below 0. 147: the
+        # rim of a plate, past which a channel's foot is seen along a strip of rounding. 71225: a
+        # coarse mesh, on which the twin is farther from both when they are refined.
+        for seed in (*range(1, 10), 54, 87, 90, 96, 132, 147, 71225):
             scene, outcome, words = outer.judge_seed(seed, OPTIONS)
             with self.subTest(seed=seed, family=scene.family, bodies=scene.words):
                 self.assertEqual(outcome, "right", words)

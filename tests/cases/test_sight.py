@@ -99,6 +99,20 @@ class ApartAndTouching(unittest.TestCase):
         high.x[:, 2] += low.x[:, 2].max() - high.x[:, 2].min() + 0.05
         self.apart(high, low)
 
+    def test_leaning_side_by_side(self):
+        """From the top of one, past sides that lean by a tenth, one would see the other's foot."""
+        for gap, turn in ((0.0, None), (0.02, None), (0.02, turned(0.3, 0.5, 0.7))):
+            one, other = Bar("A", 101, (1, 1, 1)), Bar("B", 1, (1, 1, 1))
+            other.x[:, 0] += 1 + gap
+            for bar in (one, other):
+                bar.x[:, 0] += 0.1 * bar.x[:, 2]
+                if turn is not None:
+                    bar.x = bar.x @ turn.T
+            step = "*BOUNDARY\nA, 1, 3\nB, 1, 3\n"
+            for slave, master in ((one, other), (other, one)):
+                with self.subTest(gap=gap, turned=turn is not None, slave=slave.name):
+                    self.assertEqual(np.abs(self.pressing(slave, master, step)).max(), 0)
+
     def test_bars_that_cross_through_each_other(self):
         """Where the least gap is below 0 between nodes nothing is certified."""
         on_edge = turned(np.pi / 4, 0, 0)

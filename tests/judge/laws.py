@@ -441,9 +441,12 @@ class Judge:
                 fixed = fixed & held[reference]
             moved = self.motion(obstacle, rows, u, before, rotations)
         own = placed.gap
-        if pair.small and obstacle is None:
-            own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
-        own = (placed.lifted(own) if obstacle is None else own) + self.added[rows]
+        if obstacle is None:
+            # With small sliding it is raised once, in the mesh, and grows linearly.
+            own = (surface.first if pair.small else placed).lifted(own)
+            if pair.small:
+                own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
+        own = own + self.added[rows]
         own_slip = across(moved, placed.normal)
         if placed.mirror is not None:
             own_slip = own_slip * (1 - placed.mirror)

@@ -274,9 +274,10 @@ class Increment:
         gap = seen.gap[at]
         if obstacle is None:
             self.partner[p] = seen.weights[at]
-            if self.scene.pairs[index].small:
+            small = self.scene.pairs[index].small
+            gap = (self.surfaces[index].first if small else seen).lifted(gap)[at]
+            if small:
                 gap += seen.normal[at] @ (u[row] - seen.weights[at] @ u)
-            gap = seen.lifted(gap)[at]
         return gap + self.added[row], seen.normal[at], mirror, True
 
     def drag_of(self, obstacle, row, u):
