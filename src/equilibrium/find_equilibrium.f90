@@ -8,13 +8,14 @@ module find_equilibrium_mod
   use state_mod, only: state_t
   use contact_points_mod, only: contact_points_t
   use increment_report_mod, only: increment_report_t, ended_well, ended_inverted, &
-    ended_out_of_balance
+    ended_out_of_balance, ended_unbalanced
   use placement_mod, only: join_ends
   use follow_points_mod, only: rounding_of_places
   use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
     set_reactions, is_closed, law_error
   use linearise_mod, only: bodies_stiffness_t, find_bodies_stiffness, find_scales, set_t, step_t, &
     solve_step
+  use loose_bodies_mod, only: loose_t, begin_loose, bodies_of, is_held_back, follow_loose
   implicit none
   private
 
@@ -38,14 +39,13 @@ module find_equilibrium_mod
     integer :: sticking = 0                 !! iterations left in which all sticks
     integer :: idle = 0                     !! steps in a row that were the least
     logical, allocatable :: pressed(:)      !! (n_points) in the one before
-    real(wp), allocatable :: flight(:)
-    !! (0:n_bodies) of what holds back a body that nothing presses and nothing holds [-]
+    type(loose_t) :: loose
   end type search_t
 
 contains
 
   !> Bring the bodies and their contact into balance.
-  subroutine find_equilibrium(scene, points, task, new, found, report, error)
+  subroutine find_equilibrium(scene, points, task, new, found, report, falls, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
@@ -53,6 +53,8 @@ contains
     !! where to start from, in displacement, modes and reaction; the end
     type(iterate_t), intent(out) :: found    !! that end
     type(increment_report_t), intent(inout) :: report
+    real(wp), allocatable, intent(out) :: falls(:, :)
+    !! (3,n_nodes) how bodies move that nothing balances; not allocated: all has balance
     type(error_t), allocatable, intent(out) :: error !! no memory
     type(iterate_t) :: now, next
     type(bodies_stiffness_t) :: stiffness
@@ -61,6 +63,7 @@ contains
     type(step_t) :: step
     real(wp) :: part, error_now, way
     logical :: has_joined, arrives
+    logical, dimension(0:scene%mesh%n_bodies) :: is_held, is_loose
     integer :: i
 
     call look_from(scene, points, task, new, now)
@@ -100,16 +103,26 @@ contains
         search%caution = min(most_caution, 100.0_wp*search%caution)
         cycle iterations
       end if
+      if (.not. way > 0.0_wp) then
+        is_held = task%is_free .and. is_held_back(scene, points, now, stiffness, set, step)
+        call follow_loose(scene, points, now, set, step, is_held, search%loose, is_loose)
+        if (any(is_loose)) then
+          report%ending = ended_unbalanced
+          falls = merge(step%u, 0.0_wp, spread(is_loose(scene%mesh%body), 1, 3))
+          exit iterations
+        end if
+        if (any(search%loose%lands)) cycle iterations
+      end if
 
       ! The first of 1, 1/2, 1/4, ... that takes it nearer.
       part = 1.0_wp
-      arrives = way > 0.0_wp .or. search%sticking > 0 .or. any(search%flight < 1.0_wp)
+      arrives = way > 0.0_wp .or. search%sticking > 0
       do
         call look_at(scene, points, task, now, moved(task, now, step%u, part), now%reaction + &
           part*step%r, next)
         report%force_evaluations = report%force_evaluations + 1
         if (next%inverted == 0) then
-          if (arrives .or. part <= least_part .or. is_same(points, task, next, set)) exit
+          if (arrives .or. part <= least_part .or. is_same(points, task, now, next, set)) exit
           if (merit(scene, points, task, now%scale, set%rho, next) < merit(scene, points, task, &
             now%scale, set%rho, now)) exit
         else if (part < 0.01_wp) then
@@ -168,7 +181,7 @@ contains
     integer, intent(in) :: n_bodies
 
     allocate (search%pressed(points%n), source=.false.)
-    allocate (search%flight(0:n_bodies), source=1.0_wp)
+    search%loose = begin_loose(points%n, size(now%u, 2), n_bodies)
     if (.not. any(abs(now%reaction) > 0.0_wp)) search%sticking = most_sticking
   end function begin_search
 
@@ -252,22 +265,37 @@ contains
 
   !> Whether the points do at a place what they were taken to do: between such places all is smooth,
   !> and forces that rise for a step, as those along a slender body that bends, fall with the next.
-  pure logical function is_same(points, task, now, set)
+  pure logical function is_same(points, task, now, next, set)
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
-    type(iterate_t), intent(in) :: now
-    type(set_t), intent(in) :: set
-    real(wp) :: y(3)
+    type(iterate_t), intent(in) :: now, next
+    type(set_t), intent(in) :: set           !! of the former
+    real(wp) :: y(3), friction(2)
     integer :: i
 
     is_same = .true.
     do i = 1, points%n
-      y = merge(now%reaction(:, i) - set%rho(i)*now%x(:, i), 0.0_wp, now%has(:, i))
-      is_same = is_same .and. (is_closed(task, now, i, y(1)) .eqv. set%presses(i))
-      if (set%presses(i)) is_same = is_same .and. (now%is_driven(i) .or. (is_beyond(points%mu(i), &
-        y) .eqv. set%slides(i)))
+      y = prediction(set%rho(i), next, i)
+      is_same = is_same .and. (is_closed(task, next, i, y(1)) .eqv. set%presses(i))
+      if (.not. set%presses(i) .or. next%is_driven(i)) cycle
+      is_same = is_same .and. (is_beyond(points%mu(i), y) .eqv. set%slides(i))
+      if (.not. set%slides(i)) cycle
+      ! What slides does not turn back.
+      friction = y(2:)
+      y = prediction(set%rho(i), now, i)
+      is_same = is_same .and. .not. dot_product(friction, y(2:)) < 0.0_wp
     end do
   end function is_same
+
+  !> What says what a point does: r - rho x.
+  pure function prediction(rho, now, i) result(y)
+    real(wp), intent(in) :: rho        !! [force/length]
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i
+    real(wp) :: y(3)                   !! [force]
+
+    y = merge(now%reaction(:, i) - rho*now%x(:, i), 0.0_wp, now%has(:, i))
+  end function prediction
 
   !> Whether friction does not hold a prediction. Where it pulls there is none.
   pure logical function is_beyond(mu, y)
@@ -288,27 +316,25 @@ contains
     type(search_t), intent(inout) :: search
     type(set_t), intent(inout) :: set        !! its rho is there
     real(wp) :: y(3)
-    logical :: is_pressed(0:scene%mesh%n_bodies)
     real(wp) :: touching !! gap that counts as none [length]
-    integer :: i, k
+    integer :: i
 
     set%presses = [(.false., i=1, points%n)]
     set%slides = set%presses
-    is_pressed = .false.
+    search%loose%is_pressed = .false.
     touching = rounding_of_places(scene, now%u)
     do i = 1, points%n
       if (.not. now%has(1, i)) cycle
-      y = merge(now%reaction(:, i) - set%rho(i)*now%x(:, i), 0.0_wp, now%has(:, i))
+      y = prediction(set%rho(i), now, i)
       set%presses(i) = is_closed(task, now, i, y(1))
       if (is_first .and. search%sticking > 0) set%presses(i) = task%stays(i) .or. now%x(1, i) <= &
         touching
+      set%presses(i) = set%presses(i) .or. search%loose%lands(i)
       set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i), y))
       if (.not. set%presses(i)) cycle
-      is_pressed(scene%mesh%body(points%node(i))) = .true.
-      do k = now%placement%weights%first(i), now%placement%weights%first(i + 1) - 1
-        is_pressed(scene%mesh%body(now%placement%weights%node(k))) = .true.
-      end do
+      search%loose%is_pressed(bodies_of(scene, points, now, i)) = .true.
     end do
+    search%loose%lands = .false.
     if (search%sticking > 0) then
       search%sticking = search%sticking - 1
       if (all(set%presses .eqv. search%pressed) .and. .not. is_first) search%sticking = 0
@@ -316,14 +342,9 @@ contains
         0.0_wp)
     end if
     search%pressed = set%presses
-    where (task%is_free .and. .not. is_pressed)
-      search%flight = 0.1_wp*search%flight
-    else where
-      search%flight = 1.0_wp
-    end where
     if (.not. allocated(set%on_bodies)) allocate (set%on_bodies(0:scene%mesh%n_bodies))
-    set%on_bodies(0:) = merge(on_bodies*min(1.0_wp, error_now)*search%caution*search%flight, &
-      0.0_wp, task%is_free)
+    set%on_bodies(0:) = merge(on_bodies*min(1.0_wp, error_now)*search%caution, 0.0_wp, &
+      task%is_free)
     set%on_reactions = max(least_on_reactions, on_reactions*min(1.0_wp, search%caution*error_now))
   end subroutine choose_set
 

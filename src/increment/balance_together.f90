@@ -1,5 +1,6 @@
 !> Equilibrium by displacements and reactions together, for an increment's trial.
 module balance_together_mod
+  use kinds_mod, only: wp
   use errors_mod, only: error_t
   use scene_mod, only: scene_t
   use controls_mod, only: solver_auto
@@ -8,6 +9,9 @@ module balance_together_mod
   use increment_report_mod, only: increment_report_t
   use turning_couplings_mod, only: has_turning
   use transfer_mod, only: movable
+  use rigid_modes_mod, only: free_motions_t
+  use describe_motions_mod, only: motion_in_words
+  use pull_off_mod, only: pulls_off
   use condense_contact_mod, only: condense_contact
   use iterate_mod, only: task_t, iterate_t
   use find_equilibrium_mod, only: find_equilibrium
@@ -63,6 +67,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no memory
     type(task_t) :: task
     type(iterate_t) :: found
+    real(wp), allocatable :: falls(:, :)
     integer :: k
 
     task%forces = trial%forces
@@ -81,8 +86,12 @@ contains
     task%is_free(solver%body%motions%body) = .true.
     new%rotation = trial%rotation
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
-    call find_equilibrium(scene, points, task, new, found, report, error)
+    call find_equilibrium(scene, points, task, new, found, report, falls, error)
     if (allocated(error)) return
+    if (allocated(falls)) then
+      call name_motion(scene, points, solver%body%motions, task, found, falls, report)
+      return
+    end if
     trial%forces = found%forces
     trial%placement = found%placement
     ! What the points did is described by the contact problem there.
@@ -95,5 +104,25 @@ contains
     end do
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
   end subroutine balance_together
+
+  !> Which motion nothing balances, for the message.
+  subroutine name_motion(scene, points, motions, task, found, falls, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(free_motions_t), intent(in) :: motions
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: found
+    real(wp), intent(in) :: falls(:, :)      !! (3,n_nodes) [length]
+    type(increment_report_t), intent(inout) :: report
+    real(wp) :: coefficient(motions%n)
+    integer :: i
+
+    do i = 1, motions%n
+      coefficient(i) = falls(motions%dof(i), motions%node(i))
+    end do
+    report%unbalanced = motion_in_words(scene%mesh, motions, coefficient)
+    report%pulls_off = pulls_off(scene%mesh, points, found%placement, motions, coefficient, &
+      task%forces%external)
+  end subroutine name_motion
 
 end module balance_together_mod

@@ -221,6 +221,52 @@ class FreeBodies(TogetherCase):
                 self.assertIn("the solution jumps", errors[0])
                 self.assertEqual(*errors)
 
+    def test_nothing_balances_them(self):
+        """A body that is pulled off, one that slides, and one in the air are named with the motion
+        that nothing resists, in the words that the kept factor has, after one attempt."""
+        touching = CUBE.format(kind="C3D8", gap=0.0, law="*ELASTIC\n5000., 0.3")
+        for name, newton in (
+            ("pulled off", touching.replace("P, 1.", "P, -1.")),
+            ("sliding", touching.replace("P, 1.\n", "P, 1.\nCUBE-XMIN, P, 0.4\n")),
+            ("falling", (INPUT / "fall.inp").read_text().replace(
+                "*STEP\n", "*BODY SOLVER, TANGENT=NEWTON\n*STEP, NLGEOM\n")),
+        ):
+            with self.subTest(body=name):
+                kept = newton.replace("TANGENT=NEWTON", "TANGENT=KEPT")
+                runs = [Run(text, name="deck") for text in (newton, kept)]
+                self.assertEqual([run.status for run in runs], [2, 2])
+                self.assertIn("nothing balances the loads along body 1", runs[0].errors)
+                self.assertEqual(*(run.errors for run in runs))
+
+    def test_a_ball_that_touches_nothing_yet(self):
+        """A force presses a ball into a block; the nearest node is not below it, so that no point
+        touches where the run begins. What holds the ball back there does not say how far it goes:
+        it comes to rest on the block, not beyond it."""
+        deck = ball(0, "NEWTON").replace("*STEP, NLGEOM", "*STEP, NLGEOM\n*STATIC\n1., 1.", 1)
+        deck = deck[: deck.index("*END STEP") + 10].replace("*STATIC, DIRECT\n1., 3.\n", "")
+        deck = deck.replace("90000, 3, 3, <-0.2*cos(a)>\n", "*CLOAD\n90000, 3, -0.02\n")
+        deck = deck.replace("90000, 1, 1, <-0.2*sin(a)>", "90000, 1, 1")
+        deck = deck.replace("<2*sin(a)>, 0., <2*cos(a)>", "0.2, 0.2, <2>")
+        newton = self.solved(deck, "newton", few=10)
+        kept = Run(deck.replace("tangent = NEWTON", "tangent = KEPT"), name="kept")
+        self.assertEqual(kept.status, 0, kept.errors)
+        with kept.result() as result:
+            np.testing.assert_allclose(newton[-1], result.pairs[0].resultant[-1], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(newton[-1, 2], -0.02, rtol=0, atol=1e-9)
+
+    def test_a_beam_on_rollers(self):
+        """Little friction holds a loose beam that is bent over two rollers by a third: what slides
+        must not go to and fro."""
+        text = (INPUT / "bend.inp").read_text().replace(
+            "*STEP\n", "*BODY SOLVER, TANGENT=NEWTON\n*STEP, NLGEOM\n")
+        run = Run(text, name="bend", n=1)
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            self.assertLessEqual(result.history("newton_raphson_iterations").max(), 15)
+            for roller, force in (("LEFT", 0.00025), ("RIGHT", 0.00075)):
+                found = result.pairs[f"BEAM-ZMIN:{roller}"].resultant[-1, 2]
+                np.testing.assert_allclose(found, force, rtol=0.01)
+
     def test_a_body_hangs(self):
         """Of a plane that it touches, by points that stay closed and pull."""
         text = CUBE.format(kind="C3D8", gap=0.0, law="*ELASTIC\n5000., 0.3")
