@@ -113,7 +113,7 @@ contains
     type(polygon_t), intent(in) :: seen(:)    !! parts of the plane
     type(patch_t), intent(in), optional :: patch
     type(overlap_t) :: overlap
-    real(wp) :: centre(2), corner(2, 3), whole
+    real(wp) :: corner(2, 3), whole
     type(whole_face_t) :: slave, master
     integer :: i, k, left
 
@@ -128,9 +128,8 @@ contains
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         overlap%area = overlap%area + area_of(polygon)
         overlap%nearest = min(overlap%nearest, least_at(slave, master, polygon))
-        centre = sum(polygon, 2)/real(n, wp)
-        do i = 1, n
-          corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
+        do i = 2, n - 1
+          corner = polygon(:, [1, i, i + 1])
           if (.not. area_of(corner) > 0.0_wp) cycle
           if (.not. (slave%is_affine .and. master%is_affine)) then
             call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)

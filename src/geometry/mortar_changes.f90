@@ -54,6 +54,7 @@ contains
     type(part_t) :: of(size(parts))
     type(mortar_t) :: added
     type(entries_t) :: entries
+    logical :: moves(size(parts)) !! with a node
     real(wp) :: length, before
     integer :: i, c, d, copy
 
@@ -82,6 +83,8 @@ contains
     copy = 0
     call take_copy(moved, place, of, makes_rows, copy, added, entries, new)
     do c = 1, size(new%node)
+      moves = [(any(parts(i)%node == new%node(c)), i=1, size(parts))] .or. any(face%node(:face%n) &
+        == new%node(c))
       do d = 1, 3
         copy = copy + 1
         associate (at => place(d, new%node(c)))
@@ -89,9 +92,12 @@ contains
           at = at + length
           moved%x(:, :face%n) = place(:, face%node(:face%n))
           do i = 1, size(parts)
-            call cover_again(place, moved, of(i))
+            if (moves(i)) call cover_again(place, moved, of(i))
           end do
           call take_copy(moved, place, of, makes_rows, copy, added, entries, new)
+          do i = 1, size(parts)
+            if (moves(i)) of(i) = parts(i)
+          end do
           at = before
         end associate
       end do
