@@ -195,7 +195,7 @@ class Scene:
         """Rows of the nodes of the tie, and what (N,) each follows, (11.23)."""
         slave, master = self.tie
         alpha = self.mesh.edge_shares(slave)
-        rows, combination, _, covered, area = place(self.mesh, slave, master, self.points, alpha)
+        rows, combination, _, covered, area, _ = place(self.mesh, slave, master, self.points, alpha)
         share = covered / area
         assert share.min() > 0.9  # the slave is inside its master
         own = {int(r): combination[i] for i, r in enumerate(rows)}
@@ -299,5 +299,5 @@ class Scene:
 
 
 def slave_points(scene, u):
-    """Rows, C (P, N), normals, covered and whole areas of the points before a body at `u`."""
+    """What `place` returns of the points before a body at `u`."""
     return place(scene.mesh, scene.faces, scene.master, scene.points + u, scene.alpha)

@@ -67,8 +67,8 @@ def fit(kind, own, pieces):
 def place(mesh, slave, master, x, alpha):
     """Points of `slave` faces [(element, face)] before `master` faces, nodes at x (N, 3).
 
-    Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas (P,)
-    and areas (P,) of the nodes.
+    Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas (P,),
+    areas (P,) of the nodes, and the least gaps (P,) at corners of what their faces share.
     """
     faces = [mesh.face_nodes(e, f) for e, f in slave]
     facing = [mesh.face_nodes(e, f) for e, f in master]
@@ -76,7 +76,7 @@ def place(mesh, slave, master, x, alpha):
     number = {int(r): i for i, r in enumerate(rows)}
     count = len(rows)
     weights, normal = np.zeros((count, len(x))), np.zeros((count, 3))
-    covered, area = np.zeros(count), np.zeros(count)
+    covered, area, nearest = np.zeros(count), np.zeros(count), np.full(count, np.inf)
     seen_parts = []
     for nodes in facing:
         kind = len(nodes) // 2
@@ -135,6 +135,14 @@ def place(mesh, slave, master, x, alpha):
                 lumped += w @ mine
                 pieces.append((other, here, w, theirs))
                 normal[at] += mine.T @ (w[:, None] * up)
+                middle = PARENT[kind][list(part)].mean(0)
+                mine = face.at(places_seen(face, x[nodes], plane, polygon, middle))[0]
+                middle = PARENT[size][list(piece)].mean(0)
+                theirs, along = opposite.at(places_seen(opposite, x[other], plane, polygon, middle))
+                up = np.cross(along[1] @ x[other], along[0] @ x[other])
+                up /= np.linalg.norm(up, axis=1)[:, None]
+                gap = np.einsum("gi,gi->g", up, mine @ x[nodes] - theirs @ x[other])
+                nearest[at] = np.minimum(nearest[at], gap.min())
         if lumped.sum() <= 0:
             continue
         covered[at] += lumped
@@ -152,4 +160,4 @@ def place(mesh, slave, master, x, alpha):
         combination[i, r] += 1 / (1 - 2 * part)
         if part:
             combination[i, list(mesh.middles[int(r)])] -= part / (1 - 2 * part)
-    return rows, combination, normal, covered, area
+    return rows, combination, normal, covered, area, nearest
