@@ -15,6 +15,7 @@ module body_balance_mod
   !> What acts on the nodes from outside, (3,n_nodes) each [force].
   type :: acting_t
     real(wp), allocatable :: load(:, :), contact(:, :), support(:, :)
+    real(wp), allocatable :: dead(:, :) !! of the loads those that follow no body; not allocated: all
   end type acting_t
 
   !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
@@ -23,8 +24,8 @@ module body_balance_mod
     real(wp) :: total = 0.0_wp      !! of all forces [force]
     real(wp) :: weight = 0.0_wp     !! of their magnitudes along the motion [force]
     real(wp) :: magnitude = 0.0_wp  !! of their magnitudes, wherever they point [force]
-    real(wp) :: load = 0.0_wp       !! of the magnitudes of the loads along the motion [force]
-    real(wp) :: load_magnitude = 0.0_wp !! and wherever they point [force]
+    real(wp) :: dead = 0.0_wp !! of the magnitudes of loads that do not follow along the motion [force]
+    real(wp) :: dead_magnitude = 0.0_wp !! and wherever they point [force]
     real(wp) :: rounding = 0.0_wp   !! that support forces carry along the motion [force]
     real(wp) :: arm = 0.0_wp        !! the farthest that a unit of the motion moves a node [-]
   end type along_motion_t
@@ -87,17 +88,19 @@ contains
       real(wp), intent(in) :: motion(3) !! of the node
       real(wp), intent(in) :: most      !! that counts of contact and of supports [force]
       type(along_motion_t), intent(inout) :: along
-      real(wp) :: arm
+      real(wp) :: arm, dead(3)
 
       arm = norm2(motion)
+      dead = acting%load(:, node)
+      if (allocated(acting%dead)) dead = acting%dead(:, node)
       associate (load => acting%load(:, node), contact => acting%contact(:, node), &
                  held_by => acting%support(:, node))
         along%total = along%total + dot_product(load + contact + held_by, motion)
         along%weight = along%weight + abs(dot_product(load, motion)) + min(most*arm, &
           abs(dot_product(contact, motion))) + min(most*arm, abs(dot_product(held_by, motion)))
         along%magnitude = along%magnitude + (norm2(load) + norm2(contact) + norm2(held_by))*arm
-        along%load = along%load + abs(dot_product(load, motion))
-        along%load_magnitude = along%load_magnitude + norm2(load)*arm
+        along%dead = along%dead + abs(dot_product(dead, motion))
+        along%dead_magnitude = along%dead_magnitude + norm2(dead)*arm
       end associate
       along%rounding = along%rounding + rounding(node)*sum(abs(motion), mask=prescribed(:, node))
       along%arm = max(along%arm, arm)
@@ -123,7 +126,8 @@ contains
   !> Support forces along the motion excuse what they carry. Where the loads have a part of their
   !> own along it, more than their rounding, that must be balanced by itself: the rounding of forces
   !> that act in other directions excuses at most a thousandth of it. Where they have none, what is
-  !> left may also be small beside F.
+  !> left may also be small beside F. Pressures that follow faces have none: they are as exact as
+  !> slopes of faces are, and these as forces balance.
   pure real(wp) function out_of_balance(along, f) result(left)
     type(along_motion_t), intent(in) :: along
     real(wp), intent(in) :: f  !! [force]
@@ -131,8 +135,8 @@ contains
 
     excuse = rounded*along%magnitude
     weight = along%weight
-    if (along%load > rounded*along%load_magnitude) then
-      excuse = min(excuse, excusable*along%load)
+    if (along%dead > rounded*along%dead_magnitude) then
+      excuse = min(excuse, excusable*along%dead)
     else
       weight = max(weight, f*along%arm)
     end if

@@ -134,6 +134,7 @@ contains
       new%displacement, forces%constraints, forces%prescribed, forces%patterns), &
       broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed))
     acting = acting_t(forces%external, pressed(:, :, 2), support)
+    if (allocated(forces%dead_load)) acting%dead = forces%dead_load
     if (forces%constraints%n_equations > 0) acting%contact = acting%contact + joining
     ! What acts on bodies at rest is rounding, and has no sum that means anything.
     do i = 1, mesh%n_nodes
