@@ -15,7 +15,7 @@ module body_balance_mod
   !> What acts on the nodes from outside, (3,n_nodes) each [force].
   type :: acting_t
     real(wp), allocatable :: load(:, :), contact(:, :), support(:, :)
-    real(wp), allocatable :: dead(:, :) !! of the loads those that follow no body; not allocated: all
+    real(wp), allocatable :: dead(:, :) !! of the loads what follows no body; not allocated: all
   end type acting_t
 
   !> What acts on a body along one of its rigid motions, or on an obstacle along one of its
@@ -24,7 +24,7 @@ module body_balance_mod
     real(wp) :: total = 0.0_wp      !! of all forces [force]
     real(wp) :: weight = 0.0_wp     !! of their magnitudes along the motion [force]
     real(wp) :: magnitude = 0.0_wp  !! of their magnitudes, wherever they point [force]
-    real(wp) :: dead = 0.0_wp !! of the magnitudes of loads that do not follow along the motion [force]
+    real(wp) :: dead = 0.0_wp       !! of the magnitudes of dead loads along the motion [force]
     real(wp) :: dead_magnitude = 0.0_wp !! and wherever they point [force]
     real(wp) :: rounding = 0.0_wp   !! that support forces carry along the motion [force]
     real(wp) :: arm = 0.0_wp        !! the farthest that a unit of the motion moves a node [-]

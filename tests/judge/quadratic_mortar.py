@@ -67,8 +67,8 @@ def fit(kind, own, pieces):
 def place(mesh, slave, master, x, alpha):
     """Points of `slave` faces [(element, face)] before `master` faces, nodes at x (N, 3).
 
-    Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas (P,),
-    areas (P,) of the nodes, and the least gaps (P,) at corners of what their faces share.
+    Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas
+    (P,), areas (P,) of the nodes, and least gaps (P,) at corners of what their faces share.
     """
     faces = [mesh.face_nodes(e, f) for e, f in slave]
     facing = [mesh.face_nodes(e, f) for e, f in master]

@@ -197,7 +197,7 @@ def missed_depth(scene, increment, solution):
     """How deep a round obstacle is in a slave face of which no neighbour's node touches; 0: none.
 
     The faces are flat between their displaced nodes, and looked at on a grid: four lines and more
-    a radius, at most 200.
+    a radius, at most 200; then on finer ones about the deepest place.
     """
     u, deepest = solution.u, 0.0
     for pair, force in zip(scene.pairs, solution.forces, strict=True):
@@ -210,16 +210,22 @@ def missed_depth(scene, increment, solution):
         faces = [scene.nodes[b][list(FACES[f])] for b, f in scene.parts[pair.part].sides[pair.side]]
         for face in faces:
             size = np.ptp(scene.points[face], axis=0).max()
-            lines = np.linspace(-1, 1, int(np.clip(4 * size / obstacle.radius, 20, 200)) + 1)
-            s, t = (g.ravel() for g in np.meshgrid(lines, lines))
-            shapes = np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t),
-                               (1 - s) * (1 + t)])  # fmt: skip
-            places, moved, added = (shapes.T @ a[face] / 4 for a in (
-                scene.points, u, increment.added[:, None]))  # fmt: skip
-            gap, _, _ = locate(obstacle, places, moved, shift_of(obstacle, u), added[:, 0])
             near = {int(n) for other in faces if set(other) & set(face) for n in other}
-            if not near & touching:
-                deepest = max(deepest, -gap.min())
+            if near & touching:
+                continue
+            count = int(np.clip(4 * size / obstacle.radius, 20, 200)) + 1
+            middle, half = np.zeros(2), 1.0
+            for _ in range(4):
+                along = (np.clip(x + half * np.linspace(-1, 1, count), -1, 1) for x in middle)
+                s, t = (g.ravel() for g in np.meshgrid(*along))
+                shapes = np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t),
+                                   (1 - s) * (1 + t)])  # fmt: skip
+                places, moved, added = (shapes.T @ a[face] / 4 for a in (
+                    scene.points, u, increment.added[:, None]))  # fmt: skip
+                gap, _, _ = locate(obstacle, places, moved, shift_of(obstacle, u), added[:, 0])
+                least = int(gap.argmin())
+                deepest = max(deepest, -gap[least])
+                middle, half = np.array([s[least], t[least]]), half * 4 / count
     return deepest
 
 
