@@ -206,6 +206,7 @@ contains
     type(double_factor_t) :: factor
     real(wp), allocatable :: values(:), schur(:, :)
 
+    if (a%n == 0) return
     call factor%analyse(a, [integer ::], 0, precision_controls_t(), error, is_unsymmetric=.true.)
     if (.not. allocated(error)) then
       values = a%value

@@ -203,9 +203,9 @@ contains
     !! (3,3) or (3,4) how far from there its nodes are, for gaps; left out: not [length]
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), centre(2), corner(2, 3)
-    real(wp) :: normal(3), defect, share
-    logical :: is_open
-    integer :: i, k
+    real(wp) :: normal(3), even, defect, share
+    real(wp), parameter :: folded = 1.0e-3_wp !! of the largest Jacobian, turned over [-]
+    integer :: i, k, left
 
     flat = in_plane(plane, master)
     normal = outward_normal(master)
@@ -223,8 +223,11 @@ contains
     end do
     faces%slave_jacobian = jacobians(plane%corner(:, :plane%n))
     faces%master_jacobian = jacobians(flat)
-    defect = 1.0_wp - min(evenness(faces%slave_jacobian), evenness(faces%master_jacobian))
-    is_open = min(minval(faces%slave_jacobian), minval(faces%master_jacobian)) > 0.0_wp
+    even = min(evenness(faces%slave_jacobian), evenness(faces%master_jacobian))
+    defect = 1.0_wp - even
+    ! Places of a folded face are of several parts of it, and no parts are even along the fold. No
+    ! increment ends with one.
+    left = merge(0, most_halvings, even < -folded)
     do k = 1, size(seen)
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         ! Of flat faces what is nearest is a corner.
@@ -244,7 +247,7 @@ contains
           do i = 1, n
             corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
             if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
-              speck, is_open)*plane%area, most_halvings, overlap)
+              speck, even > 0.0_wp)*plane%area, left, overlap)
           end do
         end if
       end associate

@@ -18,6 +18,7 @@ module balance_together_mod
   use closed_points_mod, only: stay_closed, keep_closed
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
+  use turned_bodies_mod, only: begin_where_turned
   use equilibrate_mod, only: equilibrate
   implicit none
   private
@@ -85,6 +86,7 @@ contains
     allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
     task%is_free(solver%body%motions%body) = .true.
     new%rotation = trial%rotation
+    call begin_where_turned(scene, points, task%forces, solver%body%motions, new)
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     call find_equilibrium(scene, points, task, new, found, report, falls, error)
     if (allocated(error)) return

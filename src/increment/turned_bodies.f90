@@ -10,9 +10,10 @@ module turned_bodies_mod
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t, modes_t
+  use increment_forces_mod, only: increment_forces_t
   use bodies_mod, only: is_linear, find_internal_force, find_tangent_force
   use dof_map_mod, only: can_turn, turn_nodes, stop_turning, is_turned
-  use rigid_modes_mod, only: add_motions
+  use rigid_modes_mod, only: free_motions_t, add_motions
   use following_loads_mod, only: let_loads_follow
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse, moved_by
@@ -23,7 +24,7 @@ module turned_bodies_mod
   implicit none
   private
 
-  public :: begin_turned, end_turned, condense_flat
+  public :: begin_turned, end_turned, begin_where_turned, condense_flat
 
   real(wp), parameter :: negligible = 1.0e-9_wp !! turn that rounding may make [rad]
 
@@ -117,7 +118,7 @@ contains
     real(wp), dimension(3, 3) :: rotation, all_of_it
     real(wp) :: shift(3), unused(3), at(3, scene%mesh%n_nodes), goal(3, scene%mesh%n_nodes)
     integer, allocatable :: nodes(:), held(:)
-    integer :: b, i
+    integer :: b
     logical :: is_found, is_known
 
     now = spread(rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp]), 3, size(now, 3))
@@ -126,9 +127,7 @@ contains
     if (allocated(solver%body%tangent)) at = at + solver%body%tangent%at
     goal = scene%mesh%coordinates + trial%forces%displacement
     do b = 1, scene%mesh%n_bodies
-      if (any(solver%body%motions%body == b)) cycle
-      nodes = pack([(i, i=1, scene%mesh%n_nodes)], scene%mesh%body == b)
-      held = pack(nodes, all(trial%forces%prescribed(:, nodes), dim=1))
+      call list_supported(scene, trial%forces%prescribed, solver%body%motions, b, nodes, held)
       if (size(held) < 3 .or. .not. can_turn(solver%body%inverse%map, nodes)) cycle
       call fit_motion(scene%mesh%coordinates(:, held) + u(:, held), goal(:, held), rotation, &
         shift, is_found)
@@ -138,13 +137,66 @@ contains
       now(:, :, b) = rotation
       since(:, :, b) = all_of_it
       call turn_nodes(solver%body%inverse%map, nodes, all_of_it)
-      do i = 1, size(nodes)
-        associate (x => scene%mesh%coordinates(:, nodes(i)))
-          u(:, nodes(i)) = matmul(rotation, x + u(:, nodes(i))) + shift - x
-        end associate
-      end do
+      call move(scene, nodes, rotation, shift, u)
     end do
   end subroutine turn_supported
+
+  !> Begin where supports have turned bodies to, with their displacements and reactions turned.
+  subroutine begin_where_turned(scene, points, forces, motions, new)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_forces_t), intent(in) :: forces
+    type(free_motions_t), intent(in) :: motions
+    type(state_t), intent(inout) :: new
+    real(wp) :: turn(3, 3), none(3, 3), shift(3)
+    integer, allocatable :: nodes(:), held(:)
+    integer :: b, i
+    logical :: is_found
+
+    none = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+    do b = 1, scene%mesh%n_bodies
+      call list_supported(scene, forces%prescribed, motions, b, nodes, held)
+      associate (x => scene%mesh%coordinates, u => new%displacement)
+        call fit_motion(x(:, held) + u(:, held), x(:, held) + forces%displacement(:, held), turn, &
+          shift, is_found)
+        if (.not. (is_found .and. any(abs(turn - none) > negligible))) cycle
+        call move(scene, nodes, turn, shift, u)
+      end associate
+      do i = 1, points%n
+        if (scene%mesh%body(points%node(i)) == b) new%reaction(:, i) = matmul(turn, &
+          new%reaction(:, i))
+      end do
+    end do
+  end subroutine begin_where_turned
+
+  !> The nodes of a body that supports hold, and those that they hold wholly.
+  pure subroutine list_supported(scene, prescribed, motions, b, nodes, held)
+    type(scene_t), intent(in) :: scene
+    logical, intent(in) :: prescribed(:, :)        !! (3,n_nodes)
+    type(free_motions_t), intent(in) :: motions
+    integer, intent(in) :: b                       !! the body
+    integer, allocatable, intent(out) :: nodes(:), held(:) !! empty where it is free
+    integer :: i
+
+    nodes = pack([(i, i=1, scene%mesh%n_nodes)], scene%mesh%body == b .and. .not. any( &
+      motions%body == b))
+    held = pack(nodes, all(prescribed(:, nodes), dim=1))
+  end subroutine list_supported
+
+  !> Move nodes as a whole, beside their displacements.
+  pure subroutine move(scene, nodes, rotation, shift, u)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: nodes(:)
+    real(wp), intent(in) :: rotation(3, 3), shift(3) !! [-], [length]
+    real(wp), intent(inout) :: u(:, :)             !! (3,n_nodes) [length]
+    integer :: i
+
+    do i = 1, size(nodes)
+      associate (x => scene%mesh%coordinates(:, nodes(i)))
+        u(:, nodes(i)) = matmul(rotation, x + u(:, nodes(i))) + shift - x
+      end associate
+    end do
+  end subroutine move
 
   !> Nodal values along axes that have not turned.
   pure function turned_back(body, turn, nodal) result(back)

@@ -312,7 +312,7 @@ def grid(name, first, n, low, high):
     return cards, nodes
 
 
-def turned_stack(mu, side, degrees, angle=90):
+def turned_stack(mu, side, degrees, angle=90, tangent="KEPT"):
     """Press a block on another one, push it by `side` along x, then turn both."""
     upper, above = grid("A", 10001, 2, (0.25, 0.25, 1.0), (1.25, 1.25, 2.0))
     lower, below = grid("L", 20001, 3, (0.0, 0.0, 0.0), (1.5, 1.5, 1.0))
@@ -322,6 +322,7 @@ def turned_stack(mu, side, degrees, angle=90):
         f"*MATERIAL, NAME=M\n{NEO}\n*SOLID SECTION, ELSET=A, MATERIAL=M",
         f"*SOLID SECTION, ELSET=L, MATERIAL=M\n*SURFACE INTERACTION, NAME=I\n*FRICTION\n{mu}",
         "*CONTACT PAIR, INTERACTION=I\nA-LOW, L-UP\n*CONTACT SOLVER, TOLERANCE=1e-12",
+        f"*BODY SOLVER, TANGENT={tangent}",
     ]
     steps = [(0.0, (0, 0, -0.1), 4), (0.0, (side, 0, -0.1), 4)]
     steps += [(turn, (side, 0, -0.1), 1) for turn in range(degrees, angle + 1, degrees)]

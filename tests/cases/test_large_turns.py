@@ -127,7 +127,9 @@ class LargeTurns(Turns):
                     self.assertEqual(sum(result.history("tangents")), 0)
 
     def test_what_has_slid(self):
-        self.check(turned_stack(0.3, 0.15, 90), 90)
+        for tangent in ("KEPT", "NEWTON"):
+            with self.subTest(tangent=tangent):
+                self.check(turned_stack(0.3, 0.15, 90, tangent=tangent), 90)
 
     def test_obstacles_that_turn(self):
         for floor in ("plane", "facets"):
