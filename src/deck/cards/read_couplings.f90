@@ -10,8 +10,8 @@ module read_couplings_mod
   use cards_mod, only: note, reader_t, report
   use face_couplings_mod, only: add_rotation_node, coupling_t
   use diagnostics_mod, only: any_mistakes, quoted
-  use fields_mod, only: end_data, field_position, fields_t, integer_field, is_empty_field, &
-    name_field, next_data_line, node_option
+  use fields_mod, only: any_number, field_position, fields_t, integer_field, is_empty_field, &
+    name_field, next_data_line, node_option, reference_field, reference_t
   use lookup_mod, only: find_id
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, &
     open_card, option_position
@@ -188,7 +188,7 @@ contains
     type(fields_t) :: fields
     character(:), allocatable :: set, name, kind
     integer :: k
-    character(*), parameter :: one_alone = 'a *DISTRIBUTING COUPLING has one element'
+    integer :: element
     logical :: ok, found, has_one
 
     id = 0
@@ -198,25 +198,62 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'ELEMENT') cycle
       call open_card(reader, k, other)
-      call name_option(reader, other, 'ELSET', .false., name, ok)
-      if (name /= set) cycle
       call name_option(reader, other, 'TYPE', .false., kind, ok)
       if (kind /= 'DCOUP3D') cycle
-      call next_data_line(reader, other, fields, found, 2, 'an id and the node of a coupling')
-      if (.not. found) cycle
-      if (has_one) then
-        call report(reader, fields%start, one_alone)
-        id = 0
-        return
-      end if
-      has_one = .true.
-      call integer_field(reader, fields, 2, 'the node of a coupling', 1, id, ok)
-      if (.not. ok) id = 0
-      call end_data(reader, other, fields, one_alone)
+      call name_option(reader, other, 'ELSET', .false., name, ok)
+      fields = fields_t()
+      do
+        call next_data_line(reader, other, fields, found, 2, 'an id and the node of a coupling')
+        if (.not. found) exit
+        call integer_field(reader, fields, 1, 'the id of an element', 1, element, ok)
+        if (.not. ok) cycle
+        if (name /= set) then
+          if (.not. names_element(reader, set, element)) cycle
+        end if
+        if (has_one) then
+          call report(reader, fields%start, 'a *DISTRIBUTING COUPLING has one element')
+          id = 0
+          return
+        end if
+        has_one = .true.
+        call integer_field(reader, fields, 2, 'the node of a coupling', 1, id, ok)
+        if (.not. ok) id = 0
+      end do
     end do
     if (.not. has_one) call report(reader, option_position(card, 'ELSET'), 'element set '// &
       quoted(set)//' has no element of TYPE=DCOUP3D, whose node is the reference node')
   end subroutine find_element_node
+
+  !> Whether a card *ELSET of a name has the id of an element: sets are read later.
+  logical function names_element(reader, set, id)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: set
+    integer, intent(in) :: id
+    type(card_t) :: card
+    type(fields_t) :: fields
+    type(reference_t) :: reference
+    character(:), allocatable :: name
+    integer :: k, i
+    logical :: ok, found
+
+    names_element = .false.
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'ELSET') cycle
+      call open_card(reader, k, card)
+      call name_option(reader, card, 'ELSET', .false., name, ok)
+      if (name /= set) cycle
+      fields = fields_t()
+      do
+        call next_data_line(reader, card, fields, found, any_number, '')
+        if (.not. found) exit
+        do i = 1, fields%n
+          if (is_empty_field(fields, i)) cycle
+          call reference_field(reader, fields, i, 'an element', reference, ok)
+          names_element = names_element .or. (ok .and. reference%id == id)
+        end do
+      end do
+    end do
+  end function names_element
 
   !> Lines of first dof, last dof; no line: all.
   subroutine read_dofs(reader, card, coupling, ok)

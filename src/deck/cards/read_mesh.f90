@@ -143,7 +143,7 @@ contains
         call note(reader, '*ELEMENT without data: its elements are taken to have been removed')
       end if
     else if (kind == of_coupling) then
-      return ! *DISTRIBUTING COUPLING reads it
+      call keep_ids(reader, card, draft)
     else
       call skip_elements(reader, card, draft)
     end if
@@ -449,6 +449,23 @@ contains
       continued = fields%pieces%ends_with_comma .and. have < entries
     end do
   end subroutine skip_elements
+
+  !> Keep the ids of elements that *DISTRIBUTING COUPLING reads, so that sets may name them.
+  subroutine keep_ids(reader, card, draft)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(mesh_draft_t), intent(inout) :: draft
+    type(fields_t) :: fields
+    integer :: id
+    logical :: found, ok
+
+    do
+      call next_data_line(reader, card, fields, found, 2, 'an id and the node of a coupling')
+      if (.not. found) exit
+      call integer_field(reader, fields, 1, 'the id of an element', 1, id, ok)
+      if (ok) call add_skipped(draft, id, fields%start, no_facet, 0)
+    end do
+  end subroutine keep_ids
 
   !> What spring elements of a type are, no_facet of other types.
   pure integer function spring_kind(name) result(kind)

@@ -6,7 +6,7 @@
 !>     *SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
 !>     10.                               thickness; 1 where there is no line
 module read_plane_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: note, reader_t, report
   use cells_mod, only: cells
   use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: any_mistakes, quoted
@@ -157,23 +157,30 @@ contains
     end if
   end subroutine check_even
 
-  !> Report nodes that are not in the plane z = 0, or at negative radii.
+  !> Put a plane z = constant at z = 0. Report nodes that are not in it, or at negative radii.
   subroutine check_places(reader, draft, ok)
     type(reader_t), intent(inout) :: reader
-    type(mesh_draft_t), intent(in) :: draft
+    type(mesh_draft_t), intent(inout) :: draft
     logical, intent(out) :: ok
     logical :: used(0:draft%n_nodes)
+    real(wp) :: height
     integer :: node
 
     used = .false.
     ok = draft%n_elements > 0
     if (.not. ok) return
     used(draft%connectivity%node(:draft%connectivity%first(draft%n_elements + 1) - 1)) = .true.
+    height = draft%coordinates(3, findloc(used(1:), .true., dim=1))
+    if (abs(height) > 0.0_wp) then
+      call note(reader, 'the plane elements at z = '//to_text(height)//' are taken to z = 0')
+      where (used(1:)) draft%coordinates(3, :draft%n_nodes) = draft%coordinates(3, &
+        :draft%n_nodes) - height
+    end if
     do node = 1, draft%n_nodes
       if (.not. used(node)) cycle
       if (abs(draft%coordinates(3, node)) > 0.0_wp) then
         call report(reader, draft%node_position(node), 'node '//to_text(draft%node_id(node))// &
-          ' of plane elements is not in their plane, z = 0')
+          ' of plane elements is not in their plane, z = '//to_text(height))
         ok = .false.
         return
       end if
