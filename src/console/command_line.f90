@@ -508,9 +508,9 @@ contains
       '  --theory            estimate the error of small strain by a run at finite strain', &
       '                      beside the linear one, instead of a bound on it', &
       '  --nlgeom W          no: small strain; yes: finite strain, in place of the deck''s', &
-      '                      NLGEOM; auto: small strain where that is enough, for 1 % or the', &
-      '                      accuracy that is asked for, else finite strain; so it is with an', &
-      '                      accuracy where the deck says nothing', &
+      '                      NLGEOM; auto: small strain if that is enough for 1 %, or for the', &
+      '                      accuracy that is asked for, else finite strain; auto is also what', &
+      '                      an accuracy implies if the deck does not say NLGEOM', &
       '  --as-rigid SET      the body of this element set is a rigid obstacle of its faces;', &
       '                      --plan estimates what that saves and what it changes', &
       '  --elastic           run a deck with *PLASTIC as elastic, and say how much of each body', &
@@ -520,7 +520,7 @@ contains
       '                      or a quarter; --plan says whether it is; the result is of that part', &
       '', &
       'runs:', &
-      '  --until-steady      stop where a load cycle has settled, if the deck only repeats it', &
+      '  --until-steady      stop when a load cycle has settled, if the deck only repeats it', &
       '                      from there on', &
       '  --continue          resume the run that left an unfinished result', &
       '  --overwrite         replace a result file that is unfinished, or of another deck or', &

@@ -42,7 +42,7 @@ contains
       call read_point(reader, fields, 1, beside, ok)
       if (.not. ok) return
       beside = beside - origin
-      call end_data(reader, card, fields, '*SYSTEM takes two data lines')
+      call end_data(reader, card, fields, '*SYSTEM has two data lines')
     else if (abs(along(3) - origin(3)) > 0.0_wp) then
       call report(reader, card%position, '*SYSTEM whose x axis leaves the xy plane needs a '// &
         'second line: a point of its half plane of x and y')

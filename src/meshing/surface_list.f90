@@ -124,7 +124,7 @@ contains
       ok = has_label(mesh, elements(i), face)
       if (ok) then
         if (is_line(mesh, elements(i), face)) call note(reader, 'faces of elements that name a '// &
-          'node twice are left out of surfaces and loads where they are lines (the first: '// &
+          'node twice are left out of surfaces and loads if they are lines (the first: '// &
           'element '//to_text(mesh%element_id(elements(i)))//')')
         cycle
       end if

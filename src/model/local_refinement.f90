@@ -206,15 +206,15 @@ contains
     integer, intent(in) :: n_given
     logical :: hangs(n_nodes)
     type(lists_t) :: at !! the elements at each node
-    integer :: i, k, dimensions
+    integer :: i, k, dimensions, n_corners
 
     at = lists_with(connectivity%first, connectivity%node, n_nodes)
     hangs = .false.
     do i = 1, size(between%nodes, 2)
       dimensions = side_dimensions(between%place(:, i))
       if (dimensions == 3) cycle
-      associate (nodes => between%nodes(:corners_of(between%nodes(:, i), dimensions), i), &
-                 node => n_given + i)
+      n_corners = corners_of(between%nodes(:, i), dimensions)
+      associate (nodes => between%nodes(:n_corners, i), node => n_given + i)
         do k = at%first(nodes(1)), at%first(nodes(1) + 1) - 1
           hangs(node) = has_side(connectivity, at%item(k), nodes)
           if (hangs(node)) exit

@@ -315,7 +315,7 @@ contains
       what = 'there is'
       if (stability%slides) what = 'friction leaves'
       error%message = error%message//new_line('a')// &
-        '  Where smaller increments do not help, '//what//' no equilibrium nearby, and the '// &
+        '  If smaller increments do not help, '//what//' no equilibrium nearby, and the '// &
         'body would jump to another one'
       error%message = error%message//nearest_in_words(scene, find_node_behind(scene, &
         plan%points, progress%state, rounding_of_places(scene, progress%state%displacement), &

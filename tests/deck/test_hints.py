@@ -210,7 +210,7 @@ class Hints(unittest.TestCase):
 
     def test_an_obstacle_that_stands_first(self):
         said = self.refused(
-            "the surface of the body, the slave, stands first", DECK,
+            "the surface of the body, the slave, comes first", DECK,
             ("B-ZMIN, FLOOR", "FLOOR, B-ZMIN"),
             message="deck.inp:13:1: error: 'FLOOR' is an obstacle: it can only be a master",
         )

@@ -433,7 +433,7 @@ def error_of_force(result, row):
     if "error/total" not in result.history_names or result.error_of_energy or not result.pairs:
         return ""
     error = result.history("error/total")[row]
-    return f"; contact force ±{100 * error:.2g} %" if error > 0 else ""
+    return f"; contact force ±{float(f'{100 * error:.2g}'):g} %" if error > 0 else ""
 
 
 @styled

@@ -221,7 +221,7 @@ contains
     else if (ok) then
       wanted = value
     end if
-    call end_data(reader, card, fields, '*ACCURACY takes one data line')
+    call end_data(reader, card, fields, '*ACCURACY has one data line')
   end subroutine read_wanted
 
 end module read_accuracy_mod

@@ -103,7 +103,7 @@ contains
       call real_field(reader, fields, 1, 'a thickness, which is ignored', thickness, ok)
       call note(reader, 'the thickness of *SURFACE INTERACTION is ignored')
     end if
-    call end_data(reader, card, fields, '*SURFACE INTERACTION takes one data line at most')
+    call end_data(reader, card, fields, '*SURFACE INTERACTION has one data line at most')
   end subroutine skip_thickness
 
   !> *FRICTION: mu[, stick slope]
@@ -146,7 +146,7 @@ contains
       if (.not. is_empty_field(fields, i)) call real_field(reader, fields, i, &
         'a pressure or a temperature, which is ignored', other, ok)
     end do
-    call end_data(reader, card, fields, '*FRICTION takes one data line')
+    call end_data(reader, card, fields, '*FRICTION has one data line')
   end subroutine read_friction
 
   !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle or master surface; a line a pair.
@@ -195,7 +195,7 @@ contains
       end if
       if (is_tied(reader, name) .or. has_option(card, 'TIED')) cycle
       if (pair%no_separation .and. pair%mu >= mu_of_rough) call note(reader, &
-        '*FRICTION, ROUGH holds what presses; where NO SEPARATION lets it pull a surface '// &
+        '*FRICTION, ROUGH holds what presses; if NO SEPARATION lets it pull a surface '// &
         'slides. *TIE holds both')
       fields%line = 0 ! other cards may lie between two pairs
       n_lines = 0
@@ -258,7 +258,7 @@ contains
     if (find_name(obstacles%lookup, obstacles%names, name) > 0 .and. find_surface(surfaces, &
       name) == 0 .and. find_set(model%node_sets, name) == 0) then
       call report(reader, fields%start, quoted(name)//' is an obstacle: it can only be a master', &
-        'the surface of the body, the slave, stands first, and the obstacle behind it')
+        'the surface of the body, the slave, comes first, then the obstacle')
       return
     end if
     call find_surface_or_set(reader, model, fields%start, name, surfaces, pair%surface)

@@ -344,7 +344,7 @@ contains
       if (i > 0) then
         call report(reader, terms(i)%position, 'dof '//to_text(terms(i)%dof)//' of node '// &
           to_text(model%mesh%node_id(terms(i)%nodes(min(k, size(terms(i)%nodes)))))// &
-          ' stands twice in the equation')
+          ' occurs twice in the equation')
         return
       end if
       call add_equation(equations, terms(1)%position, node, dof, &

@@ -63,7 +63,7 @@ contains
           ok(3))
       else if (.not. is_empty_field(fields, 3)) then
         call note(reader, 'the value of *CONTACT INTERFERENCE, SHRINK is ignored: each node '// &
-          'has the overlap of the mesh')
+          'has the overlap of the mesh (*CLEARANCE with a negative VALUE= gives one)')
       end if
       if (.not. all([is_empty_field(fields, 4), is_empty_field(fields, 5), is_empty_field(fields, &
         6)])) call report(reader, field_position(reader, fields, 4), 'a direction of the '// &

@@ -100,7 +100,7 @@ contains
         call report(reader, fields%start, 'the normal of the section has no length')
         return
       end if
-      call end_data(reader, card, fields, '*PRE-TENSION SECTION takes one data line at most')
+      call end_data(reader, card, fields, '*PRE-TENSION SECTION has one data line at most')
     end if
   end subroutine read_section
 

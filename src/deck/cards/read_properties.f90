@@ -515,7 +515,7 @@ contains
         if (model%mesh%plane == solids) call note(reader, 'the thickness of *SOLID SECTION '// &
           'is ignored: elements have their own')
       end if
-      call end_data(reader, card, fields, '*SOLID SECTION takes one data line at most')
+      call end_data(reader, card, fields, '*SOLID SECTION has one data line at most')
     end if
     call name_option(reader, card, 'ELSET', .true., name, ok)
     set = 0

@@ -260,7 +260,7 @@ contains
         'elements of a plane: an obstacle is a plane or a cylinder (*OBSTACLE), or a rigid '// &
         'body of elements of a plane')
     else if (.not. body%has_ref) then
-      call report(reader, body%card_position, '*RIGID BODY needs REF NODE= where it consists '// &
+      call report(reader, body%card_position, '*RIGID BODY needs REF NODE= if it consists '// &
         'of facets')
     else if (body%ref_node > 0) then
       if (model%used(body%ref_node)) then

@@ -338,7 +338,7 @@ contains
         step%n_increments = nint(step%period/step%increment)
       end if
     end if
-    call end_data(reader, card, fields, '*STATIC takes one data line')
+    call end_data(reader, card, fields, '*STATIC has one data line')
   end subroutine read_static
 
 end module read_steps_mod

@@ -125,7 +125,7 @@ contains
       call report(reader, fields%start, 'the two points lie on a line with the origin: the '// &
         'first gives local x, and the second, beside it, the plane of local x and y')
     end if
-    call end_data(reader, card, fields, '*TRANSFORM takes one data line')
+    call end_data(reader, card, fields, '*TRANSFORM has one data line')
   end subroutine read_points
 
   !> Enter the nodes of a card; report those that have local directions already, or cannot have any.

@@ -49,7 +49,7 @@ contains
       if (ok) call check_unit(reader, fields, 2, 'length', ok)
       if (ok) units = force//', '//length
     end if
-    call end_data(reader, card, fields, '*UNITS takes one data line')
+    call end_data(reader, card, fields, '*UNITS has one data line')
   end subroutine read_units
 
   !> Report field `i` where it names no unit: it begins with a letter, and has no blanks.

@@ -372,7 +372,7 @@ contains
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'PARAMETER') cycle
       call split_line(reader%source, reader%cards(k)%header, pieces)
-      if (pieces%n > 1) call report(reader, pieces%first(2), '*PARAMETER takes no options')
+      if (pieces%n > 1) call report(reader, pieces%first(2), '*PARAMETER has no options')
       do line = reader%cards(k)%first, reader%cards(k)%last
         if (.not. is_data_line(reader%source, line)) cycle
         if (.not. keep_reading(reader)) return

@@ -60,7 +60,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(fields_t), intent(inout) :: fields !! the line before
-    character(*), intent(in) :: message     !! as "*FRICTION takes one data line"
+    character(*), intent(in) :: message     !! as "*FRICTION has one data line"
     logical :: found
 
     call go_to_next_line(reader, card, fields, found)

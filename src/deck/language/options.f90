@@ -413,7 +413,7 @@ contains
     do line = card%place%first, card%place%last
       if (.not. is_data_line(reader%source, line)) cycle
       call split_line(reader%source, line, pieces)
-      call report(reader, pieces%first(1), '*'//card%keyword//' takes no data lines')
+      call report(reader, pieces%first(1), '*'//card%keyword//' has no data lines')
       return
     end do
   end subroutine allow_no_data
