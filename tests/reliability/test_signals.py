@@ -3,12 +3,11 @@
 import os
 import signal
 import subprocess
-import time
 import unittest
 from pathlib import Path
 
 import h5py
-from result_checks import INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
+from result_checks import CLOCK, INPUT, NAME, Case, Folder, Whole, rows_in, wait_for
 
 MANY = Case(INPUT / "block.inp", n=2, steps=400)  # seconds, of which no increment takes any
 # Runs on several meshes, one after the other.
@@ -18,6 +17,11 @@ SOUGHT = Case(
     INPUT / "block.inp", "--nlgeom", "no", "--accuracy", ACCURACY, steps=25, solver="AUTO",
     local="AUTO"
 )  # fmt: skip
+# The same with few increments, and on one mesh alone.
+FEW = {"steps": 5, "solver": "AUTO", "local": "AUTO"}
+PLAIN = Case(INPUT / "block.inp", "--nlgeom", "no", **FEW)
+SEARCH = Case(INPUT / "block.inp", "--nlgeom", "no", "--accuracy", "0.05", **FEW)
+SLOW = {"LD_PRELOAD": CLOCK, "LOOK": "1000"}
 # Runs of which the last ones have smaller elements where contact is.
 SMALL_CONTACT = Case(INPUT.parent / "tests" / "reliability" / "small_contact.inp")
 # The same within a bound of the memory, which may choose other meshes another time.
@@ -176,36 +180,33 @@ class Signals(Folder):
         self.assertIn("stopped before an increment was finished", words)
         self.assertEqual(list(self.folder.iterdir()), [])
 
-    def test_wherever_it_comes_the_run_goes_on_to_the_same_bits(self):
-        """Plans, meshes, increments, estimates: at moments of a search for a mesh.
+    def test_in_every_phase_it_stops_and_goes_on_to_the_same_bits(self):
+        """At looks at clocks, where phases begin and end, one after the other.
 
-        Every third time it stops in order; else the second that it has for that is cut to nothing.
+        They are those of the end of a run that is short, and not kept, of the plan of the last
+        mesh, its factor, contact, loads, and of increments with their estimates, certificates and
+        what is written of them. In turns the run may stop in order, or the second that it has for
+        that is cut to nothing.
         """
-        moments = 12 if LONG_FORM else 5
+        of_a_mesh = looks_of(PLAIN, self.elsewhere())
         other = self.elsewhere()
-        began = time.monotonic()
-        self.assertEqual(SOUGHT.run(other)[0], 0)
-        took = time.monotonic() - began
-        whole = Whole(other / NAME)
-        stopped = 0
-        for moment in range(moments):
+        first = looks_of(SEARCH, other) - of_a_mesh + 8
+        self.assertGreater(first, 2 * of_a_mesh)
+        whole, kept = Whole(other / NAME), 0
+        moments = range(first, first + 72, 1 if LONG_FORM else 3)
+        for number, at in enumerate(moments):
             self.path.unlink(missing_ok=True)
-            process = self.start(SOUGHT)
-            time.sleep((moment + 0.5) / moments * took)
-            process.send_signal(signal.SIGTERM)
-            if moment % 3 > 0:
-                process.send_signal(signal.SIGALRM)
-            _, words = process.communicate(timeout=600)
-            # Before there is a result to keep the signal's own end does; behind it, it is too late.
-            self.assertIn(process.returncode, (143, 0, -signal.SIGTERM, -signal.SIGALRM), words)
-            stopped += process.returncode == 143
-            left = {f.suffix for f in self.folder.iterdir()}
-            self.assertLessEqual(left, {".vtkhdf", ".xdmf"})
-            status, words = SOUGHT.run(self.folder, *(["--continue"] if self.path.exists() else []))
-            if status != 0:
-                self.assertIn("is finished: there is nothing to continue", words)
-            self.assertEqual(whole.differences(self.path), [], moment)
-        self.assertGreater(stopped, moments // 4)
+            cut = {"SIGNAL_CUT": "1"} if number % 2 else {}
+            status, words = SEARCH.run(self.folder, SIGNAL_AT=str(at), **SLOW, **cut)
+            self.assertEqual(status, 143, words)
+            self.assertLessEqual({f.suffix for f in self.folder.iterdir()}, {".vtkhdf", ".xdmf"})
+            kept += self.path.exists()
+            more = ["--continue"] if self.path.exists() else []
+            status, words = SEARCH.run(self.folder, *more)
+            self.assertEqual(status, 0, words)
+            self.assertEqual(whole.differences(self.path), [], at)
+        self.assertGreater(kept, len(moments) // 3)
+        self.assertLess(kept, len(moments))
 
     def test_a_second_signal_loses_nothing(self):
         process = self.start(MANY)
@@ -231,6 +232,15 @@ class Signals(Folder):
         process.send_signal(signal.SIGINT)
         _, words = process.communicate(timeout=600)
         self.assertEqual((process.returncode, words), (0, ""))
+
+
+def looks_of(case, folder):
+    """Run a case to its end; return how often it looked at clocks."""
+    count = folder / "looks"
+    status, words = case.run(folder, LOOK_COUNT=str(count), **SLOW)
+    if status != 0:
+        raise AssertionError(words)
+    return int(count.read_text())
 
 
 def caught(process):
