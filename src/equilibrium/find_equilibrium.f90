@@ -31,6 +31,7 @@ module find_equilibrium_mod
   real(wp), parameter :: on_bodies = 1.0e-4_wp, on_reactions = 1.0e-2_wp
   real(wp), parameter :: least_on_reactions = 1.0e-8_wp !! where all is in balance [-]
   real(wp), parameter :: most_caution = 1.0e4_wp !! times that [-]
+  real(wp), parameter :: slides_on = 1.0e-3_wp !! of the limit of friction [-]
   integer, parameter :: most_idle = 5      !! of the least steps, one after the other
 
   !> What the iterations leave to each other.
@@ -38,7 +39,10 @@ module find_equilibrium_mod
     real(wp) :: caution = 1.0_wp            !! how much more than usual is held back [-]
     integer :: sticking = 0                 !! iterations left in which all sticks
     integer :: idle = 0                     !! steps in a row that were the least
+    logical :: has_turned = .false.         !! a point sticks as it has turned back
     logical, allocatable :: pressed(:)      !! (n_points) in the one before
+    real(wp), allocatable :: friction(:, :)
+    !! (2,n_points) predicted there of what slid, 0 of others [force]
     type(loose_t) :: loose
   end type search_t
 
@@ -116,7 +120,7 @@ contains
 
       ! The first of 1, 1/2, 1/4, ... that takes it nearer.
       part = 1.0_wp
-      arrives = way > 0.0_wp .or. search%sticking > 0
+      arrives = way > 0.0_wp .or. search%sticking > 0 .or. search%has_turned
       do
         call look_at(scene, points, task, now, moved(task, now, step%u, part), now%reaction + &
           part*step%r, next)
@@ -182,6 +186,7 @@ contains
 
     allocate (search%pressed(points%n), source=.false.)
     search%loose = begin_loose(points%n, size(now%u, 2), n_bodies)
+    allocate (search%friction(2, points%n), source=0.0_wp)
     if (.not. any(abs(now%reaction) > 0.0_wp)) search%sticking = most_sticking
   end function begin_search
 
@@ -321,6 +326,7 @@ contains
 
     set%presses = [(.false., i=1, points%n)]
     set%slides = set%presses
+    search%has_turned = .false.
     search%loose%is_pressed = .false.
     touching = rounding_of_places(scene, now%u)
     do i = 1, points%n
@@ -330,7 +336,15 @@ contains
       if (is_first .and. search%sticking > 0) set%presses(i) = task%stays(i) .or. now%x(1, i) <= &
         touching
       set%presses(i) = set%presses(i) .or. search%loose%lands(i)
-      set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i), y))
+      ! What slid in the increment before is at the limit but for rounding, and slides on.
+      set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i)* &
+        merge(1.0_wp - slides_on, 1.0_wp, is_first), y))
+      ! What turns back has stuck on the way.
+      if (.not. now%is_driven(i) .and. dot_product(y(2:), search%friction(:, i)) < 0.0_wp) then
+        search%has_turned = search%has_turned .or. set%slides(i)
+        set%slides(i) = .false.
+      end if
+      search%friction(:, i) = merge(y(2:), 0.0_wp, set%slides(i) .and. points%mu(i) > 0.0_wp)
       if (.not. set%presses(i)) cycle
       search%loose%is_pressed(bodies_of(scene, points, now, i)) = .true.
     end do
