@@ -85,43 +85,40 @@ contains
   !> Sort a list of positive numbers and keep each once.
   pure subroutine sort_unique(list)
     integer, allocatable, intent(inout) :: list(:)
+    integer, parameter :: a_few = 64 !! sorted by insertion
     logical, allocatable :: present_in(:)
-    integer, allocatable :: order(:), sorted(:)
+    integer, allocatable :: order(:)
     integer :: i, n, highest
-    logical :: ascending
 
-    ascending = .true.
-    do i = 2, size(list)
-      if (list(i) > list(i - 1)) cycle
-      ascending = .false.
-      exit
-    end do
-    if (ascending) return
-    highest = maxval(list)
+    if (all(list(2:) > list(:size(list) - 1))) return
     n = 0
-    if (highest/4 <= size(list)) then
+    highest = maxval(list)
+    if (size(list) > a_few .and. highest/4 <= size(list)) then
       ! Dense: one pass over the values that there can be.
-      allocate (present_in(highest), sorted(min(highest, size(list))))
+      allocate (present_in(highest))
       present_in = .false.
       present_in(list) = .true.
       do i = 1, highest
         if (.not. present_in(i)) cycle
         n = n + 1
-        sorted(n) = i
+        list(n) = i
       end do
-      list = sorted(:n)
-      return
-    end if
-    call order_of(list, order)
-    allocate (sorted(size(list)))
-    do i = 1, size(list)
-      if (n > 0) then
-        if (sorted(n) == list(order(i))) cycle
+    else
+      if (size(list) <= a_few) then
+        call sort_ascending(list)
+      else
+        call order_of(list, order)
+        list(:) = list(order)
       end if
-      n = n + 1
-      sorted(n) = list(order(i))
-    end do
-    list = sorted(:n)
+      do i = 1, size(list)
+        if (n > 0) then
+          if (list(n) == list(i)) cycle
+        end if
+        n = n + 1
+        list(n) = list(i)
+      end do
+    end if
+    if (n < size(list)) list = list(:n)
   end subroutine sort_unique
 
   !> How many numbers of an ascending list are below a value.

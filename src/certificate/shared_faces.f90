@@ -437,8 +437,8 @@ contains
         plane(2:) = -up(:2, 1)/up(3, 1)
         plane(1) = sum(height(:k))/real(k, wp) - dot_product(plane(2:), sum(place(:, :k), 2)/ &
           real(k, wp))
-        between = pack(veils, [(corners_with(sides, veils(a), row, master) < count(sides%skin(:, &
-          veils(a)%of) > 0), a=1, size(veils))])
+        between = pack(veils, [(may_hide(sides, veils(a), place(:, :k), row, master), a=1, &
+          size(veils))])
         do a = 1, size(between)
           if (corners_with(sides, between(a), row, master) > 0) between(a)%warp = max( &
             maxval(abs(matmul(axes(:, 3), x - spread(middle, 2, size(x, 2))))), &
@@ -505,6 +505,22 @@ contains
         any(sides%corner_of_place(master) == node(k)), k=1, size(node))])
     end associate
   end function corners_with
+
+  !> Whether a veil is neither beside what it is to hide nor a part of either face.
+  pure logical function may_hide(sides, veil, place, row, master)
+    type(two_sides_t), intent(in) :: sides
+    type(veil_t), intent(in) :: veil
+    real(wp), intent(in) :: place(:, :)      !! (2,n) corners of the master's piece [length]
+    integer, intent(in) :: row(:), master(:) !! as of corners_with
+    integer :: k
+
+    may_hide = .false.
+    do k = 1, 2
+      if (maxval(veil%seen%x(k, :)) <= minval(place(k, :)) .or. minval(veil%seen%x(k, :)) >= &
+        maxval(place(k, :))) return
+    end do
+    may_hide = corners_with(sides, veil, row, master) < count(sides%skin(:, veil%of) > 0)
+  end function may_hide
 
   !> The triangles that lie over or under a piece of a slave face, within two heights.
   pure subroutine find_veils(sides, x, flat, origin, axes, range, area, veils)

@@ -34,12 +34,15 @@ contains
     real(wp), intent(in) :: least       !! area that counts, times two [length^2]
     type(triangle_t), allocatable, intent(inout) :: triangles(:)
     type(triangle_t), allocatable :: left(:), inside(:), outside(:), rest(:)
+    real(wp) :: limits(3, 6)
     integer :: i, k, limit, before
 
     do before = 1, 0, -1
+      limits = limits_of(veil, master, rounding, before == 1)
+      if (.not. any([(reaches(limits, triangles(i)), i=1, size(triangles))])) cycle
       allocate (left(0))
       do i = 1, size(triangles)
-        if (is_beyond(veil, master, rounding, before == 1, triangles(i)%x)) then
+        if (.not. reaches(limits, triangles(i))) then
           left = [left, triangles(i)]
           cycle
         end if
@@ -48,8 +51,7 @@ contains
         do limit = 1, 6
           allocate (rest(0))
           do k = 1, size(inside)
-            call cut(within(limit, veil, master, rounding, before == 1, inside(k)%x), least, &
-              inside(k), rest, outside)
+            call cut(values(limits(:, limit), inside(k)), least, inside(k), rest, outside)
           end do
           call move_alloc(rest, inside)
         end do
@@ -64,59 +66,56 @@ contains
     end do
   end subroutine draw
 
-  !> Whether a triangle is outside one of the limits: the veil hides nothing of it.
-  pure logical function is_beyond(veil, master, rounding, is_before, x)
-    type(veil_t), intent(in) :: veil
-    real(wp), intent(in) :: master(3), rounding !! as of draw
-    logical, intent(in) :: is_before            !! as of within
-    real(wp), intent(in) :: x(2, 3)             !! its corners [length]
-    integer :: limit
+  !> Whether some of a triangle may be within all limits: else the veil hides nothing of it.
+  pure logical function reaches(limits, triangle)
+    real(wp), intent(in) :: limits(3, 6) !! as of limits_of
+    type(triangle_t), intent(in) :: triangle
+    integer :: i
 
-    is_beyond = .false.
-    do limit = 1, 6
-      is_beyond = is_beyond .or. maxval(within(limit, veil, master, rounding, is_before, x)) <= &
-        0.0_wp
-      if (is_beyond) return
+    reaches = .false.
+    do i = 1, 6
+      if (maxval(values(limits(:, i), triangle)) <= 0.0_wp) return
     end do
-  end function is_beyond
+    reaches = .true.
+  end function reaches
 
-  !> What is below 0 outside one of the six limits of what a veil hides: its three edges, and
-  !> heights between the plane and the master.
-  pure function within(limit, veil, master, rounding, is_before, x) result(f)
-    integer, intent(in) :: limit                !! 1 to 6
+  !> What is below 0 outside the six limits of what a veil hides, its three edges, and heights
+  !> between the plane and the master: at the origin, and its slopes.
+  pure function limits_of(veil, master, rounding, is_before) result(f)
     type(veil_t), intent(in) :: veil
     real(wp), intent(in) :: master(3), rounding !! as of draw
     logical, intent(in) :: is_before            !! the plane; or behind it
-    real(wp), intent(in) :: x(2, 3)             !! three places [length]
-    real(wp) :: f(3)
-    real(wp) :: part(3), height, of_master
-    integer :: i, k
+    real(wp) :: f(3, 6)
+    real(wp) :: height(3)
+    integer :: k
 
-    do i = 1, 3
-      do k = 1, 3
-        part(k) = turned(x(:, i), veil%seen%x(:, 1 + mod(k, 3)), veil%seen%x(:, 1 + mod(k + 1, &
-          3)))/doubled(veil%seen)
-      end do
-      height = dot_product(part, veil%height)
-      of_master = master(1) + dot_product(master(2:), x(:, i))
-      select case (limit)
-      case (1:3)
-        f(i) = part(limit)
-      case (4)
-        f(i) = merge(of_master, -of_master, is_before)
-      case (5)
-        f(i) = merge(height, -height, is_before)
-      case default
-        f(i) = merge(of_master - height, height - of_master, is_before)
-      end select
+    height = 0.0_wp
+    do k = 1, 3
+      associate (from => veil%seen%x(:, 1 + mod(k, 3)), to => veil%seen%x(:, 1 + mod(k + 1, 3)))
+        f(:, k) = [from(1)*to(2) - from(2)*to(1), from(2) - to(2), to(1) - from(1)]/ &
+          doubled(veil%seen)
+      end associate
+      height = height + f(:, k)*veil%height(k)
     end do
+    f(:, 4) = merge(master, -master, is_before)
+    f(:, 5) = merge(height, -height, is_before)
+    f(:, 6) = f(:, 4) - f(:, 5)
     if (veil%warp >= 0.0_wp) then
-      if (limit > 4) f = f - rounding - veil%warp
-      return
+      f(1, 5:) = f(1, 5:) - rounding - veil%warp
+    else
+      f(1, 5) = f(1, 5) + merge(rounding, -rounding, is_before .and. veil%is_turned_here)
+      f(1, 6) = f(1, 6) + merge(rounding, -rounding, is_before .and. .not. veil%is_turned_here)
     end if
-    if (limit == 5) f = f + merge(rounding, -rounding, is_before .and. veil%is_turned_here)
-    if (limit == 6) f = f + merge(rounding, -rounding, is_before .and. .not. veil%is_turned_here)
-  end function within
+  end function limits_of
+
+  !> A linear function at the corners of a triangle.
+  pure function values(f, triangle) result(at)
+    real(wp), intent(in) :: f(3)      !! at the origin, and its slopes
+    type(triangle_t), intent(in) :: triangle
+    real(wp) :: at(3)
+
+    at = f(1) + f(2)*triangle%x(1, :) + f(3)*triangle%x(2, :)
+  end function values
 
   !> Cut a triangle along a line into triangles on either side of it.
   pure subroutine cut(side, least, triangle, inside, outside)

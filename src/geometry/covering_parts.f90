@@ -7,7 +7,7 @@ module covering_parts_mod
   use surfaces_mod, only: cut_at_middles
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: overlap_t, plane_t, polygon_t, plane_of_face, in_plane, &
-    outward_normal, find_common, find_overlap, area_of, opposite_weights
+    seen_from, outward_normal, find_common, find_overlap, area_of, opposite_weights
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap
   use surface_reach_mod, only: largest_face, against
   use sight_mod, only: screen_t, cover_t, find_covers, leave_seen, has_way_out, height_of, &
@@ -48,7 +48,7 @@ contains
     integer, intent(in) :: faces(:, :) !! as of `face`
     real(wp), intent(in) :: x(:, :)    !! (3,n_nodes) [length]
 
-    master%face = faces
+    allocate (master%face, source=faces)
     call cut_at_middles(faces, master%part, master%whole)
     master%grid = make_face_grid(master%part, x)
     master%largest = largest_face(master%part, x)
@@ -64,117 +64,113 @@ contains
     type(part_t), allocatable, intent(out) :: parts(:)
     real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
     real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) as of slave_t [length]
-    real(wp), allocatable :: whole(:) !! [length^2]
     integer, allocatable :: near(:)
     type(cover_t), allocatable :: covers(:)
-    type(polygon_t) :: common
-    real(wp) :: low(3), high(3), height(face_corners), range(2), cosine, rounding
-    integer :: i, k, n
+    type(polygon_t), allocatable :: common(:)
+    real(wp) :: low(3), high(3), corner(3, face_corners), place(3, face_corners), range(2)
+    real(wp) :: cosine, rounding
+    integer :: i, j, k, n
 
     ! What the face may see lies in the prism over it.
     rounding = touching*sqrt(plane%area)
-    associate (along => (maxval(screen%reach)/(-against) + master%largest)*abs(plane%axis(:, 3)) + &
-               1.0e-6_wp*sqrt(plane%area))
+    associate (along => (max(screen%reach(1), screen%reach(2)/(-against)) + master%largest)* &
+               abs(plane%axis(:, 3)) + 1.0e-6_wp*sqrt(plane%area))
       low = minval(face%x(:, :face%n), 2) - along
       high = maxval(face%x(:, :face%n), 2) + along
     end associate
     call faces_near(master%grid, low, high, near)
-    allocate (parts(size(near)))
+    allocate (common(size(near)))
     n = 0
     range = 0.0_wp
     do i = 1, size(near)
       k = corners_in(master%part(:, near(i)))
-      associate (corner => x(:, master%part(:k, near(i))))
-        cosine = dot_product(outward_normal(corner), plane%axis(:, 3))
-        if (cosine > against) cycle
-        height(:k) = matmul(plane%axis(:, 3), corner) - dot_product(plane%axis(:, 3), plane%origin)
-        if (minval(height(:k)) > screen%reach(1) .or. maxval(height(:k))*cosine > &
-          screen%reach(2)) cycle
-        common = find_common(plane, in_plane(plane, corner))
+      corner(:, :k) = x(:, master%part(:k, near(i)))
+      cosine = dot_product(outward_normal(corner(:, :k)), plane%axis(:, 3))
+      if (cosine > against) cycle
+      do j = 1, k
+        place(:, j) = seen_from(plane, corner(:, j))
+      end do
+      associate (height => place(3, :k), flat => place(:2, :k))
+        if (minval(height) > screen%reach(1) .or. maxval(height)*cosine > screen%reach(2)) cycle
+        common(n + 1) = find_common(plane, flat)
+        if (common(n + 1)%n == 0) cycle
+        n = n + 1
+        near(n) = near(i)
+        range = [min(range(1), minval(height)), max(range(2), maxval(height))]
       end associate
-      if (common%n == 0) cycle
-      n = n + 1
-      range = [min(range(1), minval(height(:k))), max(range(2), maxval(height(:k)))]
-      parts(n)%of = near(i)
-      parts(n)%corner = master%part(:, near(i))
-      associate (of => master%face(:, master%whole(near(i))))
-        parts(n)%n = count(of > 0)
-        parts(n)%node(:size(of)) = of
-      end associate
-      parts(n)%plane = plane
-      parts(n)%seen = [common]
     end do
-    parts = parts(:n)
-    whole = seen_areas(parts)
-    if (range(1) < -rounding .or. range(2) > rounding) then
-      call find_covers(screen, x, plane, range, covers)
-      do i = 1, n
-        associate (part => parts(i))
+    if (range(1) < -rounding .or. range(2) > rounding) call find_covers(screen, x, plane, &
+      face%node(:face%n), range, covers)
+    allocate (parts(n))
+    n = 0
+    do i = 1, size(parts)
+      associate (part => parts(n + 1))
+        part%of = near(i)
+        part%corner = master%part(:, near(i))
+        associate (of => master%face(:, master%whole(near(i))))
+          part%n = count(of > 0)
+          part%node(:size(of)) = of
+        end associate
+        part%plane = plane
+        part%seen = common(i:i)
+        if (allocated(covers)) then
           call leave_seen(covers, plane, x(:, part%corner(:corners_in(part%corner))), &
             [face%node(:face%n), part%node(:part%n)], part%seen)
-        end associate
-      end do
-      if (screen%asks_way_out) call leave_ways_out(x, screen, rounding, parts, trapped)
-    end if
-    parts%is_cut = seen_areas(parts) < (1.0_wp - touching)*whole
-    parts = pack(parts, [(size(parts(i)%seen) > 0, i=1, n)])
+          if (screen%asks_way_out) call leave_ways_out(x, screen, rounding, part, trapped)
+          part%is_cut = seen_area(part%seen) < (1.0_wp - touching)*seen_area(common(i:i))
+        end if
+        if (size(part%seen) > 0) n = n + 1
+      end associate
+    end do
+    if (n < size(parts)) parts = parts(:n)
     call add_integrals(x, face, parts, u)
   end subroutine find_parts
 
-  !> The area of what is seen of each part.
-  pure function seen_areas(parts) result(area)
-    type(part_t), intent(in) :: parts(:)
-    real(wp) :: area(size(parts)) !! [length^2]
-    integer :: i, k
+  !> The area of what is seen.
+  pure real(wp) function seen_area(seen) result(area)
+    type(polygon_t), intent(in) :: seen(:)
+    integer :: k
 
     area = 0.0_wp
-    do i = 1, size(parts)
-      do k = 1, size(parts(i)%seen)
-        associate (polygon => parts(i)%seen(k))
-          area(i) = area(i) + area_of(polygon%corner(:, :polygon%n))
-        end associate
-      end do
+    do k = 1, size(seen)
+      area = area + area_of(seen(k)%corner(:, :seen(k)%n))
     end do
-  end function seen_areas
+  end function seen_area
 
   !> Of what is seen behind the slave's plane keep that along which places can leave the other body.
-  pure subroutine leave_ways_out(x, screen, rounding, parts, trapped)
+  pure subroutine leave_ways_out(x, screen, rounding, part, trapped)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(screen_t), intent(in) :: screen
     real(wp), intent(in) :: rounding      !! [length]
-    type(part_t), intent(inout) :: parts(:)
+    type(part_t), intent(inout) :: part
     real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
     ! Heights that are compared with a rounding leave strips along edges, of slopes above 1e-3
     ! narrower than this of a face: there nothing is seen.
     real(wp), parameter :: sliver = 1.0e-6_wp !! [-]
     real(wp) :: middle(2), place(3), plane_height(3), height, depth
-    logical, allocatable :: is_kept(:)
-    integer :: i, k
+    logical :: is_kept(size(part%seen))
+    integer :: k
 
-    do i = 1, size(parts)
-      associate (part => parts(i), axis => parts(i)%plane%axis)
-        associate (corner => x(:, part%corner(:corners_in(part%corner))))
-          plane_height = height_of(part%plane, corner)
-          is_kept = [(.true., k=1, size(part%seen))]
-          do k = 1, size(part%seen)
-            associate (polygon => part%seen(k)%corner(:, :part%seen(k)%n))
-              middle = sum(polygon, 2)/real(part%seen(k)%n, wp)
-              height = plane_height(1) + dot_product(plane_height(2:), middle)
-              if (height > -rounding) cycle
-              is_kept(k) = area_of(polygon) > sliver*sqrt(part%plane%area)*norm2(maxval(polygon, &
-                2) - minval(polygon, 2))
-            end associate
-            if (.not. is_kept(k)) cycle
-            place = part%plane%origin + matmul(axis(:, :2), middle)
-            depth = height*dot_product(outward_normal(corner), axis(:, 3))
-            is_kept(k) = has_way_out(screen, x, screen%of_master, place, depth) .and. &
-              has_way_out(screen, x, screen%of_slave, place + height*axis(:, 3), depth)
-            if (.not. is_kept(k)) trapped = min(trapped, depth)
-          end do
+    associate (corner => x(:, part%corner(:corners_in(part%corner))), axis => part%plane%axis)
+      plane_height = height_of(part%plane, corner)
+      is_kept = .true.
+      do k = 1, size(part%seen)
+        associate (polygon => part%seen(k)%corner(:, :part%seen(k)%n))
+          middle = sum(polygon, 2)/real(part%seen(k)%n, wp)
+          height = plane_height(1) + dot_product(plane_height(2:), middle)
+          if (height > -rounding) cycle
+          is_kept(k) = area_of(polygon) > sliver*sqrt(part%plane%area)*norm2(maxval(polygon, 2) - &
+            minval(polygon, 2))
         end associate
-        part%seen = pack(part%seen, is_kept)
-      end associate
-    end do
+        if (.not. is_kept(k)) cycle
+        place = part%plane%origin + matmul(axis(:, :2), middle)
+        depth = height*dot_product(outward_normal(corner), axis(:, 3))
+        is_kept(k) = has_way_out(screen, x, screen%of_master, place, depth) .and. &
+          has_way_out(screen, x, screen%of_slave, place + height*axis(:, 3), depth)
+        if (.not. is_kept(k)) trapped = min(trapped, depth)
+      end do
+    end associate
+    if (.not. all(is_kept)) part%seen = pack(part%seen, is_kept)
   end subroutine leave_ways_out
 
   !> The integrals over what a part of a slave face and parts of the master see of each other.

@@ -15,7 +15,8 @@ module face_grid_mod
     integer  :: n(3) = 0                 !! cells along x, y, z
     real(wp) :: low(3) = 0.0_wp          !! corner of the box [length]
     real(wp) :: size(3) = 1.0_wp         !! of a cell [length]
-    type(lists_t) :: faces               !! of each cell
+    type(lists_t) :: faces               !! of each cell, ascending
+    integer, allocatable :: cell(:, :, :) !! (3,2,n_faces) first and last of each face
     real(wp), allocatable :: box(:, :, :) !! (3,2,n_faces) lowest and highest coordinates [length]
   end type face_grid_t
 
@@ -29,8 +30,8 @@ contains
     integer, intent(in) :: faces(:, :)  !! (4,n_faces) or (8,n_faces) nodes, 0 behind them
     real(wp), intent(in) :: x(:, :)     !! (3,n_nodes) [length]
     real(wp) :: extent(3), mean(3)
-    integer :: f, i, j, k, n, low(3), high(3)
-    integer, allocatable :: entry(:, :) !! (2,n) cell, face
+    integer :: f, i, j, k, n
+    integer, allocatable :: cell(:), face(:) !! of each that a face meets
 
     allocate (grid%box(3, 2, size(faces, 2)))
     do f = 1, size(faces, 2)
@@ -55,21 +56,29 @@ contains
       grid%n = max(1, grid%n/2)
     end do
     grid%size = max(extent/real(grid%n, wp), tiny(1.0_wp))
-    allocate (entry(2, 2*size(faces, 2)))
+    allocate (grid%cell(3, 2, size(faces, 2)))
+    do f = 1, size(faces, 2)
+      grid%cell(:, 1, f) = cell_of(grid, grid%box(:, 1, f))
+      grid%cell(:, 2, f) = cell_of(grid, grid%box(:, 2, f))
+    end do
+    allocate (cell(sum(product(grid%cell(:, 2, :) - grid%cell(:, 1, :) + 1, 1))))
+    allocate (face(size(cell)))
     n = 0
     do f = 1, size(faces, 2)
-      low = cell_of(grid, grid%box(:, 1, f))
-      high = cell_of(grid, grid%box(:, 2, f))
-      do k = low(3), high(3)
-        do j = low(2), high(2)
-          do i = low(1), high(1)
-            call append(entry, n, [i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1)), f])
+      associate (first => grid%cell(:, 1, f), last => grid%cell(:, 2, f))
+        do k = first(3), last(3)
+          do j = first(2), last(2)
+            do i = first(1), last(1)
+              n = n + 1
+              cell(n) = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
+              face(n) = f
+            end do
           end do
         end do
-      end do
+      end associate
     end do
-    grid%faces = lists_by_key(entry(1, :n), product(grid%n))
-    grid%faces%item = entry(2, grid%faces%item)
+    grid%faces = lists_by_key(cell, product(grid%n))
+    grid%faces%item = face(grid%faces%item)
   end function make_face_grid
 
   !> The faces whose boxes meet a box, ascending, each once.
@@ -90,6 +99,8 @@ contains
             cell = i + grid%n(1)*(j - 1 + grid%n(2)*(k - 1))
             do entry = grid%faces%first(cell), grid%faces%first(cell + 1) - 1
               f = grid%faces%item(entry)
+              ! In the first of its cells that the box meets.
+              if (any(max(grid%cell(:, 1, f), first) /= [i, j, k])) cycle
               if (all(grid%box(:, 1, f) <= high) .and. all(grid%box(:, 2, f) >= low)) call &
                 append(near, n, f)
             end do

@@ -10,9 +10,9 @@ module face_overlap_mod
 
   public :: overlap_t, plane_t, polygon_t, plane_of_face, outward_normal, doubled_area, &
     find_overlap, opposite_weights
-  public :: areas_of_nodes, in_plane, find_common, keep_positive, area_of, max_corners, smallest, &
-    few_points, few_weights, some_points, some_weights, many_points, many_weights, evenness, &
-    even_enough, speck, halves_of, most_halvings
+  public :: areas_of_nodes, in_plane, seen_from, find_common, keep_positive, area_of
+  public :: few_points, few_weights, some_points, some_weights, many_points, many_weights
+  public :: max_corners, smallest, evenness, even_enough, speck, halves_of, most_halvings
 
   !> The plane of a slave face, in which overlaps are found.
   type :: plane_t
@@ -147,6 +147,7 @@ contains
   pure type(plane_t) function plane_of_face(x) result(plane)
     real(wp), intent(in) :: x(:, :) !! (3,3) or (3,4) anticlockwise from outside [length]
     real(wp) :: n(3), along(3)
+    integer :: i
 
     n = outward_normal(x)
     along = x(:, 2) - x(:, 1)
@@ -157,7 +158,9 @@ contains
     plane%axis = reshape([along, cross(n, along), n], [3, 3])
     plane%corner(:, :plane%n) = in_plane(plane, x)
     plane%area = area_of(plane%corner(:, :plane%n))
-    plane%warp = maxval(abs(matmul(n, x - spread(plane%origin, 2, plane%n))))
+    do i = 1, plane%n
+      plane%warp = max(plane%warp, abs(dot_product(n, x(:, i) - plane%origin)))
+    end do
   end function plane_of_face
 
   !> int N_a over the whole of a slave face: a sixth of its area and of that of the triangle of the
@@ -174,19 +177,42 @@ contains
     type(plane_t), intent(in) :: plane
     real(wp), intent(in) :: x(:, :)     !! (3,n) [length]
     real(wp) :: flat(2, size(x, 2))     !! [length]
+    real(wp) :: place(3)
     integer :: i
 
     do i = 1, size(x, 2)
-      flat(:, i) = matmul(x(:, i) - plane%origin, plane%axis(:, :2))
+      place = seen_from(plane, x(:, i))
+      flat(:, i) = place(:2)
     end do
   end function in_plane
+
+  !> A place in a plane, and above it.
+  pure function seen_from(plane, x) result(place)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: x(3)        !! [length]
+    real(wp) :: place(3)                !! [length]
+    real(wp) :: arm(3)
+
+    arm = x - plane%origin
+    associate (axis => plane%axis)
+      place = [arm(1)*axis(1, 1) + arm(2)*axis(2, 1) + arm(3)*axis(3, 1), &
+        arm(1)*axis(1, 2) + arm(2)*axis(2, 2) + arm(3)*axis(3, 2), &
+        arm(1)*axis(1, 3) + arm(2)*axis(2, 3) + arm(3)*axis(3, 3)]
+    end associate
+  end function seen_from
 
   !> The polygon that a slave face and one that faces it have in common, in the plane of the slave;
   !> it has no corners where that is next to nothing.
   pure type(polygon_t) function find_common(plane, flat) result(shared)
     type(plane_t), intent(in) :: plane     !! of the slave face
     real(wp), intent(in) :: flat(:, :)     !! (2,3) or (2,4) corners of the other [length]
+    integer :: k
 
+    do k = 1, 2
+      if (minval(flat(k, :)) >= maxval(plane%corner(k, :plane%n)) - smallest*sqrt(plane%area) &
+        .or. maxval(flat(k, :)) <= minval(plane%corner(k, :plane%n)) + smallest*sqrt( &
+        plane%area)) return
+    end do
     shared%n = size(flat, 2)
     shared%corner(:, :shared%n) = flat(:, shared%n:1:-1) ! from the slave it is clockwise
     call clip(plane%corner(:, :plane%n), shared)
@@ -245,7 +271,9 @@ contains
         else
           centre = sum(polygon, 2)/real(n, wp)
           do i = 1, n
-            corner = reshape([centre, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
+            corner(:, 1) = centre
+            corner(:, 2) = polygon(:, i)
+            corner(:, 3) = polygon(:, merge(1, i + 1, i == n))
             if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
               speck, even > 0.0_wp)*plane%area, left, overlap)
           end do
@@ -402,13 +430,17 @@ contains
   pure subroutine clip(window, polygon)
     real(wp), intent(in) :: window(:, :)         !! (2,m) [length]
     type(polygon_t), intent(inout) :: polygon
-    real(wp) :: edge(2)
-    integer :: e
+    real(wp) :: edge(2), f(max_corners)
+    integer :: e, k
 
     do e = 1, size(window, 2)
       edge = window(:, merge(1, e + 1, e == size(window, 2))) - window(:, e)
-      call keep_positive(edge(1)*(polygon%corner(2, :polygon%n) - window(2, e)) - edge(2)* &
-        (polygon%corner(1, :polygon%n) - window(1, e)), polygon)
+      do k = 1, polygon%n
+        f(k) = edge(1)*(polygon%corner(2, k) - window(2, e)) - edge(2)*(polygon%corner(1, k) - &
+          window(1, e))
+      end do
+      if (all(f(:polygon%n) > 0.0_wp)) cycle
+      call keep_positive(f(:polygon%n), polygon)
     end do
   end subroutine clip
 

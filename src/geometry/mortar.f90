@@ -102,7 +102,11 @@ contains
           do i = 1, size(more)
             more(i)%slave_corner = corners(:, s)
           end do
-          parts = [parts, more]
+          if (size(parts) == 0) then
+            call move_alloc(more, parts)
+          else
+            parts = [parts, more]
+          end if
           if (s == size(whole)) exit
           if (whole(s + 1) > f) exit
         end do

@@ -5,8 +5,8 @@ module sight_mod
   use connectivity_mod, only: corners_in
   use small_matrix_mod, only: cross
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
-  use face_overlap_mod, only: plane_t, polygon_t, in_plane, outward_normal, doubled_area, &
-    keep_positive, area_of, max_corners, smallest
+  use face_overlap_mod, only: plane_t, polygon_t, seen_from, outward_normal, keep_positive, &
+    area_of, max_corners, smallest
   use surface_reach_mod, only: against
   implicit none
   private
@@ -28,9 +28,11 @@ module sight_mod
   !> their middle. A line is where f(1) + f(2) x + f(3) y
   !> is 0 in the plane of the part; the same gives heights above that plane.
   type :: cover_t
-    integer :: node(4) = 0              !! corners of the face; the fourth is 0 in a triangle
+    integer :: of = 0                   !! face of the screen
+    integer :: node(4) = 0              !! its corners; the fourth is 0 in a triangle
     real(wp) :: edge(3, 3) = 0.0_wp     !! above 0 inside [length^2, length, length]
     real(wp) :: height(3) = 0.0_wp      !! [length, -, -]
+    real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp !! of corners, in the plane and above [length]
     logical :: faces = .false.          !! it is turned towards the slave
   end type cover_t
 
@@ -96,75 +98,109 @@ contains
 
   !> Find what lies over or under a part of a slave face within two heights. What leans too much to
   !> face the slave has hardly anything behind it where bodies touch; at any depth it may.
-  pure subroutine find_covers(screen, x, plane, range, covers)
+  pure subroutine find_covers(screen, x, plane, own, range, covers)
     type(screen_t), intent(in) :: screen
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(plane_t), intent(in) :: plane    !! of the part
+    integer, intent(in) :: own(:)         !! nodes of the whole face: it does not hide itself
     real(wp), intent(in) :: range(2)      !! lowest and highest, one below and one above 0 [length]
     type(cover_t), allocatable, intent(out) :: covers(:)
     integer, allocatable :: near(:)
-    real(wp) :: places(3, plane%n), x_of(3, 4), corner(3, 3), flat(2, 3), height(3), twice
-    real(wp) :: low(2), high(2), whole(2, 4), steepest
+    real(wp) :: place(3, 5), corner(3, 3), low(3), high(3), along(3), twice(3), beside
+    real(wp) :: steepest
     integer :: i, k, n, m
 
-    associate (normal => plane%axis(:, 3))
-      places = matmul(plane%axis(:, :2), plane%corner(:, :plane%n)) + spread(plane%origin, 2, &
-        plane%n)
-      call faces_near(screen%grid, minval(places, 2) + min(range(1)*normal, range(2)*normal), &
-        maxval(places, 2) + max(range(1)*normal, range(2)*normal), near)
-    end associate
-    low = minval(plane%corner(:, :plane%n), 2)
-    high = maxval(plane%corner(:, :plane%n), 2)
+    do k = 1, plane%n
+      place(:, k) = plane%origin + matmul(plane%axis(:, :2), plane%corner(:, k))
+    end do
+    along = plane%axis(:, 3)
+    call faces_near(screen%grid, minval(place(:, :plane%n), 2) + min(range(1)*along, range(2)* &
+      along), maxval(place(:, :plane%n), 2) + max(range(1)*along, range(2)*along), near)
+    ! A strip of this width beside the face is next to nothing of it.
+    beside = smallest*sqrt(plane%area)
+    low = [minval(plane%corner(:, :plane%n), 2) + beside, range(1)]
+    high = [maxval(plane%corner(:, :plane%n), 2) - beside, range(2)]
     allocate (covers(4*size(near)))
     steepest = merge(touching, -against, screen%asks_way_out)
     n = 0
     do i = 1, size(near)
-      m = corners_in(screen%part(:, near(i)))
-      x_of(:, :m) = x(:, screen%part(:m, near(i)))
-      whole(:, :m) = in_plane(plane, x_of(:, :m))
-      if (is_beside(whole(1, :m), low(1), high(1))) cycle
-      if (is_beside(whole(2, :m), low(2), high(2))) cycle
-      do k = 1, merge(1, m, m == 3)
-        corner = x_of(:, [k, 1 + mod(k, m), 3])
-        if (m == 4) corner(:, 3) = 0.25_wp*sum(x_of, 2)
-        flat = in_plane(plane, corner)
-        if (is_beside(flat(1, :), low(1), high(1))) cycle
-        if (is_beside(flat(2, :), low(2), high(2))) cycle
-        height = matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, 3))
-        if (minval(height) > range(2) .or. maxval(height) < range(1)) cycle
-        twice = 2.0_wp*area_of(flat)
-        if (abs(twice) < max(steepest*norm2(doubled_area(corner)), smallest*plane%area)) cycle
-        n = n + 1
-        covers(n) = cover_of(screen%part(:, near(i)), flat, height, twice)
-      end do
+      associate (node => screen%part(:, near(i)))
+        m = corners_in(node)
+        do k = 1, m
+          place(:, k) = seen_from(plane, x(:, node(k)))
+        end do
+        if (is_beside(place(:, :m), low, high)) cycle
+        if (count_in(node(:m), own) == m) cycle
+        if (m == 4) place(:, 5) = 0.25_wp*(place(:, 1) + place(:, 2) + place(:, 3) + place(:, 4))
+        do k = 1, merge(1, 4, m == 3)
+          corner(:, 1) = place(:, k)
+          corner(:, 2) = place(:, 1 + mod(k, m))
+          corner(:, 3) = place(:, merge(3, 5, m == 3))
+          if (is_beside(corner, low, high)) cycle
+          twice = cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
+          if (abs(twice(3)) < max(steepest*norm2(twice), smallest*plane%area)) cycle
+          n = n + 1
+          covers(n) = cover_of(near(i), node(:m), corner, twice(3))
+        end do
+      end associate
     end do
     covers = covers(:n)
   end subroutine find_covers
 
-  !> Whether all numbers lie on one side of a range.
-  pure logical function is_beside(f, low, high)
-    real(wp), intent(in) :: f(:), low, high
+  !> Whether corners are beside a box along one of the first two axes, or above or below it.
+  pure logical function is_beside(corner, low, high)
+    real(wp), intent(in) :: corner(:, :)      !! (3,n) [length]
+    real(wp), intent(in) :: low(3), high(3)   !! of the box [length]
+    real(wp) :: least(3), most(3)
+    integer :: k
 
-    is_beside = minval(f) >= high .or. maxval(f) <= low
+    least = corner(:, 1)
+    most = least
+    do k = 2, size(corner, 2)
+      least = min(least, corner(:, k))
+      most = max(most, corner(:, k))
+    end do
+    is_beside = any(least(:2) >= high(:2) .or. most(:2) <= low(:2)) .or. least(3) > high(3) .or. &
+      most(3) < low(3)
   end function is_beside
 
-  pure type(cover_t) function cover_of(node, flat, height, twice) result(cover)
-    integer, intent(in) :: node(:)                !! corners of the face
-    real(wp), intent(in) :: flat(2, 3), height(3) !! in the plane, and above it [length]
-    real(wp), intent(in) :: twice                 !! its area there, below 0 clockwise [length^2]
+  pure type(cover_t) function cover_of(face, node, corner, twice) result(cover)
+    integer, intent(in) :: face           !! of the screen
+    integer, intent(in) :: node(:)        !! its corners
+    real(wp), intent(in) :: corner(3, 3)  !! of the triangle, as of seen_from [length]
+    real(wp), intent(in) :: twice         !! its area in the plane, below 0 clockwise [length^2]
     integer :: k
 
     do k = 1, 3
-      associate (from => flat(:, k), to => flat(:, 1 + mod(k, 3)))
+      associate (from => corner(:, k), to => corner(:, 1 + mod(k, 3)))
         cover%edge(:, k) = [from(1)*to(2) - from(2)*to(1), from(2) - to(2), to(1) - from(1)]
       end associate
     end do
     ! Opposite each edge is the third corner.
-    cover%height = matmul(cover%edge, height([3, 1, 2]))/twice
+    cover%height = (cover%edge(:, 1)*corner(3, 3) + cover%edge(:, 2)*corner(3, 1) + &
+      cover%edge(:, 3)*corner(3, 2))/twice
     cover%edge = sign(1.0_wp, twice)*cover%edge
+    cover%of = face
     cover%node(:size(node)) = node
     cover%faces = twice < 0.0_wp
+    cover%low = min(corner(:, 1), corner(:, 2), corner(:, 3))
+    cover%high = max(corner(:, 1), corner(:, 2), corner(:, 3))
   end function cover_of
+
+  !> How many nodes are in a list.
+  pure integer function count_in(node, list) result(n)
+    integer, intent(in) :: node(:), list(:)
+    integer :: i, k
+
+    n = 0
+    do i = 1, size(node)
+      do k = 1, size(list)
+        if (node(i) /= list(k)) cycle
+        n = n + 1
+        exit
+      end do
+    end do
+  end function count_in
 
   !> Take out of what a part of a slave face shares with a master face what others hide of it.
   !>
@@ -176,26 +212,47 @@ contains
     type(plane_t), intent(in) :: plane         !! of the part of the slave face
     real(wp), intent(in) :: corner(:, :)       !! (3,3) or (3,4) of the master face [length]
     integer, intent(in) :: own(:)              !! nodes of both whole faces
-    type(polygon_t), allocatable, intent(inout) :: seen(:)
+    type(polygon_t), allocatable, intent(inout) :: seen(:) !! one to begin with
     type(polygon_t), allocatable :: left(:)
-    real(wp) :: line(3, 6), master(3), rounding, warp, least, nearer(2)
-    integer :: i, k, side, n_own
+    real(wp) :: line(3, 6), master(3), rounding, warp, least, nearer(2), low(3), high(3), place(3)
+    integer :: i, k, side, n_own, counted
 
+    if (size(seen) == 0 .or. size(covers) == 0) return
     master = height_of(plane, corner)
-    warp = max(plane%warp, maxval(abs(matmul(plane%axis(:, 3), corner - spread(plane%origin, 2, &
-      size(corner, 2))) - master(1) - matmul(master(2:), in_plane(plane, corner)))))
     rounding = touching*sqrt(plane%area)
     least = smallest*plane%area
+    ! Most hide nothing: boxes of what is seen, the master's height the third of it, tell of these.
+    low = huge(low)
+    high = -huge(high)
+    do k = 1, seen(1)%n
+      place(:2) = seen(1)%corner(:, k)
+      place(3) = master(1) + master(2)*place(1) + master(3)*place(2)
+      low = min(low, place)
+      high = max(high, place)
+    end do
+    low(:2) = low(:2) + smallest*sqrt(plane%area)
+    high(:2) = high(:2) - smallest*sqrt(plane%area)
+    warp = -1.0_wp
+    counted = 0
+    n_own = 0
     do i = 1, size(covers)
-      n_own = 0
-      do k = 1, corners_in(covers(i)%node)
-        if (any(own == covers(i)%node(k))) n_own = n_own + 1
-      end do
-      if (n_own == corners_in(covers(i)%node)) cycle
+      if (any(covers(i)%low(:2) >= high(:2) .or. covers(i)%high(:2) <= low(:2))) cycle
       ! Before the slave, and behind it.
       do side = 1, -1, -2
+        if (side > 0) then
+          if (.not. (high(3) > 0.0_wp .and. covers(i)%high(3) > -rounding .and. &
+            covers(i)%low(3) < high(3) + rounding)) cycle
+        else if (.not. (low(3) < 0.0_wp .and. covers(i)%low(3) < -rounding .and. &
+          covers(i)%high(3) > low(3) + rounding)) then
+          cycle
+        end if
+        if (covers(i)%of /= counted) n_own = count_in(covers(i)%node(:corners_in( &
+          covers(i)%node)), own)
+        counted = covers(i)%of
+        if (n_own == corners_in(covers(i)%node)) exit
         nearer = -rounding
         if (n_own > 0) then
+          if (warp < 0.0_wp) warp = max(plane%warp, warp_of(plane, corner, master))
           nearer = -rounding - warp
         else if (side > 0) then
           nearer(merge(1, 2, covers(i)%faces)) = rounding
@@ -218,6 +275,21 @@ contains
       end do
     end do
   end subroutine leave_seen
+
+  !> How far the corners of a face are from its mean plane.
+  pure real(wp) function warp_of(plane, corner, height) result(warp)
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: corner(:, :) !! (3,3) or (3,4) [length]
+    real(wp), intent(in) :: height(3)    !! of the mean plane, as of cover_t
+    real(wp) :: place(3)
+    integer :: k
+
+    warp = 0.0_wp
+    do k = 1, size(corner, 2)
+      place = seen_from(plane, corner(:, k))
+      warp = max(warp, abs(place(3) - height(1) - height(2)*place(1) - height(3)*place(2)))
+    end do
+  end function warp_of
 
   !> Whether next to nothing of any polygon is where all lines are above 0.
   pure logical function all_are_missed(line, polygons, least)
@@ -242,7 +314,8 @@ contains
     integer :: e
 
     misses = .true.
-    do e = 1, size(line, 2)
+    ! Edges first: most faces lie beside what is seen.
+    do e = size(line, 2), 1, -1
       if (is_nowhere_above(line(:, e), polygon)) return
     end do
     rest = polygon

@@ -119,7 +119,8 @@ contains
         exit
       end do
       at_there = on_path(there)
-      fraction = fraction_to_touch(scene, points, can_press, at_here, at_there)
+      fraction = fraction_to_touch(scene, points, can_press, at_here, at_there, merge( &
+        real(smallest_increment, wp)/real(there - here, wp), 0.0_wp, here == start))
       if (fraction <= 1.0_wp) then
         ! Just before it: what is closed then has no gap to speak of.
         touch = here + int(fraction*real(there - here, wp), i8)
@@ -170,11 +171,12 @@ contains
 
   !> The fraction of the straight way between two places on the load path at which the first point
   !> that can press enters its obstacle; 2 where none does.
-  real(wp) function fraction_to_touch(scene, points, can_press, from, to) result(fraction)
+  real(wp) function fraction_to_touch(scene, points, can_press, from, to, least) result(fraction)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: can_press(:)                 !! points
     type(on_path_t), intent(in) :: from, to
+    real(wp), intent(in) :: least !! fraction below which it does not matter: 0 is told there
     type(contact_points_t) :: moving !! with the extra gaps of a place
     type(placement_t) :: at_here, at_there, between
     real(wp) :: before, after, gap_before, gap_after
@@ -198,6 +200,12 @@ contains
     between = at_here
     before = 0.0_wp
     gap_before = 0.0_wp
+    if (least > 0.0_wp .and. least < 1.0_wp) then
+      if (least_gap(least) < 0.0_wp) then
+        fraction = 0.0_wp
+        return
+      end if
+    end if
     do k = 0, n_samples
       after = real(k, wp)/real(n_samples, wp)
       if (before >= fraction) return

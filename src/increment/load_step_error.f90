@@ -90,6 +90,7 @@ contains
     integer :: n_run !! increments of the run that the coarse one has to catch up
     real(wp) :: left, left_beside !! energy left over along the path, of the run and beside it
     real(wp) :: least_doubtful !! energy left over that is to be looked into
+    integer(i8) :: event !! the next that the coarse one comes to, its end where there is none
     logical :: ok, is_doubtful, in_halves, is_split
 
     report%errors%load_steps = 0.0_wp
@@ -121,8 +122,9 @@ contains
     coarse%energy = report%energy
     from_here = coarse%state
     is_split = in_halves
-    if (.not. is_split) is_split = event_before(scene, points, solver, coarse%state, &
-      new%position) < new%position
+    event = new%position
+    if (.not. is_split) event = event_before(scene, points, solver, coarse%state, event)
+    is_split = is_split .or. event < new%position
     if (is_split) then
       call follow_events(n_run)
     else if (is_at(coarse%state, old)) then
@@ -245,7 +247,8 @@ contains
         start = beginning(other, new%step)
         finish = new%position
         if (in_halves .and. start < behind) finish = behind
-        finish = event_before(scene, points, solver, other, finish)
+        if (in_halves .or. n_pieces > 1) event = event_before(scene, points, solver, other, finish)
+        finish = event
         if (finish < new%position) then
           call try_increment(scene, points, solver, other, (finish - start)/2, middle, ok)
         else
