@@ -262,7 +262,7 @@ contains
     integer, intent(in) :: n_unknowns, row(:, :)
     integer, allocatable, intent(out) :: part(:)  !! (m) 0 of those left out
     logical :: stays(size(rows%point)), goes_on
-    integer :: n_at(n_unknowns), root(n_unknowns), n_parts, i, k, one, other
+    integer :: n_at(n_unknowns), root(n_unknowns), n_parts, root_here, i, k, one, other
 
     n_at = 0
     do k = 1, rows%first(size(rows%point) + 1) - 1
@@ -304,7 +304,8 @@ contains
         part(i) = n_parts
         cycle
       end if
-      associate (number => n_at(top(rows%unknown(rows%first(i)))))
+      root_here = top(rows%unknown(rows%first(i)))
+      associate (number => n_at(root_here))
         if (number == 0) then
           n_parts = n_parts + 1
           number = n_parts

@@ -12,7 +12,7 @@ module solve_reactions_mod
     relative_gaps, add_driven_friction, force_scale, measure
   use solve_mod, only: solve_contact
   use crowded_nodes_mod, only: has_crowded_nodes, solve_on_crowded_nodes
-  use floating_mod, only: resisting_rows
+  use floating_mod, only: pressing_rows, resisting_rows
   use newton_correction_mod, only: largest_dense
   use floating_centre_mod, only: drift_t
   use floating_search_mod, only: solve_floating
@@ -53,9 +53,10 @@ contains
     logical :: stays(points%n)
     real(wp) :: unbalanced(solver%body%motions%n) !! direction that nothing balances
     real(wp) :: resisting(3*count_points(solver%contact), solver%body%motions%n)
+    real(wp) :: pressing(count_points(solver%contact), solver%body%motions%n)
     type(contact_report_t) :: contact
     real(wp) :: clock
-    integer :: i, n_resisting
+    integer :: i, n_resisting, n_pressing
 
     clock = wall_seconds()
     start = reaction
@@ -63,7 +64,9 @@ contains
     stays = stay_closed(scene, points, solver%undeformed, old)
     unbalanced = 0.0_wp
     n_resisting = 0
+    n_pressing = 0
     resisting = 0.0_wp
+    pressing = 0.0_wp
     report%x_free = [real(wp) ::]
     trial%neutral_residual = [real(wp) ::]
     associate (motions => solver%body%motions)
@@ -73,7 +76,10 @@ contains
         call solve_group(solver%contact%group(i))
       end do
       if (contact%ending == ended_unbalanced) then
-        unbalanced = unresisted_part(resisting(:n_resisting, :), unbalanced)
+        ! Where all is resisted, what the forces of a cone leave over stands across its edge: along
+        ! the surfaces that press it is the sliding.
+        unbalanced = unresisted_part(pressing(:n_pressing, :), &
+          unresisted_part(resisting(:n_resisting, :), unbalanced))
         report%unbalanced = motion_in_words(scene%mesh, motions, unbalanced)
         report%pulls_off = pulls_off(scene%mesh, points, trial%placement, motions, unbalanced, &
           trial%forces%external)
@@ -143,6 +149,9 @@ contains
         rows = resisting_rows(group%problem, group%floating, r, gaps, of_group%converged)
         resisting(n_resisting + 1:n_resisting + size(rows, 1), group%motion) = rows
         n_resisting = n_resisting + size(rows, 1)
+        rows = pressing_rows(group%problem, group%floating, r)
+        pressing(n_pressing + 1:n_pressing + size(rows, 1), group%motion) = rows
+        n_pressing = n_pressing + size(rows, 1)
         if (of_group%ending == ended_unbalanced) unbalanced(group%motion) = drift%unbalanced
       end if
       ! What GMRES does not do for this placement it will not do for the next.

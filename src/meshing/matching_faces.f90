@@ -93,8 +93,8 @@ contains
         is_on_mirror = all(held(:, of_face)) .or. (face <= 2 .and. mesh%plane == plane_strain)
         do axis = 1, 3
           if (.not. all(held(axis, of_face))) cycle
-          associate (x => mesh%coordinates(:, of_face))
-            is_on_mirror = is_on_mirror .or. maxval(x(axis, :)) - minval(x(axis, :)) <= rounding
+          associate (x => mesh%coordinates(axis, of_face))
+            is_on_mirror = is_on_mirror .or. maxval(x) - minval(x) <= rounding
           end associate
         end do
       end associate

@@ -26,7 +26,7 @@ module floating_mod
   private
 
   public :: floating_t, see_motions, sees_less, free_the_motions, shift_of, part_points, &
-    resisting_rows
+    resisting_rows, pressing_rows
 
   real(wp), parameter :: unseen = 1.0e-10_wp   !! of the largest singular value of G: not seen
   real(wp), parameter :: stiffer = 1.0e-3_wp   !! of the pinned compliance: the least of theta
@@ -181,5 +181,19 @@ contains
     resisting = rows(:n, :) - matmul(matmul(rows(:n, :), floating%neutral), &
       transpose(floating%neutral))
   end function resisting_rows
+
+  !> What the motions do along the normals of points that press.
+  pure function pressing_rows(problem, floating, r) result(pressing)
+    type(contact_problem_t), intent(in) :: problem
+    type(floating_t), intent(in) :: floating
+    real(wp), intent(in) :: r(:, :)         !! (3,n_points) n, t1, t2 [force]
+    real(wp), allocatable :: pressing(:, :) !! (m,n) [-]
+    integer :: i
+
+    associate (rows => floating%g(pack(problem%row(1, :), [(any(abs(r(:, i)) > 0.0_wp), i=1, &
+               problem%n_points)]), :))
+      pressing = rows - matmul(matmul(rows, floating%neutral), transpose(floating%neutral))
+    end associate
+  end function pressing_rows
 
 end module floating_mod
