@@ -87,17 +87,16 @@ contains
     pure logical function is_on_mirror(face, nodes)
       integer, intent(in) :: face
       integer, intent(in) :: nodes(:) !! as of all_nodes_of_face
+      integer, allocatable :: of_face(:)
       integer :: axis
 
-      associate (of_face => pack(nodes, nodes > 0))
-        is_on_mirror = all(held(:, of_face)) .or. (face <= 2 .and. mesh%plane == plane_strain)
-        do axis = 1, 3
-          if (.not. all(held(axis, of_face))) cycle
-          associate (x => mesh%coordinates(axis, of_face))
-            is_on_mirror = is_on_mirror .or. maxval(x) - minval(x) <= rounding
-          end associate
-        end do
-      end associate
+      of_face = pack(nodes, nodes > 0)
+      is_on_mirror = all(held(:, of_face)) .or. (face <= 2 .and. mesh%plane == plane_strain)
+      do axis = 1, 3
+        if (.not. all(held(axis, of_face))) cycle
+        is_on_mirror = is_on_mirror .or. maxval(mesh%coordinates(axis, of_face)) - &
+          minval(mesh%coordinates(axis, of_face)) <= rounding
+      end do
     end function is_on_mirror
 
   end subroutine strengthen_reduced
