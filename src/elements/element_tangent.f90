@@ -73,16 +73,19 @@ contains
     real(wp), intent(in) :: a(3, 3, 3, 3)
     real(wp), intent(in) :: left(:, :), right(:, :)           !! (3,n), (3,m)
     real(wp) :: k(3*size(left, 2), 3*size(right, 2))          !! (i a, k b)
-    real(wp) :: along(3, size(left, 2), 3)
-    integer :: b, m, l
+    real(wp) :: along(3*size(left, 2), 3)
+    integer :: b, c, m, l
 
     do m = 1, 3
       do l = 1, 3
-        along(:, :, l) = matmul(a(:, :, m, l), left)
+        do c = 1, size(left, 2)
+          along(3*c - 2:3*c, l) = a(:, 1, m, l)*left(1, c) + a(:, 2, m, l)*left(2, c) + &
+            a(:, 3, m, l)*left(3, c)
+        end do
       end do
       do b = 1, size(right, 2)
-        k(:, 3*(b - 1) + m) = reshape(along(:, :, 1)*right(1, b) + along(:, :, 2)*right(2, b) + &
-          along(:, :, 3)*right(3, b), [size(k, 1)])
+        k(:, 3*(b - 1) + m) = along(:, 1)*right(1, b) + along(:, 2)*right(2, b) + along(:, 3)* &
+          right(3, b)
       end do
     end do
   end function couple
