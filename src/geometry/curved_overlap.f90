@@ -113,8 +113,9 @@ contains
     type(polygon_t), intent(in) :: seen(:)    !! parts of the plane
     type(patch_t), intent(in), optional :: patch
     type(overlap_t) :: overlap
-    real(wp) :: corner(2, 3), whole
+    real(wp) :: from(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
+    logical :: is_affine
     integer :: i, k, left
 
     slave = of_slave
@@ -128,10 +129,13 @@ contains
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         overlap%area = overlap%area + area_of(polygon)
         overlap%nearest = min(overlap%nearest, least_at(slave, master, polygon))
-        do i = 2, n - 1
-          corner = polygon(:, [1, i, i + 1])
+        ! What no rule is exact for takes smaller triangles.
+        is_affine = slave%is_affine .and. master%is_affine
+        from = merge(polygon(:, 1), sum(polygon, 2)/real(n, wp), is_affine)
+        do i = 1, n
+          corner = reshape([from, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
           if (.not. area_of(corner) > 0.0_wp) cycle
-          if (.not. (slave%is_affine .and. master%is_affine)) then
+          if (.not. is_affine) then
             call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)
           else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
             call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
