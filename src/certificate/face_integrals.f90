@@ -134,12 +134,14 @@ contains
     real(wp), intent(in) :: normal(:, :)
     !! (3,1) the master's; (3,3) axes, the third across the plane: it follows from the face [-]
     real(wp) :: n(size(slave, 2)), m(size(master, 2)), unused(3), up(3)
+    logical :: is_affine(2)
     integer :: i
 
     nearest = huge(nearest)
+    is_affine = [has_one_jacobian(slave), has_one_jacobian(master)]
     do i = 1, size(outline, 2)
-      call find_place(slave, outline(:, i), n, unused)
-      call find_place(master, outline(:, i), m, up)
+      call find_place(slave, is_affine(1), outline(:, i), n, unused)
+      call find_place(master, is_affine(2), outline(:, i), m, up)
       if (size(normal, 2) == 3) then
         up = matmul(normal, up)
         up = up/norm2(up)
@@ -221,11 +223,13 @@ contains
     pure logical function changes(face)
       real(wp), intent(in) :: face(:, :)
       real(wp) :: corner(2, 3), n(size(face, 2)), normal(3), size_of(3)
+      logical :: is_affine
       integer :: i
 
       corner = reshape([a, b, c], [2, 3])
+      is_affine = has_one_jacobian(face)
       do i = 1, 3
-        call find_place(face, corner(:, i), n, normal)
+        call find_place(face, is_affine, corner(:, i), n, normal)
         size_of(i) = norm2(normal)
       end do
       changes = maxval(size_of) > 1.6_wp*minval(size_of)
@@ -239,18 +243,20 @@ contains
     real(wp), intent(in) :: point(:), weight(:)        !! on the unit interval
     type(shared_t), intent(inout) :: shared
     real(wp) :: p(2), q(2), n(size(slave, 2)), m(size(master, 2)), normal(3), twice, part
+    logical :: is_affine(2)
     integer :: i, j, b
 
     p = one - mean
     q = other - mean
     twice = abs(p(1)*q(2) - p(2)*q(1))
     if (.not. twice > 0.0_wp) return
+    is_affine = [has_one_jacobian(slave), has_one_jacobian(master)]
     do i = 1, size(point)
       do j = 1, size(point)
         associate (x => mean + point(i)*((1.0_wp - point(j))*p + point(j)*q))
-          call find_place(slave, x, n, normal)
+          call find_place(slave, is_affine(1), x, n, normal)
           part = twice*weight(i)*weight(j)*point(i)*norm2(normal)/abs(normal(3))
-          call find_place(master, x, m, normal)
+          call find_place(master, is_affine(2), x, m, normal)
         end associate
         normal = normal/norm2(normal)
         shared%area = shared%area + twice*weight(i)*weight(j)*point(i)
@@ -267,50 +273,49 @@ contains
   end subroutine add_triangle
 
   !> Shape functions of a face at the place that is seen at `x`, and the vector of its area there.
-  pure subroutine find_place(face, x, n, normal)
+  pure subroutine find_place(face, is_affine, x, n, normal)
     real(wp), intent(in) :: face(:, :)      !! as of `integrate_shared` [length]
+    logical, intent(in) :: is_affine        !! as of `has_one_jacobian`
     real(wp), intent(in) :: x(2)            !! [length]
     real(wp), intent(out) :: n(:), normal(3)
-    real(wp) :: slope(size(n), 2), t(3, 2), s(2), step(2), left(2), det
+    real(wp) :: slopes(8, 2), t(3, 2), s(2), step(2), left(2), det
     integer :: i
 
     if (size(face, 1) == 2) then
-      call find_in_plane(face, x, n, normal)
+      call find_in_plane(face, is_affine, x, n, normal)
       return
     end if
     s = merge(1.0_wp/3.0_wp, 0.5_wp, modulo(size(n), 3) == 0)
-    do i = 1, 30
+    associate (slope => slopes(:size(n), :))
+      do i = 1, 30
+        call evaluate(s, n, slope)
+        t = matmul(face, slope)
+        left = x - matmul(face(:2, :), n)
+        det = t(1, 1)*t(2, 2) - t(1, 2)*t(2, 1)
+        if (.not. abs(det) > 0.0_wp) exit
+        step = [left(1)*t(2, 2) - left(2)*t(1, 2), t(1, 1)*left(2) - t(2, 1)*left(1)]/det
+        s = s + step
+        if (maxval(abs(step)) < 1.0e-9_wp) exit
+      end do
       call evaluate(s, n, slope)
       t = matmul(face, slope)
-      left = x - matmul(face(:2, :), n)
-      det = t(1, 1)*t(2, 2) - t(1, 2)*t(2, 1)
-      if (.not. abs(det) > 0.0_wp) exit
-      step = [left(1)*t(2, 2) - left(2)*t(1, 2), t(1, 1)*left(2) - t(2, 1)*left(1)]/det
-      s = s + step
-      if (maxval(abs(step)) < 1.0e-9_wp) exit
-    end do
-    call evaluate(s, n, slope)
-    t = matmul(face, slope)
+    end associate
     normal = cross(t(:, 1), t(:, 2))
   end subroutine find_place
 
   !> The same of a flat face in the plane: x = c_1 + c_2 s_1 + c_3 s_2 + c_4 s_1 s_2.
-  pure subroutine find_in_plane(face, x, n, normal)
+  pure subroutine find_in_plane(face, is_affine, x, n, normal)
     real(wp), intent(in) :: face(:, :)      !! (2,3) or (2,4) [length]
+    logical, intent(in) :: is_affine        !! it is a triangle or a parallelogram
     real(wp), intent(in) :: x(2)            !! [length]
     real(wp), intent(out) :: n(:), normal(3)
     real(wp) :: c_2(2), c_3(2), c_4(2), s(2), step(2), left(2), a(2), b(2), det
-    logical :: is_affine
     integer :: i
 
     c_2 = face(:, 2) - face(:, 1)
     c_3 = face(:, size(n)) - face(:, 1)
     c_4 = 0.0_wp
-    is_affine = size(n) == 3
-    if (.not. is_affine) then
-      c_4 = (face(:, 3) - face(:, 4)) - c_2
-      is_affine = is_parallelogram(face)
-    end if
+    if (size(n) == 4) c_4 = (face(:, 3) - face(:, 4)) - c_2
     s = merge(0.0_wp, 0.5_wp, is_affine)
     a = c_2 + s(2)*c_4
     b = c_3 + s(1)*c_4
