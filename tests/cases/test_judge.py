@@ -1250,15 +1250,15 @@ class Decks(unittest.TestCase):
     def test_random_decks(self):
         # Others in each build; scripts/test --full judges hundreds, others each day.
         seed = "1" if RELEASE else "1001"
-        self.judge("one", "--decks", "20", "--seed", seed)
+        self.judge("one", "--decks", "40" if LONG else "10", "--seed", seed)
 
     def test_random_decks_of_bodies(self):
         seed = "1" if RELEASE else "1001"
-        self.judge("bodies", "--decks", "6", "--seed", seed)
+        self.judge("bodies", "--decks", "12" if LONG else "4", "--seed", seed)
 
     def test_random_decks_of_several_steps(self):
         seed = "1" if RELEASE else "1001"
-        self.judge("steps", "--decks", "8", "--seed", seed)
+        self.judge("steps", "--decks", "16" if LONG else "4", "--seed", seed)
         # 71045: distorted faces that are covered wholly, and keep their mean gaps.
         self.judge("steps", "--only", "71045")
 
@@ -1277,7 +1277,7 @@ class Decks(unittest.TestCase):
         # 106: a block that slides where nothing presses; all its forces are rounding. 71111: small
         # sliding of faces that are covered in part.
         self.judge("closed", "--only", "106", "71111")
-        self.judge("closed", "--decks", "6", "--seed", "1" if RELEASE else "1001")
+        self.judge("closed", "--decks", "12" if LONG else "4", "--seed", "1" if RELEASE else "1001")
 
     def test_random_decks_at_finite_strain(self):
         seed = "1" if RELEASE else "1001"

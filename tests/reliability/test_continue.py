@@ -51,8 +51,7 @@ SMALL = {
 
 RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
 LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
-# Those whose states have something that others have not; the rest only where the program is fast,
-# and killed once.
+# Those whose states have something that others have not; the rest in the long form.
 DIFFERENT = ("block", "foundation", "ironing", "mindlin", "rubber", "slope", "wheel")
 
 # A step behind those of the block in which nothing balances the loads any more.
@@ -252,11 +251,12 @@ class EveryDeck(Folder):
     """Killed in the middle of its run and continued, every deck ends with the same file."""
 
     def check(self, case, kills=(0.35, 0.8)):
-        """Kill at shares of the writes and continue."""
+        """Kill at shares of the writes and continue; but in the long form at some of them."""
         folder = self.fresh("whole")
         n = case.count_changes(folder)
         whole = Whole(folder / NAME)
-        for share in kills if RELEASE else kills[len(kills) // 2 :: 6]:
+        shares = kills if LONG else kills[1::2] if RELEASE else kills[len(kills) // 2 :: 6]
+        for share in shares:
             with self.subTest(deck=str(case), share=share):
                 folder = self.fresh("killed")
                 self.assertTrue(case.kill_at(folder, int(share * n)))
@@ -269,11 +269,8 @@ class EveryDeck(Folder):
     def test_decks_of_input(self):
         self.assertEqual(set(SMALL), {p.stem for p in INPUT.glob("*.inp")} - {"fall", "column"})
         for name, overrides in SMALL.items():
-            if not RELEASE and name not in DIFFERENT:
-                continue
-            twice = LONG or name in DIFFERENT
-            kills = (0.35, 0.8) if twice else (0.6,)
-            self.check(Case(INPUT / f"{name}.inp", **overrides), kills=kills)
+            if LONG or name in DIFFERENT:
+                self.check(Case(INPUT / f"{name}.inp", **overrides))
 
     def test_increments_that_are_counted_together(self):
         """Of a fast run several are, with the state that the last of them ended in."""
@@ -376,7 +373,7 @@ class EveryDeck(Folder):
             folder = self.fresh("killed")
             case.kill_at(folder, middle)
             first, last = (first, middle) if rows_in(folder / NAME) >= 4 else (middle, last)
-        for change in range(first, first + (12 if RELEASE else 3)):
+        for change in range(first, first + (12 if LONG else 6 if RELEASE else 3)):
             with self.subTest(change=change):
                 folder = self.fresh("killed")
                 case.kill_at(folder, change)
