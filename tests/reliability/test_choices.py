@@ -3,12 +3,15 @@
 What depends on the memory that was left is kept, and chosen again when the run is continued.
 """
 
+import os
 import resource
 import unittest
 
 import h5py
 import numpy as np
 from result_checks import CLOCK, HERE, INPUT, NAME, Case, Folder, Whole
+
+LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 
 
 class Clock(Folder):
@@ -36,7 +39,7 @@ class Clock(Folder):
             self.assertEqual(whole.differences(self.folder / "run" / NAME), [])
         np.testing.assert_allclose(looks[0], looks[1], rtol=1e-9)
         self.assertGreater(np.ptp(looks[0]), 0)
-        for share in (0.35, 0.6):
+        for share in (0.35, 0.6) if LONG else (0.6,):
             continued = []
             for look in (1, 100_000):
                 folder = self.fresh("run")
@@ -66,7 +69,7 @@ class Memory(Folder):
 
     def test_the_arithmetic_that_memory_chose(self):
         case = Case(INPUT / "block.inp", n=16, steps=12, solver="AUTO", local="AUTO")
-        for megabytes in range(420, 280, -10):
+        for megabytes in range(420, 280, -30):
             prepare = self.limited(megabytes)
             folder = self.fresh("whole")
             n = case.count_changes(folder, prepare=prepare)
