@@ -2,7 +2,9 @@
 
 import importlib.machinery
 import importlib.util
+import os
 import re
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -14,6 +16,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE)]
 
 from package import ROOT  # noqa: E402
+from test_page import CHROMIUM, browse  # noqa: E402
 
 LOADER = importlib.machinery.SourceFileLoader("site_script", str(ROOT / "scripts" / "site"))
 SPEC = importlib.util.spec_from_loader("site_script", LOADER)
@@ -51,6 +54,27 @@ class Pages(unittest.TestCase):
         there = {page.relative_to(site.PAGES).as_posix() for page in site.PAGES.glob("**/*.md")}
         there = {name for name in there if not name.startswith("studies/")}
         self.assertEqual(there | {"gallery.md", "api.md"}, named)
+
+
+@unittest.skipUnless(os.environ.get("BIPOT_LONG", "") not in ("", "0"), "with BIPOT_LONG")
+@unittest.skipIf(CHROMIUM is None, "no Chromium on the PATH")
+class Browsed(unittest.TestCase):
+    """A browser shows pages of the site as they are meant."""
+
+    def test_three_pages(self):
+        made = subprocess.run([ROOT / "scripts" / "site"], cwd=ROOT, check=False)
+        if made.returncode == 77:
+            self.skipTest("PyPI cannot be reached")
+        self.assertEqual(made.returncode, 0)
+        for page in ("index.html", "gallery.html", "deck/obstacles.html"):
+            with self.subTest(page), tempfile.TemporaryDirectory() as folder:
+                seen = browse(site.SITE / "html" / page, Path(folder), width=1200)
+                self.assertEqual(seen["errors"], [])
+                self.assertTrue(all(width > 0 for width in seen["pictures"]), seen["pictures"])
+                self.assertEqual([one for one in seen["requests"] if "://" in one
+                                  and not one.startswith("file:")], [])
+                self.assertLessEqual(seen["page"], 1200)
+                self.assertEqual(seen["cut"], [])
 
 
 class Gallery(unittest.TestCase):
