@@ -7,6 +7,7 @@ module dense_mod
   private
 
   public :: begin_blas, invert_spd, mirror_lower, times_symmetric, times_transposed, solve_dense, &
+    factorise_general, solve_factorised, &
     solve_least_squares, invert_general, symmetric_eigenvectors, singular_values, null_space, &
     range_basis, norm_1
 
@@ -234,6 +235,39 @@ contains
     pivot = 0
     call dgelsy(n, n, k, copy, n, b, n, pivot, singular, rank, work, size(work), info)
   end subroutine solve_dense_columns
+
+  !> LU factors of a matrix, for `solve_factorised`.
+  subroutine factorise_general(a, pivot, regular)
+    real(wp), intent(inout) :: a(:, :)        !! (n,n) the factors out
+    integer, allocatable, intent(out) :: pivot(:)
+    logical, intent(out) :: regular           !! to working precision
+    real(wp), allocatable :: work(:)
+    integer, allocatable :: integers(:)
+    real(wp) :: size_a, rcond
+    integer :: n, info
+
+    n = size(a, 1)
+    allocate (pivot(n))
+    regular = n == 0
+    if (regular) return
+    size_a = norm_1(a)
+    call dgetrf(n, n, a, n, pivot, info)
+    if (info /= 0) return
+    allocate (work(4*n), integers(n))
+    call dgecon('1', n, a, n, size_a, rcond, work, integers, info)
+    regular = rcond > singular
+  end subroutine factorise_general
+
+  !> Solution by these factors.
+  subroutine solve_factorised(a, pivot, b)
+    real(wp), contiguous, intent(in) :: a(:, :) !! (n,n) factors
+    integer, contiguous, intent(in) :: pivot(:) !! (n)
+    real(wp), intent(inout) :: b(:)             !! (n) right-hand side in, solution out
+    integer :: n, info
+
+    n = size(b)
+    if (n > 0) call dgetrs('N', n, 1, a, n, pivot, b, n, info)
+  end subroutine solve_factorised
 
   !> The same for one column.
   subroutine solve_dense_column(j, b)

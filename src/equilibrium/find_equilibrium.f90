@@ -4,6 +4,7 @@
 module find_equilibrium_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, exit_not_solved
+  use linearisation_mod, only: linearisation_t
   use scene_mod, only: scene_t
   use state_mod, only: state_t
   use contact_points_mod, only: contact_points_t
@@ -13,8 +14,8 @@ module find_equilibrium_mod
   use follow_points_mod, only: rounding_of_places
   use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
     set_reactions, is_closed, law_error
-  use linearise_mod, only: bodies_stiffness_t, find_bodies_stiffness, find_scales, set_t, step_t, &
-    solve_step
+  use linearise_mod, only: find_scales, set_t, step_t
+  use make_step_mod, only: step_maker_t, begin_steps, prepare_step, make_step
   use loose_bodies_mod, only: loose_t, begin_loose, bodies_of, is_held_back, follow_loose
   implicit none
   private
@@ -49,19 +50,18 @@ module find_equilibrium_mod
 contains
 
   !> Bring the bodies and their contact into balance.
-  subroutine find_equilibrium(scene, points, task, new, found, report, falls, error)
+  subroutine find_equilibrium(scene, points, task, body, new, found, report, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
+    type(linearisation_t), intent(in) :: body !! its factor leads, as far as it goes
     type(state_t), intent(inout) :: new
     !! where to start from, in displacement, modes and reaction; the end
     type(iterate_t), intent(out) :: found    !! that end
     type(increment_report_t), intent(inout) :: report
-    real(wp), allocatable, intent(out) :: falls(:, :)
-    !! (3,n_nodes) how bodies move that nothing balances; not allocated: all has balance
     type(error_t), allocatable, intent(out) :: error !! no memory
     type(iterate_t) :: now, next
-    type(bodies_stiffness_t) :: stiffness
+    type(step_maker_t) :: maker
     type(set_t) :: set
     type(search_t) :: search
     type(step_t) :: step
@@ -74,9 +74,10 @@ contains
     report%converged = .false.
     report%ending = ended_out_of_balance
     search = begin_search(points, now, scene%mesh%n_bodies)
+    call begin_steps(scene, task, now, body, maker)
     iterations: do i = 1, most_iterations
-      call find_bodies_stiffness(scene, task, now, stiffness)
-      set%rho = of_stiffness*find_scales(points, stiffness, now)
+      call prepare_step(scene, task, now, maker)
+      set%rho = of_stiffness*find_scales(points, maker%diagonal, now)
       way = how_far(task, now)
       error_now = max(now%imbalance, worst_of_law(scene, points, task, set%rho, now))
       if (i == 1) error_now = 1.0_wp
@@ -96,8 +97,7 @@ contains
         cycle iterations
       end if
       call choose_set(scene, points, task, now, error_now, i == 1, search, set)
-      call solve_step(scene, points, task, now, stiffness, set, step, error)
-      report%tangents = report%tangents + 1
+      call make_step(scene, points, task, now, set, maker, step, error)
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
       report%contact_iterations = report%contact_iterations + 1
       if (allocated(error)) then
@@ -108,11 +108,12 @@ contains
         cycle iterations
       end if
       if (.not. way > 0.0_wp) then
-        is_held = task%is_free .and. is_held_back(scene, points, now, stiffness, set, step)
+        is_held = task%is_free .and. is_held_back(scene, points, now, maker%unknowns%map, &
+          maker%held, step)
         call follow_loose(scene, points, now, set, step, is_held, search%loose, is_loose)
         if (any(is_loose)) then
           report%ending = ended_unbalanced
-          falls = merge(step%u, 0.0_wp, spread(is_loose(scene%mesh%body), 1, 3))
+          now%falls = merge(step%u, 0.0_wp, spread(is_loose(scene%mesh%body), 1, 3))
           exit iterations
         end if
         if (any(search%loose%lands)) cycle iterations
@@ -142,6 +143,8 @@ contains
       search%idle = merge(search%idle + 1, 0, part <= least_part .and. .not. arrives)
       if (search%idle == most_idle) exit iterations
     end do iterations
+    report%products = report%products + maker%products
+    report%tangents = report%tangents + maker%n_factors
     report%imbalance = now%imbalance
     new%displacement = now%u
     new%modes = now%modes
@@ -359,6 +362,7 @@ contains
     if (.not. allocated(set%on_bodies)) allocate (set%on_bodies(0:scene%mesh%n_bodies))
     set%on_bodies(0:) = merge(on_bodies*min(1.0_wp, error_now)*search%caution, 0.0_wp, &
       task%is_free)
+    set%error = error_now
     set%on_reactions = max(least_on_reactions, on_reactions*min(1.0_wp, search%caution*error_now))
   end subroutine choose_set
 

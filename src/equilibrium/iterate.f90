@@ -59,6 +59,9 @@ module iterate_mod
     real(wp), allocatable :: scale(:)         !! (0:n_bodies) largest force of each body [force]
     real(wp) :: imbalance = 0.0_wp            !! of the residual beside them [-]
     integer :: inverted = 0                   !! element that is inside out; 0: none
+    real(wp), allocatable :: falls(:, :)
+    !! (3,n_nodes) how bodies move from here that nothing balances; not allocated: all has balance
+    !! [length]
   end type iterate_t
 
 contains

@@ -1,8 +1,7 @@
-!> The matrix of an iteration of the equilibrium, on displacements and reactions together, and the
-!> step that it says. docs/theory.md (4.25).
+!> The matrix of an iteration of the equilibrium, on displacements and reactions together.
+!> docs/theory.md (4.25).
 module linearise_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t
   use growing_lists_mod, only: enlarge
   use constraints_mod, only: follow_masters
   use linked_nodes_mod, only: coupled_nodes
@@ -16,27 +15,28 @@ module linearise_mod
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_terms_of, to_equations, to_nodes
   use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_of
   use load_stiffness_mod, only: load_stiffness_t, load_stiffnesses
-  use sparse_factor_mod, only: solve_unsymmetric
   use point_rows_mod, only: point_row_t, make_rows
   use transfer_mod, only: nodal_forces
   use iterate_mod, only: task_t, iterate_t, world_reactions
   implicit none
   private
 
-  public :: bodies_stiffness_t, find_bodies_stiffness, find_scales, set_t, step_t, &
-    solve_step
+  public :: unknowns_t, number_unknowns, bodies_stiffness_t, find_bodies_stiffness, find_scales, &
+    set_t, step_t, system_t, linearise, holding
 
-  !> The tangent of the bodies at one place.
-  type :: bodies_stiffness_t
-    type(tangent_t) :: tangent
+  !> What is sought of the bodies.
+  type :: unknowns_t
     type(dof_map_t) :: map                  !! of all that can move, nothing pinned
-    type(triplets_t) :: k                   !! lower triangle
-    real(wp), allocatable :: mean(:)        !! (0:n_bodies) of each body's diagonal, 0: of all
-    real(wp), allocatable :: diagonal(:, :) !! (3,n_nodes) [force/length]
     integer, allocatable :: first(:)
     !! (3 n_nodes+1) what each degree of freedom is of unknowns: where these begin
     integer, allocatable :: equation(:)
     real(wp), allocatable :: factor(:)
+  end type unknowns_t
+
+  !> The tangent of the bodies at one place.
+  type :: bodies_stiffness_t
+    type(triplets_t) :: k                   !! lower triangle
+    real(wp), allocatable :: diagonal(:, :) !! (3,n_nodes) [force/length]
   end type bodies_stiffness_t
 
   !> What the points are taken to do, and how much holds back what nothing holds.
@@ -45,6 +45,7 @@ module linearise_mod
     real(wp), allocatable :: rho(:)         !! (n_points) [force/length]
     real(wp), allocatable :: on_bodies(:)   !! (0:n_bodies) of the mean of its diagonal [-]
     real(wp) :: on_reactions = 0.0_wp       !! of 1/rho [-]
+    real(wp) :: error = 1.0_wp              !! how far all is from balance and law there [-]
   end type set_t
 
   !> The step of an iteration.
@@ -53,29 +54,30 @@ module linearise_mod
     real(wp), allocatable :: r(:, :) !! (3,n_points) in the frames of the place [force]
   end type step_t
 
-  !> The matrix while it is put together: it acts on known changes of nodes at once.
+  !> The equations of a step. What is prescribed goes its whole way.
   type :: system_t
-    integer :: n = 0
-    type(triplets_t) :: a
+    type(triplets_t) :: a                   !! all entries; those of one place add up
+    integer :: n_free = 0                   !! equations of the bodies; those of points follow
+    integer, allocatable :: row(:, :)       !! (3,n_points) of the points that press, 0: none
+    real(wp), allocatable :: b(:)           !! (n) right-hand side [force]
     real(wp), allocatable :: known(:, :)    !! (3,n_nodes) prescribed changes [length]
-    real(wp), allocatable :: force(:, :)    !! (3,n_nodes) right-hand side [force]
-    real(wp), allocatable :: law(:)         !! (n_rows) likewise [length]
+    integer, private :: n_entries = 0       !! while it is put together
+    real(wp), allocatable, private :: force(:, :) !! (3,n_nodes) right-hand side [force]
   end type system_t
 
 contains
 
-  !> The tangent at a place, and which unknowns there are.
-  subroutine find_bodies_stiffness(scene, task, now, of)
+  !> Number what can move.
+  subroutine number_unknowns(scene, task, now, of)
     type(scene_t), intent(in) :: scene
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
-    type(bodies_stiffness_t), intent(out) :: of
-    integer, allocatable :: start(:), neighbours(:), equations(:)
-    real(wp), allocatable :: coefficients(:), diagonal(:)
+    type(unknowns_t), intent(out) :: of
+    integer, allocatable :: equations(:)
+    real(wp), allocatable :: coefficients(:)
     integer :: body(scene%mesh%n_nodes), node, i, n, pass
     logical :: all_of(3, scene%mesh%n_nodes)
 
-    of%tangent = tangent_t(now%u, task%free, projection=0.0_wp, modes=now%modes)
     body = scene%mesh%body
     ! Reference nodes of obstacles move as bodies of their own.
     associate (nodes => ref_nodes(scene%obstacles))
@@ -83,19 +85,6 @@ contains
     end associate
     all_of = .true.
     of%map = make_dof_map(body, task%forces%prescribed, all_of, now%constraints)
-    call coupled_nodes(scene%mesh, now%constraints, start, neighbours)
-    call assemble_stiffness(scene%mesh, scene%materials, of%map, start, neighbours, of%k, &
-      tangent=of%tangent)
-    allocate (diagonal(of%map%n_free), source=diagonal_of(of%k))
-    allocate (of%diagonal(3, scene%mesh%n_nodes), of%mean(0:scene%mesh%n_bodies))
-    call to_nodes(of%map, diagonal, of%diagonal)
-    of%diagonal = abs(of%diagonal)
-    associate (its => scene%mesh%body(of%map%node))
-      do i = 0, scene%mesh%n_bodies
-        of%mean(i) = sum(diagonal, mask=its == i .or. i == 0)/max(1, count(diagonal > 0.0_wp .and. &
-          (its == i .or. i == 0)))
-      end do
-    end associate
     allocate (of%first(3*scene%mesh%n_nodes + 1))
     do pass = 1, 2
       n = 0
@@ -111,12 +100,36 @@ contains
       of%first(3*scene%mesh%n_nodes + 1) = n + 1
       if (pass == 1) allocate (of%equation(n), of%factor(n))
     end do
+  end subroutine number_unknowns
+
+  !> The tangent at a place.
+  subroutine find_bodies_stiffness(scene, task, now, map, of)
+    type(scene_t), intent(in) :: scene
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(dof_map_t), intent(in) :: map      !! of `number_unknowns`
+    type(bodies_stiffness_t), intent(out) :: of
+    integer, allocatable :: start(:), neighbours(:)
+
+    call coupled_nodes(scene%mesh, now%constraints, start, neighbours)
+    call assemble_stiffness(scene%mesh, scene%materials, map, start, neighbours, of%k, &
+      tangent=tangent_here(task, now))
+    allocate (of%diagonal(3, scene%mesh%n_nodes))
+    call to_nodes(map, abs(diagonal_of(of%k)), of%diagonal)
   end subroutine find_bodies_stiffness
 
+  !> Where the bodies' tangent is taken.
+  pure type(tangent_t) function tangent_here(task, now) result(tangent)
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+
+    tangent = tangent_t(now%u, task%free, projection=0.0_wp, modes=now%modes)
+  end function tangent_here
+
   !> How stiff each point's nodes are against its reaction, of the diagonal of the stiffness.
-  pure function find_scales(points, stiffness, now) result(rho)
+  pure function find_scales(points, diagonal, now) result(rho)
     type(contact_points_t), intent(in) :: points
-    type(bodies_stiffness_t), intent(in) :: stiffness
+    real(wp), intent(in) :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
     type(iterate_t), intent(in) :: now
     real(wp) :: rho(points%n) !! [force/length]
     integer :: i, k, n, node(3)
@@ -126,110 +139,127 @@ contains
       rho(i) = 0.0_wp
       call list_slave(points, now%placement%weights, i, n, node, factor)
       do k = 1, n
-        rho(i) = max(rho(i), abs(factor(k))*maxval(stiffness%diagonal(:, node(k))))
+        rho(i) = max(rho(i), abs(factor(k))*maxval(diagonal(:, node(k))))
       end do
       do k = now%placement%weights%first(i), now%placement%weights%first(i + 1) - 1
-        rho(i) = max(rho(i), abs(now%placement%weights%weight(k))*maxval(stiffness%diagonal(:, &
+        rho(i) = max(rho(i), abs(now%placement%weights%weight(k))*maxval(diagonal(:, &
           now%placement%weights%node(k))))
       end do
-      if (.not. rho(i) > 0.0_wp) rho(i) = stiffness%mean(0)
+      if (.not. rho(i) > 0.0_wp) rho(i) = sum(diagonal)/max(1, count(diagonal > 0.0_wp))
     end do
   end function find_scales
 
-  !> The step of an iteration.
-  subroutine solve_step(scene, points, task, now, stiffness, set, step, error)
+  !> The equations of an iteration. Without the bodies' stiffness those of the points alone, and the
+  !> right-hand sides.
+  subroutine linearise(scene, points, task, now, unknowns, set, system, stiffness)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
-    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(unknowns_t), intent(in) :: unknowns
     type(set_t), intent(in) :: set
-    type(step_t), intent(out) :: step
-    type(error_t), allocatable, intent(out) :: error !! singular, or no memory
-    type(system_t) :: system
+    type(system_t), intent(out) :: system
+    type(bodies_stiffness_t), intent(in), optional :: stiffness
     type(point_row_t), allocatable :: rows(:)
-    integer :: row(3, points%n), i, k, n
-    real(wp), allocatable :: b(:, :)
-    real(wp) :: added(3, scene%mesh%n_nodes, 1)
+    real(wp), allocatable :: added(:, :, :)
+    integer :: i, k, n
 
-    row = 0
-    n = stiffness%map%n_free
+    n = unknowns%map%n_free
+    system%n_free = n
+    allocate (system%row(3, points%n), source=0)
     do i = 1, points%n
       if (.not. set%presses(i)) cycle
       do k = 1, 3
         if (.not. now%has(k, i)) cycle
         n = n + 1
-        row(k, i) = n
+        system%row(k, i) = n
       end do
     end do
-    associate (n_free => stiffness%map%n_free)
-      allocate (system%law(n - n_free), source=0.0_wp)
-      ! What does not press lets go of what it has.
-      system%force = now%residual - nodal_forces(points, now%placement%weights, merge( &
-        world_reactions(now), 0.0_wp, spread(.not. set%presses, 1, 3)), scene%mesh%n_nodes)
-      allocate (system%known(3, scene%mesh%n_nodes), source=0.0_wp)
-      where (task%forces%prescribed) system%known = task%forces%displacement - now%u
-      call follow_masters(now%constraints, system%known)
-      if (any(abs(system%known) > 0.0_wp)) then
-        call find_tangent_force(scene, reshape(system%known, shape(added)), added, &
-          stiffness%tangent)
-        system%force = system%force - added(:, :, 1)
-      end if
-      call add_bodies(scene, stiffness, set, system)
-      call add_loads(scene, task, now, stiffness, system)
-      call make_rows(scene, points, task, now, set%presses, rows)
-      do k = 1, size(rows)
-        call add_point(points%mu(rows(k)%point), now, stiffness, set, rows(k), &
-          row(:, rows(k)%point), system)
-      end do
-      system%a%n = n
-      system%a%row = system%a%row(:system%n)
-      system%a%column = system%a%column(:system%n)
-      system%a%value = system%a%value(:system%n)
-      allocate (b(n, 1))
-      ! What is prescribed has no equation.
-      call to_equations(stiffness%map, system%force, b(:n_free, 1))
-      b(n_free + 1:, 1) = system%law
-      call solve_unsymmetric(system%a, b, error)
-      if (allocated(error)) return
-      allocate (step%u(3, scene%mesh%n_nodes))
-      call to_nodes(stiffness%map, b(:n_free, 1), step%u)
-      step%u = step%u + system%known
+    system%a%n = n
+    allocate (system%b(n), source=0.0_wp)
+    ! What does not press lets go of what it has.
+    system%force = now%residual - nodal_forces(points, now%placement%weights, merge( &
+      world_reactions(now), 0.0_wp, spread(.not. set%presses, 1, 3)), scene%mesh%n_nodes)
+    allocate (system%known(3, scene%mesh%n_nodes), source=0.0_wp)
+    where (task%forces%prescribed) system%known = task%forces%displacement - now%u
+    call follow_masters(now%constraints, system%known)
+    if (any(abs(system%known) > 0.0_wp)) then
+      allocate (added(3, scene%mesh%n_nodes, 1))
+      call find_tangent_force(scene, reshape(system%known, shape(added)), added, &
+        tangent_here(task, now))
+      system%force = system%force - added(:, :, 1)
+    end if
+    if (present(stiffness)) then
+      call add_bodies(scene, unknowns%map, stiffness, set, system)
+    else
+      allocate (system%a%row(0), system%a%column(0), system%a%value(0))
+    end if
+    call add_loads(scene, task, now, unknowns, system)
+    call make_rows(scene, points, task, now, set%presses, rows)
+    do k = 1, size(rows)
+      call add_point(points%mu(rows(k)%point), now, unknowns, set, rows(k), &
+        system%row(:, rows(k)%point), system)
+    end do
+    associate (a => system%a, n_entries => system%n_entries)
+      a%row = a%row(:n_entries)
+      a%column = a%column(:n_entries)
+      a%value = a%value(:n_entries)
     end associate
-    step%r = -now%reaction
-    do i = 1, points%n
-      do k = 1, 3
-        if (row(k, i) > 0) step%r(k, i) = b(row(k, i), 1)
-      end do
-    end do
-  end subroutine solve_step
+    ! What is prescribed has no equation.
+    call to_equations(unknowns%map, system%force, system%b(:system%n_free))
+  end subroutine linearise
 
   !> The tangent of the bodies, and what holds those back that nothing holds.
-  subroutine add_bodies(scene, stiffness, set, system)
+  subroutine add_bodies(scene, map, stiffness, set, system)
     type(scene_t), intent(in) :: scene
+    type(dof_map_t), intent(in) :: map
     type(bodies_stiffness_t), intent(in) :: stiffness
     type(set_t), intent(in) :: set
     type(system_t), intent(inout) :: system
     integer, allocatable :: mirrored(:)
-    real(wp), allocatable :: held(:)
     integer :: i
 
-    associate (k => stiffness%k, map => stiffness%map)
+    associate (k => stiffness%k)
       mirrored = pack([(i, i=1, size(k%row))], k%row /= k%column)
-      held = set%on_bodies(scene%mesh%body(map%node))*stiffness%mean(scene%mesh%body(map%node))
       system%a%row = [k%row, k%column(mirrored), [(i, i=1, map%n_free)]]
       system%a%column = [k%column, k%row(mirrored), [(i, i=1, map%n_free)]]
-      system%a%value = [k%value, k%value(mirrored), held]
-      system%n = size(system%a%row)
+      system%a%value = [k%value, k%value(mirrored), holding(scene, map, set, &
+        stiffness%diagonal)]
+      system%n_entries = size(system%a%row)
     end associate
   end subroutine add_bodies
 
+  !> What holds back each unknown of bodies that nothing holds: a part of the mean diagonal of each
+  !> body, of all for what has no elements.
+  pure function holding(scene, map, set, diagonal) result(held)
+    type(scene_t), intent(in) :: scene
+    type(dof_map_t), intent(in) :: map
+    type(set_t), intent(in) :: set
+    real(wp), intent(in) :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
+    real(wp) :: held(map%n_free)           !! [force/length]
+    real(wp) :: total(0:scene%mesh%n_bodies)
+    integer :: body, number(0:scene%mesh%n_bodies), node
+
+    total = 0.0_wp
+    number = 0
+    do node = 1, size(diagonal, 2)
+      body = scene%mesh%body(node)
+      total(body) = total(body) + sum(diagonal(:, node))
+      number(body) = number(body) + count(diagonal(:, node) > 0.0_wp)
+    end do
+    total(0) = sum(total)
+    number(0) = sum(number)
+    associate (its => scene%mesh%body(map%node))
+      held = set%on_bodies(its)*total(its)/max(1, number(its))
+    end associate
+  end function holding
+
   !> What loads that follow bodies, and moments of forces on turning couplings, change by.
-  subroutine add_loads(scene, task, now, stiffness, system)
+  subroutine add_loads(scene, task, now, unknowns, system)
     type(scene_t), intent(in) :: scene
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
-    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(unknowns_t), intent(in) :: unknowns
     type(system_t), intent(inout) :: system
     type(load_stiffness_t), allocatable :: of(:)
     real(wp) :: k(3, 3)
@@ -240,7 +270,7 @@ contains
       do l = 1, size(of)
         do q = 1, size(of(l)%node)
           do p = 1, size(of(l)%node)
-            call add_block(stiffness, of(l)%node(p), of(l)%node(q), &
+            call add_block(unknowns, of(l)%node(p), of(l)%node(q), &
               of(l)%k(3*p - 2:3*p, 3*q - 2:3*q), system)
           end do
         end do
@@ -252,15 +282,15 @@ contains
       k = coupling_stiffness(scene, task%forces%prescribed, now%u, -now%unbalanced, i, &
         is_whole=.true.)
       j = scene%rotations(i)%rotation_node
-      call add_block(stiffness, j, j, k, system)
+      call add_block(unknowns, j, j, k, system)
     end do
   end subroutine add_loads
 
   !> One point: B^T r with what it changes by, and its rows of the law.
-  subroutine add_point(mu, now, stiffness, set, of, row, system)
+  subroutine add_point(mu, now, unknowns, set, of, row, system)
     real(wp), intent(in) :: mu              !! [-]
     type(iterate_t), intent(in) :: now
-    type(bodies_stiffness_t), intent(in) :: stiffness
+    type(unknowns_t), intent(in) :: unknowns
     type(set_t), intent(in) :: set
     type(point_row_t), intent(in) :: of
     integer, intent(in) :: row(3)           !! of the matrix, 0: none
@@ -284,11 +314,9 @@ contains
       end do
       do a = 1, 3
         if (row(a) == 0) cycle
-        associate (law => system%law(row(a) - stiffness%map%n_free))
-          law = law + off(a)/rho
-        end associate
+        system%b(row(a)) = system%b(row(a)) + off(a)
         do p = 1, 3
-          if (row(p) > 0) call add(system, row(a), row(p), -by_r(a, p)/rho)
+          if (row(p) > 0) call add(system, row(a), row(p), -by_r(a, p))
         end do
       end do
       turns = r(1)*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]) + r(2)*of%of_tangent(:, :, 1) + &
@@ -299,24 +327,24 @@ contains
           x_by(a, :) = matmul(frame(:, a), of%slip(:, :, q)) + matmul(matmul(now%slip(:, i), &
             of%of_tangent(:, :, a - 1)), of%normal(:, :, q))
         end do
-        x_by = matmul(by_x, x_by)
+        x_by = rho*matmul(by_x, x_by)
         do a = 1, 3
-          if (row(a) > 0) call add_law(stiffness, row(a), of%node(q), -x_by(a, :), system)
+          if (row(a) > 0) call add_law(unknowns, row(a), of%node(q), -x_by(a, :), system)
         end do
         if (abs(of%part(q)) > 0.0_wp) then
           do a = 1, 3
-            if (row(a) > 0) call add_reaction(stiffness, of%node(q), row(a), &
+            if (row(a) > 0) call add_reaction(unknowns, of%node(q), row(a), &
               -of%part(q)*frame(:, a), system)
           end do
         end if
         if (any(abs(of%normal(:, :, q)) > 0.0_wp)) then
           do p = 1, size(of%node)
-            if (abs(of%part(p)) > 0.0_wp) call add_block(stiffness, of%node(p), of%node(q), &
+            if (abs(of%part(p)) > 0.0_wp) call add_block(unknowns, of%node(p), of%node(q), &
               -of%part(p)*matmul(turns, of%normal(:, :, q)), system)
           end do
         end if
         do p = 1, size(of%master)
-          call add_block(stiffness, of%master(p), of%node(q), spread(matmul(frame, r), 2, 3)* &
+          call add_block(unknowns, of%master(p), of%node(q), spread(matmul(frame, r), 2, 3)* &
             spread(of%weight(:, p, q), 1, 3), system)
         end do
       end do
@@ -379,8 +407,8 @@ contains
   end subroutine derive_driven
 
   !> A block of the stiffness between two nodes, and what it makes of known changes.
-  subroutine add_block(stiffness, of, by, k, system)
-    type(bodies_stiffness_t), intent(in) :: stiffness
+  subroutine add_block(unknowns, of, by, k, system)
+    type(unknowns_t), intent(in) :: unknowns
     integer, intent(in) :: of, by           !! nodes
     real(wp), intent(in) :: k(3, 3)         !! [force/length]
     type(system_t), intent(inout) :: system
@@ -388,8 +416,8 @@ contains
 
     do a = 1, 3
       do i = 1, 3
-        do p = stiffness%first(3*of - 3 + i), stiffness%first(3*of - 2 + i) - 1
-          call add_terms(stiffness, stiffness%equation(p), by, a, stiffness%factor(p)*k(i, a), &
+        do p = unknowns%first(3*of - 3 + i), unknowns%first(3*of - 2 + i) - 1
+          call add_terms(unknowns, unknowns%equation(p), by, a, unknowns%factor(p)*k(i, a), &
             system)
         end do
       end do
@@ -398,47 +426,45 @@ contains
   end subroutine add_block
 
   !> Derivatives of a row of the law by a node's place.
-  subroutine add_law(stiffness, row, by, of, system)
-    type(bodies_stiffness_t), intent(in) :: stiffness
+  subroutine add_law(unknowns, row, by, of, system)
+    type(unknowns_t), intent(in) :: unknowns
     integer, intent(in) :: row, by          !! of the matrix; node
-    real(wp), intent(in) :: of(3)           !! [-]
+    real(wp), intent(in) :: of(3)           !! [force/length]
     type(system_t), intent(inout) :: system
     integer :: a
 
     do a = 1, 3
-      call add_terms(stiffness, row, by, a, of(a), system)
+      call add_terms(unknowns, row, by, a, of(a), system)
     end do
-    associate (law => system%law(row - stiffness%map%n_free))
-      law = law - dot_product(of, system%known(:, by))
-    end associate
+    system%b(row) = system%b(row) - dot_product(of, system%known(:, by))
   end subroutine add_law
 
   !> The force of a reaction on a node.
-  subroutine add_reaction(stiffness, node, column, force, system)
-    type(bodies_stiffness_t), intent(in) :: stiffness
+  subroutine add_reaction(unknowns, node, column, force, system)
+    type(unknowns_t), intent(in) :: unknowns
     integer, intent(in) :: node, column     !! the latter of the matrix
     real(wp), intent(in) :: force(3)        !! [-]
     type(system_t), intent(inout) :: system
     integer :: i, p
 
     do i = 1, 3
-      do p = stiffness%first(3*node - 3 + i), stiffness%first(3*node - 2 + i) - 1
-        call add(system, stiffness%equation(p), column, stiffness%factor(p)*force(i))
+      do p = unknowns%first(3*node - 3 + i), unknowns%first(3*node - 2 + i) - 1
+        call add(system, unknowns%equation(p), column, unknowns%factor(p)*force(i))
       end do
     end do
   end subroutine add_reaction
 
   !> One row by one degree of freedom.
-  subroutine add_terms(stiffness, row, node, dof, value, system)
-    type(bodies_stiffness_t), intent(in) :: stiffness
+  subroutine add_terms(unknowns, row, node, dof, value, system)
+    type(unknowns_t), intent(in) :: unknowns
     integer, intent(in) :: row, node, dof
     real(wp), intent(in) :: value
     type(system_t), intent(inout) :: system
     integer :: q
 
     if (.not. abs(value) > 0.0_wp) return
-    do q = stiffness%first(3*node - 3 + dof), stiffness%first(3*node - 2 + dof) - 1
-      call add(system, row, stiffness%equation(q), value*stiffness%factor(q))
+    do q = unknowns%first(3*node - 3 + dof), unknowns%first(3*node - 2 + dof) - 1
+      call add(system, row, unknowns%equation(q), value*unknowns%factor(q))
     end do
   end subroutine add_terms
 
@@ -448,7 +474,7 @@ contains
     integer, intent(in) :: row, column
     real(wp), intent(in) :: value
 
-    associate (a => system%a, n => system%n)
+    associate (a => system%a, n => system%n_entries)
       if (n == size(a%row)) then
         call enlarge(a%row, n, 2*n + 64)
         call enlarge(a%column, n, 2*n + 64)

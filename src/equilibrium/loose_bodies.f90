@@ -4,10 +4,10 @@ module loose_bodies_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use dof_map_mod, only: to_equations, unknowns_of
+  use dof_map_mod, only: dof_map_t, to_equations, unknowns_of
   use transfer_mod, only: nodal_forces, relative_motion
   use iterate_mod, only: iterate_t, world_reactions
-  use linearise_mod, only: bodies_stiffness_t, set_t, step_t
+  use linearise_mod, only: set_t, step_t
   implicit none
   private
 
@@ -50,30 +50,30 @@ contains
   end function bodies_of
 
   !> Whether most of the work that a step does on a body goes into what holds it back.
-  pure function is_held_back(scene, points, now, stiffness, set, step) result(is)
+  pure function is_held_back(scene, points, now, map, holds, step) result(is)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(iterate_t), intent(in) :: now
-    type(bodies_stiffness_t), intent(in) :: stiffness
-    type(set_t), intent(in) :: set
+    type(dof_map_t), intent(in) :: map
+    real(wp), intent(in) :: holds(:)         !! (n_free) each unknown back [force/length]
     type(step_t), intent(in) :: step
     logical :: is(0:scene%mesh%n_bodies)
     real(wp), dimension(0:scene%mesh%n_bodies) :: work, held
-    real(wp), dimension(stiffness%map%n_free) :: moved, force
+    real(wp), dimension(map%n_free) :: moved, force
     type(iterate_t) :: change
     integer :: i
 
     change%reaction = step%r
     change%frame = now%frame
-    moved = unknowns_of(stiffness%map, step%u)
-    call to_equations(stiffness%map, now%residual + nodal_forces(points, now%placement%weights, &
+    moved = unknowns_of(map, step%u)
+    call to_equations(map, now%residual + nodal_forces(points, now%placement%weights, &
       world_reactions(change), size(now%u, 2)), force)
     work = 0.0_wp
     held = 0.0_wp
-    do i = 1, stiffness%map%n_free
-      associate (body => scene%mesh%body(stiffness%map%node(i)))
+    do i = 1, map%n_free
+      associate (body => scene%mesh%body(map%node(i)))
         work(body) = work(body) + force(i)*moved(i)
-        held(body) = held(body) + set%on_bodies(body)*stiffness%mean(body)*moved(i)**2
+        held(body) = held(body) + holds(i)*moved(i)**2
       end associate
     end do
     is = held > 0.5_wp*abs(work)

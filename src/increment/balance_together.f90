@@ -7,6 +7,7 @@ module balance_together_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
+  use bodies_mod, only: is_linear
   use turning_couplings_mod, only: has_turning
   use transfer_mod, only: movable
   use rigid_modes_mod, only: free_motions_t
@@ -23,7 +24,7 @@ module balance_together_mod
   implicit none
   private
 
-  public :: is_together, reach_balance
+  public :: is_together, keeps_tangent, reach_balance
 
 contains
 
@@ -36,6 +37,16 @@ contains
     is_together = solver%choices%precision%renews_tangent .and. scene%finite_strain .and. &
       scene%contact%solver == solver_auto
   end function is_together
+
+  !> Whether increments are solved with a tangent's factor that is kept as long as it serves.
+  pure logical function keeps_tangent(scene, solver)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+
+    keeps_tangent = .not. is_linear(scene)
+    if (solver%choices%precision%renews_tangent) keeps_tangent = is_together(scene, solver) .and. &
+      .not. has_turning(scene)
+  end function keeps_tangent
 
   !> Displacement and reactions in balance, together or each in its turn.
   subroutine reach_balance(scene, points, solver, old, trial, new, report, error)
@@ -68,7 +79,6 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no memory
     type(task_t) :: task
     type(iterate_t) :: found
-    real(wp), allocatable :: falls(:, :)
     integer :: k
 
     task%forces = trial%forces
@@ -88,10 +98,10 @@ contains
     new%rotation = trial%rotation
     call begin_where_turned(scene, points, task%forces, solver%body%motions, new)
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
-    call find_equilibrium(scene, points, task, new, found, report, falls, error)
+    call find_equilibrium(scene, points, task, solver%body, new, found, report, error)
     if (allocated(error)) return
-    if (allocated(falls)) then
-      call name_motion(scene, points, solver%body%motions, task, found, falls, report)
+    if (allocated(found%falls)) then
+      call name_motion(scene, points, solver%body%motions, task, found, report)
       return
     end if
     trial%forces = found%forces
@@ -108,19 +118,18 @@ contains
   end subroutine balance_together
 
   !> Which motion nothing balances, for the message.
-  subroutine name_motion(scene, points, motions, task, found, falls, report)
+  subroutine name_motion(scene, points, motions, task, found, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(free_motions_t), intent(in) :: motions
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: found
-    real(wp), intent(in) :: falls(:, :)      !! (3,n_nodes) [length]
     type(increment_report_t), intent(inout) :: report
     real(wp) :: coefficient(motions%n)
     integer :: i
 
     do i = 1, motions%n
-      coefficient(i) = falls(motions%dof(i), motions%node(i))
+      coefficient(i) = found%falls(motions%dof(i), motions%node(i))
     end do
     report%unbalanced = motion_in_words(scene%mesh, motions, coefficient)
     report%pulls_off = pulls_off(scene%mesh, points, found%placement, motions, coefficient, &

@@ -59,6 +59,8 @@ module linearisation_mod
     type(stiffness_inverse_t), pointer :: inverse => null()
     !! with the motions pinned; a pointer, for compliances that are products solve with it
     type(near_stiffness_t) :: stiffness           !! of the Schur complement at the points, x, y, z
+    real(wp), allocatable :: diagonal(:, :)
+    !! (3,n_nodes) of the stiffness, where there is a factor [force/length]
     real(wp), allocatable :: flexibility(:)
     !! (n_interface) of the unknowns of the interface, each alone, where nothing is condensed
     !! [length/force]
@@ -117,6 +119,9 @@ contains
         n_stiffnesses, body%tangent)
       call add_couplings(scene, body, k)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
+      if (allocated(body%diagonal)) deallocate (body%diagonal)
+      allocate (body%diagonal(3, scene%mesh%n_nodes))
+      call to_nodes(inverse%map, abs(diagonal_of(k)), body%diagonal)
       call lap(clock, work%assemble)
       if (is_analysed(inverse%factor, k, n_schur)) then
         order = analysed_order(inverse%factor) ! by the plan
@@ -264,6 +269,7 @@ contains
 
     if (allocated(body%prescribed)) deallocate (body%prescribed)
     if (allocated(body%tangent)) deallocate (body%tangent)
+    if (allocated(body%diagonal)) deallocate (body%diagonal)
     body%made_after = 0
     if (.not. associated(body%inverse)) return
     if (allocated(body%inverse%failure)) deallocate (body%inverse%failure)

