@@ -135,6 +135,11 @@ contains
           report%worst_element = next%inverted
           exit iterations
         end if
+        if (maker%led) then
+          ! What is not taken whole the matrix of now may make better.
+          maker%leads = .false.
+          cycle iterations
+        end if
         part = 0.5_wp*part
       end do
       if (part <= 0.25_wp) search%caution = min(most_caution, 10.0_wp*search%caution)

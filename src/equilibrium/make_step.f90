@@ -47,7 +47,8 @@ module make_step_mod
     integer, allocatable, private :: equation(:)
     !! (n_free) what each unknown is of the factor that is there, 0: a pin
     real(wp), allocatable, private :: motion(:, :) !! (n_free,n_motions) that pins stand for [-]
-    logical, private :: leads = .true.     !! that factor alone, fast enough
+    logical :: leads = .true.              !! that factor alone, fast enough
+    logical :: led = .false.               !! to the last step
     real(wp), private :: error = 1.0_wp    !! before the last step [-]
     logical, allocatable, private :: presses(:), slides(:) !! (n_points) in the last step
   end type step_maker_t
@@ -145,8 +146,10 @@ contains
     type(system_t), target :: system
     type(kept_t) :: kept
     real(wp), allocatable :: x(:)
-    logical :: is_solved
+    logical :: is_solved, is_first
 
+    maker%led = .false.
+    is_first = .not. allocated(maker%presses)
     maker%leads = maker%leads .and. set%error <= merge(fast, 1.0_wp, is_same(maker, set))* &
       maker%error
     maker%error = set%error
@@ -154,11 +157,12 @@ contains
     maker%slides = set%slides
     is_solved = .false.
     maker%held = holding(scene, maker%unknowns%map, set, maker%diagonal)
-    if (maker%has_factor .and. maker%leads) then
+    if (maker%has_factor .and. maker%leads .and. .not. is_first) then
       call linearise(scene, points, task, now, maker%unknowns, set, system)
       call keep_points(system, maker, kept, is_solved)
       if (is_solved) x = solution_of(kept, system%b)
       is_solved = is_solved .and. .not. allocated(maker%inverse%failure)
+      maker%led = is_solved
     end if
     if (.not. is_solved) then
       if (maker%has_factor) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
