@@ -15,7 +15,7 @@ module linearise_mod
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_terms_of, to_equations, to_nodes
   use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_of
   use load_stiffness_mod, only: load_stiffness_t, load_stiffnesses
-  use point_rows_mod, only: point_row_t, make_rows
+  use point_rows_mod, only: point_row_t
   use transfer_mod, only: nodal_forces
   use iterate_mod, only: task_t, iterate_t, world_reactions
   implicit none
@@ -56,6 +56,7 @@ module linearise_mod
 
   !> The equations of a step. What is prescribed goes its whole way.
   type :: system_t
+    type(point_row_t), allocatable :: rows(:) !! of the points that press
     type(triplets_t) :: a                   !! all entries; those of one place add up
     integer :: n_free = 0                   !! equations of the bodies; those of points follow
     integer, allocatable :: row(:, :)       !! (3,n_points) of the points that press, 0: none
@@ -158,7 +159,7 @@ contains
     type(iterate_t), intent(in) :: now
     type(unknowns_t), intent(in) :: unknowns
     type(set_t), intent(in) :: set
-    type(system_t), intent(out) :: system
+    type(system_t), intent(inout) :: system !! its rows are there, the rest is made
     type(bodies_stiffness_t), intent(in), optional :: stiffness
     type(point_row_t), allocatable :: rows(:)
     real(wp), allocatable :: added(:, :, :)
@@ -166,7 +167,7 @@ contains
 
     n = unknowns%map%n_free
     system%n_free = n
-    allocate (system%row(3, points%n), source=0)
+    system%row = spread([0, 0, 0], 2, points%n)
     do i = 1, points%n
       if (.not. set%presses(i)) cycle
       do k = 1, 3
@@ -176,12 +177,11 @@ contains
       end do
     end do
     system%a%n = n
-    allocate (system%b(n), source=0.0_wp)
+    system%b = [(0.0_wp, i=1, n)]
     ! What does not press lets go of what it has.
     system%force = now%residual - nodal_forces(points, now%placement%weights, merge( &
       world_reactions(now), 0.0_wp, spread(.not. set%presses, 1, 3)), scene%mesh%n_nodes)
-    allocate (system%known(3, scene%mesh%n_nodes), source=0.0_wp)
-    where (task%forces%prescribed) system%known = task%forces%displacement - now%u
+    system%known = merge(task%forces%displacement - now%u, 0.0_wp, task%forces%prescribed)
     call follow_masters(now%constraints, system%known)
     if (any(abs(system%known) > 0.0_wp)) then
       allocate (added(3, scene%mesh%n_nodes, 1))
@@ -192,14 +192,16 @@ contains
     if (present(stiffness)) then
       call add_bodies(scene, unknowns%map, stiffness, set, system)
     else
-      allocate (system%a%row(0), system%a%column(0), system%a%value(0))
+      system%a = triplets_t(n=n, row=[integer ::], column=[integer ::], value=[real(wp) ::])
+      system%n_entries = 0
     end if
     call add_loads(scene, task, now, unknowns, system)
-    call make_rows(scene, points, task, now, set%presses, rows)
+    call move_alloc(system%rows, rows)
     do k = 1, size(rows)
       call add_point(points%mu(rows(k)%point), now, unknowns, set, rows(k), &
         system%row(:, rows(k)%point), system)
     end do
+    call move_alloc(rows, system%rows)
     associate (a => system%a, n_entries => system%n_entries)
       a%row = a%row(:n_entries)
       a%column = a%column(:n_entries)

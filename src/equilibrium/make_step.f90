@@ -21,6 +21,7 @@ module make_step_mod
   use linearisation_mod, only: linearisation_t
   use gmres_mod, only: linear_map_t, solve_by_gmres
   use iterate_mod, only: task_t, iterate_t
+  use point_rows_mod, only: kept_changes_t, make_rows
   use linearise_mod, only: unknowns_t, number_unknowns, bodies_stiffness_t, &
     find_bodies_stiffness, set_t, step_t, system_t, linearise, holding
   implicit none
@@ -41,6 +42,7 @@ module make_step_mod
     integer :: n_factors = 0               !! of matrices of now
     type(unknowns_t) :: unknowns
     real(wp), allocatable :: held(:)       !! (n_free) each back in the last step [force/length]
+    type(kept_changes_t), allocatable, private :: changes(:, :) !! (2,n_pairs)
     type(bodies_stiffness_t), private :: stiffness
     type(stiffness_inverse_t), pointer, private :: inverse => null() !! K_0^-1
     logical, private :: has_factor = .false.
@@ -157,6 +159,7 @@ contains
     maker%slides = set%slides
     is_solved = .false.
     maker%held = holding(scene, maker%unknowns%map, set, maker%diagonal)
+    call make_rows(scene, points, task, now, set%presses, maker%changes, system%rows)
     if (maker%has_factor .and. maker%leads .and. .not. is_first) then
       call linearise(scene, points, task, now, maker%unknowns, set, system)
       call keep_points(system, maker, kept, is_solved)

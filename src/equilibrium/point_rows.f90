@@ -17,7 +17,7 @@ module point_rows_mod
   implicit none
   private
 
-  public :: point_row_t, make_rows
+  public :: point_row_t, kept_changes_t, make_rows
 
   !> One point's row: how it depends on nodes, some of which may stand in it twice.
   type :: point_row_t
@@ -33,21 +33,34 @@ module point_rows_mod
     real(wp) :: of_tangent(3, 3, 2) = 0.0_wp !! derivatives of t1, t2 by the normal
   end type point_row_t
 
+  !> What the rows of one side of a pair change by, kept as long as its nodes are near.
+  type :: kept_changes_t
+    private
+    type(mortar_t) :: mortar               !! with its changes
+    real(wp), allocatable :: u(:, :)       !! (3,n_nodes) where they were found [length]
+  end type kept_changes_t
+
+  real(wp), parameter :: near = 0.003_wp
+  !! way of a node, of a face: normals and weights change by about as much of themselves, and each
+  !! iteration leaves no more than that of the error before [-]
+
 contains
 
   !> The rows of some points.
-  pure subroutine make_rows(scene, points, task, now, which, rows)
+  pure subroutine make_rows(scene, points, task, now, which, kept, rows)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     logical, intent(in) :: which(:)          !! (n_points) that face something
+    type(kept_changes_t), allocatable, intent(inout) :: kept(:, :) !! (2,n_pairs)
     type(point_row_t), allocatable, intent(out) :: rows(:) !! of these, in their order
     real(wp) :: half(3, 3)
     type(obstacle_t) :: obstacle
     integer :: pair, side, first, last, i, j, k
 
     allocate (rows(count(which)))
+    if (.not. allocated(kept)) allocate (kept(2, size(scene%pairs)))
     k = 0
     do pair = 1, size(scene%pairs)
       associate (master => scene%pairs(pair)%master)
@@ -68,13 +81,13 @@ contains
           associate (its => rows(k + 1:k + count(which(first:last))))
             if (has_meshed_master(scene, pair)) then
               obstacle = as_turned(scene, master, task%rotation)
-              call add_facets(scene, points, pair, side, now, obstacle, its)
+              call add_facets(scene, points, pair, side, now, obstacle, kept(side, pair), its)
             else if (master > 0) then
               obstacle = as_turned(scene, master, task%rotation)
               call add_obstacle(scene%mesh, points, now%u, obstacle, now%placement, &
                 its)
             else if (.not. scene%pairs(pair)%small_sliding) then
-              call add_surface(scene, points, pair, side, now, task%began, its)
+              call add_surface(scene, points, pair, side, now, task%began, kept(side, pair), its)
             end if
             k = k + size(its)
           end associate
@@ -165,23 +178,28 @@ contains
   end function turned_into_plane
 
   !> What rows before facets change by: gaps and normals of integrals over the slave's faces.
-  pure subroutine add_facets(scene, points, pair, side, now, obstacle, rows)
+  pure subroutine add_facets(scene, points, pair, side, now, obstacle, kept, rows)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     type(iterate_t), intent(in) :: now
     type(obstacle_t), intent(in) :: obstacle  !! as it has turned
+    type(kept_changes_t), intent(inout) :: kept
     type(point_row_t), intent(inout) :: rows(:)
-    type(mortar_t) :: mortar
     integer :: k, c, first, last, here, n
 
-    call face_obstacle(scene, points, pair, side, now%u, obstacle, mortar, asks_changes=.true.)
-    if (.not. allocated(mortar%changes)) return
+    if (.not. is_near(kept, now%u)) then
+      call face_obstacle(scene, points, pair, side, now%u, obstacle, kept%mortar, &
+        asks_changes=.true.)
+      kept%u = now%u
+    end if
+    if (.not. allocated(kept%mortar%changes)) return
     call find_side_points(points, pair, side, first, last)
     do k = 1, size(rows)
       here = rows(k)%point - first + 1
-      associate (row => rows(k), changes => mortar%changes, &
-                 from => mortar%changes%first(here), to => mortar%changes%first(here + 1) - 1)
+      associate (row => rows(k), mortar => kept%mortar, changes => kept%mortar%changes, &
+                 from => kept%mortar%changes%first(here), &
+                 to => kept%mortar%changes%first(here + 1) - 1)
         if (to < from) cycle
         n = size(row%node)
         call widen(points%node(first - 1 + changes%node(from:to)), row)
@@ -219,18 +237,23 @@ contains
   end subroutine add_lift
 
   !> What rows before surfaces of bodies change by: (11.24), and the slip of (11.18).
-  pure subroutine add_surface(scene, points, pair, side, now, began, rows)
+  pure subroutine add_surface(scene, points, pair, side, now, began, kept, rows)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     type(iterate_t), intent(in) :: now
     type(placement_t), intent(in) :: began
+    type(kept_changes_t), intent(inout) :: kept
     type(point_row_t), intent(inout) :: rows(:)
     type(faced_side_t) :: faced
     integer :: k, c, i, a, j, first, last, here, n, m
 
-    call face_surface(scene, points, pair, side, now%u, faced, asks_changes=.true.)
-    if (.not. allocated(faced%mortar%changes)) return
+    if (.not. is_near(kept, now%u)) then
+      call face_surface(scene, points, pair, side, now%u, faced, asks_changes=.true.)
+      kept%mortar = faced%mortar
+      kept%u = now%u
+    end if
+    if (.not. allocated(kept%mortar%changes)) return
     call find_side_points(points, pair, side, first, last)
     do k = 1, size(rows)
       i = rows(k)%point
@@ -238,20 +261,20 @@ contains
       if (allocated(points%is_joined)) then
         if (points%is_joined(i)) cycle
       end if
-      associate (row => rows(k), changes => faced%mortar%changes, &
-                 from => faced%mortar%changes%first(here), &
-                 to => faced%mortar%changes%first(here + 1) - 1, &
-                 m_first => faced%mortar%changes%first_master(here), w0 => began%weights)
+      associate (row => rows(k), changes => kept%mortar%changes, &
+                 from => kept%mortar%changes%first(here), &
+                 to => kept%mortar%changes%first(here + 1) - 1, &
+                 m_first => kept%mortar%changes%first_master(here), w0 => began%weights)
         if (to < from) cycle
         n = size(row%node)
-        m = faced%mortar%changes%first_master(here + 1) - m_first
+        m = kept%mortar%changes%first_master(here + 1) - m_first
         call widen(changes%node(from:to), row)
         row%master = changes%master(m_first:m_first + m - 1)
         deallocate (row%weight)
         allocate (row%weight(3, m, size(row%node)), source=0.0_wp)
         do c = from, to
           associate (at => n + c - from + 1)
-            call add_normal(points, faced%mortar, here, changes%normal(:, :, c), at, row)
+            call add_normal(points, kept%mortar, here, changes%normal(:, :, c), at, row)
             row%gap(:, at) = row%gap(:, at) - matmul(now%placement%frame(:, 1, i), &
               changes%faced(:, :, c))
             row%weight(:, :, at) = changes%weight(:, changes%first_weight(c): &
@@ -279,6 +302,19 @@ contains
       end associate
     end do
   end subroutine add_surface
+
+  !> Whether what a side changes by still holds.
+  pure logical function is_near(kept, u)
+    type(kept_changes_t), intent(in) :: kept
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) [length]
+
+    is_near = allocated(kept%mortar%changes)
+    if (.not. is_near) return
+    associate (area => kept%mortar%area, nodes => kept%mortar%changes%node)
+      is_near = all(norm2(u(:, nodes) - kept%u(:, nodes), dim=1) <= near*sqrt(minval(area, &
+        mask=area > 0.0_wp)))
+    end associate
+  end function is_near
 
   !> How many nodes are on the slave's side of a point.
   pure integer function n_slaves(points, placement, i) result(n)
