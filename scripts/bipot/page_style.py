@@ -30,8 +30,9 @@ table.narrow thead th:nth-child(n+4) { writing-mode: vertical-rl; transform: rot
   text-align: left; margin: auto; }
 @media (max-width: 60rem) {
   #resultants td:nth-child(n+3), table.narrow td:nth-child(2) { white-space: normal; }
-  table.narrow { font-size: 0.72rem; }
-  table.narrow th, table.narrow td { padding: 0.15rem 0.2rem; }
+  table, table.narrow { font-size: 0.7rem; }
+  th, td, #resultants th, #resultants td, table.narrow th, table.narrow td {
+    padding: 0.15rem 0.15rem; }
 }
 .deck pre { margin: 0.25rem 0; }
 .deck details { margin-left: 1rem; }
