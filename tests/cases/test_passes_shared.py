@@ -3,8 +3,11 @@
 Where that folder is absent the whole file is skipped (status 77).
 """
 
+import shutil
 import sys
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 from program import SOURCE, Run
@@ -35,7 +38,17 @@ class Finds(unittest.TestCase):
         self.assertAlmostEqual(result.pairs[0].resultant[-1, 0], 3.816, delta=0.01)
 
     def test_facets_that_graze_past_are_met(self):
-        result, printed = solved(self, "graze_stl")
+        # In one increment, cut where contact is missed, it is refused: an edge that lets go loses
+        # energy at once there. In others it does not.
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("graze_stl.inp", "graze_stl_tool.stl"):
+                shutil.copy(SHARED / name, folder)
+            deck = Path(folder, "graze_stl.inp")
+            deck.write_text(deck.read_text().replace("\n1.0, 1.0\n", "\n0.25, 1.0\n"))
+            run = Run(deck)
+        self.assertEqual(run.status, 0, run.errors)
+        result, printed = run.result(), run.output
+        self.addCleanup(result.close)
         self.assertIn("would pass the face", printed)
         force = result.pairs[0].resultant[:, 0]
         self.assertAlmostEqual(force.max(), 1.945, delta=0.01)
