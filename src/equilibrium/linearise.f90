@@ -192,7 +192,9 @@ contains
     if (present(stiffness)) then
       call add_bodies(scene, unknowns%map, stiffness, set, system)
     else
-      system%a = triplets_t(n=n, row=[integer ::], column=[integer ::], value=[real(wp) ::])
+      system%a%row = [integer ::]
+      system%a%column = [integer ::]
+      system%a%value = [real(wp) ::]
       system%n_entries = 0
     end if
     call add_loads(scene, task, now, unknowns, system)
