@@ -505,8 +505,8 @@ class Deck:
     ) -> Deck:
         """Add a rigid cone with flat ends, of facets; with equal radii it is a cylinder with ends.
 
-        The first radius is that of the end about `centre`, from where `axis` leads to the other
-        end; with `inner` it is a bore without ends.
+        The first radius belongs to the end at `centre`; `axis` points to the other end. With
+        `inner` it is a bore without ends.
         """
         lines = [(*centre, *axis, *radii, height)]
         return self._obstacle(name, "CONE", lines, reference_node, INNER=inner, FACETS=facets)

@@ -215,23 +215,22 @@ contains
   subroutine solve_dense_columns(j, b)
     real(wp), intent(inout) :: j(:, :) !! (n,n), destroyed
     real(wp), intent(inout) :: b(:, :) !! (n,k) right-hand sides in, solutions out
-    real(wp) :: copy(size(j, 1), size(j, 1)), size_j, rcond
+    real(wp) :: copy(size(j, 1), size(j, 1))
     real(wp), allocatable :: work(:)
-    integer :: pivot(size(j, 1)), integers(size(j, 1)), n, k, info, rank
+    integer, allocatable :: pivot(:)
+    integer :: n, k, info, rank
+    logical :: regular
 
     n = size(j, 1)
     k = size(b, 2)
     if (n == 0 .or. k == 0) return
     copy = j
-    size_j = maxval(sum(abs(j), dim=1))
-    allocate (work(max(4*n, 64*(n + max(n, k) + 1))))
-    call dgetrf(n, n, j, n, pivot, info)
-    rcond = 0.0_wp
-    if (info == 0) call dgecon('1', n, j, n, size_j, rcond, work, integers, info)
-    if (rcond > singular) then
+    call factorise_general(j, pivot, regular)
+    if (regular) then
       call dgetrs('N', n, k, j, n, pivot, b, n, info)
       return
     end if
+    allocate (work(64*(n + max(n, k) + 1)))
     pivot = 0
     call dgelsy(n, n, k, copy, n, b, n, pivot, singular, rank, work, size(work), info)
   end subroutine solve_dense_columns

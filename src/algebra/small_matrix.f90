@@ -4,7 +4,7 @@ module small_matrix_mod
   implicit none
   private
 
-  public :: cross, determinant, inverse, solve_small, largest_eigenvalue
+  public :: cross, perpendicular_to, determinant, inverse, solve_small, largest_eigenvalue
 
 contains
 
@@ -15,6 +15,18 @@ contains
 
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> A unit vector perpendicular to another one; along an axis if that is possible.
+  pure function perpendicular_to(axis) result(across)
+    real(wp), intent(in) :: axis(3) !! unit vector [-]
+    real(wp) :: across(3)           !! [-]
+    integer :: i
+
+    i = minloc(abs(axis), dim=1)
+    across = -axis(i)*axis
+    across(i) = across(i) + 1.0_wp
+    across = across/norm2(across)
+  end function perpendicular_to
 
   !> The determinant of a 3x3 matrix.
   pure real(wp) function determinant(a) result(d)

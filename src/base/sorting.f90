@@ -85,7 +85,8 @@ contains
   !> Sort a list of positive numbers and keep each once.
   pure subroutine sort_unique(list)
     integer, allocatable, intent(inout) :: list(:)
-    integer, parameter :: a_few = 64 !! sorted by insertion
+    integer, parameter :: a_few = 64
+    !! nodes of some faces: sorted by insertion, which needs no other arrays
     logical, allocatable :: present_in(:)
     integer, allocatable :: order(:)
     integer :: i, n, highest

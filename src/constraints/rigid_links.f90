@@ -27,8 +27,8 @@ module rigid_links_mod
 
 contains
 
-  !> The equations of the links, behind those that are there. Each is solved for what no other
-  !> equation, tie or support gives: links may meet in a node, and make a truss.
+  !> Append the equations of the links. Each is solved for a displacement that no other equation,
+  !> tie or support gives: links may meet in a node, and make a truss.
   subroutine add_links(reader, model, ties, steps, equations)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
@@ -41,7 +41,7 @@ contains
 
     if (.not. allocated(equations%links)) return
     tied = constraint_of(ties, model%mesh%n_nodes)
-    held = prescribed_dofs(steps, model%mesh%n_nodes)
+    held = ever_prescribed(steps, model%mesh%n_nodes)
     do i = 1, size(equations%links, 2)
       associate (a => equations%links(1, i), b => equations%links(2, i))
         call say_link(model, a, b, sum_of_link)
@@ -68,8 +68,8 @@ contains
     end do
   end subroutine add_links
 
-  !> Which degrees of freedom a step prescribes.
-  pure function prescribed_dofs(steps, n_nodes) result(held)
+  !> Which degrees of freedom any step prescribes.
+  pure function ever_prescribed(steps, n_nodes) result(held)
     type(load_step_t), intent(in) :: steps(:)
     integer, intent(in) :: n_nodes
     logical :: held(3, n_nodes)
@@ -84,7 +84,7 @@ contains
         end associate
       end do
     end do
-  end function prescribed_dofs
+  end function ever_prescribed
 
   !> What a link says; nothing of nodes in one place.
   pure subroutine say_link(model, a, b, link)

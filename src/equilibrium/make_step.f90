@@ -152,7 +152,7 @@ contains
 
     maker%led = .false.
     is_first = .not. allocated(maker%presses)
-    maker%leads = maker%leads .and. set%error <= merge(fast, 1.0_wp, is_same(maker, set))* &
+    maker%leads = maker%leads .and. set%error <= merge(fast, 1.0_wp, repeats(maker, set))* &
       maker%error
     maker%error = set%error
     maker%presses = set%presses
@@ -184,14 +184,14 @@ contains
   end subroutine make_step
 
   !> Whether the points do what they did in the last step.
-  pure logical function is_same(maker, set)
+  pure logical function repeats(maker, set)
     type(step_maker_t), intent(in) :: maker
     type(set_t), intent(in) :: set
 
-    is_same = allocated(maker%presses)
-    if (is_same) is_same = all(maker%presses .eqv. set%presses) .and. all(maker%slides .eqv. &
+    repeats = allocated(maker%presses)
+    if (repeats) repeats = all(maker%presses .eqv. set%presses) .and. all(maker%slides .eqv. &
       set%slides)
-  end function is_same
+  end function repeats
 
   !> By a factor of the matrix of now.
   subroutine factorise_now(system, x, error)

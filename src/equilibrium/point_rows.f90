@@ -41,8 +41,8 @@ module point_rows_mod
   end type kept_changes_t
 
   real(wp), parameter :: near = 0.003_wp
-  !! way of a node, of a face: normals and weights change by about as much of themselves, and each
-  !! iteration leaves no more than that of the error before [-]
+  !! way of a node beside the size of a face: normals and weights change by about as much, and an
+  !! iteration leaves about this part of the error. With 0.01 ironing took 9 iterations for 8 [-]
 
 contains
 

@@ -125,12 +125,12 @@ contains
     whole = abs(area_of(slave%flat(:, :merge(slave%n, slave%n/2, slave%n <= 4))))
     left = merge(0, most_halvings, .not. whole > 0.0_wp .or. is_folded(slave) .or. &
       is_folded(master))
+    ! What no rule is exact for is cut into smaller triangles.
+    is_affine = slave%is_affine .and. master%is_affine
     do k = 1, size(seen)
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         overlap%area = overlap%area + area_of(polygon)
         overlap%nearest = min(overlap%nearest, least_at(slave, master, polygon))
-        ! What no rule is exact for takes smaller triangles.
-        is_affine = slave%is_affine .and. master%is_affine
         from = merge(polygon(:, 1), sum(polygon, 2)/real(n, wp), is_affine)
         do i = 1, n
           corner = reshape([from, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])

@@ -163,8 +163,8 @@ contains
     end do
   end function plane_of_face
 
-  !> int N_a over the whole of a slave face: a sixth of its area and of that of the triangle of the
-  !> corner and its neighbours.
+  !> int N_a over a slave face: a sixth of the sum of two areas, of the face and of the triangle of
+  !> the corner and its neighbours.
   pure function areas_of_nodes(plane) result(area)
     type(plane_t), intent(in) :: plane
     real(wp) :: area(plane%n) !! [length^2]

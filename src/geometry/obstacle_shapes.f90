@@ -10,7 +10,7 @@ module obstacle_shapes_mod
   use text_mod, only: to_text
   use connectivity_mod, only: corners_in
   use rotations_mod, only: rotation_matrix
-  use small_matrix_mod, only: cross
+  use small_matrix_mod, only: cross, perpendicular_to
   use obstacles_mod, only: obstacle_t, obstacle_plane, obstacle_sphere, obstacle_cylinder, &
     obstacle_facets
   use scene_mod, only: contact_pair_t, scene_t
@@ -114,7 +114,7 @@ contains
     if (distance > 0.0_wp) then
       normal = arm/distance
     else
-      normal = any_perpendicular(obstacle%normal)
+      normal = perpendicular_to(obstacle%normal)
     end if
     gap = distance - obstacle%radius
     if (.not. obstacle%inner) return
@@ -224,18 +224,6 @@ contains
       words = ''
     end select
   end function how_to_turn_round
-
-  !> A unit vector perpendicular to `axis`, whatever that is.
-  pure function any_perpendicular(axis) result(normal)
-    real(wp), intent(in) :: axis(3)
-    real(wp) :: normal(3)
-    integer :: i
-
-    i = minloc(abs(axis), dim=1)
-    normal = -axis(i)*axis
-    normal(i) = normal(i) + 1.0_wp
-    normal = normal/norm2(normal)
-  end function any_perpendicular
 
   !> A lower bound of the gap while the obstacle moves within a box; exact for planes and spheres.
   pure function least_gap(obstacle, box, x) result(gap)

@@ -69,8 +69,8 @@ contains
     associate (n => face%n, row => face%row(:face%n))
       if (n > face_corners) mortar%least(row) = enough_of_second_order
       if (n <= face_corners) then
-        outward = spread(plane%axis(:, 3), 2, n)*spread(areas_of_nodes(plane), 1, 3)
         area = areas_of_nodes(plane)
+        outward = spread(plane%axis(:, 3), 2, n)*spread(area, 1, 3)
         call add_to_rows(face, area, outward, mortar)
         return
       end if

@@ -3,7 +3,7 @@
 !> The body is to the left of the profile, as it is walked along.
 module swept_profile_mod
   use kinds_mod, only: wp
-  use small_matrix_mod, only: cross
+  use small_matrix_mod, only: cross, perpendicular_to
   implicit none
   private
 
@@ -116,18 +116,6 @@ contains
     arc(:, n) = last
     polygon = reshape([polygon, arc], [2, size(polygon, 2) + n])
   end subroutine add_arc
-
-  !> A unit vector across another, along an axis if that is possible.
-  pure function perpendicular_to(axis) result(across)
-    real(wp), intent(in) :: axis(3) !! unit vector [-]
-    real(wp) :: across(3)           !! [-]
-    integer :: i
-
-    i = minloc(abs(axis), dim=1)
-    across = -axis(i)*axis
-    across(i) = across(i) + 1.0_wp
-    across = across/norm2(across)
-  end function perpendicular_to
 
   !> The profile of a truncated cone: with its ends, seen from outside; or the hollow one without.
   pure function frustum(radius, height, inner) result(polygon)
