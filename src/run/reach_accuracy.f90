@@ -33,6 +33,7 @@ module reach_accuracy_mod
   use result_claims_mod, only: take_mesh_size, theory_in_file
   use command_line_mod, only: options_t, refuse_option
   use tally_mod, only: tally_t
+  use name_knob_mod, only: geometry_in_words
   use close_run_mod, only: close_run
   use console_mod, only: console_t, say, seconds_in_words, theory_in_words, &
     theory_worth_naming, theory_part
@@ -511,15 +512,10 @@ contains
     type(mesh_sequence_t), intent(in) :: sequence
     character(:), allocatable :: words
 
-    words = ''
-    associate (geometry => min(1.0_wp, sequence%runs(size(sequence%runs))%geometry))
-      if (geometry(2) > 0.5_wp*sequence%asked) words = '; edges of a body inside faces of the '// &
-        'other make '//percent(geometry(2))//': align the mesh, so that edges of elements lie '// &
-        'along them'
-      if (geometry(1) > 0.5_wp*sequence%asked) words = words//'; faces that are entered '// &
-        'between their nodes make '//percent(geometry(1))//': smaller elements at contact, or '// &
-        'meshes that match, lessen it'
-    end associate
+    ! Of facets the outcome itself speaks.
+    words = geometry_in_words(min(1.0_wp, sequence%runs(size(sequence%runs))%geometry)* &
+      [1.0_wp, 1.0_wp, 0.0_wp], 0.5_wp*sequence%asked)
+    if (words /= '') words = '; '//words
   end function cause_in_words
 
 end module reach_accuracy_mod

@@ -125,6 +125,7 @@ contains
       call add_increment(increment, report, fields_due(scene%output%frequency, &
         asked_number(increment%position), increment%last_of_step), progress%tally)
     end associate
+    call note_errors(scene, plan, solved, progress)
     if (allocated(progress%sequence)) call note_values(scene, plan, solved, progress)
     progress%state = solved%state
     progress%cycle = solved%cycle
@@ -134,29 +135,38 @@ contains
     progress%tally%write_time = progress%tally%write_time + wall_seconds() - clock
   end subroutine write_increment
 
-  !> Keep what the accuracy is of, at the end of an increment of the deck, and the worst errors.
-  subroutine note_values(scene, plan, solved, progress)
+  !> Keep the worst errors.
+  subroutine note_errors(scene, plan, solved, progress)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(solved_t), intent(in) :: solved
-    type(progress_t), intent(inout) :: progress !! its values and errors
+    type(progress_t), intent(inout) :: progress
     real(wp) :: of_supports
-    integer :: asked
 
     associate (increment => solved%increment, errors => solved%report%errors)
       progress%worst_errors = max(progress%worst_errors, [errors%load_steps, errors%contact + &
         errors%arithmetic, errors%mesh])
-      if (increment%last_of_step .and. errors%load_steps < 0.0_wp) progress%worst_errors(1) = &
-        not_known
-      if (increment%last_of_step) then
-        progress%geometry = max(progress%geometry, [errors%between_nodes, errors%at_edges, &
-          errors%of_facets])
-        if (errors%geometry < 0.0_wp) progress%geometry = not_known
-        of_supports = 0.0_wp
-        if (scene%accuracy%of == accuracy_of_resultants) of_supports = share_of_supports( &
-          plan%points, solved%report%contact, solved%state%displacement)
-        progress%alone = max(progress%alone, errors%mesh + of_supports)
-      end if
+      if (.not. increment%last_of_step) return
+      if (errors%load_steps < 0.0_wp) progress%worst_errors(1) = not_known
+      progress%geometry = max(progress%geometry, [errors%between_nodes, errors%at_edges, &
+        errors%of_facets])
+      if (errors%geometry < 0.0_wp) progress%geometry = not_known
+      of_supports = 0.0_wp
+      if (scene%accuracy%of == accuracy_of_resultants) of_supports = share_of_supports( &
+        plan%points, solved%report%contact, solved%state%displacement)
+      progress%alone = max(progress%alone, errors%mesh + of_supports)
+    end associate
+  end subroutine note_errors
+
+  !> Keep what the accuracy is of, at the end of an increment of the deck.
+  subroutine note_values(scene, plan, solved, progress)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(solved_t), intent(in) :: solved
+    type(progress_t), intent(inout) :: progress !! its values
+    integer :: asked
+
+    associate (increment => solved%increment)
       call mark_touched(plan%points, solved%report%contact, progress%touched)
       asked = asked_number(increment%position)
       if (asked < 0) return

@@ -47,6 +47,7 @@ module run_mesh_mod
   use checkpoint_mod, only: progress_t, not_known, start_run, restore_checkpoint, &
     save_checkpoint, how_to_continue
   use run_increments_mod, only: run_increments, room_to_write
+  use name_knob_mod, only: name_knob
   use close_run_mod, only: close_run
   use print_summary_mod, only: print_summary
   implicit none
@@ -141,6 +142,7 @@ contains
       sequence = progress%sequence
     else
       call print_summary(result_path(options, scene), scene, console)
+      call name_knob(scene, progress, console)
       call close_run(scene, console, progress%tally, result_path(options, scene))
     end if
     if (progress%tally%missed > 0) call raise(error, exit_not_solved, 'accuracy '// &

@@ -61,5 +61,32 @@ class Locking(BoxCase):
                     self.assertEqual(words in run.output, noted and poisson > 0.45)
 
 
+class BentBeam(BoxCase):
+    """A beam that a support bends over a drum: what its run says of its elements."""
+
+    def run_of(self, kind):
+        """Return the run of a type."""
+        deck = (
+            f"*BLOCK, NAME=B, TYPE={kind}, NX=10, NY=1, NZ=1\n0., 0., 0., 10., 1., 1.\n"
+            "*MATERIAL, NAME=STEEL\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=B, MATERIAL=STEEL\n"
+            "*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.3\n*OBSTACLE, NAME=DRUM, TYPE=CYLINDER\n"
+            "6.1, 0., -0.6, 0., 1., 0., 0.5\n*CONTACT PAIR, INTERACTION=I\nB-ZMIN, DRUM\n"
+            "*STEP\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\nB-XMIN, 1, 3\nB-XMAX, 3, 3, -1.\n"
+            "*END STEP\n"
+        )
+        return Run(deck, name="deck")
+
+    def test_the_type_that_bends_is_named(self):
+        locked, bent = self.run_of("C3D8"), self.run_of("C3D8I")
+        self.assertRegex(
+            locked.output,
+            r"note: the largest known part of the error is the mesh's \([\d.]+ %\): C3D8 bends too "
+            r"stiffly \([\d.]+ % of its strain energy\): C3D8I takes about [\d.e-]+ s of CPU time; "
+            r"--refine 1 takes about [\d.e-]+ s of CPU time",
+        )
+        self.assertNotIn("bends too stiffly", bent.output)
+        self.assertIn("the largest known part of the error is the mesh's", bent.output)
+
+
 if __name__ == "__main__":
     unittest.main()
