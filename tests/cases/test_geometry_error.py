@@ -2,7 +2,7 @@
 
 import unittest
 
-from program import ASKED, Run
+from program import ASKED, INPUT, Run
 
 MATERIAL = """*MATERIAL, NAME=M
 *ELASTIC
@@ -114,6 +114,17 @@ class Geometry(unittest.TestCase):
         off = abs(force - right) / force
         self.assertGreater(told["between_nodes"], off / 3)
         self.assertLess(told["between_nodes"], max(0.01, 5 * off))
+
+    def test_a_press_fit(self):
+        """Gaps that *ADJUST closes and *CONTACT GAP sets are those of the bodies: Lame's pressure."""
+        run = Run(INPUT / "press.inp")
+        with run.result() as result:
+            pair = result.pairs[0]
+            off = abs(pair.reaction[-1, :, 0].sum() / (6.1523 * pair.area.sum()) - 1)
+        _, told = force_and_errors(run)
+        self.assertEqual(told["of_facets"], 0)
+        self.assertGreater(told["total"], off / 3)
+        self.assertLess(told["total"], 5 * off)
 
     def test_a_promise_over_a_cylinder(self):
         """Meshes whose contact nodes coincide agree by accident: right is 3.06 +- 0.05."""

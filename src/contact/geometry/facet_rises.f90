@@ -45,10 +45,13 @@ contains
     type(obstacle_t) :: now
     real(wp), allocatable :: places(:, :)
     integer, allocatable :: corners(:, :), of_side(:), rows(:)
-    real(wp) :: of_slave, largest
+    real(wp) :: of_slave, largest, of_mesh(points%n)
     integer :: pair, side, first, last, i
 
     change = 0.0_wp
+    ! What *CONTACT GAP adds is of the bodies, not of their faces.
+    of_mesh = first_gap - points%extra_gap
+    if (allocated(points%constant_gap)) of_mesh = first_gap - points%constant_gap
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (.not. is_before_faces(of, scene%obstacles) .or. of%has_clearance) cycle
@@ -78,8 +81,8 @@ contains
           rows(points%node(first:last)) = [(i, i=1, last - first + 1)]
           change(first:last) = mean_rises(slave, scene%mesh%coordinates + state%displacement, &
             rows, last - first + 1, part_of(master, of_side), places)
-          where (abs(first_gap(first:last)) <= rounding*largest .or. first_gap(first:last) >= &
-            no_gap) change(first:last) = 0.0_wp
+          where (abs(of_mesh(first:last)) <= rounding*largest .or. first_gap(first:last) >= no_gap) &
+            change(first:last) = 0.0_wp
         end do
       end associate
     end do
