@@ -116,7 +116,7 @@ class Geometry(unittest.TestCase):
         self.assertLess(told["between_nodes"], max(0.01, 5 * off))
 
     def test_a_press_fit(self):
-        """Gaps that *ADJUST closes and *CONTACT GAP sets are those of the bodies: Lame's pressure."""
+        """Gaps that ADJUST closes and *CONTACT GAP sets are of the bodies: Lame's pressure."""
         run = Run(INPUT / "press.inp")
         with run.result() as result:
             pair = result.pairs[0]

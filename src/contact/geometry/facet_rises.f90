@@ -81,8 +81,8 @@ contains
           rows(points%node(first:last)) = [(i, i=1, last - first + 1)]
           change(first:last) = mean_rises(slave, scene%mesh%coordinates + state%displacement, &
             rows, last - first + 1, part_of(master, of_side), places)
-          where (abs(of_mesh(first:last)) <= rounding*largest .or. first_gap(first:last) >= no_gap) &
-            change(first:last) = 0.0_wp
+          where (abs(of_mesh(first:last)) <= rounding*largest .or. first_gap(first:last) >= &
+            no_gap) change(first:last) = 0.0_wp
         end do
       end associate
     end do
