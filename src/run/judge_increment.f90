@@ -12,7 +12,7 @@ module judge_increment_mod
   use mesh_size_mod, only: relative_size
   use increments_mod, only: increment_t, is_extra
   use state_mod, only: state_t
-  use increment_report_mod, only: increment_report_t, ended_out_of_balance
+  use increment_report_mod, only: increment_report_t, ended_out_of_balance, ended_inverted
   use step_solver_mod, only: step_solver_t
   use jumps_mod, only: find_jump
   use step_loads_mod, only: following_at
@@ -310,8 +310,8 @@ contains
         '  The equilibrium where this increment begins '//is//' unstable'// &
         unstable_in_words(stability)
       if (.not. is_hint(stability)) error%n_meshes = meshes_that_buckle(scene%mesh)
-    else if (.not. is_linear(scene) .and. solved%report%ending == ended_out_of_balance .and. &
-      is_extra(solved%increment%position)) then
+    else if (.not. is_linear(scene) .and. any(solved%report%ending == [ended_out_of_balance, &
+      ended_inverted]) .and. is_extra(solved%increment%position)) then
       what = 'there is'
       if (stability%slides) what = 'friction leaves'
       error%message = error%message//new_line('a')// &

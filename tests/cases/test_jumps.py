@@ -64,6 +64,58 @@ END, 1, 3
 """
 
 
+# A snap hook of CPE4 that is pushed over a pin until it would spring back behind it.
+HOOK = """\
+*NODE
+1, 0., 0.
+41, 20., 0.
+501, 0., 2.
+541, 20., 2.
+1001, 18., -1.5
+1002, 19., -1.5
+1003, 20., -0.75
+1004, 18., -0.75
+1005, 19., -0.75
+*NGEN, NSET=BELOW
+1, 41, 1
+*NGEN, NSET=ABOVE
+501, 541, 1
+*NFILL
+BELOW, ABOVE, 4, 125
+*ELEMENT, TYPE=CPE4
+1, 1, 2, 127, 126
+*ELGEN, ELSET=ARM
+1, 40, 1, 1, 4, 125, 100
+*ELEMENT, TYPE=CPE4, ELSET=NOSE
+1001, 1001, 1002, 1005, 1004
+1002, 1002, 1003, 41, 1005
+1003, 1004, 1005, 41, 37
+*MATERIAL, NAME=M
+*ELASTIC
+2000., 0.35
+*SOLID SECTION, ELSET=ARM, MATERIAL=M
+*SOLID SECTION, ELSET=NOSE, MATERIAL=M
+*SURFACE, NAME=FRONT
+NOSE
+*OBSTACLE, NAME=PIN, TYPE=CYLINDER
+21.2, -1.6, 0., 0., 0., 1., 0.8
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=I
+FRONT, PIN
+*NSET, NSET=ROOT
+1, 126, 251, 376, 501
+*STEP, NLGEOM
+*STATIC
+0.02, 1.
+*BOUNDARY
+ROOT, 1, 1, 4.
+ROOT, 2, 2, 0.
+*END STEP
+"""
+
+
 class Arches(unittest.TestCase):
     def test_one_that_snaps_over(self):
         """Increments that land beyond are solved, and refused; where none does, it is said."""
@@ -150,6 +202,15 @@ TOP, 2, 2, -0.3
 9999, 2, 2
 *END STEP
 """
+
+
+class Hooks(unittest.TestCase):
+    def test_a_hook_that_springs_back(self):
+        """Elements that turn inside out on the way to it, or no balance: the jump is named."""
+        run = Run(HOOK, name="hook")
+        self.assertEqual(run.status, 2)
+        self.assertRegex(run.errors, "the body would jump to another one|(is|may be) unstable")
+        self.assertRegex(run.errors, "increments before it are kept")
 
 
 class SidesThatRollIn(unittest.TestCase):
