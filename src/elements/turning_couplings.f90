@@ -35,17 +35,18 @@ contains
 
   !> The constraints of the scene, those of turning couplings about displaced places: what small
   !> motions from there do, and the moments that forces have there.
-  pure type(constraints_t) function turned_constraints(scene, prescribed, u) result(turned)
+  pure type(constraints_t) function turned_constraints(scene, prescribed, u, began) result(turned)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
+    real(wp), intent(in), optional :: began(:, :) !! as of spin_of
     integer :: i
 
     turned = scene%constraints
     if (.not. has_turning(scene)) return
     do i = 1, size(scene%rotations)
-      if (is_turning(scene, i)) call turn_lines(scene, i, spin_of(scene, prescribed, u, i), u, &
-        turned)
+      if (is_turning(scene, i)) call turn_lines(scene, i, spin_of(scene, prescribed, u, i, began), &
+        u, turned)
     end do
   end function turned_constraints
 
@@ -97,16 +98,22 @@ contains
   end subroutine turn_lines
 
   !> What takes changes of a rotation's unknowns to spins.
-  pure function spin_of(scene, prescribed, u, rotation) result(spin)
+  pure function spin_of(scene, prescribed, u, rotation, began) result(spin)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
     integer, intent(in) :: rotation
+    real(wp), intent(in), optional :: began(:, :)
+    !! (3,n_rotations) where those are turned on from that are free; default: from `u` [length]
     real(wp) :: spin(3, 3)
 
     associate (of => scene%rotations(rotation))
       spin = spin_matrix([0.0_wp, 0.0_wp, 0.0_wp])
-      if (any(prescribed(:, of%rotation_node))) spin = spin_matrix(u(:, of%rotation_node)/of%length)
+      if (any(prescribed(:, of%rotation_node))) then
+        spin = spin_matrix(u(:, of%rotation_node)/of%length)
+      else if (present(began)) then
+        spin = spin_matrix((u(:, of%rotation_node) - began(:, rotation))/of%length)
+      end if
     end associate
   end function spin_of
 
@@ -190,18 +197,19 @@ contains
   end subroutine end_turns
 
   !> Moments on rotations, which keep their direction in space, as forces on the unknowns.
-  pure subroutine turn_moments(scene, prescribed, u, f)
+  pure subroutine turn_moments(scene, prescribed, u, f, began)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
     real(wp), intent(inout) :: f(:, :)       !! (3,n_nodes) [force]
+    real(wp), intent(in), optional :: began(:, :) !! as of spin_of
     integer :: i
 
     if (.not. has_turning(scene)) return
     do i = 1, size(scene%rotations)
       if (.not. is_turning(scene, i)) cycle
       associate (at => f(:, scene%rotations(i)%rotation_node))
-        at = matmul(at, spin_of(scene, prescribed, u, i))
+        at = matmul(at, spin_of(scene, prescribed, u, i, began))
       end associate
     end do
   end subroutine turn_moments
@@ -226,22 +234,22 @@ contains
   end function work_of_turns
 
   !> What forces on the nodes of a coupling add to the stiffness of its rotation as these turn, in
-  !> its unknowns: the symmetric part, or the whole. The other part is half the moment.
-  pure function coupling_stiffness(scene, prescribed, u, f, rotation, is_whole) result(k)
+  !> its unknowns: the symmetric part, or, with `began`, the whole. The other part is half the
+  !> moment.
+  pure function coupling_stiffness(scene, prescribed, u, f, rotation, began) result(k)
     type(scene_t), intent(in) :: scene
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
     real(wp), intent(in) :: f(:, :)          !! (3,n_nodes) that nodes answer with [force]
     integer, intent(in) :: rotation
-    logical, intent(in), optional :: is_whole !! default: no
+    real(wp), intent(in), optional :: began(:, :) !! as of spin_of
     real(wp) :: k(3, 3)                      !! [force/length]
     real(wp) :: arm(3), spin(3, 3), skew
     integer, allocatable :: nodes(:)
     integer :: i, a
 
     k = 0.0_wp
-    skew = 0.0_wp
-    if (present(is_whole)) skew = merge(0.5_wp, 0.0_wp, is_whole)
+    skew = merge(0.5_wp, 0.0_wp, present(began))
     allocate (nodes(0))
     nodes = nodes_of_grip(scene, rotation)
     associate (of => scene%rotations(rotation), x => scene%mesh%coordinates)
@@ -254,7 +262,7 @@ contains
           end do
         end associate
       end do
-      spin = spin_of(scene, prescribed, u, rotation)
+      spin = spin_of(scene, prescribed, u, rotation, began)
       k = matmul(transpose(spin), matmul(k, spin))/of%length**2
     end associate
   end function coupling_stiffness

@@ -143,13 +143,13 @@ contains
 
     now%reaction = merge(reaction, 0.0_wp, now%has)
     pressed = nodal_forces(points, now%placement%weights, world_reactions(now), size(now%u, 2))
-    now%forces%rounding = force_rounding(scene%mesh, scene%materials, abs(now%u))
+    now%forces%rounding = force_rounding(scene%mesh, scene%materials, &
+      max(abs(now%u), abs(task%old%displacement)))
     now%unbalanced = now%forces%external + pressed - now%forces%internal
     now%residual = now%forces%external
-    now%constraints = active_constraints(turned_constraints(scene, task%forces%prescribed, now%u), &
-      task%forces%prescribed)
-    if (allocated(task%turned_from)) call turn_moments(scene, task%forces%prescribed, now%u, &
-      now%residual)
+    now%constraints = active_constraints(turned_constraints(scene, task%forces%prescribed, &
+      now%u, task%turned_from), task%forces%prescribed)
+    call turn_moments(scene, task%forces%prescribed, now%u, now%residual, task%turned_from)
     now%residual = now%residual + pressed - now%forces%internal
     call out_of_balance(scene%mesh, now%constraints, now%forces, task%tolerance < task%asked, &
       now%residual, now%imbalance, left)

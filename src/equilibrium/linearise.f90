@@ -284,7 +284,7 @@ contains
     do i = 1, size(scene%rotations)
       if (.not. is_turning(scene, i)) cycle
       k = coupling_stiffness(scene, task%forces%prescribed, now%u, -now%unbalanced, i, &
-        is_whole=.true.)
+        task%turned_from)
       j = scene%rotations(i)%rotation_node
       call add_block(unknowns, j, j, k, system)
     end do

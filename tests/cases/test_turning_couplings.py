@@ -251,10 +251,15 @@ SIDE, WALL
         more += f"*STEP\n*STATIC\n{1 / 12!r}, 1.\n*BOUNDARY, OP=NEW\nLOW, 1, 3\n900, 1, 2\n"
         more += "*CLOAD, OP=NEW\n*END STEP\n"
         cards = "900, 1, 2\n*CLOAD\n900, 6, 0.55\n"
-        result = solved(self, bar(cards, increments=18, more=more))
-        rotation = np.asarray(result.reference_nodes[900].rotation)[:, 2]
-        self.assertGreater(rotation.max(), 2 * np.pi)
-        np.testing.assert_allclose(reference(result)["rotation"], np.zeros(3), atol=1e-5)
+        for tangent in ("KEPT", "NEWTON"):
+            with self.subTest(tangent=tangent):
+                result = solved(self, bar(cards, tangent, increments=18, more=more))
+                rotation = np.asarray(result.reference_nodes[900].rotation)[:, 2]
+                self.assertGreater(rotation.max(), 2 * np.pi)
+                np.testing.assert_allclose(reference(result)["rotation"], np.zeros(3), atol=1e-5)
+        # 20 degrees and more an increment, by Newton's method as it converges.
+        self.assertEqual(len(rotation), 18 + 1 + 12)
+        self.assertLessEqual(max(result.history("newton_raphson_iterations")), 10)
 
 
 if __name__ == "__main__":
