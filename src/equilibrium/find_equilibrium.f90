@@ -16,7 +16,8 @@ module find_equilibrium_mod
     set_reactions, is_closed, law_error
   use linearise_mod, only: find_scales, set_t, step_t
   use make_step_mod, only: step_maker_t, begin_steps, prepare_step, make_step
-  use loose_bodies_mod, only: loose_t, begin_loose, bodies_of, is_held_back, follow_loose
+  use loose_bodies_mod, only: loose_t, begin_loose, bodies_of, stay_unseen, is_held_back, &
+    follow_loose
   implicit none
   private
 
@@ -107,6 +108,7 @@ contains
         search%caution = min(most_caution, 100.0_wp*search%caution)
         cycle iterations
       end if
+      call stay_unseen(scene, points, task, now, maker%rows, body%motions, step)
       if (.not. way > 0.0_wp) then
         is_held = task%is_free .and. is_held_back(scene, points, now, maker%unknowns%map, &
           maker%held, step)

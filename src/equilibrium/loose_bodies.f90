@@ -2,16 +2,20 @@
 !> docs/theory.md section 4, "Displacements and reactions together".
 module loose_bodies_mod
   use kinds_mod, only: wp
+  use dense_mod, only: null_space
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use rigid_modes_mod, only: free_motions_t, motion_at, add_motions, generalised_loads
+  use way_to_rest_mod, only: way_to_rest
   use dof_map_mod, only: dof_map_t, to_equations, unknowns_of
-  use transfer_mod, only: nodal_forces, relative_motion
-  use iterate_mod, only: iterate_t, world_reactions
+  use transfer_mod, only: nodal_forces, relative_motion, motion_of_point
+  use iterate_mod, only: task_t, iterate_t, world_reactions
+  use point_rows_mod, only: point_row_t
   use linearise_mod, only: set_t, step_t
   implicit none
   private
 
-  public :: loose_t, begin_loose, bodies_of, is_held_back, follow_loose
+  public :: loose_t, begin_loose, bodies_of, stay_unseen, is_held_back, follow_loose
 
   integer, parameter :: most_alike = 5        !! steps in a row of a body that goes on and on
   real(wp), parameter :: alike = 1.0e-2_wp    !! that differ by less [-]
@@ -48,6 +52,86 @@ contains
         weights%first(i + 1) - 1)])
     end associate
   end function bodies_of
+
+  !> Take from a step what goes along motions that no point which presses sees, that turn no normal
+  !> there and that nothing drives: what is known of them is rounding over the little that holds
+  !> them back. docs/theory.md (9.6a).
+  subroutine stay_unseen(scene, points, task, now, rows, motions, step)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(point_row_t), intent(in) :: rows(:)  !! of the points that press
+    type(free_motions_t), intent(in) :: motions
+    type(step_t), intent(inout) :: step
+    real(wp), parameter :: not_seen = 1.0e-10_wp !! beside what is seen most [-]
+    real(wp), parameter :: still = 1.0e-6_wp  !! beside the normal that turns most [-]
+    type(free_motions_t) :: here
+    real(wp), allocatable :: seen(:, :), turned(:, :), turns(:, :), load(:), rounding(:), &
+      unseen(:, :)
+    integer :: j
+
+    if (motions%n == 0) return
+    here = motions
+    here%place = scene%mesh%coordinates + now%u
+    call move_points(scene, points, task, now, rows, here, seen, turned)
+    unseen = null_space(seen, not_seen)
+    if (size(unseen, 2) == 0) return
+    call generalised_loads(here, scene%mesh, now%residual, abs(now%residual), load, rounding)
+    if (norm2(matmul(load, unseen)) > task%tolerance*maxval(now%scale(here%body))) return
+    turns = matmul(turned, unseen)
+    where (abs(turns) <= still*maxval(abs(turned))) turns = 0.0_wp
+    unseen = matmul(unseen, null_space(turns, still))
+    call add_motions(here, scene%mesh, way_to_rest(scene%mesh, here, [(j, j=1, here%n)], unseen, &
+      step%u), step%u)
+  end subroutine stay_unseen
+
+  !> What motions do at points that press, and at the supports of the bodies that they move.
+  subroutine move_points(scene, points, task, now, rows, motions, seen, turned)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(point_row_t), intent(in) :: rows(:)             !! of the points
+    type(free_motions_t), intent(in) :: motions
+    real(wp), allocatable, intent(out) :: seen(:, :)     !! (m,n_motions) gaps, slips, supports [-]
+    real(wp), allocatable, intent(out) :: turned(:, :)   !! (3 n_rows,n_motions) normals [1/length]
+    real(wp) :: at(3, motions%n)
+    logical :: supported(3, scene%mesh%n_nodes)
+    integer :: i, j, k, n, q
+
+    supported = task%forces%prescribed .and. spread(task%is_free(scene%mesh%body), 1, 3)
+    allocate (seen(3*size(rows) + count(supported), motions%n))
+    allocate (turned(3*size(rows), motions%n), source=0.0_wp)
+    n = 0
+    do i = 1, size(rows)
+      associate (point => rows(i)%point, turns => turned(3*i - 2:3*i, :))
+        do j = 1, motions%n
+          at(:, j) = motion_of_point(scene%mesh, points, now%placement%weights, motions, point, j)
+          do q = 1, size(rows(i)%node)
+            turns(:, j) = turns(:, j) + matmul(rows(i)%normal(:, :, q), motion_at(motions, &
+              scene%mesh, j, rows(i)%node(q)))
+          end do
+        end do
+        ! Friction may do along any of its directions.
+        k = merge(3, 1, points%mu(point) > 0.0_wp)
+        seen(n + 1:n + k, :) = matmul(transpose(now%frame(:, :k, point)), at)
+      end associate
+      n = n + k
+    end do
+    do i = 1, scene%mesh%n_nodes
+      if (.not. any(supported(:, i))) cycle
+      do j = 1, motions%n
+        at(:, j) = motion_at(motions, scene%mesh, j, i)
+      end do
+      do k = 1, 3
+        if (.not. supported(k, i)) cycle
+        n = n + 1
+        seen(n, :) = at(k, :)
+      end do
+    end do
+    seen = seen(:n, :)
+  end subroutine move_points
 
   !> Whether most of the work that a step does on a body goes into what holds it back.
   pure function is_held_back(scene, points, now, map, holds, step) result(is)

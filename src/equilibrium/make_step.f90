@@ -21,7 +21,7 @@ module make_step_mod
   use linearisation_mod, only: linearisation_t
   use gmres_mod, only: linear_map_t, solve_by_gmres
   use iterate_mod, only: task_t, iterate_t
-  use point_rows_mod, only: kept_changes_t, make_rows
+  use point_rows_mod, only: kept_changes_t, point_row_t, make_rows
   use linearise_mod, only: unknowns_t, number_unknowns, bodies_stiffness_t, &
     find_bodies_stiffness, set_t, step_t, system_t, linearise, holding
   implicit none
@@ -42,6 +42,7 @@ module make_step_mod
     integer :: n_factors = 0               !! of matrices of now
     type(unknowns_t) :: unknowns
     real(wp), allocatable :: held(:)       !! (n_free) each back in the last step [force/length]
+    type(point_row_t), allocatable :: rows(:) !! of the points that press in it
     type(kept_changes_t), allocatable, private :: changes(:, :) !! (2,n_pairs)
     type(bodies_stiffness_t), private :: stiffness
     type(stiffness_inverse_t), pointer, private :: inverse => null() !! K_0^-1
@@ -181,6 +182,7 @@ contains
       maker%n_factors = maker%n_factors + 1
     end if
     if (.not. allocated(error)) call take_apart(now, maker%unknowns, system, x, step)
+    call move_alloc(system%rows, maker%rows)
   end subroutine make_step
 
   !> Whether the points do what they did in the last step.

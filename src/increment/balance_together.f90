@@ -11,9 +11,13 @@ module balance_together_mod
   use turning_couplings_mod, only: has_turning
   use transfer_mod, only: movable
   use rigid_modes_mod, only: free_motions_t
-  use describe_motions_mod, only: motion_in_words
+  use describe_motions_mod, only: motion_in_words, free_in_words
   use pull_off_mod, only: pulls_off
+  use problem_mod, only: pack_rows
+  use floating_mod, only: resisting_rows
+  use condensed_contact_mod, only: count_points
   use condense_contact_mod, only: condense_contact
+  use placement_mod, only: placement_t
   use iterate_mod, only: task_t, iterate_t
   use find_equilibrium_mod, only: find_equilibrium
   use closed_points_mod, only: stay_closed, keep_closed
@@ -115,7 +119,45 @@ contains
       end associate
     end do
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
+    if (report%converged .and. solver%body%motions%n > 0) call name_unheld(scene, solver, &
+      trial%placement, found, new, report)
   end subroutine balance_together
+
+  !> Which motions nothing resists, for the notes.
+  subroutine name_unheld(scene, solver, placement, found, new, report)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver        !! its contact problem is there
+    type(placement_t), intent(in) :: placement
+    type(iterate_t), intent(in) :: found
+    type(state_t), intent(in) :: new
+    type(increment_report_t), intent(inout) :: report
+    real(wp) :: resisting(3*count_points(solver%contact), solver%body%motions%n)
+    real(wp), allocatable :: x(:, :), r(:, :)
+    integer :: i, k, n
+
+    n = 0
+    resisting = 0.0_wp
+    do i = 1, size(solver%contact%group)
+      associate (group => solver%contact%group(i))
+        if (size(group%motion) == 0) cycle
+        allocate (x(3, size(group%active)), r(3, size(group%active)))
+        do k = 1, size(group%active)
+          associate (point => group%active(k), frame => placement%frame(:, :, group%active(k)))
+            r(:, k) = matmul(new%reaction(:, point), frame)
+            x(:, k) = [found%x(1, point), matmul(found%slip(:, point), frame(:, 2:))]
+          end associate
+        end do
+        associate (rows => resisting_rows(group%problem, group%floating, r, pack_rows( &
+                   group%problem, x), .true.))
+          resisting(n + 1:n + size(rows, 1), group%motion) = rows
+          n = n + size(rows, 1)
+        end associate
+        deallocate (x, r)
+      end associate
+    end do
+    call free_in_words(scene%mesh, solver%body%motions, resisting(:n, :), report%n_unheld, &
+      report%unheld)
+  end subroutine name_unheld
 
   !> Which motion nothing balances, for the message.
   subroutine name_motion(scene, points, motions, task, found, report)

@@ -6,10 +6,11 @@ module motions_at_rest_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use rigid_modes_mod, only: add_motions
+  use way_to_rest_mod, only: way_to_rest
   use transfer_mod, only: gap_at
   use condensed_contact_mod, only: contact_group_t, neutral_motions, unpressed_motions
   use step_solver_mod, only: step_solver_t
-  use neutral_motions_mod, only: neutral_step, unturned_motions, way_to_rest
+  use neutral_motions_mod, only: neutral_step, unturned_motions
   use trial_mod, only: trial_t
   use place_and_solve_mod, only: newton_raphson_t
   use displace_mod, only: settle
@@ -108,14 +109,14 @@ contains
           neutral = unturned_motions(scene, points, motions, list, neutral, trial%placement, new)
         end if
         if (size(unpressed, 2) == 0) return
-        way(list) = way_to_rest(scene, motions, list, unpressed, moved)
+        way(list) = way_to_rest(scene%mesh, motions, list, unpressed, moved)
         if (size(unpressed, 2) == size(neutral, 2)) return
         part = part_of_way(group, way(list))
         if (.not. part < 1.0_wp) return
         if (size(unpressed, 2) == size(list)) then
           way(list) = part*way(list)
         else
-          way(list) = way_to_rest(scene, motions, list, neutral, moved)
+          way(list) = way_to_rest(scene%mesh, motions, list, neutral, moved)
         end if
       end associate
     end subroutine rest_group
