@@ -35,7 +35,7 @@ contains
 
     geometry = min(1.0_wp, progress%geometry)
     if (any(progress%geometry >= not_known)) geometry = 0.0_wp
-    associate (steps => progress%worst_errors(1), mesh => progress%worst_errors(3))
+    associate (steps => progress%tally%load_steps, mesh => progress%tally%mesh)
       largest = max(steps, mesh, sum(geometry))
       if (largest < worth_naming) return
       ! Of small strain another note says what lessens it.
@@ -43,7 +43,6 @@ contains
       if (mesh >= largest) then
         words = 'the mesh''s ('//percent(mesh)//'): '//finer_meshes(scene, progress, mesh)
       else if (steps >= largest) then
-        if (steps >= not_known) return
         words = 'the load steps'' ('//percent(steps)//'): increments half as long take about '// &
           seconds_of(scene, progress%tally, 1.0_wp, 2)
       else

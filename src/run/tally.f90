@@ -60,6 +60,8 @@ module tally_mod
     real(wp) :: law = 0.0_wp              !! and by a law that the deck leaves open [-]
     integer  :: follows_theory = 0        !! ends of steps where these are estimates, not bounds
     real(wp) :: with_theory = 0.0_wp      !! the largest error of all sources, where it is known [-]
+    real(wp) :: mesh = 0.0_wp             !! the largest error by the mesh, at ends of steps [-]
+    real(wp) :: load_steps = 0.0_wp       !! and by load steps, where it is known [-]
     real(wp) :: read_time = 0.0_wp      !! plan included [s], as all below
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
@@ -100,6 +102,10 @@ contains
     tally%largest_rotation = max(tally%largest_rotation, report%largest_rotation)
     tally%theory = max(tally%theory, report%errors%theory)
     tally%largest_stress = max(tally%largest_stress, report%largest_stress)
+    if (increment%last_of_step) then
+      tally%mesh = max(tally%mesh, report%errors%mesh)
+      tally%load_steps = max(tally%load_steps, report%errors%load_steps)
+    end if
     tally%of_law = max(tally%of_law, report%errors%of_law)
     tally%law = max(tally%law, report%errors%law)
     if (total_error(report%errors) >= 0.0_wp) tally%with_theory = max(tally%with_theory, &
@@ -239,6 +245,8 @@ contains
     call archive(list, tally%missed)
     call archive(list, tally%follows_theory)
     call archive(list, tally%with_theory)
+    call archive(list, tally%mesh)
+    call archive(list, tally%load_steps)
     call archive(list, tally%largest_stress)
     call archive(list, tally%of_law(1))
     call archive(list, tally%of_law(2))
