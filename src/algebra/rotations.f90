@@ -5,7 +5,8 @@ module rotations_mod
   implicit none
   private
 
-  public :: rotation_matrix, change_of_place, turn_between, fit_motion, spin_matrix, compose_turns
+  public :: rotation_matrix, change_of_place, turn_between, fit_motion, best_turn, spin_matrix, &
+    compose_turns
 
 contains
 
@@ -78,40 +79,63 @@ contains
     end do
   end function spin_matrix
 
-  !> The rotation vector of one turn and another after it: of those of the whole turn, which differ
-  !> by whole turns about its axis, the one nearest to the first.
+  !> The rotation vector of one turn and another after it: of those of the whole turn, the one
+  !> nearest to the first.
   pure function compose_turns(first, then) result(turn)
     real(wp), intent(in) :: first(3), then(3) !! rotation vectors in space [rad]
     real(wp) :: turn(3)                       !! [rad]
-    real(wp), parameter :: whole = 8.0_wp*atan(1.0_wp)
-    real(wp) :: p(0:3), q(0:3), axis(3), angle, length
+    real(wp) :: p(0:3), q(0:3)
 
     p = quaternion(first)
     q = quaternion(then)
-    axis = q(0)*p(1:) + p(0)*q(1:) + [q(2)*p(3) - q(3)*p(2), q(3)*p(1) - q(1)*p(3), &
-      q(1)*p(2) - q(2)*p(1)]
-    length = norm2(axis)
-    angle = 2.0_wp*atan2(length, p(0)*q(0) - dot_product(p(1:), q(1:)))
-    if (length > epsilon(1.0_wp)) then
-      axis = axis/length
-    else
-      ! The product is the identity, which has no axis: that of the first turn is kept.
-      angle = 0.0_wp
-      axis = first/max(norm2(first), tiny(1.0_wp))
-    end if
-    turn = (angle + whole*anint((dot_product(first, axis) - angle)/whole))*axis
+    turn = vector_of([p(0)*q(0) - dot_product(p(1:), q(1:)), q(0)*p(1:) + p(0)*q(1:) + &
+      [q(2)*p(3) - q(3)*p(2), q(3)*p(1) - q(1)*p(3), q(1)*p(2) - q(2)*p(1)]], first)
   end function compose_turns
 
-  !> The rigid motion that takes places nearest to others, x -> R x + t, by the largest eigenvalue
-  !> of Horn's matrix of quaternions; none where places on a line leave the rotation open.
-  subroutine fit_motion(from, to, rotation, shift, is_found)
+  !> Of the rotation vectors of a quaternion, which differ by whole turns about its axis, the one
+  !> nearest to another vector.
+  pure function vector_of(q, near) result(vector)
+    real(wp), intent(in) :: q(0:3)    !! of length 1
+    real(wp), intent(in) :: near(3)   !! [rad]
+    real(wp) :: vector(3)             !! [rad]
+    real(wp), parameter :: whole = 8.0_wp*atan(1.0_wp)
+    real(wp) :: axis(3), angle, length
+
+    length = norm2(q(1:))
+    angle = 2.0_wp*atan2(length, q(0))
+    if (length > epsilon(1.0_wp)) then
+      axis = q(1:)/length
+    else
+      ! The identity has no axis: that of the other vector is kept.
+      angle = 0.0_wp
+      axis = near/max(norm2(near), tiny(1.0_wp))
+    end if
+    vector = (angle + whole*anint((dot_product(near, axis) - angle)/whole))*axis
+  end function vector_of
+
+  !> The rotation vector of the R for which sum R m_i . x_i is the largest: of those of R, the one
+  !> nearest to another. docs/theory.md (8.47).
+  pure function best_turn(moments, places, near) result(vector)
+    real(wp), intent(in) :: moments(:, :), places(:, :) !! (3,n) m_i [length], x_i [length]
+    real(wp), intent(in) :: near(3)                     !! [rad]
+    real(wp) :: vector(3)
+    !! [rad]; `near` where moments and places on a line leave the rotation open
+    real(wp) :: q(0:3)
+    logical :: is_found
+
+    vector = near
+    call best_quaternion(matmul(moments, transpose(places)), q, is_found)
+    if (is_found) vector = vector_of(q, near)
+  end function best_turn
+
+  !> The rigid motion that takes places nearest to others, x -> R x + t; none where places on a line
+  !> leave the rotation open.
+  pure subroutine fit_motion(from, to, rotation, shift, is_found)
     real(wp), intent(in) :: from(:, :), to(:, :)     !! (3,n) [length]
     real(wp), intent(out) :: rotation(3, 3), shift(3) !! [-], [length]
     logical, intent(out) :: is_found
-    real(wp), parameter :: open = 1.0e-6_wp
-    !! of the largest eigenvalue: the second as near to it, for places on a line [-]
-    real(wp) :: m(3, 3), horn(0:3, 0:3), q(0:3), values(4), centre(3), goal(3)
-    integer :: i, n
+    real(wp) :: m(3, 3), q(0:3), centre(3), goal(3)
+    integer :: n
 
     rotation = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
     shift = 0.0_wp
@@ -120,7 +144,25 @@ contains
     if (n < 3) return
     centre = sum(from, dim=2)/real(n, wp)
     goal = sum(to, dim=2)/real(n, wp)
-    m = matmul(from - spread(centre, 2, n), transpose(to - spread(goal, 2, n)))
+    call best_quaternion(matmul(from - spread(centre, 2, n), transpose(to - spread(goal, 2, n))), &
+      q, is_found)
+    if (.not. is_found) return
+    m = reshape([0.0_wp, q(3), -q(2), -q(3), 0.0_wp, q(1), q(2), -q(1), 0.0_wp], [3, 3])
+    rotation = rotation + 2.0_wp*(q(0)*m + matmul(m, m))
+    shift = goal - matmul(rotation, centre)
+  end subroutine fit_motion
+
+  !> The quaternion of the R for which the trace of R m is the largest, by the largest eigenvalue of
+  !> Horn's matrix; none where that is two times there.
+  pure subroutine best_quaternion(m, q, is_found)
+    real(wp), intent(in) :: m(3, 3)  !! sum of a_i b_i^T, R a_i to be near b_i
+    real(wp), intent(out) :: q(0:3)  !! of length 1
+    logical, intent(out) :: is_found
+    real(wp), parameter :: open = 1.0e-6_wp
+    !! of the largest eigenvalue: the second as near to it, for places on a line [-]
+    real(wp) :: horn(0:3, 0:3), values(4)
+    integer :: i
+
     horn(0, 0) = m(1, 1) + m(2, 2) + m(3, 3)
     horn(0, 1:) = [m(2, 3) - m(3, 2), m(3, 1) - m(1, 3), m(1, 2) - m(2, 1)]
     horn(1:, 0) = horn(0, 1:)
@@ -130,12 +172,8 @@ contains
     end do
     call symmetric_eigenvectors(horn, values, is_found)
     is_found = is_found .and. values(4) - values(3) > open*values(4)
-    if (.not. is_found) return
     q = horn(:, 3)
-    m = reshape([0.0_wp, q(3), -q(2), -q(3), 0.0_wp, q(1), q(2), -q(1), 0.0_wp], [3, 3])
-    rotation = rotation + 2.0_wp*(q(0)*m + matmul(m, m))
-    shift = goal - matmul(rotation, centre)
-  end subroutine fit_motion
+  end subroutine best_quaternion
 
   pure function quaternion(vector) result(q)
     real(wp), intent(in) :: vector(3)  !! [rad]

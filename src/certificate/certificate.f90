@@ -15,6 +15,7 @@ module certificate_mod
   use edge_middles_mod, only: edge_middles_t, spread_reaction
   use constrained_forces_mod, only: hand_over, torn
   use rigid_patterns_mod, only: broken, along_free_turns
+  use turning_means_mod, only: misplaced
   use error_measures_mod, only: are_finite, excusable, ratio, rounded
   use certificate_scales_mod, only: scales_t, find_scales
   use undetermined_forces_mod, only: largest_undetermined
@@ -131,8 +132,9 @@ contains
       certificate = judge_contact(points%mu, reaction, x, scales%force, scales%length, way)
     end if
     certificate%support = max(departure(mesh, new%displacement, forces), torn(mesh, &
-      new%displacement, forces%constraints, forces%prescribed, forces%patterns), &
-      broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed))
+      new%displacement, forces%constraints, forces%prescribed, forces%patterns, forces%means), &
+      broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed), &
+      misplaced(forces%means, mesh%coordinates, new%displacement))
     acting = acting_t(forces%external, pressed(:, :, 2), support)
     if (allocated(forces%dead_load)) acting%dead = forces%dead_load
     if (forces%constraints%n_equations > 0) acting%contact = acting%contact + joining

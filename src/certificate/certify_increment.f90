@@ -22,6 +22,7 @@ module certify_increment_mod
   use turned_slips_mod, only: slips_of_turns
   use edge_middles_mod, only: find_edge_middles
   use rigid_patterns_mod, only: find_patterns, take_moments
+  use turning_means_mod, only: find_means, spread_forces
   use pairs_of_step_mod, only: take_pairs, face_nothing, find_closed
   use certificate_mod, only: certify
   implicit none
@@ -64,6 +65,9 @@ contains
         forces%following%gradient, new%displacement, forces%external)
       forces%patterns = find_patterns(scene)
       call take_moments(forces%patterns, scene%mesh%coordinates + new%displacement, &
+        forces%constraints)
+      forces%means = find_means(scene, new%displacement)
+      call spread_forces(forces%means, scene%mesh%coordinates, new%displacement, &
         forces%constraints)
     end if
     call add_foundation_pressures(scene, new%displacement, forces)

@@ -5,6 +5,7 @@ module constrained_forces_mod
   use constraints_mod, only: constraints_t
   use mesh_mod, only: mesh_t
   use rigid_patterns_mod, only: rigid_patterns_t
+  use turning_means_mod, only: turning_means_t, is_of_mean
   use error_measures_mod, only: ratio
   implicit none
   private
@@ -15,12 +16,13 @@ contains
 
   !> How far what depends is from where its masters say it is, beside what they add up and the size
   !> of the mesh. docs/theory.md (11.11).
-  pure real(wp) function torn(mesh, u, constraints, prescribed, patterns)
+  pure real(wp) function torn(mesh, u, constraints, prescribed, patterns, means)
     type(mesh_t), intent(in) :: mesh
     real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
     type(constraints_t), intent(in) :: constraints
     logical, intent(in) :: prescribed(:, :) !! (3,n_nodes) by supports, which come first
     type(rigid_patterns_t), intent(in) :: patterns !! whose constraints are no lines
+    type(turning_means_t), intent(in) :: means     !! likewise
     real(wp) :: size_of_mesh, here, sum_of_sizes, part
     integer :: c, k
 
@@ -32,6 +34,7 @@ contains
         if (patterns%n > 0) then
           if (patterns%of_node(all%node(c)) > 0) cycle
         end if
+        if (is_of_mean(means, all%node(c), all%dof(c))) cycle
         here = u(all%dof(c), all%node(c))
         sum_of_sizes = abs(here)
         do k = all%first(c), all%first(c + 1) - 1

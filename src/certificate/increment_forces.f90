@@ -5,6 +5,7 @@ module increment_forces_mod
   use loads_mod, only: following_t
   use edge_middles_mod, only: edge_middles_t
   use rigid_patterns_mod, only: rigid_patterns_t
+  use turning_means_mod, only: turning_means_t
   implicit none
   private
 
@@ -28,6 +29,7 @@ module increment_forces_mod
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
     type(constraints_t) :: constraints        !! those of the scene, whatever supports hold
     type(rigid_patterns_t) :: patterns        !! couplings that turn, whose constraints are no lines
+    type(turning_means_t) :: means            !! over surfaces that turn, likewise
   end type imposed_t
 
   !> The same, with the forces from the stresses.

@@ -134,14 +134,29 @@ contains
     end do
   end subroutine couple
 
-  !> The reference nodes of couplings with the nodes of their rotations.
-  function rotations_of(model) result(rotations)
+  !> The reference nodes of couplings with the nodes of their rotations, and what they are the means
+  !> of.
+  function rotations_of(model, surfaces, couplings) result(rotations)
     type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: surfaces(:)
+    type(coupling_t), intent(in) :: couplings(:)
     type(coupled_rotation_t) :: rotations(size(model%rotation_of, 2))
+    real(wp) :: middle(3)
+    integer :: i, k
 
     rotations%node = model%rotation_of(1, :)
     rotations%rotation_node = model%rotation_of(2, :)
     rotations%length = model%rotation_arm(model%rotation_of(1, :))
+    do i = 1, size(rotations)
+      do k = 1, size(couplings)
+        if (.not. couplings(k)%distributes .or. couplings(k)%node /= rotations(i)%node) cycle
+        associate (of => rotations(i), surface => surfaces(couplings(k)%surface))
+          of%surface_nodes = surface%nodes
+          of%is_mean = couplings(k)%dofs
+          call find_shares(model, surface, of%share, of%moment, middle)
+        end associate
+      end do
+    end do
   end function rotations_of
 
   !> How far coupled nodes are from their reference nodes, at most.
@@ -228,12 +243,10 @@ contains
 
     m = size(surface%nodes)
     allocate (moved(3, 3, m), turned(3, 3, m))
-    call find_shares(model, surface, weight, moment)
+    call find_shares(model, surface, weight, moment, middle)
     associate (x => model%mesh%coordinates(:, surface%nodes), ref => coupling%node)
-      middle = x(:, 1) + sum(moment, dim=2)
       inertia = 0.0_wp
       do i = 1, m
-        moment(:, i) = moment(:, i) - weight(i)*(middle - x(:, 1))
         inertia = inertia - matmul(cross_matrix(moment(:, i)), cross_matrix(x(:, i) - middle))
       end do
       call invert_general(inertia, ok)
@@ -278,15 +291,17 @@ contains
 
   end subroutine distribute
 
-  !> The part of a surface that belongs to each of its nodes, and the moment of this part.
-  subroutine find_shares(model, surface, share, moment)
+  !> The part of a surface that belongs to each of its nodes, the moment of this part about the
+  !> middle of the surface, and where that is.
+  subroutine find_shares(model, surface, share, moment, middle)
     type(model_t), intent(in) :: model
     type(surface_t), intent(in) :: surface
     real(wp), allocatable, intent(out) :: share(:)     !! (n) int N_a dA of the area [-]
-    real(wp), allocatable, intent(out) :: moment(:, :)
-    !! (3,n) int N_a (x - x_1) dA of it, x_1 the place of the first node [length]
+    real(wp), allocatable, intent(out) :: moment(:, :) !! (3,n) int N_a (x - x_m) dA of it [length]
+    real(wp), intent(out) :: middle(3)                 !! x_m [length]
+    real(wp) :: from_first(3)
     real(wp) :: area(model%mesh%n_nodes), of_nodes(3, model%mesh%n_nodes)
-    integer :: faces(face_nodes, size(surface%faces, 2)), f
+    integer :: faces(face_nodes, size(surface%faces, 2)), f, i
 
     faces = all_nodes_of(surface%faces, model%mesh%connectivity)
     area = 0.0_wp
@@ -300,6 +315,11 @@ contains
     end do
     share = area(surface%nodes)/sum(area(surface%nodes))
     moment = of_nodes(:, surface%nodes)/sum(area(surface%nodes))
+    from_first = sum(moment, dim=2)
+    do i = 1, size(share)
+      moment(:, i) = moment(:, i) - share(i)*from_first
+    end do
+    middle = model%mesh%coordinates(:, surface%nodes(1)) + from_first
   end subroutine find_shares
 
   !> What takes a vector to `v` x the vector.

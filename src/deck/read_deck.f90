@@ -223,7 +223,8 @@ contains
     if (any_mistakes(reader%diagnostics)) return
 
     scene%surfaces = draft%surfaces%list(:draft%surfaces%n)
-    if (size(draft%couplings) > 0) scene%rotations = rotations_of(draft%model)
+    if (size(draft%couplings) > 0) scene%rotations = rotations_of(draft%model, &
+      scene%surfaces, draft%couplings)
     if (allocated(scene%first_temperature)) scene%first_temperature = &
       [scene%first_temperature, spread(0.0_wp, 1, draft%model%mesh%n_stand_ins)]
     call note_held(reader, scene%constraints, draft%model%mesh%n_nodes, draft%model%mesh%hangs, &

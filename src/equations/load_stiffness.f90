@@ -8,14 +8,16 @@ module load_stiffness_mod
   use scene_mod, only: scene_t
   use faces_mod, only: face_area_vectors
   use node_products_mod, only: cell_functions_t, find_node_products
+  use grips_mod, only: is_turning_mean
+  use turning_couplings_mod, only: mean_stiffness
   use dof_map_mod, only: dof_map_t, interface_terms_of
   use assembly_mod, only: triplets_t
   implicit none
   private
 
-  public :: load_stiffness_t, loaded_nodes, load_stiffnesses, add_load_stiffness
+  public :: load_stiffness_t, loaded_nodes, load_stiffnesses, mean_stiffnesses, add_load_stiffness
 
-  !> -df/du of the forces on a face, or an element, by its nodes' places.
+  !> -df/du of the forces on a face, an element, or a surface with a mean, by its nodes' places.
   type :: load_stiffness_t
     integer, allocatable :: node(:)   !! (n)
     real(wp), allocatable :: k(:, :)  !! (3n,3n) not symmetric [force/length]
@@ -26,7 +28,7 @@ module load_stiffness_mod
 
 contains
 
-  !> The nodes of what such loads act on, with repeats.
+  !> The nodes of what such loads act on, and of surfaces with means that turn, with repeats.
   pure function loaded_nodes(scene, following) result(nodes)
     type(scene_t), intent(in) :: scene
     type(following_t), intent(in) :: following
@@ -51,6 +53,11 @@ contains
           scene%regions(s)%elements(i)))
       end do
     end do
+    if (allocated(scene%rotations)) then
+      do i = 1, size(scene%rotations)
+        if (is_turning_mean(scene, i)) call append(nodes, n, scene%rotations(i)%surface_nodes)
+      end do
+    end if
     nodes = nodes(:n)
   end function loaded_nodes
 
@@ -98,24 +105,42 @@ contains
     end do
   end function load_stiffnesses
 
-  !> Add the symmetric part of -df/du to K, f the forces of these loads, and say whether there is
-  !> another one: then the work of the pressures depends on the way.
-  pure subroutine add_load_stiffness(scene, map, following, u, k, is_symmetric)
+  !> What the forces on means over surfaces that turn change by. It joins all nodes of a surface,
+  !> and is left out where it has more entries than the bodies have.
+  pure function mean_stiffnesses(scene, u, f, most) result(all)
     type(scene_t), intent(in) :: scene
-    type(dof_map_t), intent(in) :: map           !! with the loaded nodes on its interface
-    type(following_t), intent(in) :: following
     real(wp), intent(in) :: u(:, :)              !! (3,n_nodes) [length]
+    real(wp), intent(in) :: f(:, :)              !! (3,n_nodes) that acts on nodes [force]
+    integer, intent(in) :: most                  !! entries of the matrix of the bodies
+    type(load_stiffness_t), allocatable :: all(:)
+    type(load_stiffness_t) :: of
+    integer :: i
+
+    allocate (all(0))
+    if (.not. allocated(scene%rotations)) return
+    do i = 1, size(scene%rotations)
+      if (.not. is_turning_mean(scene, i)) cycle
+      of%node = scene%rotations(i)%surface_nodes
+      if ((3.0_wp*real(size(of%node), wp))**2 > real(most, wp)) cycle
+      of%k = mean_stiffness(scene, i, u, f)
+      if (size(of%k) > 0) all = [all, of]
+    end do
+  end function mean_stiffnesses
+
+  !> Add the symmetric part of -df/du to K, f the forces of these loads, and say whether there is
+  !> another one: then the work of the loads depends on the way.
+  pure subroutine add_load_stiffness(map, of, k, is_symmetric)
+    type(dof_map_t), intent(in) :: map           !! with the loaded nodes on its interface
+    type(load_stiffness_t), intent(in) :: of(:)
     type(triplets_t), intent(inout) :: k
     logical, intent(out) :: is_symmetric
     type(triplets_t) :: added
-    type(load_stiffness_t), allocatable :: of(:)
     real(wp), allocatable :: skew(:), largest(:) !! (n_free) of a vector without a pattern
     integer :: l, n_added
 
     allocate (skew(map%n_free), largest(map%n_free), source=0.0_wp)
     allocate (added%row(0), added%column(0), added%value(0))
     n_added = 0
-    of = load_stiffnesses(scene, following, u)
     do l = 1, size(of)
       call add_nodes(map, of(l)%node, of(l)%k, added, n_added, skew, largest)
     end do

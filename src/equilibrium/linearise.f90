@@ -14,7 +14,8 @@ module linearise_mod
   use turning_couplings_mod, only: coupling_stiffness
   use dof_map_mod, only: dof_map_t, make_dof_map, interface_terms_of, to_equations, to_nodes
   use assembly_mod, only: triplets_t, assemble_stiffness, diagonal_of
-  use load_stiffness_mod, only: load_stiffness_t, load_stiffnesses
+  use load_stiffness_mod, only: load_stiffness_t, load_stiffnesses, &
+    mean_stiffnesses
   use point_rows_mod, only: point_row_t
   use transfer_mod, only: nodal_forces
   use iterate_mod, only: task_t, iterate_t, world_reactions
@@ -269,17 +270,19 @@ contains
     real(wp) :: k(3, 3)
     integer :: l, p, q, i, j
 
-    if (allocated(now%forces%dead_load)) then
-      of = load_stiffnesses(scene, now%forces%following, now%u)
-      do l = 1, size(of)
-        do q = 1, size(of(l)%node)
-          do p = 1, size(of(l)%node)
-            call add_block(unknowns, of(l)%node(p), of(l)%node(q), &
-              of(l)%k(3*p - 2:3*p, 3*q - 2:3*q), system)
-          end do
+    allocate (of(0))
+    if (allocated(task%turned_from)) of = mean_stiffnesses(scene, now%u, now%unbalanced, &
+      system%n_entries)
+    if (allocated(now%forces%dead_load)) of = [of, load_stiffnesses(scene, &
+      now%forces%following, now%u)]
+    do l = 1, size(of)
+      do q = 1, size(of(l)%node)
+        do p = 1, size(of(l)%node)
+          call add_block(unknowns, of(l)%node(p), of(l)%node(q), &
+            of(l)%k(3*p - 2:3*p, 3*q - 2:3*q), system)
         end do
       end do
-    end if
+    end do
     if (.not. allocated(task%turned_from)) return
     do i = 1, size(scene%rotations)
       if (.not. is_turning(scene, i)) cycle

@@ -12,6 +12,7 @@ module make_step_mod
   use dense_mod, only: factorise_general, solve_factorised
   use block_diagonal_mod, only: add_column, times_blocks
   use scene_mod, only: scene_t
+  use turning_couplings_mod, only: has_turning_unknowns
   use contact_points_mod, only: contact_points_t
   use rigid_modes_mod, only: free_motions_t, add_motions
   use dof_map_mod, only: equations_of, unknowns_of, to_nodes
@@ -96,7 +97,7 @@ contains
 
     maker%inverse => body%inverse
     call number_unknowns(scene, task, now, maker%unknowns)
-    if (allocated(task%turned_from) .or. .not. allocated(body%diagonal)) return
+    if (has_turning_unknowns(scene) .or. .not. allocated(body%diagonal)) return
     associate (map => maker%unknowns%map, its => body%inverse%map)
       if (.not. body%inverse%is_condensed .or. map%n_free /= its%n_free + body%motions%n) return
       allocate (maker%equation(map%n_free), source=0)

@@ -8,7 +8,7 @@ module balance_together_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use bodies_mod, only: is_linear
-  use turning_couplings_mod, only: has_turning
+  use turning_couplings_mod, only: has_turning, has_turning_unknowns
   use transfer_mod, only: movable
   use rigid_modes_mod, only: free_motions_t
   use describe_motions_mod, only: motion_in_words, free_in_words
@@ -49,7 +49,7 @@ contains
 
     keeps_tangent = .not. is_linear(scene)
     if (solver%choices%precision%renews_tangent) keeps_tangent = is_together(scene, solver) .and. &
-      .not. has_turning(scene)
+      .not. has_turning_unknowns(scene)
   end function keeps_tangent
 
   !> Displacement and reactions in balance, together or each in its turn.

@@ -51,7 +51,8 @@ module stability_mod
   use placement_mod, only: placement_t, place_state, as_turned
   use condensed_contact_mod, only: neutral_motions
   use step_solver_mod, only: step_solver_t
-  use load_stiffness_mod, only: loaded_nodes, add_load_stiffness
+  use load_stiffness_mod, only: loaded_nodes, load_stiffnesses, mean_stiffnesses, &
+    add_load_stiffness
   use loads_mod, only: following_t
   implicit none
   private
@@ -147,7 +148,7 @@ contains
     type(pressed_t) :: contact
     type(error_t), allocatable :: error
     integer, allocatable :: start(:), neighbours(:), position(:)
-    real(wp), allocatable :: d(:), unturned(:, :)
+    real(wp), allocatable :: d(:), unturned(:, :), unanswered(:, :)
     integer :: held, i
     logical :: has_energy, is_dead
 
@@ -167,8 +168,10 @@ contains
         tangent=tangent)
       k%n = map%n_free + motions%n
       call add_curvature(scene, points, map, motions, state, contact, k)
-      call add_load_stiffness(scene, map, following, state%displacement, k, has_energy)
-      call add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
+      unanswered = unanswered_forces(scene, points, state, contact)
+      call add_load_stiffness(map, [load_stiffnesses(scene, following, state%displacement), &
+        mean_stiffnesses(scene, state%displacement, unanswered, size(k%value))], k, has_energy)
+      call add_coupling_stiffness(scene, solver, state, unanswered, map, k, is_dead)
       ! Without the rows there are more motions: where none of them lowers the energy no other does.
       if (motions%n == 0 .and. k%n_negative == 0) stability%is_known = is_surely_positive(k, map, &
         scene%mesh%n_nodes, solver%body%inverse)
@@ -426,29 +429,41 @@ contains
     end do
   end subroutine add_entries
 
-  !> Add what forces on the nodes of turning couplings do as these turn, and say whether moments
-  !> have no energy: they have one where the rotation is free about one axis.
-  pure subroutine add_coupling_stiffness(scene, points, solver, state, contact, map, k, is_dead)
+  !> Forces on nodes that stresses do not answer, as constraints hand them on; none where no
+  !> coupling turns.
+  function unanswered_forces(scene, points, state, contact) result(f)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: state
     type(pressed_t), intent(in) :: contact
-    type(dof_map_t), intent(in) :: map
-    type(triplets_t), intent(inout) :: k
-    logical, intent(out) :: is_dead
+    real(wp) :: f(3, scene%mesh%n_nodes) !! [force]
     type(tangent_t) :: tangent
     type(modes_t) :: modes
-    real(wp) :: f(3, scene%mesh%n_nodes)
-    integer :: i, inverted
+    integer :: inverted
 
-    is_dead = .false.
+    f = 0.0_wp
     if (.not. has_turning(scene)) return
     tangent = tangent_at(scene, state%displacement, state%step, state%position, projection=0.0_wp)
     call find_internal_force(scene, tangent%free, state%displacement, modes, f, inverted)
-    f = f - state%external_force - nodal_forces(points, contact%placement%weights, &
-      state%reaction, size(f, 2))
-    call stiffen_couplings(scene, solver%body%prescribed, state%displacement, f, 1.0_wp, map, k)
+    f = state%external_force + nodal_forces(points, contact%placement%weights, state%reaction, &
+      size(f, 2)) - f
+  end function unanswered_forces
+
+  !> Add what forces on the nodes of turning couplings do as these turn, and say whether moments
+  !> have no energy: they have one where the rotation is free about one axis.
+  pure subroutine add_coupling_stiffness(scene, solver, state, f, map, k, is_dead)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: state
+    real(wp), intent(in) :: f(:, :)      !! (3,n_nodes) that stresses do not answer [force]
+    type(dof_map_t), intent(in) :: map
+    type(triplets_t), intent(inout) :: k
+    logical, intent(out) :: is_dead
+    integer :: i
+
+    is_dead = .false.
+    if (.not. has_turning(scene)) return
+    call stiffen_couplings(scene, solver%body%prescribed, state%displacement, -f, 1.0_wp, map, k)
     do i = 1, size(scene%rotations)
       if (.not. is_turning(scene, i)) cycle
       associate (node => scene%rotations(i)%rotation_node)

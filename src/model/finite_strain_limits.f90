@@ -4,7 +4,7 @@ module finite_strain_limits_mod
   use controls_mod, only: compliance_products, is_exact
   use scene_mod, only: scene_t
   use text_mod, only: to_text
-  use grips_mod, only: is_grip, is_turning, is_held_at_0
+  use grips_mod, only: is_grip, is_turning, is_turning_mean, is_held_at_0
   implicit none
   private
 
@@ -51,8 +51,7 @@ contains
   end function spring_that_turns
 
   !> The first coupled rotation that is not held at 0 and whose equations are those of small ones; 0
-  !> where there is none. A mean of displacements alone may stand: the rotation beside it holds
-  !> nothing.
+  !> where there is none.
   pure integer function turning_coupling(scene) result(found)
     type(scene_t), intent(in) :: scene
     integer :: c
@@ -62,7 +61,7 @@ contains
       do found = 1, size(scene%rotations)
         associate (of => scene%rotations(found), joints => scene%constraints)
           if (is_held_at_0(scene, of%rotation_node) .or. is_grip(scene, found) .or. &
-            is_turning(scene, found)) cycle
+            is_turning(scene, found) .or. is_turning_mean(scene, found)) cycle
           turns = is_loaded(scene, of%rotation_node)
           do c = 1, joints%n
             associate (first => joints%first(c), last => joints%first(c + 1) - 1)
@@ -94,9 +93,10 @@ contains
       if (allocated(scene%local_axes)) depends = depends .and. all(scene%local_axes%node /= &
         of%node .and. scene%local_axes%node /= of%rotation_node)
       if (depends) then
-        words = '*DISTRIBUTING couplings that carry moments or spread forces from beside the '// &
-          'middle of their surface (reference node '//id//'): put forces alone on a node in '// &
-          'the middle, or couple all directions by *KINEMATIC'
+        words = '*DISTRIBUTING couplings of one or two of directions 4 to 6, whose reference '// &
+          'node has local directions, or whose rotation *KINEMATIC or equations name '// &
+          '(reference node '//id//'): couple all directions, and give each coupling a node of '// &
+          'its own'
       else
         words = '*KINEMATIC couplings that turn and couple only some of directions 1 to 3, or '// &
           'whose reference node has local directions or rotations that equations name '// &

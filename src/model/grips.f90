@@ -4,11 +4,12 @@
 !> docs/theory.md (8.37), (8.38).
 module grips_mod
   use kinds_mod, only: wp
+  use mesh_mod, only: solids
   use scene_mod, only: scene_t
   implicit none
   private
 
-  public :: is_grip, nodes_of_grip, gripped_nodes, is_turning, is_held_at_0
+  public :: is_grip, nodes_of_grip, gripped_nodes, is_turning, is_turning_mean, is_held_at_0
 
   real(wp), parameter :: nothing = 1.0e-10_wp !! of the largest in an equation: rounding [-]
 
@@ -40,6 +41,31 @@ contains
     if (is_held_at_0(scene, scene%rotations(rotation)%rotation_node)) return
     is_turning = is_rigid(scene, rotation) .and. .not. is_grip(scene, rotation)
   end function is_turning
+
+  !> Whether a reference node and its rotation are means over a surface that turns at finite strain,
+  !> by a *DISTRIBUTING of all rotations or of none: nothing goes with the rotation, and all is
+  !> along x, y, z.
+  pure logical function is_turning_mean(scene, rotation) result(is_mean)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: rotation !! among the scene's
+    integer :: c
+
+    is_mean = .false.
+    if (.not. scene%finite_strain) return
+    associate (of => scene%rotations(rotation), joints => scene%constraints)
+      if (.not. allocated(of%surface_nodes)) return
+      if (scene%mesh%plane == solids .and. any(of%is_mean(4:) .neqv. of%is_mean(4))) return
+      if (allocated(scene%local_axes)) then
+        associate (turned => scene%local_axes%node)
+          if (any(turned == of%node .or. turned == of%rotation_node)) return
+        end associate
+      end if
+      do c = 1, joints%n
+        if (any(joints%master(joints%first(c):joints%first(c + 1) - 1) == of%rotation_node)) return
+      end do
+    end associate
+    is_mean = .true.
+  end function is_turning_mean
 
   !> Whether all that depends on a rotation goes with it along all three axes, and the rotation
   !> depends on nothing.

@@ -71,10 +71,15 @@ module scene_mod
   end type contact_pair_t
 
   !> A reference node of couplings, and the node whose displacement is its rotation times a length.
+  !> By *DISTRIBUTING both are means over a surface.
   type :: coupled_rotation_t
     integer  :: node = 0
     integer  :: rotation_node = 0
     real(wp) :: length = 1.0_wp
+    integer,  allocatable :: surface_nodes(:) !! (n) of the mean; not allocated: it is none
+    real(wp), allocatable :: share(:)         !! (n) int N_a dA of the area [-]
+    real(wp), allocatable :: moment(:, :)     !! (3,n) int N_a (x - x_m) dA of it [length]
+    logical :: is_mean(6) = .false.           !! dofs that are means
   end type coupled_rotation_t
 
   !> Local directions at a node that has values along these.
