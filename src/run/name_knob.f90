@@ -66,8 +66,8 @@ contains
     if (geometry(1) > least) words = words//'; faces that are entered between their nodes make '// &
       percent(geometry(1))//': smaller elements at contact, or meshes that match, lessen it'
     if (geometry(3) > least) words = words//'; flat faces that stand for arcs make '// &
-      percent(geometry(3))//': ADJUST=0 of *CONTACT PAIR closes what they gape or overlap by, '// &
-      'and elements of second order lessen it'
+      percent(geometry(3))//': more faces along the arcs, or elements of second order, lessen '// &
+      'it; ADJUST=0 of *CONTACT PAIR closes gaps that the bodies do not have'
     words = words(min(len(words), 2) + 1:)
   end function geometry_in_words
 
