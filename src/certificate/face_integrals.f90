@@ -74,9 +74,7 @@ contains
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
     parts = [(triangle_t(reshape([mean, corner(:, i), corner(:, 1 + mod(i, n))], [2, 3])), i=1, n)]
     if (present(veils)) then
-      do i = 1, size(veils)
-        call draw(veils(i), height, rounding, negligible, parts)
-      end do
+      call draw(veils, height, rounding, negligible, parts)
       if (size(veils) > 0) then
         shared%outline = reshape([(parts(i)%x, i=1, size(parts))], [2, 3*size(parts)])
         shared%outline = shared%outline(:, pack([(i, i=1, 3*size(parts))], any(abs(shared%outline &

@@ -53,6 +53,7 @@ module shared_faces_mod
     type(boxes_t) :: boxes               !! of each piece
     real(wp), allocatable :: normal(:, :)          !! (3,n) and its outward normal [-]
     integer, allocatable :: skin(:, :)   !! (4,n) corners of what may lie between
+    integer, allocatable :: body(:)      !! (n) of these corners; where it is not known all alike
     type(boxes_t) :: skin_boxes
     real(wp), allocatable :: z(:, :)     !! (3,n) of these corners [length]
     integer, allocatable :: corner_of_row(:), corner_of_place(:) !! what these are of them
@@ -177,6 +178,7 @@ contains
     call note_masters(sides)
     if (scene%pairs(pair)%master == 0 .and. allocated(scene%mesh%skin)) then
       sides%skin = scene%mesh%skin
+      sides%body = scene%mesh%piece
       sides%z = scene%mesh%coordinates
       if (.not. sides%stays) sides%z = sides%z + new%displacement
       sides%corner_of_row = points%node(sides%first:sides%last)
@@ -286,6 +288,7 @@ contains
     sides%corner_of_row = [(k, k=1, n)]
     sides%corner_of_place = [(n + k, k=1, size(sides%y, 2))]
     sides%z = reshape([sides%x, sides%y], [3, n + size(sides%y, 2)])
+    allocate (sides%body(size(sides%z, 2)), source=0)
     allocate (skin(4, 5*size(sides%slave, 2)))
     n = 0
     do f = 1, size(sides%slave, 2)
@@ -439,6 +442,10 @@ contains
           real(k, wp))
         between = pack(veils, [(may_hide(sides, veils(a), place(:, :k), row, master), a=1, &
           size(veils))])
+        associate (body => sides%body(sides%skin(1, between%of)))
+          between%is_of_slave = body == sides%body(sides%corner_of_row(row(1)))
+          between%is_of_master = body == sides%body(sides%corner_of_place(master(1)))
+        end associate
         do a = 1, size(between)
           if (corners_with(sides, between(a), row, master) > 0) between(a)%warp = max( &
             maxval(abs(matmul(axes(:, 3), x - spread(middle, 2, size(x, 2))))), &
@@ -554,9 +561,9 @@ contains
         if (any(maxval(arm(:2, :), 2) <= minval(flat, 2)) .or. any(minval(arm(:2, :), 2) >= &
           maxval(flat, 2))) cycle
         if (maxval(veil%height) < range(1) .or. minval(veil%height) > range(2)) cycle
-        ! What leans too much to face the slave hides nothing.
         whole = norm2(cross(arm(:, 2) - arm(:, 1), arm(:, 3) - arm(:, 1)))
-        if (abs(twice) > max(1.0e-12_wp*area, -against*whole)) veils = [veils, veil]
+        veil%leans = .not. abs(twice) > -against*whole
+        if (abs(twice) > max(1.0e-12_wp*area, touching*whole)) veils = [veils, veil]
       end do
     end do
   end subroutine find_veils

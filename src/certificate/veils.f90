@@ -17,6 +17,8 @@ module veils_mod
     type(triangle_t) :: seen           !! from above
     real(wp) :: height(3) = 0.0_wp     !! of its corners above the plane [length]
     logical :: is_turned_here = .false. !! the plane sees its outer side from below
+    logical :: leans = .false.         !! it faces neither side: it counts behind the plane alone
+    logical :: is_of_slave = .false., is_of_master = .false. !! a face of this body
     real(wp) :: warp = -1.0_wp
     !! of a neighbour of the slave face or the master's: how far their edges are from their planes,
     !! by which it must be between them; else below 0 [length]
@@ -24,47 +26,78 @@ module veils_mod
 
 contains
 
-  !> Take what a veil hides of a master out of triangles: before the plane, and behind it. Beside
-  !> the plane or a master before it a veil hides where its outer side touches them: what is beyond
-  !> is in a body.
-  pure subroutine draw(veil, master, rounding, least, triangles)
-    type(veil_t), intent(in) :: veil
+  !> Take what veils hide of a master out of triangles. Before the plane each does, and where its
+  !> outer side touches plane or master: what is beyond is in a body. Behind it a place and what it
+  !> sees are of bodies that do not overlap there where both bodies end between them; of one body
+  !> each veil that does not lean hides.
+  pure subroutine draw(veils, master, rounding, least, triangles)
+    type(veil_t), intent(in) :: veils(:)
     real(wp), intent(in) :: master(3)   !! height at the origin, slopes of the master [length, -, -]
     real(wp), intent(in) :: rounding    !! heights that are one [length]
     real(wp), intent(in) :: least       !! area that counts, times two [length^2]
     type(triangle_t), allocatable, intent(inout) :: triangles(:)
-    type(triangle_t), allocatable :: left(:), inside(:), outside(:), rest(:)
-    real(wp) :: limits(3, 6)
-    integer :: i, k, limit, before
+    type(triangle_t), allocatable :: in_slave(:), beyond(:), in_master(:), apart(:)
+    logical :: is_one_body
+    integer :: i
 
-    do before = 1, 0, -1
-      limits = limits_of(veil, master, rounding, before == 1)
-      if (.not. any([(reaches(limits, triangles(i)), i=1, size(triangles))])) cycle
-      allocate (left(0))
-      do i = 1, size(triangles)
-        if (.not. reaches(limits, triangles(i))) then
-          left = [left, triangles(i)]
-          cycle
-        end if
-        allocate (inside, source=triangles(i:i))
-        allocate (outside(0))
-        do limit = 1, 6
-          allocate (rest(0))
-          do k = 1, size(inside)
-            call cut(values(limits(:, limit), inside(k)), least, inside(k), rest, outside)
-          end do
-          call move_alloc(rest, inside)
-        end do
-        if (size(inside) > 0) then
-          left = [left, outside]
-        else
-          left = [left, triangles(i)]
-        end if
-        deallocate (inside, outside)
-      end do
-      call move_alloc(left, triangles)
+    do i = 1, size(veils)
+      if (.not. veils(i)%leans) call take(limits_of(veils(i), master, rounding, .true.), least, &
+        triangles)
     end do
+    allocate (beyond(0), apart(0))
+    in_slave = triangles
+    is_one_body = any(veils%is_of_slave .and. veils%is_of_master)
+    do i = 1, size(veils)
+      if (.not. veils(i)%is_of_slave .or. (is_one_body .and. veils(i)%leans)) cycle
+      call take(limits_of(veils(i), master, rounding, .false.), least, in_slave, beyond)
+    end do
+    if (is_one_body) then
+      call move_alloc(in_slave, triangles)
+    else if (size(beyond) > 0) then
+      in_master = beyond
+      do i = 1, size(veils)
+        if (veils(i)%is_of_master) call take(limits_of(veils(i), master, rounding, .false.), &
+          least, in_master, apart)
+      end do
+      if (size(apart) > 0) triangles = [in_slave, in_master]
+    end if
   end subroutine draw
+
+  !> Take out of triangles what of them is within all limits.
+  pure subroutine take(limits, least, triangles, taken)
+    real(wp), intent(in) :: limits(3, 6) !! as of limits_of
+    real(wp), intent(in) :: least        !! as of draw [length^2]
+    type(triangle_t), allocatable, intent(inout) :: triangles(:)
+    type(triangle_t), allocatable, intent(inout), optional :: taken(:) !! gets that
+    type(triangle_t), allocatable :: left(:), inside(:), outside(:), rest(:)
+    integer :: i, k, limit
+
+    if (.not. any([(reaches(limits, triangles(i)), i=1, size(triangles))])) return
+    allocate (left(0))
+    do i = 1, size(triangles)
+      if (.not. reaches(limits, triangles(i))) then
+        left = [left, triangles(i)]
+        cycle
+      end if
+      allocate (inside, source=triangles(i:i))
+      allocate (outside(0))
+      do limit = 1, 6
+        allocate (rest(0))
+        do k = 1, size(inside)
+          call cut(values(limits(:, limit), inside(k)), least, inside(k), rest, outside)
+        end do
+        call move_alloc(rest, inside)
+      end do
+      if (size(inside) > 0) then
+        left = [left, outside]
+        if (present(taken)) taken = [taken, inside]
+      else
+        left = [left, triangles(i)]
+      end if
+      deallocate (inside, outside)
+    end do
+    call move_alloc(left, triangles)
+  end subroutine take
 
   !> Whether some of a triangle may be within all limits: else the veil hides nothing of it.
   pure logical function reaches(limits, triangle)

@@ -115,7 +115,8 @@ contains
         part%seen = common(i:i)
         if (allocated(covers)) then
           call leave_seen(covers, plane, x(:, part%corner(:corners_in(part%corner))), &
-            [face%node(:face%n), part%node(:part%n)], part%seen)
+            [face%node(:face%n), part%node(:part%n)], screen%piece([face%node(1), part%node(1)]), &
+            part%seen)
           if (screen%asks_way_out) call leave_ways_out(x, screen, rounding, part, trapped)
           part%is_cut = seen_area(part%seen) < (1.0_wp - touching)*seen_area(common(i:i))
         end if

@@ -70,7 +70,7 @@ contains
     call find_middles(slave%faces, ends, alpha)
     mortar%has_middles = any(alpha(slave%nodes) > 0.0_wp)
     if (allocated(slave%skin)) then
-      call make_screen(slave%skin, corners, in_parts%part, x, screen)
+      call make_screen(slave%skin, corners, in_parts%part, x, screen, slave%piece)
     else
       call make_screen(reshape([corners, in_parts%part], [4, size(corners, 2) + &
         size(in_parts%part, 2)]), corners, in_parts%part, x, screen)

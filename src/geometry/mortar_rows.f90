@@ -84,6 +84,8 @@ module mortar_rows_mod
     !! the gaps between them; not allocated: they have not [length]
     integer, allocatable :: skin(:, :)
     !! (4,n) corners of all faces that may lie between; not allocated: those of both surfaces
+    integer, allocatable :: piece(:)
+    !! (n_nodes) the body of each; not allocated: not known, as `skin` is
     logical :: asks_way_out = .false. !! what overlaps counts along ways out alone, has_way_out
     real(wp), allocatable :: mesh(:, :), u(:, :)
     !! (3,n_nodes) places and displacements, whose sums the nodes are at: what is apart then has the

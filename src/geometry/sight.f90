@@ -19,6 +19,7 @@ module sight_mod
     integer, allocatable :: part(:, :)  !! (4,n) their corners; the fourth is 0 in a triangle
     type(face_grid_t) :: grid
     logical, allocatable :: of_slave(:), of_master(:) !! (n) all corners are its
+    integer, allocatable :: piece(:)    !! (n_nodes) the body of each; where not known all alike
     logical :: asks_way_out = .false.   !! what overlaps counts along ways out alone
     real(wp) :: reach(2) = 0.0_wp
     !! before the slave's plane; how deep a place may be in the master [length]
@@ -34,6 +35,8 @@ module sight_mod
     real(wp) :: height(3) = 0.0_wp      !! [length, -, -]
     real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp !! of corners, in the plane and above [length]
     logical :: faces = .false.          !! it is turned towards the slave
+    logical :: leans = .false.          !! by more than what faces the slave
+    integer :: piece = 0                !! the body that it is of
   end type cover_t
 
   real(wp), parameter :: touching = 1.0e-9_wp !! of the size of a face: nearer is there [-]
@@ -41,11 +44,12 @@ module sight_mod
 contains
 
   !> The faces that meet the box of a slave and a master.
-  pure subroutine make_screen(parts, slave, master, x, screen)
+  pure subroutine make_screen(parts, slave, master, x, screen, piece)
     integer, intent(in) :: parts(:, :)          !! (4,n) the fourth is 0 in a triangle
     integer, intent(in) :: slave(:, :), master(:, :) !! the same
     real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
     type(screen_t), intent(out) :: screen
+    integer, intent(in), optional :: piece(:)   !! (n_nodes) as of screen_t; left out: not known
     logical :: meets(size(parts, 2)), of_slave(size(x, 2)), of_master(size(x, 2))
     real(wp) :: low(3), high(3)
     integer :: i
@@ -64,6 +68,8 @@ contains
     allocate (screen%part(size(parts, 1), count(meets)))
     screen%part = parts(:, pack([(i, i=1, size(meets))], meets))
     screen%grid = make_face_grid(screen%part, x)
+    allocate (screen%piece(size(x, 2)), source=0)
+    if (present(piece)) screen%piece = piece
     associate (n => count(meets))
       allocate (screen%of_slave(n), screen%of_master(n))
     end associate
@@ -97,7 +103,7 @@ contains
   end function meets_box
 
   !> Find what lies over or under a part of a slave face within two heights. What leans too much to
-  !> face the slave has hardly anything behind it where bodies touch; at any depth it may.
+  !> face the slave counts under it alone.
   pure subroutine find_covers(screen, x, plane, own, range, covers)
     type(screen_t), intent(in) :: screen
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
@@ -107,7 +113,6 @@ contains
     type(cover_t), allocatable, intent(out) :: covers(:)
     integer, allocatable :: near(:)
     real(wp) :: place(3, 5), corner(3, 3), low(3), high(3), along(3), twice(3), beside
-    real(wp) :: steepest
     integer :: i, k, n, m
 
     do k = 1, plane%n
@@ -121,7 +126,6 @@ contains
     low = [minval(plane%corner(:, :plane%n), 2) + beside, range(1)]
     high = [maxval(plane%corner(:, :plane%n), 2) - beside, range(2)]
     allocate (covers(4*size(near)))
-    steepest = merge(touching, -against, screen%asks_way_out)
     n = 0
     do i = 1, size(near)
       associate (node => screen%part(:, near(i)))
@@ -138,9 +142,12 @@ contains
           corner(:, 3) = place(:, merge(3, 5, m == 3))
           if (is_beside(corner, low, high)) cycle
           twice = cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
-          if (abs(twice(3)) < max(steepest*norm2(twice), smallest*plane%area)) cycle
+          if (abs(twice(3)) < max(touching*norm2(twice), smallest*plane%area)) cycle
           n = n + 1
           covers(n) = cover_of(near(i), node(:m), corner, twice(3))
+          covers(n)%piece = screen%piece(node(1))
+          covers(n)%leans = abs(twice(3)) < -against*norm2(twice)
+          if (covers(n)%leans .and. .not. covers(n)%low(3) < 0.0_wp) n = n - 1
         end do
       end associate
     end do
@@ -206,16 +213,20 @@ contains
   !>
   !> Of faces that touch the slave or the master those hide which are turned towards it: what lies
   !> behind them is inside a body. Neighbours of the two faces hide where they are between by more
-  !> than these are warped: their edges are not in the planes.
-  pure subroutine leave_seen(covers, plane, corner, own, seen)
+  !> than these are warped: their edges are not in the planes. Behind the slave a place is hidden
+  !> that is not in the master's body, of which it sees a face before the master then, where what is
+  !> opposite is not in the slave's body. Of one body either is enough, of faces that do not lean.
+  pure subroutine leave_seen(covers, plane, corner, own, pieces, seen)
     type(cover_t), intent(in) :: covers(:)
     type(plane_t), intent(in) :: plane         !! of the part of the slave face
     real(wp), intent(in) :: corner(:, :)       !! (3,3) or (3,4) of the master face [length]
     integer, intent(in) :: own(:)              !! nodes of both whole faces
+    integer, intent(in) :: pieces(2)           !! the slave's body and the master's
     type(polygon_t), allocatable, intent(inout) :: seen(:) !! one to begin with
-    type(polygon_t), allocatable :: left(:)
-    real(wp) :: line(3, 6), master(3), rounding, warp, least, nearer(2), low(3), high(3), place(3)
-    integer :: i, k, side, n_own, counted
+    type(polygon_t), allocatable :: left(:), beyond(:), rest(:), hidden(:)
+    real(wp) :: master(3), rounding, warp, least, low(3), high(3), place(3), line(3, 6)
+    integer :: i, k
+    logical :: hides
 
     if (size(seen) == 0 .or. size(covers) == 0) return
     master = height_of(plane, corner)
@@ -232,48 +243,68 @@ contains
     end do
     low(:2) = low(:2) + smallest*sqrt(plane%area)
     high(:2) = high(:2) - smallest*sqrt(plane%area)
-    warp = -1.0_wp
-    counted = 0
-    n_own = 0
+    warp = max(plane%warp, warp_of(plane, corner, master))
     do i = 1, size(covers)
-      if (any(covers(i)%low(:2) >= high(:2) .or. covers(i)%high(:2) <= low(:2))) cycle
-      ! Before the slave, and behind it.
-      do side = 1, -1, -2
-        if (side > 0) then
-          if (.not. (high(3) > 0.0_wp .and. covers(i)%high(3) > -rounding .and. &
-            covers(i)%low(3) < high(3) + rounding)) cycle
-        else if (.not. (low(3) < 0.0_wp .and. covers(i)%low(3) < -rounding .and. &
-          covers(i)%high(3) > low(3) + rounding)) then
-          cycle
-        end if
-        if (covers(i)%of /= counted) n_own = count_in(covers(i)%node(:corners_in( &
-          covers(i)%node)), own)
-        counted = covers(i)%of
-        if (n_own == corners_in(covers(i)%node)) exit
-        nearer = -rounding
-        if (n_own > 0) then
-          if (warp < 0.0_wp) warp = max(plane%warp, warp_of(plane, corner, master))
-          nearer = -rounding - warp
-        else if (side > 0) then
-          nearer(merge(1, 2, covers(i)%faces)) = rounding
-        end if
-        line(:, 1) = real(side, wp)*master
-        line(:, 2) = real(side, wp)*covers(i)%height
-        line(:, 3) = line(:, 1) - line(:, 2)
-        line(1, 2:3) = line(1, 2:3) + nearer
-        line(:, 4:) = covers(i)%edge
-        if (all_are_missed(line, seen, least)) cycle
-        allocate (left(0))
-        do k = 1, size(seen)
-          if (misses(line, seen(k), least)) then
-            left = [left, seen(k)]
-          else
-            call take_out(line, seen(k), least, left)
-          end if
-        end do
-        call move_alloc(left, seen)
-      end do
+      if (covers(i)%leans) cycle
+      call look_at(covers(i), 1, line, hides)
+      if (hides) call take_out(line, least, seen)
     end do
+    if (.not. low(3) < -rounding) return
+    left = seen
+    allocate (beyond(0), hidden(0))
+    do i = 1, size(covers)
+      if (covers(i)%piece /= pieces(1) .or. (covers(i)%leans .and. pieces(1) == pieces(2))) cycle
+      call look_at(covers(i), -1, line, hides)
+      if (hides) call take_out(line, least, left, beyond)
+    end do
+    if (pieces(1) == pieces(2)) then
+      call move_alloc(left, seen)
+    else if (size(beyond) > 0) then
+      ! The master lies beyond the slave's body there, and sees the slave, or not.
+      rest = beyond
+      do i = 1, size(covers)
+        if (covers(i)%piece /= pieces(2)) cycle
+        call look_at(covers(i), -1, line, hides)
+        if (hides) call take_out(line, least, rest, hidden)
+      end do
+      if (size(hidden) > 0) seen = [left, rest]
+    end if
+
+  contains
+
+    !> Where a face is between the slave and the master, before the slave (1) or behind it (-1).
+    pure subroutine look_at(cover, side, line, hides)
+      type(cover_t), intent(in) :: cover
+      integer, intent(in) :: side
+      real(wp), intent(out) :: line(3, 6)  !! above 0 there
+      logical, intent(out) :: hides        !! some of it may be
+      real(wp) :: nearer(2)
+      integer :: n_own
+
+      line = 0.0_wp
+      hides = .false.
+      if (any(cover%low(:2) >= high(:2) .or. cover%high(:2) <= low(:2))) return
+      if (side > 0) then
+        if (.not. (high(3) > 0.0_wp .and. cover%high(3) > -rounding .and. cover%low(3) < high(3) + &
+          rounding)) return
+      else if (.not. (cover%low(3) < -rounding .and. cover%high(3) > low(3) + rounding)) then
+        return
+      end if
+      n_own = count_in(cover%node(:corners_in(cover%node)), own)
+      hides = n_own < corners_in(cover%node)
+      nearer = -rounding
+      if (n_own > 0) then
+        nearer = -rounding - warp
+      else if (side > 0) then
+        nearer(merge(1, 2, cover%faces)) = rounding
+      end if
+      line(:, 1) = real(side, wp)*master
+      line(:, 2) = real(side, wp)*cover%height
+      line(:, 3) = line(:, 1) - line(:, 2)
+      line(1, 2:3) = line(1, 2:3) + nearer
+      line(:, 4:) = cover%edge
+    end subroutine look_at
+
   end subroutine leave_seen
 
   !> How far the corners of a face are from its mean plane.
@@ -291,19 +322,28 @@ contains
     end do
   end function warp_of
 
-  !> Whether next to nothing of any polygon is where all lines are above 0.
-  pure logical function all_are_missed(line, polygons, least)
+  !> Take out of polygons what of them is where all lines are above 0.
+  pure subroutine take_out(line, least, polygons, taken)
     real(wp), intent(in) :: line(:, :)         !! (3,n)
-    type(polygon_t), intent(in) :: polygons(:)
     real(wp), intent(in) :: least              !! area that counts [length^2]
+    type(polygon_t), allocatable, intent(inout) :: polygons(:)
+    type(polygon_t), allocatable, intent(inout), optional :: taken(:) !! gets that
+    type(polygon_t), allocatable :: left(:)
+    logical :: is_missed(size(polygons))
     integer :: k
 
-    all_are_missed = .false.
+    is_missed = [(misses(line, polygons(k), least), k=1, size(polygons))]
+    if (all(is_missed)) return
+    allocate (left(0))
     do k = 1, size(polygons)
-      if (.not. misses(line, polygons(k), least)) return
+      if (is_missed(k)) then
+        left = [left, polygons(k)]
+      else
+        call cut(line, polygons(k), least, left, taken)
+      end if
     end do
-    all_are_missed = .true.
-  end function all_are_missed
+    call move_alloc(left, polygons)
+  end subroutine take_out
 
   !> Whether next to nothing of a polygon is where all lines are above 0.
   pure logical function misses(line, polygon, least)
@@ -325,12 +365,13 @@ contains
     misses = area_of(rest%corner(:, :rest%n)) < least
   end function misses
 
-  !> Append what of a polygon is not where all lines are above 0, as convex pieces.
-  pure recursive subroutine take_out(line, polygon, least, pieces)
+  !> Append what of a polygon is not where all lines are above 0, as convex pieces, and what is.
+  pure recursive subroutine cut(line, polygon, least, pieces, taken)
     real(wp), intent(in) :: line(:, :)         !! (3,n)
     type(polygon_t), intent(in) :: polygon
     real(wp), intent(in) :: least              !! area that counts [length^2]
     type(polygon_t), allocatable, intent(inout) :: pieces(:)
+    type(polygon_t), allocatable, intent(inout), optional :: taken(:)
     type(polygon_t) :: rest, outside
     integer :: e, half
 
@@ -339,10 +380,10 @@ contains
       half = polygon%n/2 + 1
       rest%n = half
       rest%corner(:, :half) = polygon%corner(:, :half)
-      call take_out(line, rest, least, pieces)
+      call cut(line, rest, least, pieces, taken)
       rest%n = polygon%n - half + 2
       rest%corner(:, :rest%n) = polygon%corner(:, [1, (e, e=half, polygon%n)])
-      call take_out(line, rest, least, pieces)
+      call cut(line, rest, least, pieces, taken)
       return
     end if
     rest = polygon
@@ -352,7 +393,9 @@ contains
       if (area_of(outside%corner(:, :outside%n)) >= least) pieces = [pieces, outside]
       call keep_positive(values(line(:, e), rest), rest)
     end do
-  end subroutine take_out
+    if (.not. present(taken)) return
+    if (area_of(rest%corner(:, :rest%n)) >= least) taken = [taken, rest]
+  end subroutine cut
 
   !> Whether a line is above 0 at no corner of a polygon. Most polygons are left alone by this, so
   !> that it must cost little: `values` is an array that is allocated.

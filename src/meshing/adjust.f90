@@ -294,6 +294,7 @@ contains
         behind = deep_in(pair%overlap, reach)
         if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
         slave%skin = model%mesh%skin
+        slave%piece = model%mesh%piece
         call make_mortar(slave, master, x, reach, mortar, behind)
         call keep_on_ends(slave%faces, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
       end if

@@ -8,9 +8,9 @@ module matching_faces_mod
   use equal_columns_mod, only: number_columns
   use kinds_mod, only: wp
   use loads_mod, only: load_step_t
-  use mesh_mod, only: deck_rounding
+  use mesh_mod, only: deck_rounding, find_bodies, mesh_t
   use constraints_mod, only: constraint_of, constraints_t
-  use mesh_draft_mod, only: mesh_draft_t, plane_strain
+  use mesh_draft_mod, only: mesh_draft_t, plane_strain, solids
   use surfaces_mod, only: split_faces
   use sorting_mod, only: sort_ascending
   use text_mod, only: to_text
@@ -137,9 +137,11 @@ contains
     end do
   end function outer_faces
 
-  !> Find the outside of all bodies, in parts between all nodes of its faces.
+  !> Find the outside of all bodies, in parts between all nodes of its faces, and which these are.
+  !> The ends of slices are none.
   pure subroutine find_skin(draft)
-    type(mesh_draft_t), intent(inout) :: draft !! gets skin
+    type(mesh_draft_t), intent(inout) :: draft !! gets skin, piece
+    type(mesh_t) :: mesh
     integer, allocatable :: whole(:)
     logical, allocatable :: is_outer(:, :)     !! (6,n_elements)
     integer :: e, f
@@ -150,8 +152,14 @@ contains
     else
       is_outer = outer_faces(draft)
     end if
+    if (draft%plane /= solids) is_outer(:2, :) = .false.
     call split_faces(reshape([((pack([e, f], is_outer(f, e)), f=1, 6), e=1, draft%n_elements)], &
       [2, count(is_outer)]), draft%connectivity, draft%skin, whole)
+    mesh%n_nodes = draft%n_nodes
+    mesh%n_elements = draft%n_elements
+    mesh%connectivity = draft%connectivity
+    call find_bodies(mesh)
+    call move_alloc(mesh%piece, draft%piece)
   end subroutine find_skin
 
   !> All faces, and which of them no two elements have.

@@ -128,6 +128,7 @@ module mesh_draft_mod
     !! (6,n_elements) whether it is, of a face that no other element of the deck has
     ! When surfaces are read:
     integer, allocatable :: skin(:, :)           !! as of mesh_t
+    integer, allocatable :: piece(:)             !! likewise
   end type mesh_draft_t
 
 contains

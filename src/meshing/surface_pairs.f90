@@ -5,7 +5,6 @@ module surface_pairs_mod
   use connectivity_mod, only: corners_in
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
-  use mesh_mod, only: mesh_t, find_bodies
   use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other, look_away
   use mortar_rows_mod, only: mortar_t, slave_t
   use mortar_mod, only: make_mortar
@@ -266,8 +265,8 @@ contains
         return
       end if
       far = reach_of_all(s, m, x) + reach_of_faces(slaves, masters, x)
-      call make_mortar(slave_t(slaves, s, skin=model%mesh%skin, asks_way_out=.true.), masters, x, &
-        far, mortar)
+      call make_mortar(slave_t(slaves, s, skin=model%mesh%skin, piece=model%mesh%piece, &
+        asks_way_out=.true.), masters, x, far, mortar)
       pair%overlap = max(0.0_wp, -minval(mortar%least_gap))
       ok = pair%overlap > 0.0_wp .or. .not. mortar%trapped < huge(1.0_wp)
       if (.not. ok) then
@@ -342,20 +341,15 @@ contains
   pure real(wp) function thickness(model, nodes)
     type(model_t), intent(in) :: model
     integer, intent(in) :: nodes(:)
-    type(mesh_t) :: mesh
     real(wp) :: low(3), high(3)
     integer :: i, k
 
-    mesh%n_nodes = model%mesh%n_nodes
-    mesh%n_elements = model%mesh%n_elements
-    mesh%connectivity = model%mesh%connectivity
-    call find_bodies(mesh)
     thickness = huge(thickness)
     do k = 1, size(nodes)
       low = huge(low)
       high = -huge(high)
-      do i = 1, mesh%n_nodes
-        if (mesh%body(i) /= mesh%body(nodes(k))) cycle
+      do i = 1, model%mesh%n_nodes
+        if (model%mesh%piece(i) /= model%mesh%piece(nodes(k))) cycle
         low = min(low, model%mesh%coordinates(:, i))
         high = max(high, model%mesh%coordinates(:, i))
       end do

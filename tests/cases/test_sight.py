@@ -113,6 +113,21 @@ class ApartAndTouching(unittest.TestCase):
                 with self.subTest(gap=gap, turned=turn is not None, slave=slave.name):
                     self.assertEqual(np.abs(self.pressing(slave, master, step)).max(), 0)
 
+    def test_leaning_that_passes(self):
+        """Driven up past its neighbour, by more than its height: its foot leans over the other."""
+        one, other = Bar("A", 101, (1, 1, 1)), Bar("B", 1, (1, 1, 1))
+        other.x[:, 0] += 1.01
+        for bar in (one, other):
+            bar.x[:, 0] += 0.1 * bar.x[:, 2]
+        step = "*BOUNDARY\nA, 1, 2\nB, 1, 3\nA, 3, 3, 1.3\n"
+        for slave, master in ((one, other), (other, one)):
+            with self.subTest(slave=slave.name):
+                run = Run(deck(slave, master, step, ", NLGEOM", 1), name="passes")
+                self.assertEqual(run.status, 0, run.output + run.errors)
+                with run.result() as result:
+                    force = result.pairs[0].resultant[-1]
+                self.assertEqual(np.abs(force).max(), 0)
+
     def test_bars_that_cross_through_each_other(self):
         """Where the least gap is below 0 between nodes nothing is certified."""
         on_edge = turned(np.pi / 4, 0, 0)

@@ -71,7 +71,10 @@ contains
       end if
       slave%rounding = rounding_at_rest(scene)
       x = mesh%coordinates
-      if (allocated(mesh%skin)) slave%skin = mesh%skin
+      if (allocated(mesh%skin)) then
+        slave%skin = mesh%skin
+        slave%piece = mesh%piece
+      end if
       reach = reach_of_faces(slave%faces, master, x) + of%overlap
       behind = deep_in(of%overlap, reach)
       if (of%small_sliding) then
