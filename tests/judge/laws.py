@@ -319,7 +319,8 @@ class Judge:
         self.check_equilibrium(row, far, residual, held, acting, force)
         self.check_stored_forces(row, u, residual, held, pressed, force)
         shift = u if scene.finite else np.zeros_like(u)
-        self.check_bodies(row, far, (loads, pressed, -joined), before_it, shift)
+        dead = self.path.loads(time, dead=True)
+        self.check_bodies(row, far, (loads, pressed, -joined), dead, before_it, shift)
         scale = self.contact_scale(far, points, acting, force)
         self.check_surfaces(row, points, length)
         self.check_sums_of_walls(row, points)
@@ -576,7 +577,8 @@ class Judge:
             if pair.wall is None:
                 continue
             seen = surface.place(u, self.stored.rotation[row])
-            depth = np.where(seen.share > 10 * LEAST_SHARE, -seen.gap, 0.0)
+            gap = seen.gap if surface.obstacle is not None else seen.lifted(seen.gap)
+            depth = np.where(seen.share > 10 * LEAST_SHARE, -gap, 0.0)
             depth = depth - 1e-12 * np.abs(self.scene.points).max()
             at = int(np.argmax(depth))
             self.note("node behind a wall by", row, max(0.0, depth[at]) / (length or 1.0),
@@ -776,11 +778,12 @@ class Judge:
             off = np.abs(stored.contact_force[row][mesh] - pressed[mesh]).max()
             self.note("contact force of a node wrong by", row, off, slack)
 
-    def check_bodies(self, row, far, forces, before_it, shift):
+    def check_bodies(self, row, far, forces, dead, before_it, shift):
         """Balance of every body in each of its rigid motions, without internal forces.
 
         `forces`: loads, contact, and what equations, couplings and supports along local directions
-        put on nodes. Moments are about the places that `shift` (N, 3) takes the nodes to.
+        put on nodes. Moments are about the places that `shift` (N, 3) takes the nodes to. What
+        drives a body are `dead` loads: of pressures that follow its faces slopes are rounding.
         """
         loads, pressed, joined = forces
         places = self.scene.points + shift
@@ -804,9 +807,9 @@ class Judge:
                 sizes = [np.sum(np.abs(f[rows] * motion)) for f in forces]
                 everything = [np.sum(np.abs(f[rows])) for f in forces]
                 lost = sum(rounding[rows]) + 64 * EPS * sum(everything) + self.least
-                driven = abs(parts[0])
+                driven = abs(np.sum(dead[rows] * motion))
                 scale = sum(sizes)
-                if driven > 64 * EPS * max(sizes[0], everything[0]):
+                if driven > 64 * EPS * np.sum(np.abs(dead[rows])):
                     lost = min(lost, EXCUSED * driven)
                 else:
                     # Nothing drives it: what is beside it in other directions is the measure.

@@ -120,10 +120,10 @@ class LoadPath:
             levels[key] = total
         return levels, doubt
 
-    def loads(self, time, u=None):
+    def loads(self, time, u=None, dead=False):
         """Nodal forces (N, 3) at `time` of the step, reference nodes included.
 
-        At finite strain pressures follow the displacements `u` (N, 3).
+        At finite strain pressures follow the displacements `u` (N, 3); `dead`: without these.
         """
         out = np.zeros_like(self.scene.points)
         for key, value in self.levels_at(time)[0].items():
@@ -132,6 +132,8 @@ class LoadPath:
                 self.scene.add_force(out, place, which, value)
             elif kind == "pressure":
                 force = self.pressure_forces[place, which]
+                if self.scene.finite and dead:
+                    continue
                 if self.scene.finite and u is not None:
                     faces = self.scene.parts[place].sides[which]
                     force = self.scene.elements().pressure_force(faces, u)
