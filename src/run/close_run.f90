@@ -27,12 +27,18 @@ contains
     character(*), intent(in) :: path
     real(wp) :: theory
     real(wp), parameter :: elastic = 0.01_wp !! of Young's modulus: no metal yields later [-]
+    real(wp), parameter :: small = 1.0e-3_wp !! below it finite strain is rarely needed [-]
     logical :: is_followed
 
     if (console%verbose) call print_costs(console, tally)
     theory = theory_worth_naming(tally%theory, scene%accuracy%wanted)
     is_followed = tally%follows_theory > 0
     call tell_theory(scene, console, theory, is_followed, tally)
+    if (scene%finite_strain .and. .not. scene%accuracy%chooses_theory .and. max( &
+      tally%largest_strain, tally%largest_rotation) < small) call print_lines(console, &
+      [string_t('strains up to '//percent(tally%largest_strain)//' and rotations up to '// &
+      to_text(tally%largest_rotation, 2)//' rad are small: --nlgeom auto computes small strain '// &
+      'where that is enough, in less time')], 'note: ')
     if (tally%largest_stress > elastic) call print_lines(console, [string_t( &
       'von Mises'' stress gets to '//percent(tally%largest_stress)//' of Young''s modulus: '// &
       'no metal stays elastic there')], 'note: ')

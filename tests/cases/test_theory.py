@@ -274,6 +274,13 @@ class Theory(unittest.TestCase):
                     self.assertEqual(len(found), down > 0.1, run.output)
                     self.assertRegex(run.output, r"arithmetic \S+; small strain: at most ")
 
+    def test_finite_strain_that_is_not_needed(self):
+        """What small strain would do in less time is named, unless the run has decided that."""
+        for nlgeom, down, wanted in (("yes", 1e-4, 1), ("yes", 0.03, 0), ("auto", 1e-4, 0)):
+            run = Run(pressed(), "--nlgeom", nlgeom, name="pressed", down=down)
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertEqual(run.output.count("rad are small: --nlgeom auto"), wanted, run.output)
+
     def test_no_size_and_no_unit_matters(self):
         deck = pressed(clamped=True)
         for element in ("C3D8", "C3D8I", "C3D8B"):
