@@ -29,6 +29,7 @@ module equation_list_mod
     integer, allocatable :: position(:) !! (n) in the deck; there may be more room
     integer, allocatable :: links(:, :) !! (2,n_links) nodes that keep their distance
     integer, allocatable :: link_position(:) !! (n_links) in the deck
+    integer, allocatable :: cyclic(:) !! positions of cards of cyclic symmetry
   end type equation_list_t
 
 contains
@@ -150,18 +151,19 @@ contains
     !! reference nodes of *DISTRIBUTING, and those that stand for their rotations
     type(load_step_t), intent(in) :: steps(:)
     integer :: number(3, model%mesh%n_nodes), step, i, c
-    logical :: told(equations%list%n)
+    logical :: told(equations%list%n), agrees(equations%list%n)
 
     if (equations%list%n == 0) return
     number = constraint_of(equations%list, model%mesh%n_nodes)
     told = .false.
+    agrees = supports_agree(equations, steps, model%mesh%n_nodes)
     do step = 1, size(steps)
       if (.not. allocated(steps(step)%boundary)) cycle
       do i = 1, size(steps(step)%boundary)
         associate (b => steps(step)%boundary(i))
           c = number(b%dof, b%node)
           if (c == 0) cycle
-          if (told(c)) cycle
+          if (told(c) .or. agrees(c)) cycle
           if (.not. keep_reading(reader)) return
           call report(reader, equations%position(c), dof_in_words(model, b%node, b%dof)// &
             carried_in_words(c, b%node))
@@ -198,6 +200,61 @@ contains
     end function carried_in_words
 
   end subroutine refuse_held
+
+  !> Which equations of cyclic symmetry supports say again: in each *STEP they prescribe all that
+  !> one names, so that it is satisfied, or none of it.
+  pure function supports_agree(equations, steps, n_nodes) result(agree)
+    type(equation_list_t), intent(in) :: equations
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: n_nodes
+    logical :: agree(equations%list%n), is_held(equations%list%n)
+    real(wp), parameter :: rounding = 1.0e-9_wp !! of the largest part of an equation [-]
+    integer, allocatable :: entry(:, :)         !! (3,n_nodes) the last of a step; 0: none
+    real(wp) :: left, largest
+    integer :: step, i, c, k, n_given
+
+    agree = .false.
+    if (.not. allocated(equations%cyclic)) return
+    agree = [(any(equations%cyclic == equations%position(c)), c=1, size(agree))]
+    allocate (entry(3, n_nodes))
+    is_held = .false.
+    do step = 1, size(steps)
+      if (.not. allocated(steps(step)%boundary)) cycle
+      entry = 0
+      do i = 1, size(steps(step)%boundary)
+        entry(steps(step)%boundary(i)%dof, steps(step)%boundary(i)%node) = i
+      end do
+      associate (all => equations%list, b => steps(step)%boundary)
+        do c = 1, size(agree)
+          if (.not. agree(c)) cycle
+          i = entry(all%dof(c), all%node(c))
+          n_given = 0
+          left = 0.0_wp
+          if (i > 0) left = b(i)%value
+          largest = abs(left)
+          do k = all%first(c), all%first(c + 1) - 1
+            associate (other => entry(all%master_dof(k), all%master(k)))
+              if (other == 0) cycle
+              n_given = n_given + 1
+              left = left - all%weight(k)*b(other)%value
+              largest = max(largest, abs(all%weight(k)*b(other)%value))
+              if (i == 0) cycle
+              agree(c) = agree(c) .and. b(i)%amplitude == b(other)%amplitude .and. (b(i)%fixed &
+                .eqv. b(other)%fixed)
+            end associate
+          end do
+          if (steps(step)%replace_boundary) is_held(c) = .false.
+          if (i == 0) then
+            agree(c) = n_given == 0 .or. .not. is_held(c)
+            cycle
+          end if
+          is_held(c) = .true.
+          agree(c) = agree(c) .and. n_given == all%first(c + 1) - all%first(c) .and. &
+            abs(left) <= rounding*largest
+        end do
+      end associate
+    end do
+  end function supports_agree
 
   !> Report equations all of whose nodes belong to no element: there is nothing that resists.
   subroutine refuse_loose(reader, equations, mesh)

@@ -36,6 +36,7 @@ module read_deck_mod
   use read_controls_mod, only: read_contact_controls, read_output_controls
   use read_foundations_mod, only: read_foundations
   use read_gaps_mod, only: read_clearances, read_gaps
+  use read_cyclic_mod, only: read_cyclic
   use read_couplings_mod, only: find_coupled_surfaces, read_couplings
   use read_equations_mod, only: read_equations
   use pretension_mod, only: join_sections, section_t
@@ -329,6 +330,7 @@ contains
       if (.not. any_mistakes(reader%diagnostics)) then
         call couple(reader, model, surfaces%list(:surfaces%n), draft%couplings, equations)
         call join_sections(draft%bolts, equations)
+        call read_cyclic(reader, model, surfaces, equations)
         call scale_turned_springs(model, draft%springs)
       end if
       call mark_named(model, equations)

@@ -129,6 +129,8 @@ class Notes(unittest.TestCase):
         linear = change + ", PRESSURE-OVERCLOSURE=LINEAR\n1e6\n"
         self.assertIn("*SURFACE BEHAVIOR is ignored", self.with_output(linear))
         self.assertNotIn("ignored", self.with_output(change + "\n"))
+        soft = change + ", PRESSURE-OVERCLOSURE=EXPONENTIAL\n1e-3, 2.\n"
+        self.assertIn("nothing presses before it touches", self.with_output(soft))
 
     def test_a_second_section(self):
         """The last one counts, as in CalculiX."""

@@ -17,9 +17,7 @@ module read_surface_behavior_mod
 
   character(*), parameter :: only_hard = 'contact here is hard; without *SURFACE BEHAVIOR it '// &
     'is taken so'
-  character(12), parameter :: laws(6) = [character(12) :: 'HARD', 'LINEAR', 'SCALE FACTOR', &
-    'TIED', 'TABULAR', 'EXPONENTIAL']
-  integer, parameter :: hard = 1, tied = 4
+  integer, parameter :: hard = 1, tied = 4, tabular = 5, exponential = 6
 
 contains
 
@@ -91,9 +89,12 @@ contains
       if (law == tied .and. is_change) call report(reader, option_position(card, &
         'PRESSURE-OVERCLOSURE'), 'surfaces are tied from the beginning, or not at all')
       if (law == tied) cycle
-      if (law > tied) then
+      if (law == tabular) then
         call report(reader, option_position(card, 'PRESSURE-OVERCLOSURE'), &
-          'PRESSURE-OVERCLOSURE='//trim(laws(law))//' is not available: '//only_hard)
+          'PRESSURE-OVERCLOSURE=TABULAR is not available: '//only_hard)
+      else if (law == exponential) then
+        call note(reader, 'PRESSURE-OVERCLOSURE=EXPONENTIAL of *SURFACE BEHAVIOR is ignored: '// &
+          'contact is hard, and nothing presses before it touches')
       else if (law /= hard) then
         call note(reader, '*SURFACE BEHAVIOR is ignored')
       end if

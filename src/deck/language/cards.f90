@@ -12,6 +12,7 @@ module cards_mod
     split_items
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
+  use text_mod, only: to_text
   implicit none
   private
 
@@ -136,6 +137,13 @@ contains
         call open_keyword(line)
       else if (kind == data_line .and. .not. inside) then
         call split_line(reader%source, line, pieces)
+        associate (text => reader%source%text(pieces%first(1):reader%source%first(line + 1) - 2))
+          if (index(text, '**') > 0) then
+            call note(reader, 'line '//to_text(line)//' is taken for a comment, as "**" stands '// &
+              'in it: it belongs to no keyword')
+            cycle lines
+          end if
+        end associate
         call report(reader, pieces%first(1), 'this line belongs to no keyword', &
           other_format(reader%source%text(pieces%first(1):reader%source%first(line + 1) - 2)))
         inside = .true. ! say it once

@@ -123,8 +123,11 @@ module deck_table_mod
     rule_t('CONTACT PAIR', anywhere, is_read, 'INTERACTION=name!, ADJUST=distance or set, '// &
     'SMALL SLIDING, TIED', 'TYPE, MECHANICAL CONSTRAINT, CPSET, OP, NO THICKNESS, TRACKING, '// &
     'GEOMETRIC CORRECTION, SUPPLEMENTARY CONSTRAINTS, SMOOTH, EXTENSION ZONE', 'slave, master'), &
-    rule_t('TIE', in_model, is_read, 'NAME=name, POSITION TOLERANCE=distance, ADJUST=YES|NO', &
+    rule_t('TIE', in_model, is_read, 'NAME=name, POSITION TOLERANCE=distance, ADJUST=YES|NO, '// &
+    'CYCLIC SYMMETRY', &
     'TYPE, NO ROTATION, CONSTRAINT RATIO, NO THICKNESS', 'slave, master'), &
+    rule_t('CYCLIC SYMMETRY MODEL', in_model, is_read, 'N=count!, TIE=name', &
+    'ELSET, NGRAPH, CHECK', 'two points of the axis'), &
     rule_t('EQUATION', in_model, is_read, data='count; node, dof, factor, ...'), &
     rule_t('SPRING', in_model, is_read, 'ELSET=name!', 'RTOL, COMPLEX STIFFNESS', &
     'dof of the first node, of the second node; stiffness, frequency, temperature'), &
@@ -356,8 +359,6 @@ module deck_table_mod
     rule_t('ELECTROMAGNETICS', anywhere, is_procedure), &
     rule_t('CFD', anywhere, is_procedure), &
     rule_t('SENSITIVITY', anywhere, is_procedure), &
-    rule_t('CYCLIC SYMMETRY MODEL', anywhere, is_outside, &
-    remark='--symmetry takes half of a scene; *TRANSFORM and *EQUATION join its sides'), &
     rule_t('SELECT CYCLIC SYMMETRY MODES', anywhere, is_outside), &
     rule_t('CONTACT DAMPING', anywhere, is_outside, remark=static_only), &
     rule_t('DESIGN VARIABLES', anywhere, is_outside), &

@@ -1,0 +1,114 @@
+"""*CYCLIC SYMMETRY MODEL: one sector of a ring against the whole ring."""
+
+import unittest
+
+import numpy as np
+from program import Run
+
+SECTORS, PARTS = 5, 2  # elements of a sector about the axis
+UPRIGHT = np.eye(3)
+RADII, LEVELS = np.array([0.0, 1.0, 1.6, 2.0]), np.array([0.0, 0.4, 1.0])
+
+
+def deck(n_sectors, *, nlgeom="", axis=UPRIGHT, shift=0.0, hub=False):
+    """Return a disk, or its sector, that is pressed on a floor and twisted by its rim.
+
+    The sector has its own side nodes; with a hub it reaches the axis. `axis` has x, y, z in its
+    columns.
+    """
+    radii = RADII if hub else RADII[1:]
+    whole = n_sectors == SECTORS
+    columns = SECTORS * PARTS if whole else PARTS + 1
+    angles = 2 * np.pi / (SECTORS * PARTS) * np.arange(columns)
+    number, lines, rim, sides = {}, [], [], ([], [])
+    for k, z in enumerate(LEVELS):
+        for i, radius in enumerate(radii):
+            for j, angle in enumerate(angles):
+                if radius == 0.0 and j > 0:
+                    number[k, i, j] = number[k, i, 0]
+                    if j == PARTS:
+                        sides[1].append(number[k, i, j])
+                    continue
+                number[k, i, j] = len(number) + 1 + 1000 * k
+                x = axis @ [radius * np.cos(angle), radius * np.sin(angle), z + shift]
+                lines.append(f"{number[k, i, j]}, " + ", ".join(repr(float(c)) for c in x))
+                if k == len(LEVELS) - 1 and i == len(radii) - 1:
+                    # Half of a force is on each side of a sector.
+                    part = 0.5 if not whole and j in (0, PARTS) else 1.0
+                    force = axis @ (part * np.array(
+                        [-0.4 * np.sin(angle), 0.4 * np.cos(angle), -3.0]))
+                    rim += [f"{number[k, i, j]}, {c + 1}, {float(force[c])!r}" for c in range(3)]
+                for side, at in zip(sides, (0, PARTS), strict=True):
+                    if j == at:
+                        side.append(number[k, i, j])
+    elements = []
+    for k in range(len(LEVELS) - 1):
+        for i in range(len(radii) - 1):
+            for j in range(columns if whole else PARTS):
+                after = (j + 1) % columns
+                corners = [number[k + c, a, b] for c in (0, 1)
+                           for a, b in ((i, j), (i + 1, j), (i + 1, after), (i, after))]
+                elements.append(", ".join(map(str, [len(elements) + 1, *corners])))
+    bottom = sorted({number[0, i, j] for i in range(len(radii)) for j in range(columns)})
+    normal = ", ".join(repr(float(c)) for c in axis[:, 2])
+    text = "*NODE\n" + "\n".join(lines) + "\n*ELEMENT, TYPE=C3D8, ELSET=RING\n"
+    text += "\n".join(elements) + "\n*NSET, NSET=LOW\n" + "\n".join(map(str, bottom))
+    if not whole:
+        for name, side in zip(("LEFT", "RIGHT"), sides, strict=True):
+            text += f"\n*NSET, NSET={name}\n" + "\n".join(map(str, side))
+        text += f"""
+*TIE, NAME=SIDES, CYCLIC SYMMETRY
+LEFT, RIGHT
+*CYCLIC SYMMETRY MODEL, N={SECTORS}, TIE=SIDES
+0., 0., 0., {normal}"""
+    floor = ", ".join(repr(float(c)) for c in shift * axis[:, 2])
+    return text + f"""
+*MATERIAL, NAME=M
+*ELASTIC
+500., 0.3
+*SOLID SECTION, ELSET=RING, MATERIAL=M
+*OBSTACLE, NAME=FLOOR, TYPE=PLANE
+{floor}, {normal}
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=I
+LOW, FLOOR
+*STEP{nlgeom}
+*STATIC, DIRECT
+0.5, 1.
+*CLOAD
+""" + "\n".join(rim) + "\n*END STEP\n"
+
+
+class Sector(unittest.TestCase):
+    def solved(self, text):
+        run = Run(text, name="case")
+        self.assertEqual(run.status, 0, run.errors)
+        result = run.result()
+        self.addCleanup(result.close)
+        return result
+
+    def check_sector(self, *, tolerance, axis=UPRIGHT, **options):
+        """Displacements of the sector are those of the ring; forces are a part of its forces."""
+        ring, sector = (self.solved(deck(n, axis=axis, **options)) for n in (SECTORS, 1))
+        u, v = ring.field("displacement", -1), sector.field("displacement", -1)
+        places = {tuple(np.round(x, 9) + 0.0): row for row, x in enumerate(ring.points)}
+        rows = [places[tuple(np.round(x, 9) + 0.0)] for x in sector.points]
+        np.testing.assert_allclose(v, u[rows], atol=tolerance * abs(u).max())
+        along = axis[:, 2]
+        forces = [result.pairs[0].resultant[-1] @ along for result in (ring, sector)]
+        np.testing.assert_allclose(SECTORS * forces[1], forces[0], rtol=tolerance)
+        status = [result.pairs[0].status[-1] for result in (ring, sector)]
+        self.assertEqual({*np.unique(status[0])}, {*np.unique(status[1])})
+
+    def test_a_ring_that_is_twisted_on_a_floor(self):
+        self.check_sector(tolerance=1e-6)
+
+    def test_a_disk_at_finite_strain_about_another_axis(self):
+        axis = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        self.check_sector(tolerance=1e-6, nlgeom=", NLGEOM", axis=axis, shift=0.5, hub=True)
+
+
+if __name__ == "__main__":
+    unittest.main()
