@@ -366,9 +366,7 @@ contains
         0.0_wp)
     end if
     search%pressed = set%presses
-    if (.not. allocated(set%on_bodies)) allocate (set%on_bodies(0:scene%mesh%n_bodies))
-    set%on_bodies(0:) = merge(on_bodies*min(1.0_wp, error_now)*search%caution, 0.0_wp, &
-      task%is_free)
+    set%on_bodies = on_bodies*min(1.0_wp, error_now)*search%caution
     set%error = error_now
     set%on_reactions = max(least_on_reactions, on_reactions*min(1.0_wp, search%caution*error_now))
   end subroutine choose_set

@@ -44,7 +44,7 @@ module linearise_mod
   type :: set_t
     logical, allocatable :: presses(:), slides(:) !! (n_points)
     real(wp), allocatable :: rho(:)         !! (n_points) [force/length]
-    real(wp), allocatable :: on_bodies(:)   !! (0:n_bodies) of the mean of its diagonal [-]
+    real(wp) :: on_bodies = 0.0_wp          !! of what `holding` says [-]
     real(wp) :: on_reactions = 0.0_wp       !! of 1/rho [-]
     real(wp) :: error = 1.0_wp              !! how far all is from balance and law there [-]
   end type set_t
@@ -58,7 +58,8 @@ module linearise_mod
   !> The equations of a step. What is prescribed goes its whole way.
   type :: system_t
     type(point_row_t), allocatable :: rows(:) !! of the points that press
-    type(triplets_t) :: a                   !! all entries; those of one place add up
+    type(triplets_t) :: a
+    !! what points and loads add to the tangent of the bodies; entries of one place add up
     integer :: n_free = 0                   !! equations of the bodies; those of points follow
     integer, allocatable :: row(:, :)       !! (3,n_points) of the points that press, 0: none
     real(wp), allocatable :: b(:)           !! (n) right-hand side [force]
@@ -151,17 +152,16 @@ contains
     end do
   end function find_scales
 
-  !> The equations of an iteration. Without the bodies' stiffness those of the points alone, and the
-  !> right-hand sides.
-  subroutine linearise(scene, points, task, now, unknowns, set, system, stiffness)
+  !> The equations of an iteration, without the tangent of the bodies and what holds them back.
+  subroutine linearise(scene, points, task, now, unknowns, set, stiffness, system)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     type(unknowns_t), intent(in) :: unknowns
     type(set_t), intent(in) :: set
+    type(bodies_stiffness_t), intent(in) :: stiffness !! of now, or before
     type(system_t), intent(inout) :: system !! its rows are there, the rest is made
-    type(bodies_stiffness_t), intent(in), optional :: stiffness
     type(point_row_t), allocatable :: rows(:)
     real(wp), allocatable :: added(:, :, :)
     integer :: i, k, n
@@ -190,15 +190,11 @@ contains
         tangent_here(task, now))
       system%force = system%force - added(:, :, 1)
     end if
-    if (present(stiffness)) then
-      call add_bodies(scene, unknowns%map, stiffness, set, system)
-    else
-      system%a%row = [integer ::]
-      system%a%column = [integer ::]
-      system%a%value = [real(wp) ::]
-      system%n_entries = 0
-    end if
-    call add_loads(scene, task, now, unknowns, system)
+    system%a%row = [integer ::]
+    system%a%column = [integer ::]
+    system%a%value = [real(wp) ::]
+    system%n_entries = 0
+    call add_loads(scene, task, now, unknowns, stiffness, system)
     call move_alloc(system%rows, rows)
     do k = 1, size(rows)
       call add_point(points%mu(rows(k)%point), now, unknowns, set, rows(k), &
@@ -214,32 +210,12 @@ contains
     call to_equations(unknowns%map, system%force, system%b(:system%n_free))
   end subroutine linearise
 
-  !> The tangent of the bodies, and what holds those back that nothing holds.
-  subroutine add_bodies(scene, map, stiffness, set, system)
+  !> What holds back each unknown of bodies that nothing holds, where all of it does: the mean
+  !> diagonal of each body, of all for what has no elements.
+  pure function holding(scene, task, map, diagonal) result(held)
     type(scene_t), intent(in) :: scene
+    type(task_t), intent(in) :: task
     type(dof_map_t), intent(in) :: map
-    type(bodies_stiffness_t), intent(in) :: stiffness
-    type(set_t), intent(in) :: set
-    type(system_t), intent(inout) :: system
-    integer, allocatable :: mirrored(:)
-    integer :: i
-
-    associate (k => stiffness%k)
-      mirrored = pack([(i, i=1, size(k%row))], k%row /= k%column)
-      system%a%row = [k%row, k%column(mirrored), [(i, i=1, map%n_free)]]
-      system%a%column = [k%column, k%row(mirrored), [(i, i=1, map%n_free)]]
-      system%a%value = [k%value, k%value(mirrored), holding(scene, map, set, &
-        stiffness%diagonal)]
-      system%n_entries = size(system%a%row)
-    end associate
-  end subroutine add_bodies
-
-  !> What holds back each unknown of bodies that nothing holds: a part of the mean diagonal of each
-  !> body, of all for what has no elements.
-  pure function holding(scene, map, set, diagonal) result(held)
-    type(scene_t), intent(in) :: scene
-    type(dof_map_t), intent(in) :: map
-    type(set_t), intent(in) :: set
     real(wp), intent(in) :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
     real(wp) :: held(map%n_free)           !! [force/length]
     real(wp) :: total(0:scene%mesh%n_bodies)
@@ -255,24 +231,25 @@ contains
     total(0) = sum(total)
     number(0) = sum(number)
     associate (its => scene%mesh%body(map%node))
-      held = set%on_bodies(its)*total(its)/max(1, number(its))
+      held = merge(total(its)/max(1, number(its)), 0.0_wp, task%is_free(its))
     end associate
   end function holding
 
   !> What loads that follow bodies, and moments of forces on turning couplings, change by.
-  subroutine add_loads(scene, task, now, unknowns, system)
+  subroutine add_loads(scene, task, now, unknowns, stiffness, system)
     type(scene_t), intent(in) :: scene
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     type(unknowns_t), intent(in) :: unknowns
+    type(bodies_stiffness_t), intent(in) :: stiffness
     type(system_t), intent(inout) :: system
     type(load_stiffness_t), allocatable :: of(:)
     real(wp) :: k(3, 3)
     integer :: l, p, q, i, j
 
     allocate (of(0))
-    if (allocated(task%turned_from)) of = mean_stiffnesses(scene, now%u, now%unbalanced, &
-      system%n_entries)
+    if (allocated(task%turned_from) .and. allocated(stiffness%k%row)) of = mean_stiffnesses( &
+      scene, now%u, now%unbalanced, size(stiffness%k%row))
     if (allocated(now%forces%dead_load)) of = [of, load_stiffnesses(scene, &
       now%forces%following, now%u)]
     do l = 1, size(of)

@@ -2,8 +2,9 @@
 !>
 !> The factor that is there, of the bodies' stiffness at another place, serves: with the points as
 !> they stand now, and rigid motions of what nothing holds, its solutions are steps. As long as they
-!> lead fast enough no tangent is asked for. Where they do not they precondition GMRES on the matrix
-!> of now. Where there is no such factor, or it is too far away, the matrix of now is factorised.
+!> lead fast enough, or no farther away while points change what they do, no tangent is asked for.
+!> Where they do not they precondition GMRES on the matrix of now. Where there is no such factor, or
+!> it is too far away, the matrix of now is factorised.
 !> docs/theory.md (4.27), (4.28).
 module make_step_mod
   use kinds_mod, only: wp
@@ -35,15 +36,19 @@ module make_step_mod
   !! price of two or three of GMRES with their tangents [-]
   real(wp), parameter :: closely = 1.0e-3_wp !! solutions by GMRES, beside the right-hand side [-]
   integer, parameter :: most_products = 30 !! of GMRES: beyond, a factor costs less
+  integer, parameter :: few_products = 6
+  !! of GMRES: its solutions, and those of the factor alone, are much the same
 
   !> What steps leave to each other.
   type :: step_maker_t
     real(wp), allocatable :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
     integer :: products = 0                !! of GMRES, summed
+    integer, private :: last_products = 0  !! of these, in the last solution by GMRES
     integer :: n_factors = 0               !! of matrices of now
     type(unknowns_t) :: unknowns
     real(wp), allocatable :: held(:)       !! (n_free) each back in the last step [force/length]
     type(point_row_t), allocatable :: rows(:) !! of the points that press in it
+    real(wp), private :: on_bodies = 0.0_wp !! what part of `holding` that is [-]
     type(kept_changes_t), allocatable, private :: changes(:, :) !! (2,n_pairs)
     type(bodies_stiffness_t), private :: stiffness
     type(stiffness_inverse_t), pointer, private :: inverse => null() !! K_0^-1
@@ -51,6 +56,8 @@ module make_step_mod
     integer, allocatable, private :: equation(:)
     !! (n_free) what each unknown is of the factor that is there, 0: a pin
     real(wp), allocatable, private :: motion(:, :) !! (n_free,n_motions) that pins stand for [-]
+    real(wp), allocatable, private :: sag(:, :)
+    !! (n,n_motions) of the factor's unknowns by forces of `holding` times each motion [-]
     logical :: leads = .true.              !! that factor alone, fast enough
     logical :: led = .false.               !! to the last step
     real(wp), private :: error = 1.0_wp    !! before the last step [-]
@@ -67,15 +74,12 @@ module make_step_mod
   !> A M^-1, A the matrix of now and M that with the stiffness K_0 of the factor that is there, the
   !> rigid motions R of which nothing but points and weak springs s hold:
   !>
-  !>     M = [ K_0 + s  -B^T ]      S = [ Z - X K_0^-1 (-B^T)    X R     ]
-  !>         [ X         Z   ]          [ R^T (-B^T)             R^T s R ]
+  !>     M = [ K_0 + s  -B^T ]      S = [ Z - X K_0^-1 (-B^T)    X (R - K_0^-1 s R) ]
+  !>         [ X         Z   ]          [ R^T (-B^T)             R^T s R            ]
   type, extends(linear_map_t) :: kept_t
-    type(stiffness_inverse_t), pointer :: inverse => null()
-    type(triplets_t), pointer :: a => null()
-    integer, allocatable :: equation(:)    !! (n_free) as of step_maker_t
+    type(step_maker_t), pointer :: maker => null() !! K_0^-1, R, s; the bodies' tangent of now
+    type(triplets_t), pointer :: a => null() !! what else there is of the matrix of now
     type(columns_t) :: force, law          !! -B^T, by rows of the interface; X by its columns
-    real(wp), allocatable :: motion(:, :)  !! (n_free,n_motions) R
-    real(wp), allocatable :: held(:)       !! (n_free) s [force/length]
     real(wp), allocatable :: schur(:, :)   !! LU factors of S
     integer, allocatable :: pivot(:)
   contains
@@ -108,7 +112,8 @@ contains
           if (of(i) > 0) maker%equation(of(i)) = of_factor(i)
         end do
       end do
-      maker%has_factor = count(maker%equation > 0) == its%n_free
+      maker%has_factor = count(maker%equation > 0) == its%n_free .and. .not. &
+        allocated(body%inverse%failure)
       motions = body%motions
       motions%place = scene%mesh%coordinates + now%u
       allocate (maker%motion(map%n_free, motions%n))
@@ -121,7 +126,36 @@ contains
       end do
     end associate
     maker%diagonal = body%diagonal
+    if (maker%has_factor .and. size(maker%motion, 2) > 0) call find_sag(holding(scene, task, &
+      maker%unknowns%map, maker%diagonal), maker)
   end subroutine begin_steps
+
+  !> What bodies bend by where each of their rigid motions is held back.
+  subroutine find_sag(held, maker)
+    real(wp), intent(in) :: held(:)        !! (n_free) [force/length]
+    type(step_maker_t), intent(inout) :: maker
+    real(wp), allocatable :: at_interface(:, :)
+    type(error_t), allocatable :: error
+    integer :: i
+
+    associate (inverse => maker%inverse, n_motions => size(maker%motion, 2))
+      allocate (maker%sag(inverse%map%n_free, n_motions), source=0.0_wp)
+      allocate (at_interface(inverse%map%n_interface, n_motions))
+      do i = 1, size(held)
+        if (maker%equation(i) > 0) maker%sag(maker%equation(i), :) = held(i)*maker%motion(i, :)
+      end do
+      call inverse%factor%condense(maker%sag, at_interface, error)
+      do i = 1, n_motions
+        at_interface(:, i) = times_blocks(inverse%compliance, at_interface(:, i))
+      end do
+      if (.not. allocated(error)) call inverse%factor%expand(at_interface, maker%sag, error)
+      if (allocated(error)) then
+        call move_alloc(error, inverse%failure)
+        return
+      end if
+      maker%sag(inverse%map%n_free - inverse%map%n_interface + 1:, :) = at_interface
+    end associate
+  end subroutine find_sag
 
   !> What is asked of the bodies before it is said what the points do: their stiffness, unless the
   !> factor that is there says enough of it.
@@ -144,42 +178,44 @@ contains
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     type(set_t), intent(in) :: set
-    type(step_maker_t), intent(inout) :: maker !! prepared
+    type(step_maker_t), target, intent(inout) :: maker !! prepared
     type(step_t), intent(out) :: step
     type(error_t), allocatable, intent(out) :: error !! singular, or no memory
     type(system_t), target :: system
     type(kept_t) :: kept
     real(wp), allocatable :: x(:)
-    logical :: is_solved, is_first
+    logical :: is_solved, is_first, is_repeated
 
-    maker%led = .false.
     is_first = .not. allocated(maker%presses)
-    maker%leads = maker%leads .and. set%error <= merge(fast, 1.0_wp, repeats(maker, set))* &
-      maker%error
+    is_repeated = repeats(maker, set)
+    maker%leads = (maker%leads .or. .not. is_repeated .and. maker%last_products <= few_products) &
+      .and. set%error <= merge(fast, 1.0_wp, is_repeated)*maker%error
     maker%error = set%error
     maker%presses = set%presses
     maker%slides = set%slides
-    is_solved = .false.
-    maker%held = holding(scene, maker%unknowns%map, set, maker%diagonal)
+    maker%on_bodies = set%on_bodies
+    maker%held = set%on_bodies*holding(scene, task, maker%unknowns%map, maker%diagonal)
+    maker%led = maker%has_factor .and. maker%leads .and. .not. is_first
+    if (maker%has_factor .and. .not. maker%led) call find_bodies_stiffness(scene, task, now, &
+      maker%unknowns%map, maker%stiffness)
     call make_rows(scene, points, task, now, set%presses, maker%changes, system%rows)
-    if (maker%has_factor .and. maker%leads .and. .not. is_first) then
-      call linearise(scene, points, task, now, maker%unknowns, set, system)
+    call linearise(scene, points, task, now, maker%unknowns, set, maker%stiffness, system)
+    is_solved = .false.
+    if (maker%has_factor) then
       call keep_points(system, maker, kept, is_solved)
-      if (is_solved) x = solution_of(kept, system%b)
-      is_solved = is_solved .and. .not. allocated(maker%inverse%failure)
-      maker%led = is_solved
-    end if
-    if (.not. is_solved) then
-      if (maker%has_factor) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
-        maker%stiffness)
-      call linearise(scene, points, task, now, maker%unknowns, set, system, maker%stiffness)
-      if (maker%has_factor) then
-        call keep_points(system, maker, kept, is_solved)
-        if (is_solved) call solve_closely(kept, system%b, maker%products, x, is_solved)
+      if (is_solved .and. maker%led) then
+        x = solution_of(kept, system%b)
+        is_solved = .not. allocated(maker%inverse%failure)
+      else if (is_solved) then
+        call solve_closely(kept, system%b, maker%last_products, x, is_solved)
+        maker%products = maker%products + maker%last_products
       end if
     end if
     if (.not. is_solved) then
-      call factorise_now(system, x, error)
+      if (maker%led) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
+        maker%stiffness)
+      maker%led = .false.
+      call factorise_now(system, maker, x, error)
       maker%n_factors = maker%n_factors + 1
     end if
     if (.not. allocated(error)) call take_apart(now, maker%unknowns, system, x, step)
@@ -197,14 +233,25 @@ contains
   end function repeats
 
   !> By a factor of the matrix of now.
-  subroutine factorise_now(system, x, error)
+  subroutine factorise_now(system, maker, x, error)
     type(system_t), intent(in) :: system
+    type(step_maker_t), intent(in) :: maker
     real(wp), allocatable, intent(out) :: x(:)
     type(error_t), allocatable, intent(out) :: error !! singular, or no memory
+    type(triplets_t) :: whole
+    integer, allocatable :: mirrored(:)
     real(wp) :: b(system%a%n, 1)
+    integer :: i
 
+    whole%n = system%a%n
+    associate (k => maker%stiffness%k, a => system%a, all_of => [(i, i=1, system%n_free)])
+      mirrored = pack([(i, i=1, size(k%row))], k%row /= k%column)
+      whole%row = [k%row, k%column(mirrored), all_of, a%row]
+      whole%column = [k%column, k%row(mirrored), all_of, a%column]
+      whole%value = [k%value, k%value(mirrored), maker%held, a%value]
+    end associate
     b(:, 1) = system%b
-    call solve_unsymmetric(system%a, b, error)
+    call solve_unsymmetric(whole, b, error)
     x = b(:, 1)
   end subroutine factorise_now
 
@@ -212,16 +259,14 @@ contains
   subroutine solve_closely(kept, b, products, x, is_solved)
     type(kept_t), intent(in) :: kept
     real(wp), intent(in) :: b(:)
-    integer, intent(inout) :: products         !! summed
+    integer, intent(out) :: products
     real(wp), allocatable, intent(out) :: x(:)
     logical, intent(out) :: is_solved
     real(wp) :: y(size(b))
-    integer :: n
 
-    call solve_by_gmres(kept, b, closely, most_products, y, n, is_solved)
-    products = products + n
+    call solve_by_gmres(kept, b, closely, most_products, y, products, is_solved)
     if (is_solved) x = solution_of(kept, y)
-    is_solved = is_solved .and. .not. allocated(kept%inverse%failure)
+    is_solved = is_solved .and. .not. allocated(kept%maker%inverse%failure)
   end subroutine solve_closely
 
   !> Displacements and reactions of a solution.
@@ -247,43 +292,51 @@ contains
   !> The points of now with the factor that is there.
   subroutine keep_points(system, maker, kept, ok)
     type(system_t), target, intent(in) :: system
-    type(step_maker_t), intent(in) :: maker
+    type(step_maker_t), target, intent(in) :: maker
     type(kept_t), intent(out) :: kept
     logical, intent(out) :: ok
     !! points have to do with pins and its interface alone, and hold what it does not
     real(wp), allocatable :: moved(:)
     integer :: inner, i, j, k
 
-    kept%inverse => maker%inverse
+    kept%maker => maker
     kept%a => system%a
-    kept%equation = maker%equation
-    kept%motion = maker%motion
-    kept%held = maker%held
     inner = maker%inverse%map%n_free - maker%inverse%map%n_interface
     associate (a => system%a, n => system%n_free, m => system%a%n - system%n_free, &
       n_motions => size(maker%motion, 2))
+      kept%force = columns_of(a, a%row <= n .and. a%column > n, .false.)
+      kept%law = columns_of(a, a%row > n .and. a%column <= n, .true.)
+      ok = all(kept%force%row > inner) .and. all(kept%law%row > inner)
+      if (.not. ok) return
       allocate (kept%schur(m + n_motions, m + n_motions), source=0.0_wp)
       do j = 1, n_motions
         do i = 1, n_motions
           kept%schur(m + i, m + j) = sum(maker%motion(:, i)*maker%held*maker%motion(:, j))
         end do
+        do i = 1, m
+          do k = kept%law%list%first(i), kept%law%list%first(i + 1) - 1
+            kept%schur(i, m + j) = kept%schur(i, m + j) - kept%law%value(k)*maker%on_bodies* &
+              maker%sag(kept%law%row(k), j)
+          end do
+        end do
       end do
       do k = 1, size(a%row)
-        if (a%row(k) <= n .and. a%column(k) > n) kept%schur(m + 1:, a%column(k) - n) = &
-          kept%schur(m + 1:, a%column(k) - n) + a%value(k)*maker%motion(a%row(k), :)
-        if (a%row(k) > n .and. a%column(k) <= n) kept%schur(a%row(k) - n, m + 1:) = &
-          kept%schur(a%row(k) - n, m + 1:) + a%value(k)*maker%motion(a%column(k), :)
+        if (a%column(k) > n) then
+          associate (column => kept%schur(:, a%column(k) - n))
+            if (a%row(k) > n) then
+              column(a%row(k) - n) = column(a%row(k) - n) + a%value(k)
+            else
+              column(m + 1:) = column(m + 1:) + a%value(k)*maker%motion(a%row(k), :)
+            end if
+          end associate
+        else if (a%row(k) > n) then
+          associate (row => kept%schur(a%row(k) - n, m + 1:))
+            row = row + a%value(k)*maker%motion(a%column(k), :)
+          end associate
+        end if
       end do
-      kept%force = columns_of(a, a%row <= n .and. a%column > n, .false.)
-      kept%law = columns_of(a, a%row > n .and. a%column <= n, .true.)
-      ok = all(kept%force%row > inner) .and. all(kept%law%row > inner)
-      if (.not. ok) return
       kept%force%row = kept%force%row - inner
       kept%law%row = kept%law%row - inner
-      do i = 1, size(a%row)
-        if (a%row(i) > n .and. a%column(i) > n) kept%schur(a%row(i) - n, a%column(i) - n) = &
-          kept%schur(a%row(i) - n, a%column(i) - n) + a%value(i)
-      end do
       allocate (moved(maker%inverse%map%n_interface))
       do j = 1, m
         moved = 0.0_wp
@@ -337,42 +390,31 @@ contains
     type(error_t), allocatable :: error
     integer :: n, m, i, j, k
 
-    n = size(kept%equation)
-    m = size(b) - n
-    x = 0.0_wp
-    associate (inverse => kept%inverse)
+    associate (inverse => kept%maker%inverse, equation => kept%maker%equation, &
+      motion => kept%maker%motion)
+      n = size(equation)
+      m = size(b) - n
+      x = 0.0_wp
       if (allocated(inverse%failure)) return
       allocate (of_bodies(inverse%map%n_free, 1), at_interface(inverse%map%n_interface, 1))
       do i = 1, n
-        if (kept%equation(i) > 0) of_bodies(kept%equation(i), 1) = b(i)
+        if (equation(i) > 0) of_bodies(equation(i), 1) = b(i)
       end do
       call inverse%factor%condense(of_bodies, at_interface, error)
       if (.not. allocated(error)) then
         moved = times_blocks(inverse%compliance, at_interface(:, 1))
-        both = [b(n + 1:), matmul(b(:n), kept%motion)]
+        both = [b(n + 1:), matmul(b(:n), motion)]
         do j = 1, m
           do k = kept%law%list%first(j), kept%law%list%first(j + 1) - 1
             both(j) = both(j) - kept%law%value(k)*moved(kept%law%row(k))
           end do
         end do
         call solve_factorised(kept%schur, kept%pivot, both)
-        x(n + 1:) = both(:m)
         at_interface = 0.0_wp
-        if (size(both) > m) then
-          ! What is balanced as a whole: pins have no reaction.
-          x(:n) = matmul(kept%motion, both(m + 1:))
-          do i = 1, n
-            if (kept%equation(i) > 0) of_bodies(kept%equation(i), 1) = b(i) - kept%held(i)*x(i)
-          end do
-          call inverse%factor%condense(of_bodies, at_interface, error)
-          moved = 0.0_wp
-        end if
-      end if
-      if (.not. allocated(error)) then
         do j = 1, m
           do k = kept%force%list%first(j), kept%force%list%first(j + 1) - 1
             associate (of => at_interface(kept%force%row(k), 1))
-              of = of - kept%force%value(k)*x(n + j)
+              of = of - kept%force%value(k)*both(j)
             end associate
           end do
         end do
@@ -384,10 +426,17 @@ contains
         return
       end if
       of_bodies(size(of_bodies) - size(moved) + 1:, 1) = at_interface(:, 1)
+      if (size(both) > m) then
+        ! What is balanced as a whole: pins have no reaction.
+        x(:n) = matmul(motion, both(m + 1:))
+        of_bodies(:, 1) = of_bodies(:, 1) - kept%maker%on_bodies*matmul(kept%maker%sag, &
+          both(m + 1:))
+      end if
+      do i = 1, n
+        if (equation(i) > 0) x(i) = x(i) + of_bodies(equation(i), 1)
+      end do
+      x(n + 1:) = both(:m)
     end associate
-    do i = 1, n
-      if (kept%equation(i) > 0) x(i) = x(i) + of_bodies(kept%equation(i), 1)
-    end do
   end function solution_of
 
   !> A M^-1 v.
@@ -395,12 +444,18 @@ contains
     class(kept_t), intent(in) :: map
     real(wp), intent(in) :: v(:)
     real(wp), intent(out) :: product(:)
-    real(wp), allocatable :: x(:)
+    real(wp) :: x(size(v))
     integer :: i
 
     x = solution_of(map, v)
-    product = 0.0_wp
-    associate (a => map%a)
+    associate (a => map%a, k => map%maker%stiffness%k, held => map%maker%held)
+      product = 0.0_wp
+      product(:size(held)) = held*x(:size(held))
+      do i = 1, size(k%row)
+        product(k%row(i)) = product(k%row(i)) + k%value(i)*x(k%column(i))
+        if (k%row(i) /= k%column(i)) product(k%column(i)) = product(k%column(i)) + &
+          k%value(i)*x(k%row(i))
+      end do
       do i = 1, size(a%row)
         product(a%row(i)) = product(a%row(i)) + a%value(i)*x(a%column(i))
       end do

@@ -355,9 +355,9 @@ class Surfaces(TogetherCase):
         text = (INPUT / "ironing.inp").read_text()
         text = text.replace("*STEP", "*BODY SOLVER, TANGENT=<tangent>\n*STEP", 1).replace(
             "*PARAMETER\n", "*PARAMETER\ntangent = KEPT\n", 1)
-        few = {"n": 2, "draw": 0.3, "tolerance": 1e-10}
-        newton = self.solved(text, "ironing", tangent="NEWTON", **few)
-        kept = Run(text, name="ironing", **few)
+        short = {"n": 2, "draw": 0.3, "tolerance": 1e-10}
+        newton = self.solved(text, "ironing", few=10, tangent="NEWTON", **short)
+        kept = Run(text, name="ironing", **short)
         self.assertEqual(kept.status, 0, kept.errors)
         with kept.result() as result:
             np.testing.assert_allclose(newton, result.pairs[0].resultant, rtol=0,
