@@ -1,7 +1,9 @@
-!> The sides of a master: what concave edges divide it into, each with integrals of its own.
+!> The sides of a master: what concave edges and steps divide it into, each with integrals of its
+!> own.
 !>
 !> Normals and gaps before faces are means over what a node faces. Across a concave edge such a mean
-!> bars neither face: of a floor and a wall it has one normal between both. docs/theory.md (11.16).
+!> bars neither face: of a floor and a wall it has one normal between both. Across a step the mean,
+!> of weights of both signs, is below 0 where all is apart. docs/theory.md (11.16).
 module master_sides_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
@@ -19,7 +21,7 @@ module master_sides_mod
   type :: joints_t
     integer :: n = 0
     integer, allocatable :: joint(:, :)
-    !! (3,n) two faces, the angle between their normals in degrees; -1: at a concave edge
+    !! (3,n) two faces, the angle between their normals in degrees, or `concave`, `step`
   end type joints_t
 
   !> Faces that are joined: trees with one root each, and the concave edges at every tree.
@@ -37,18 +39,19 @@ module master_sides_mod
   real(wp), parameter :: folded = 1.0e-3_wp !! sine of an angle: of the two sides of a sheet [-]
   real(wp), parameter :: flush = 1.0e-4_wp
   !! of an edge: further apart no deck's digits put edges that are one [-]
-  integer,  parameter :: concave = -1       !! in place of an angle
+  integer,  parameter :: concave = -1, step = -2 !! in place of an angle
 
 contains
 
   !> The side that each face of a master belongs to, from 1; all to one where no edge is concave by
-  !> more than 30 degrees.
+  !> more than 30 degrees, and no step is within a slave's face.
   !>
   !> Faces are joined across edges, the flattest first, unless this would join both faces of a
   !> concave edge. So an edge that ends within a surface divides it too, along other edges as sharp
   !> as can be. What is joined then gets the lowest number that nothing beyond a concave edge has:
   !> there are as few sides as that takes, and sides need not be connected. A piece that is smaller
-  !> than a slave's face is no side: rows of its own would be means over what nodes hardly see.
+  !> than a slave's face is no side, but behind a step: rows of its own would be means over what
+  !> nodes hardly see.
   subroutine find_sides(faces, x, side, least)
     integer, intent(in) :: faces(:, :)          !! (4,n_faces) nodes; the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
@@ -59,7 +62,8 @@ contains
 
     allocate (side(size(faces, 2)), source=1)
     call find_joints(faces, x, joints)
-    if (.not. any(joints%joint(3, :joints%n) == concave)) return
+    if (present(least)) call add_steps(faces, x, 2.0_wp*sqrt(least), joints)
+    if (.not. any(joints%joint(3, :joints%n) < 0)) return
     call join_faces(size(faces, 2), joints, forest)
     if (present(least)) call absorb_small(faces, x, joints, least, forest)
     call number_sides(forest, side)
@@ -116,6 +120,69 @@ contains
     end function turn_in
 
   end subroutine find_joints
+
+  !> Add faces that look the same way and lie behind each other, near enough for a slave's face to
+  !> see both: borders of what is joined across edges of 30 degrees or less.
+  subroutine add_steps(faces, x, near_by, joints)
+    integer, intent(in) :: faces(:, :)
+    real(wp), intent(in) :: x(:, :)       !! [length]
+    real(wp), intent(in) :: near_by       !! [length]
+    type(joints_t), intent(inout) :: joints
+    type(forest_t) :: patches
+    type(face_grid_t) :: grid
+    integer, allocatable :: near(:), root(:)
+    integer, dimension(size(faces, 2)) :: n_joined, last
+    integer :: f, i
+    real(wp), parameter :: alike = 0.5_wp !! cosine of normals
+    real(wp) :: normal(3, size(faces, 2)), far
+
+    allocate (patches%parent(size(faces, 2)), patches%n(size(faces, 2)), source=0)
+    allocate (patches%n_faces(size(faces, 2)), source=1)
+    n_joined = 0
+    do i = 1, joints%n
+      associate (joint => joints%joint(:, i))
+        if (joint(3) < 0 .or. joint(3) > 30) cycle
+        n_joined(joint(:2)) = n_joined(joint(:2)) + 1
+        root = [root_of(patches, joint(1)), root_of(patches, joint(2))]
+        if (root(1) /= root(2)) call unite(root(1), root(2), patches)
+      end associate
+    end do
+    root = [(root_of(patches, f), f=1, size(faces, 2))]
+    if (all(root == root(1))) return
+    do f = 1, size(faces, 2)
+      normal(:, f) = outward_normal(x(:, faces(:count(faces(:, f) > 0), f)))
+    end do
+    grid = make_face_grid(faces, x)
+    last = 0
+    do f = 1, size(faces, 2)
+      if (n_joined(f) >= count(faces(:, f) > 0)) cycle
+      associate (box => grid%box(:, :, f))
+        far = near_by + 0.5_wp*norm2(box(:, 2) - box(:, 1))
+        call faces_near(grid, box(:, 1) - far, box(:, 2) + far, near)
+      end associate
+      do i = 1, size(near)
+        associate (g => near(i))
+          if (g <= f .or. root(g) == root(f) .or. n_joined(g) >= count(faces(:, g) > 0)) cycle
+          ! One of a patch is enough.
+          if (last(root(g)) == f .or. dot_product(normal(:, f), normal(:, g)) < alike) cycle
+          if (min(height_over(f, g), height_over(g, f)) <= flush*near_by) cycle
+          call append(joints%joint, joints%n, [f, g, step])
+          last(root(g)) = f
+        end associate
+      end do
+    end do
+
+  contains
+
+    !> How far the nearest corner of a face is from the plane of another.
+    pure real(wp) function height_over(one, other) result(height)
+      integer, intent(in) :: one, other
+
+      height = minval(abs(matmul(normal(:, one), x(:, faces(:count(faces(:, other) > 0), other)) - &
+        spread(middle_of(faces, x, one), 2, count(faces(:, other) > 0)))))
+    end function height_over
+
+  end subroutine add_steps
 
   !> The edges of all faces, by places: nodes at one place are one.
   pure subroutine list_edges(faces, x, edge)
@@ -259,24 +326,24 @@ contains
     allocate (forest%last(n_faces), source=0)
     allocate (forest%n_faces(n_faces), source=1)
     associate (angle => joints%joint(3, :joints%n), face => joints%joint(:2, :joints%n))
-      allocate (forest%next(2*count(angle == concave)), source=0)
+      allocate (forest%next(2*count(angle < 0)), source=0)
       allocate (forest%beyond(size(forest%next)), source=0)
       k = 0
       do i = 1, joints%n
-        if (angle(i) /= concave) cycle
-        call add_concave(face(1, i), face(2, i))
-        call add_concave(face(2, i), face(1, i))
+        if (angle(i) >= 0) cycle
+        call add_barrier(face(1, i), face(2, i))
+        call add_barrier(face(2, i), face(1, i))
       end do
       call order_of(angle, order)
       do i = 1, joints%n
-        if (angle(order(i)) == concave) cycle
+        if (angle(order(i)) < 0) cycle
         call join_two(root_of(forest, face(1, order(i))), root_of(forest, face(2, order(i))))
       end do
     end associate
 
   contains
 
-    subroutine add_concave(one, other)
+    subroutine add_barrier(one, other)
       integer, intent(in) :: one, other !! faces
 
       k = k + 1
@@ -285,7 +352,7 @@ contains
       forest%first(one) = k
       if (forest%last(one) == 0) forest%last(one) = k
       forest%n(one) = forest%n(one) + 1
-    end subroutine add_concave
+    end subroutine add_barrier
 
     subroutine join_two(one, other)
       integer, intent(in) :: one, other !! roots
@@ -335,6 +402,13 @@ contains
     do f = 1, size(faces, 2)
       one = root_of(forest, f)
       area(one) = area(one) + area_of_face(x(:, faces(:count(faces(:, f) > 0), f)))
+    end do
+    do i = 1, joints%n
+      if (joints%joint(3, i) /= step) cycle
+      do f = 1, 2
+        one = root_of(forest, joints%joint(f, i))
+        area(one) = max(area(one), least)
+      end do
     end do
     do i = 1, joints%n
       if (joints%joint(3, i) /= concave) cycle
