@@ -92,15 +92,14 @@ contains
     end do
   end function integrate_shared
 
-  !> What of a face its nodes have: int N_a n over all of it, n its normal, and int N_a.
-  pure subroutine integrate_nodes(x, facing, area)
+  !> What of a face its nodes have, int N_a over it, or over what of it lies in a plane.
+  pure subroutine integrate_nodes(x, normal, area)
     real(wp), intent(in) :: x(:, :)        !! (3,n) its nodes, corners first [length]
-    real(wp), intent(out) :: facing(:, :)  !! (3,n) [length^2]
+    real(wp), intent(in) :: normal(3)      !! of that plane, or 0 [-]
     real(wp), intent(out) :: area(:)       !! (n) [length^2]
     real(wp) :: n(size(x, 2)), slope(size(x, 2), 2), t(3, 2), vector(3), part
-    integer :: i, j, a
+    integer :: i, j
 
-    facing = 0.0_wp
     area = 0.0_wp
     do i = 1, size(point_6)
       do j = 1, size(point_6)
@@ -115,10 +114,7 @@ contains
         end associate
         t = matmul(x, slope)
         vector = part*cross(t(:, 1), t(:, 2))
-        area = area + norm2(vector)*n
-        do a = 1, size(n)
-          facing(:, a) = facing(:, a) + n(a)*vector
-        end do
+        area = area + merge(dot_product(normal, vector), norm2(vector), norm2(normal) > 0.0_wp)*n
       end do
     end do
   end subroutine integrate_nodes

@@ -101,22 +101,18 @@ contains
     end do
   end subroutine find_gaps
 
-  !> By how much the gap of a node is above the mean: where it is covered in part, or at an edge of
-  !> its body, its faces turned away from the master by more than 30 degrees in the mean, (11.32).
+  !> By how much the gap of a node is above the mean: where it is covered in part, or by what is not
+  !> turned to its faces, (11.32).
   pure real(wp) function lift_of_guess(sides, rows, here, mean) result(lift)
     type(two_sides_t), intent(in) :: sides
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
-    real(wp), parameter :: none = 0.866_wp, all = 0.707_wp !! cosines of 30 and 45 degrees
     real(wp), parameter :: bare = 0.05_wp !! of its area: then all the way
 
     lift = 0.0_wp
     if (.not. allocated(sides%node) .or. rows%nearest(here) <= mean) return
-    associate (normal => rows%normal(:, here))
-      lift = none + dot_product(normal, rows%outward(:, here))/(norm2(normal)*rows%whole(here))
-    end associate
-    lift = max(lift/(none - all), (1.0_wp - rows%area(here)/rows%whole(here))/bare)
+    lift = (1.0_wp - rows%straight(here)/rows%whole(here))/bare
     lift = min(1.0_wp, max(0.0_wp, lift))*(rows%nearest(here) - mean)
   end function lift_of_guess
 

@@ -70,7 +70,7 @@ module shared_faces_mod
   type :: rows_t
     real(wp), allocatable :: area(:), whole(:)  !! (n) covered, and of the node [length^2]
     real(wp), allocatable :: normal(:, :)       !! (3,n) not of unit length [length^2]
-    real(wp), allocatable :: outward(:, :) !! (3,n) of the slave's whole faces [length^2]
+    real(wp), allocatable :: straight(:) !! (n) covered by what is turned to it [length^2]
     real(wp), allocatable :: nearest(:) !! (n) least gap at corners of what is seen [length]
     logical, allocatable :: folds(:) !! (n) a face of the node is folded, or one that it shares with
     integer :: n = 0                            !! entries
@@ -82,6 +82,8 @@ module shared_faces_mod
   type :: part_t
     integer :: master = 0
     real(wp) :: nearest = 0.0_wp   !! least gap at its corners [length]
+    real(wp) :: straight = 0.0_wp
+    !! how much of it counts as turned to the slave: all up to 30 degrees, nothing from 45 on [-]
     type(shared_t) :: shared
   end type part_t
 
@@ -364,7 +366,7 @@ contains
     n = size(sides%x, 2)
     allocate (parts(16), rows%entry(64))
     allocate (rows%area(n), rows%whole(n), rows%normal(3, n), rows%folds(n), rows%nearest(n))
-    allocate (rows%outward(3, n))
+    allocate (rows%straight(n))
     do
       rows%n = 0
       rows%area = 0.0_wp
@@ -372,7 +374,7 @@ contains
       rows%normal = 0.0_wp
       rows%folds = .false.
       rows%nearest = huge(1.0_wp)
-      rows%outward = 0.0_wp
+      rows%straight = 0.0_wp
       do f = 1, size(sides%slave, 2)
         call add_face(sides, sides%slave(:count(sides%slave(:, f) > 0), f), parts, rows)
       end do
@@ -396,6 +398,7 @@ contains
     type(veil_t), allocatable :: veils(:), between(:)
     integer, allocatable :: met(:)
     logical, allocatable :: may_see(:)
+    real(wp), parameter :: all_of_it = 0.866_wp, nothing = 0.707_wp !! cosines, as of `straight`
     real(wp) :: nearest
     integer :: i, k, f, a
 
@@ -476,7 +479,8 @@ contains
       if (.not. shared%area > 1.0e-12_wp*area) cycle
       if (n == size(parts)) parts = [parts, parts]
       n = n + 1
-      parts(n) = part_t(sides%of(f), nearest, shared)
+      parts(n) = part_t(sides%of(f), nearest, min(1.0_wp, max(0.0_wp, (-dot_product( &
+        sides%normal(:, f), axes(:, 3)) - nothing)/(all_of_it - nothing))), shared)
     end do
   end subroutine find_parts
 
@@ -576,7 +580,7 @@ contains
     type(rows_t), intent(inout) :: rows
     real(wp), dimension(size(row), size(row)) :: dual, mass, basis
     real(wp), dimension(size(row)) :: lumped, unit, whole
-    real(wp) :: axes(3, 3), area, size_of_piece, outward(3, size(row))
+    real(wp) :: axes(3, 3), area, size_of_piece, normal(3)
     integer :: piece(4, 5), i, k, a, n, n_parts, n_pieces
     logical :: regular
 
@@ -599,14 +603,11 @@ contains
       end associate
     end do
     call find_basis(sides, row, basis)
-    call integrate_nodes(sides%x(:, row), outward, whole)
-    if (n <= 4) then
-      ! Of corners alone it is what of the face lies in its mean plane.
-      whole = matmul(axes(:, 3), outward)
-      outward = spread(axes(:, 3), 2, n)*spread(whole, 1, 3)
-    end if
+    ! Of corners alone it is what of the face lies in its mean plane.
+    normal = 0.0_wp
+    if (n <= 4) normal = axes(:, 3)
+    call integrate_nodes(sides%x(:, row), normal, whole)
     rows%whole(row) = rows%whole(row) + matmul(basis, whole)
-    rows%outward(:, row) = rows%outward(:, row) + matmul(outward, transpose(basis))
     if (n_parts == 0) return
     mass = 0.0_wp
     lumped = 0.0_wp
@@ -632,6 +633,7 @@ contains
     rows%folds(row) = rows%folds(row) .or. any(parts(:n_parts)%shared%folds)
     do i = 1, n_parts
       associate (master => sides%master(:, parts(i)%master), shared => parts(i)%shared)
+        rows%straight(row) = rows%straight(row) + parts(i)%straight*matmul(basis, shared%lumped(:n))
         do a = 1, n
           rows%normal(:, row(a)) = rows%normal(:, row(a)) + matmul(shared%facing(:, :n), &
             basis(a, :))

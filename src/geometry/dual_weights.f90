@@ -3,8 +3,9 @@
 module dual_weights_mod
   use kinds_mod, only: wp
   use cells_mod, only: face_corners, face_nodes
+  use connectivity_mod, only: corners_in
   use small_matrix_mod, only: solve_small
-  use face_overlap_mod, only: overlap_t
+  use face_overlap_mod, only: overlap_t, outward_normal
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
     make_patch, values_at_nodes
   use mortar_rows_mod, only: mortar_t
@@ -34,6 +35,8 @@ contains
     real(wp), dimension(face%n) :: lumped, shared, unit
     real(wp), dimension(face%n, face%n) :: mass, dual, given
     real(wp) :: part_of(face%n, face_nodes), q(3, face%n), values(face%n, face_nodes, size(parts))
+    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
+    real(wp) :: cosine
     integer :: a, b, i, k
     logical :: regular, is_extrapolated
 
@@ -91,6 +94,12 @@ contains
         do k = 1, parts(i)%n
           call share_with_ends(face, overlap%mixed(:n, k))
         end do
+        call share_with_ends(face, overlap%lumped(:n))
+        ! What leans by more than 45 degrees counts nothing, by less than 30 all.
+        cosine = -dot_product(parts(i)%plane%axis(:, 3), outward_normal(x(:, &
+          parts(i)%corner(:corners_in(parts(i)%corner)))))
+        mortar%opposed_area(row) = mortar%opposed_area(row) + matmul(given, &
+          overlap%lumped(:n))*max(0.0_wp, min(1.0_wp, (cosine - cos_45)/(cos_30 - cos_45)))
         if (is_extrapolated) then
           do k = 1, parts(i)%n
             part_of(:, k) = matmul(given, lumped*values(:, k, i))

@@ -59,6 +59,7 @@ contains
           mortar%outward(:, row) = mortar%outward(:, row) + part*mortar%outward(:, own)
           mortar%whole_area(row) = mortar%whole_area(row) + part*mortar%whole_area(own)
           mortar%area(row) = mortar%area(row) + part*mortar%area(own)
+          mortar%opposed_area(row) = mortar%opposed_area(row) + part*mortar%opposed_area(own)
           mortar%normal(:, row) = mortar%normal(:, row) + part*mortar%normal(:, own)
           mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
           mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))

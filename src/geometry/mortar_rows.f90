@@ -46,6 +46,8 @@ module mortar_rows_mod
     real(wp), allocatable :: faced_area(:)
     !! (n) of that what is turned towards the master: as seen along the normal, 0: not covered
     !! [length^2]
+    real(wp), allocatable :: opposed_area(:)
+    !! (n) of that what is covered by faces that are turned straight towards it [length^2]
     real(wp), allocatable :: normal(:, :)   !! (3,n) from master to slave, 0: not covered [-]
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: apart(:, :)
@@ -108,6 +110,7 @@ contains
 
     n = size(slave%nodes)
     allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
+    allocate (mortar%opposed_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%entered(n), source=0.0_wp)
     allocate (mortar%least(n), source=enough)
@@ -115,21 +118,19 @@ contains
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
   end function new_mortar
 
-  !> The gap of a node. Where the master covers it in part, or at an edge of its body, of its faces'
-  !> area too little turned towards the master, the mean gap is a guess, and none below the least of
-  !> what its faces see. docs/theory.md (11.32).
+  !> The gap of a node. Where the master covers it in part, or with faces that lean against those of
+  !> the node, the mean gap is a guess, and none below the least of what its faces see.
+  !> docs/theory.md (11.32).
   pure real(wp) function lifted_gap(mortar, i, gap) result(lifted)
     type(mortar_t), intent(in) :: mortar
     integer, intent(in) :: i
     real(wp), intent(in) :: gap           !! the mean [length]
-    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp, in_part = 0.05_wp !! [-]
-    real(wp) :: share
+    real(wp), parameter :: in_part = 0.05_wp !! [-]
 
     lifted = gap
     if (.not. mortar%whole_area(i) > 0.0_wp) return
-    share = max((cos_30 - mortar%faced_area(i)/mortar%whole_area(i))/(cos_30 - cos_45), &
-      (1.0_wp - mortar%area(i)/mortar%whole_area(i))/in_part)
-    lifted = gap + max(0.0_wp, min(1.0_wp, share))*max(0.0_wp, mortar%nearest(i) - gap)
+    lifted = gap + max(0.0_wp, mortar%nearest(i) - gap)*max(0.0_wp, min(1.0_wp, (1.0_wp - &
+      mortar%opposed_area(i)/mortar%whole_area(i))/in_part))
   end function lifted_gap
 
   !> What lies between two places of the undeformed mesh, without what rounding makes of a distance

@@ -1,5 +1,6 @@
 """Bodies whose surfaces are all their outer faces: a face acts on what it sees."""
 
+import copy
 import itertools
 import unittest
 
@@ -99,6 +100,19 @@ class ApartAndTouching(unittest.TestCase):
         high.x[:, 2] += low.x[:, 2].max() - high.x[:, 2].min() + 0.05
         self.apart(high, low)
 
+    def test_a_plate_over_a_ridge(self):
+        """It sees a face that leans by 17 degrees and, beyond the ridge, one by 73."""
+        step = "*BOUNDARY\nATOP, 1, 2\nB, 1, 3\nATOP, 3, 3, -0.015\n"
+        for place in (-0.2, 0.2):
+            low = Bar("B", 1, (2, 3, 2), turned(0, 0.3, 0))
+            high = Bar("A", 101, (1, 1, 0.2), n=2)
+            high.faces = "A, S1"
+            high.x[:, 0] += low.x[low.x[:, 2].argmax(), 0] + place
+            high.x[:, 2] += low.x[:, 2].max() - high.x[:, 2].min() + 0.02
+            for options in ("", ", NLGEOM"):
+                with self.subTest(place=place, options=options):
+                    self.assertEqual(np.abs(self.pressing(high, low, step, options)).max(), 0)
+
     def test_leaning_side_by_side(self):
         """From the top of one, past sides that lean by a tenth, one would see the other's foot."""
         for gap, turn in ((0.0, None), (0.02, None), (0.02, turned(0.3, 0.5, 0.7))):
@@ -138,6 +152,29 @@ class ApartAndTouching(unittest.TestCase):
         run = Run(deck(high, low, step), name="bars")
         self.assertEqual(run.status, 2)
         self.assertIn("contact is missed", run.output + run.errors)
+
+    def test_a_step(self):
+        """A floor beside the top that a plate lies on is no part of what it lies on."""
+        plate, floor = Bar("A", 101, (2, 1, 0.5), n=2), Bar("C", 201, (3, 2, 0.8))
+        floor.x += (2.4, 0.2, -0.6)
+        step = "*BOUNDARY\nATOP, 1, 2\nBLOW, 1, 3\nCLOW, 1, 3\nATOP, 3, 3, -0.002\n"
+        for gap, options in ((0.005, ""), (0.0, ""), (0.0, ", NLGEOM")):
+            forces = []
+            for faces in ("B", "B\nC"):
+                block = Bar("B", 1, (3, 2, 1))
+                block.x += (-0.6, 0.2, -0.5)
+                block.faces = faces
+                high = copy.deepcopy(plate)
+                high.x[:, 2] += 0.25 + gap
+                text = deck(high, block, step, options)
+                run = Run(text.replace("*SURFACE, NAME=SB", floor.cards() + "*SURFACE, NAME=SB"),
+                          name="step")  # fmt: skip
+                self.assertEqual(run.status, 0, run.output + run.errors)
+                with run.result() as result:
+                    forces.append(result.pairs[0].resultant[-1])
+            with self.subTest(gap=gap, options=options):
+                self.assertEqual(np.abs(forces[0]).max() > 1, gap == 0)
+                self.assertLess(np.abs(forces[0] - forces[1]).max(), 1e-7)
 
     def test_a_thin_plate(self):
         """The top of the block and the underside of the plate do not see each other."""

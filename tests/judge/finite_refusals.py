@@ -1,6 +1,7 @@
 """Whether a run at finite strain that was refused has no solution, by other means."""
 
 import re
+from itertools import product
 
 import numpy as np
 from elements import REAL
@@ -20,10 +21,11 @@ def confirm_finite(scene, stored, message):
             return CONFIRMED, words
     told = re.search(r"law of material M(\d+) .* stretched by (\S+), (\S+) and (\S+):", message)
     if told:
-        stretches = [float(x) for x in told.groups()[1:]]
         which = np.flatnonzero(scene.material == int(told[1]))[0]
-        h = np.tile(np.diag(stretches) - np.eye(3), (len(scene.nodes), 1, 1, 1))
-        least = scene.elements().least_acoustic_at(h.astype(REAL), which)
+        least = np.inf
+        for stretches in product(*(within_digits(x) for x in told.groups()[1:])):
+            h = np.tile(np.diag(stretches) - np.eye(3), (len(scene.nodes), 1, 1, 1))
+            least = min(least, scene.elements().least_acoustic_at(h.astype(REAL), which))
         if least < 0:
             return CONFIRMED, f"at these stretches an acoustic tensor has an eigenvalue {least:.2g}"
         return REFUTED, f"at these stretches the law is elliptic: {least:.2g}"
@@ -36,6 +38,12 @@ def confirm_finite(scene, stored, message):
         if least < 0:
             return CONFIRMED, f"an acoustic tensor has an eigenvalue of {least:.2g}"
     return OPEN, "not shown to have no solution"
+
+
+def within_digits(text):
+    """The least, the middle and the largest number that is told so."""
+    half = 0.5 * 10.0 ** -len(text.partition(".")[2])
+    return [float(text) + k * half for k in (-1, 0, 1)]
 
 
 def prescribed_depth(scene, stored, where):
