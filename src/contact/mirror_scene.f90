@@ -96,8 +96,10 @@ contains
     integer, intent(in) :: axis
     type(mirror_t), intent(out) :: mirror
     logical :: ok
+    integer :: k
 
     ! What joins nodes is not looked at, nor what is along other axes.
+    if (any([(allocated(scene%pairs(k)%left_open), k=1, size(scene%pairs))])) return
     if (scene%constraints%n > 0 .or. scene%mesh%springs%n > 0 .or. allocated(scene%local_axes) &
       .or. allocated(scene%rotations) .or. size(scene%gaps) > 0 .or. &
       scene%mesh%sector_angle > 0.0_wp) return

@@ -133,6 +133,8 @@ contains
         is_touched = .true.
         if (slave .and. (master .or. pair%master > 0)) then
           why = 'of pair '//pair%name//' both sides would be rigid'
+        else if (slave .and. allocated(pair%left_open)) then
+          why = 'the slave of pair '//pair%name//' has nodes and no faces'
         else if (pair%has_clearance) then
           why = 'obstacles have no *CLEARANCE, as pair '//pair%name//' has'
         else if (is_part(pair%surface)) then

@@ -300,6 +300,9 @@ contains
       end if
       allocate (gap(size(s)), source=huge(1.0_wp))
       do i = 1, size(s)
+        if (allocated(pair%left_open)) then
+          if (any(pair%left_open == s(i))) cycle
+        end if
         if (mortar%area(i) > 0.0_wp) gap(i) = dot_product(mortar%normal(:, i), mortar%apart(:, i))
       end do
     end associate

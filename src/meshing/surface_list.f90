@@ -16,7 +16,8 @@ module surface_list_mod
   implicit none
   private
 
-  public :: surface_list_t, add_surface, add_surface_of_faces, add_surface_of_sides, check_side
+  public :: surface_list_t, add_surface, add_faces, add_surface_of_faces, add_surface_of_sides
+  public :: check_side
   public :: find_nodes, drop_unused
   public :: find_surface, find_surface_or_set, find_faces_of_nodes, has_facets, sides_t
 
@@ -142,13 +143,29 @@ contains
     ok = .true.
   end subroutine check_side
 
+  !> Add a surface of faces that no card names.
+  subroutine add_faces(mesh, name, faces, surfaces, index)
+    type(mesh_draft_t), intent(in) :: mesh
+    character(*), intent(in) :: name     !! what messages and results call it
+    integer, intent(in) :: faces(:, :)   !! (2,n_faces) element, face 1..6
+    type(surface_list_t), intent(inout) :: surfaces
+    integer, intent(out) :: index
+
+    call add_unnamed(surfaces)
+    index = surfaces%n
+    surfaces%list(index)%name = name
+    surfaces%list(index)%faces = faces
+    call find_nodes(mesh, surfaces%list(index))
+  end subroutine add_faces
+
   !> Add the surface of the faces that a surface of nodes has, once; `index` is its index.
   subroutine add_surface_of_faces(mesh, whole, surfaces, index)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: whole         !! the surface of nodes
     type(surface_list_t), intent(inout) :: surfaces
     integer, intent(out) :: index
-    integer, allocatable :: longer(:)
+    character(:), allocatable :: name
+    integer, allocatable :: longer(:), faces(:, :)
     integer :: of
 
     of = whole
@@ -160,12 +177,10 @@ contains
     end if
     index = surfaces%faced(of)
     if (index > 0) return
-    call add_unnamed(surfaces)
-    index = surfaces%n
+    name = surfaces%list(of)%name
+    faces = surfaces%list(of)%faces
+    call add_faces(mesh, name, faces, surfaces, index)
     surfaces%faced(of) = index
-    surfaces%list(index)%name = surfaces%list(of)%name
-    surfaces%list(index)%faces = surfaces%list(of)%faces
-    call find_nodes(mesh, surfaces%list(index))
   end subroutine add_surface_of_faces
 
   !> Find the faces of a surface of nodes, when something needs them.

@@ -2,7 +2,7 @@
 !> hold before anything may be computed.
 module surface_pairs_mod
   use cards_mod, only: note, reader_t, report
-  use connectivity_mod, only: corners_in
+  use connectivity_mod, only: corners_in, nodes_of_element
   use diagnostics_mod, only: quoted
   use kinds_mod, only: wp
   use surface_reach_mod, only: reach_of_faces, reach_of_all, face_each_other, look_away
@@ -16,7 +16,7 @@ module surface_pairs_mod
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
-  use surface_list_mod, only: add_surface_of_faces, find_faces_of_nodes, surface_list_t
+  use surface_list_mod, only: add_faces, add_surface_of_faces, find_faces_of_nodes, surface_list_t
   use surfaces_mod, only: all_nodes_of, bare_nodes, nodes_of, surface_t
   use text_mod, only: counted, to_text
   implicit none
@@ -39,6 +39,7 @@ contains
 
     if (.not. allocated(surfaces%list(pair%surface)%faces)) return
     call find_faces_of_nodes(reader, model, surfaces, pair%master_surface)
+    call take_faces_about(reader, model, surfaces, pair)
     call leave_out_bare_nodes(reader, model, surfaces, pair%surface, &
       surfaces%list(pair%master_surface)%name)
     associate (slave => surfaces%list(pair%surface), &
@@ -139,6 +140,60 @@ contains
     call add_surface_of_faces(model%mesh, slave, surfaces, faced)
     slave = faced
   end subroutine leave_out_bare_nodes
+
+  !> A slave of nodes without faces before a surface gets the outer faces about these that are
+  !> turned towards the master. The other nodes of the faces stay open.
+  subroutine take_faces_about(reader, model, surfaces, pair)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(inout) :: surfaces
+    type(contact_pair_t), intent(inout) :: pair
+    integer, allocatable :: masters(:, :), faces(:, :), corner(:, :)
+    character(:), allocatable :: name
+    logical :: is_slave(model%mesh%n_nodes), is_near(model%mesh%n_nodes)
+    logical, allocatable :: kept(:)
+    integer :: e, f, node, index
+
+    associate (slave => surfaces%list(pair%surface), master => &
+               surfaces%list(pair%master_surface), mesh => model%mesh)
+      if (size(slave%faces, 2) > 0 .or. size(master%faces, 2) == 0) return
+      if (surfaces%flawed(pair%surface) .or. surfaces%flawed(pair%master_surface)) return
+      is_slave = .false.
+      is_slave(slave%nodes) = .true.
+      is_near = .false.
+      do e = 1, mesh%n_elements
+        associate (its => nodes_of_element(mesh%connectivity, e))
+          if (any(is_slave(its))) is_near(its) = .true.
+        end associate
+      end do
+      call find_outer_faces(mesh, pack([(node, node=1, mesh%n_nodes)], is_near), faces)
+      corner = all_nodes_of(faces, mesh%connectivity)
+      masters = nodes_of(master%faces, mesh%connectivity)
+      allocate (kept(size(faces, 2)))
+      do f = 1, size(faces, 2)
+        associate (its => pack(corner(:, f), corner(:, f) > 0))
+          kept(f) = any(is_slave(its)) .and. size(its) == corners_in(corner(:4, f))
+          if (kept(f)) kept(f) = face_each_other(corner(:4, f:f), masters, &
+            mesh%coordinates(:, :mesh%n_nodes))
+        end associate
+      end do
+      if (.not. any(kept)) return
+      faces = faces(:, pack([(f, f=1, size(kept))], kept))
+    end associate
+    name = surfaces%list(pair%surface)%name
+    call add_faces(model%mesh, name, faces, surfaces, index)
+    associate (slave => surfaces%list(pair%surface), about => surfaces%list(index)%nodes)
+      is_near = .false.
+      is_near(about) = .true.
+      if (.not. all(is_near(slave%nodes))) return
+      pair%left_open = pack(about, .not. is_slave(about))
+      call note(reader, 'contact pair '//slave%name//':'// &
+        surfaces%list(pair%master_surface)%name//': the slave has nodes and no faces. Each '// &
+        'stands for its share of the '//counted(size(faces, 2), 'face')// &
+        ' about them that may touch, whose other nodes stay open')
+    end associate
+    pair%surface = index
+  end subroutine take_faces_about
 
   !> A surface that is placed by its faces consists of faces, and all of its nodes are theirs.
   subroutine check_faces(reader, model, surface, position, what, ok)
@@ -276,7 +331,8 @@ contains
         return
       end if
       if (any(mortar%area > 0.0_wp)) then
-        call note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)
+        if (.not. allocated(pair%left_open)) call note_coarse_slave(reader, slave, master, slaves, &
+          masters, x, mortar)
         return
       end if
       if (look_away(slaves, masters, x)) then

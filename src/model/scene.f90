@@ -68,6 +68,8 @@ module scene_mod
     real(wp) :: clearance = 0.0_wp
     !! of *CLEARANCE: in place of the gaps of the mesh; below 0 an overlap [length]
     character(:), allocatable :: interaction !! name of the surface interaction
+    integer, allocatable :: left_open(:)
+    !! nodes on faces of the slave that are no slaves, and stay open; not allocated: none
   end type contact_pair_t
 
   !> A reference node of couplings, and the node whose displacement is its rotation times a length.

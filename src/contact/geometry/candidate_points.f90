@@ -434,7 +434,7 @@ contains
   subroutine find_extra_gaps(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
-    integer :: head(scene%mesh%n_nodes), next(points%n), marked(scene%mesh%n_nodes)
+    integer :: head(scene%mesh%n_nodes), next(points%n), marked(scene%mesh%n_nodes), pair
     real(wp) :: constant(scene%mesh%n_nodes), extra(points%n)
     type(placement_t) :: placement !! of the undeformed mesh
     integer :: card, i, j
@@ -477,6 +477,18 @@ contains
         if (placement%weights%covers(i)) extra(i) = extra(i) + pair%clearance - placement%gap(i)
       end associate
     end do
+    ! Nothing of the mesh is further apart than that.
+    associate (x => scene%mesh%coordinates)
+      do pair = 1, size(scene%pairs)
+        if (.not. allocated(scene%pairs(pair)%left_open)) cycle
+        marked = 0
+        marked(scene%pairs(pair)%left_open) = 1
+        do i = points%first(pair), points%first(pair + 1) - 1
+          if (marked(points%node(i)) == 1) extra(i) = extra(i) + norm2(maxval(x, dim=2) - &
+            minval(x, dim=2))
+        end do
+      end do
+    end associate
     points%extra_gap = extra + constant(points%node)
   end subroutine find_extra_gaps
 

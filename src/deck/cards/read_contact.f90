@@ -219,6 +219,9 @@ contains
 
     !> The pair of a data line, with the options of its card.
     subroutine read_pair()
+      integer :: other
+
+      if (allocated(pair%left_open)) deallocate (pair%left_open)
       call find_slave(reader, model, fields, surfaces, obstacles, pair)
       call find_master(reader, model, fields, surfaces, obstacles, pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
@@ -231,6 +234,13 @@ contains
       else
         pair%name = surfaces%list(pair%surface)%name//':'// &
           surfaces%list(pair%master_surface)%name
+      end if
+      if (allocated(pair%left_open)) then
+        ! Its surface is that of no other pair.
+        do other = 1, n
+          if (found_pairs(other)%name == pair%name) call report(reader, fields%start, &
+            'duplicate contact pair '//quoted(pair%name))
+        end do
       end if
       n = n + 1
       found_pairs(n) = pair
