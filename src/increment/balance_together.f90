@@ -24,7 +24,7 @@ module balance_together_mod
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t
   use turned_bodies_mod, only: begin_where_turned
-  use equilibrate_mod, only: equilibrate
+  use equilibrate_mod, only: equilibrate, refuse_passed
   implicit none
   private
 
@@ -119,6 +119,7 @@ contains
       end associate
     end do
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
+    if (report%converged) call refuse_passed(scene, points, trial%placement, old, new, report)
     if (report%converged .and. solver%body%motions%n > 0) call name_unheld(scene, solver, &
       trial%placement, found, new, report)
   end subroutine balance_together

@@ -18,7 +18,7 @@ module equilibrate_mod
   use finite_forces_mod, only: tangent_t
   use stiffness_inverse_mod, only: abandon_inverse
   use passed_obstacles_mod, only: find_passed, part_that_would_do
-  use placement_mod, only: join_ends
+  use placement_mod, only: placement_t, join_ends
   use follow_bodies_mod, only: farthest_point
   use closed_points_mod, only: keep_closed
   use step_solver_mod, only: step_solver_t
@@ -34,7 +34,7 @@ module equilibrate_mod
   implicit none
   private
 
-  public :: equilibrate
+  public :: equilibrate, refuse_passed
 
   real(wp), parameter :: roughly = 1.0e-4_wp
   !! how far points may still move when the body is solved for with a factor that is not exact: what
@@ -154,16 +154,9 @@ contains
     report%moved = loop%moved
     report%moved_point = farthest_point(points, loop%follow, trial%placed_at, new%displacement)
     if (loop%moved <= loop%follow%allowed .and. .not. is_missed) then
-      report%passed_point = find_passed(scene, points, trial%placement, old, new)
-      if (report%passed_point == 0) then
-        if (loop%imbalance > trial%controls%tolerance) call leave_to_reactions(scene%mesh, points, &
-          trial%placement, residual, new%reaction)
-        return
-      end if
-      report%converged = .false.
-      report%ending = ended_passed
-      report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new, &
-        trial%placement)
+      call refuse_passed(scene, points, trial%placement, old, new, report)
+      if (report%passed_point == 0 .and. loop%imbalance > trial%controls%tolerance) call &
+        leave_to_reactions(scene%mesh, points, trial%placement, residual, new%reaction)
       return
     end if
     ! Points do not settle by reactions that the solver did not find.
@@ -173,6 +166,21 @@ contains
     report%ending = ended_moving
     report%residual = loop%moved
   end subroutine equilibrate
+
+  !> Where an obstacle presses from inside a body, forces balance there, but nothing led there.
+  subroutine refuse_passed(scene, points, placement, old, new, report)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(placement_t), intent(in) :: placement !! at the displacement of `new`
+    type(state_t), intent(in) :: old, new      !! the increment's beginning and end
+    type(increment_report_t), intent(inout) :: report
+
+    report%passed_point = find_passed(scene, points, placement, old, new)
+    if (report%passed_point == 0) return
+    report%converged = .false.
+    report%ending = ended_passed
+    report%part_to_try = part_that_would_do(scene, points, report%passed_point, old, new, placement)
+  end subroutine refuse_passed
 
   !> Whether the forces balance and the points stay where they were placed, as far as either goes.
   !>

@@ -75,6 +75,39 @@ def deck(at, way, radius, increments=1, unit=1.0, turn=0, **changes):
     )  # fmt: skip
 
 
+ROLLING = """*PARAMETER
+tangent = KEPT
+*NODE
+90001, 1., 0.5, 0.
+*BLOCK, NAME=B, TYPE=C3D8, NX=2, NY=1, NZ=2
+0., 0., 0., 1., 1., 1.
+*MATERIAL, NAME=M
+*HYPERELASTIC, NEO HOOKE
+100., 0.001
+*SOLID SECTION, ELSET=B, MATERIAL=M
+*OBSTACLE, NAME=G, TYPE=PLANE
+0., 0., 0., 0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=I
+B-ZMIN, G
+*COUPLING, CONSTRAINT NAME=C, REF NODE=90001, SURFACE=B-ZMAX
+*KINEMATIC
+*BODY SOLVER, TANGENT=<tangent>
+*STEP, NLGEOM
+*STATIC, DIRECT
+0.1, 1.
+*BOUNDARY
+90001, 1, 2
+90001, 3, 3, -0.02
+90001, 4, 4
+90001, 5, 5, <110*pi/180>
+90001, 6, 6
+*END STEP
+"""
+
+
 class Case(unittest.TestCase):
     def force(self, text, *options):
         """Return the last resultant of a run that must be solved."""
@@ -91,6 +124,19 @@ class Case(unittest.TestCase):
         for word in words:
             self.assertIn(word, run.errors)
         return run
+
+
+class Rolling(Case):
+    """A block that is rolled over its edge, with its lower face alone for a slave."""
+
+    def test_a_face_that_looks_away_is_not_pressed(self):
+        for tangent in ("KEPT", "NEWTON"):
+            with self.subTest(tangent=tangent):
+                self.refused(
+                    ROLLING.replace("tangent = KEPT", f"tangent = {tangent}"),
+                    "step 1, increment 10: G passes node", "of B-ZMIN", "from behind",
+                    "a slave surface with all faces that may touch",
+                )  # fmt: skip
 
 
 class DeeperThanTheRadius(Case):
