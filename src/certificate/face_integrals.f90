@@ -67,7 +67,9 @@ contains
     least = area_of(slave(:2, 1), slave(:2, 2), slave(:2, 3)) + area_of(slave(:2, 1), &
       slave(:2, 3), slave(:2, n_corners))
     negligible = 1.0e-12_wp*least
-    least = merge(speck, epsilon(1.0_wp), shared%folds .or. size(slave, 1) == 3)*least
+    least = merge(speck, epsilon(1.0_wp), size(slave, 1) == 3)*least
+    ! Folded faces end the run: what they share is no matter.
+    if (shared%folds) least = huge(least)
     mean = sum(corner(:, :n), dim=2)/real(n, wp)
     call put_in_order(mean, corner(:, :n))
     shared%outline = corner(:, :n)

@@ -93,7 +93,7 @@ contains
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
             found = dot_product(normal/norm2(normal), arm_of(sides, rows, here) + &
               lift_alone(points, sides, middles, i, state%displacement))
-            found = found + lift_of_guess(sides, rows, here, found) + points%extra_gap(i)
+            found = found + lift_of_guess(rows, here, found) + points%extra_gap(i)
             if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
@@ -103,15 +103,14 @@ contains
 
   !> By how much the gap of a node is above the mean: where it is covered in part, or by what is not
   !> turned to its faces, (11.32).
-  pure real(wp) function lift_of_guess(sides, rows, here, mean) result(lift)
-    type(two_sides_t), intent(in) :: sides
+  pure real(wp) function lift_of_guess(rows, here, mean) result(lift)
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
     real(wp), parameter :: bare = 0.05_wp !! of its area: then all the way
 
     lift = 0.0_wp
-    if (.not. allocated(sides%node) .or. rows%nearest(here) <= mean) return
+    if (rows%nearest(here) <= mean) return
     lift = (1.0_wp - rows%straight(here)/rows%whole(here))/bare
     lift = min(1.0_wp, max(0.0_wp, lift))*(rows%nearest(here) - mean)
   end function lift_of_guess
@@ -221,7 +220,7 @@ contains
         motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
         if (.not. sides%stays) arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         gap = dot_product(normal, arm)
-        gap = gap + lift_of_guess(sides, rows, here, gap) + points%extra_gap(i)
+        gap = gap + lift_of_guess(rows, here, gap) + points%extra_gap(i)
         if (sides%stays) gap = gap + dot_product(normal, motion)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &

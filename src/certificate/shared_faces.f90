@@ -609,6 +609,7 @@ contains
     call integrate_nodes(sides%x(:, row), normal, whole)
     rows%whole(row) = rows%whole(row) + matmul(basis, whole)
     if (n_parts == 0) return
+    rows%folds(row) = rows%folds(row) .or. any(parts(:n_parts)%shared%folds)
     mass = 0.0_wp
     lumped = 0.0_wp
     do i = 1, n_parts
@@ -630,7 +631,6 @@ contains
     if (n > 4) dual = matmul(dual, basis)
     rows%area(row) = rows%area(row) + lumped
     rows%nearest(row) = min(rows%nearest(row), minval(parts(:n_parts)%nearest))
-    rows%folds(row) = rows%folds(row) .or. any(parts(:n_parts)%shared%folds)
     do i = 1, n_parts
       associate (master => sides%master(:, parts(i)%master), shared => parts(i)%shared)
         rows%straight(row) = rows%straight(row) + parts(i)%straight*matmul(basis, shared%lumped(:n))

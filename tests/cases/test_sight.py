@@ -113,6 +113,26 @@ class ApartAndTouching(unittest.TestCase):
                 with self.subTest(place=place, options=options):
                     self.assertEqual(np.abs(self.pressing(high, low, step, options)).max(), 0)
 
+    def test_a_leaning_facet_over_a_face(self):
+        """It covers a tenth of a face, and does not reach it: its plane goes on to enter a node."""
+        block = Bar("A", 101, (2, 1, 1), n=2)
+        facet = np.array([(-0.1, -0.2, 0), (-0.1, 0.2, 0), (0.1, 0.2, 0), (0.1, -0.2, 0)])
+        facet = facet @ turned(0, 0.35, 0).T
+        facet += (0.7, 0, 0.5 + 0.01 - facet[:, 2].min())
+        tool = "*NODE\n" + "".join(
+            f"{901 + i}, {x!r}, {y!r}, {z!r}\n" for i, (x, y, z) in enumerate(facet.tolist()))
+        tool += ("905, 0., 0., 1.\n*ELEMENT, TYPE=R3D4, ELSET=B\n901, 901, 902, 903, 904\n"
+                 "*RIGID BODY, ELSET=B, REF NODE=905\n*SURFACE, NAME=SB\nB, SPOS\n")  # fmt: skip
+        step = "*BOUNDARY\nALOW, 1, 3\n905, 1, 2\n905, 4, 6\n905, 3, 3, -0.005\n"
+        for options in ("", ", NLGEOM"):
+            with self.subTest(options=options):
+                text = deck(block, Bar("B", 1, (1, 1, 1)), step, options)
+                start, end = text.index("*NODE, NSET=B"), text.index("*MATERIAL")
+                run = Run(text[:start] + tool + text[end:], name="facet")
+                self.assertEqual(run.status, 0, run.output + run.errors)
+                with run.result() as result:
+                    self.assertEqual(np.abs(result.pairs[0].resultant).max(), 0)
+
     def test_leaning_side_by_side(self):
         """From the top of one, past sides that lean by a tenth, one would see the other's foot."""
         for gap, turn in ((0.0, None), (0.02, None), (0.02, turned(0.3, 0.5, 0.7))):

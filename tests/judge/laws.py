@@ -442,11 +442,12 @@ class Judge:
                 fixed = fixed & held[reference]
             moved = self.motion(obstacle, rows, u, before, rotations)
         own = placed.gap
-        if obstacle is None:
-            # With small sliding it is raised once, in the mesh, and grows linearly.
-            own = (surface.first if pair.small else placed).lifted(own)
-            if pair.small:
-                own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
+        # With small sliding it is raised once, in the mesh, and grows linearly.
+        if obstacle is None and pair.small:
+            own = surface.first.lifted(own)
+            own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
+        else:
+            own = placed.lifted(own)
         own = own + self.added[rows]
         own_slip = across(moved, placed.normal)
         if placed.mirror is not None:
@@ -577,8 +578,7 @@ class Judge:
             if pair.wall is None:
                 continue
             seen = surface.place(u, self.stored.rotation[row])
-            gap = seen.gap if surface.obstacle is not None else seen.lifted(seen.gap)
-            depth = np.where(seen.share > 10 * LEAST_SHARE, -gap, 0.0)
+            depth = np.where(seen.share > 10 * LEAST_SHARE, -seen.lifted(seen.gap), 0.0)
             depth = depth - 1e-12 * np.abs(self.scene.points).max()
             at = int(np.argmax(depth))
             self.note("node behind a wall by", row, max(0.0, depth[at]) / (length or 1.0),

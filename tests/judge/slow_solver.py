@@ -271,13 +271,13 @@ class Increment:
         if not counts:
             return 0.0, np.eye(3)[2], mirror, False
         self.kept.add(p)
-        gap = seen.gap[at]
         if obstacle is None:
             self.partner[p] = seen.weights[at]
-            small = self.scene.pairs[index].small
-            gap = (self.surfaces[index].first if small else seen).lifted(gap)[at]
-            if small:
-                gap += seen.normal[at] @ (u[row] - seen.weights[at] @ u)
+        if obstacle is None and self.scene.pairs[index].small:
+            gap = self.surfaces[index].first.lifted(seen.gap[at])[at]
+            gap += seen.normal[at] @ (u[row] - seen.weights[at] @ u)
+        else:
+            gap = seen.lifted(seen.gap[at])[at]
         return gap + self.added[row], seen.normal[at], mirror, True
 
     def drag_of(self, obstacle, row, u):

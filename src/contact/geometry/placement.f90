@@ -424,8 +424,9 @@ contains
       if (.not. placement%weights%covers(i)) cycle
       if (obstacle%ref_node > 0) k = k + 1
       placement%apart(:, i) = mortar%apart(:, i - first + 1)
-      placement%gap(i) = placement%gap(i) + lift_alone(points, placement%weights, i, u, &
-        mortar%normal(:, i - first + 1))
+      placement%gap(i) = lifted_gap(mortar, i - first + 1, placement%gap(i) + lift_alone(points, &
+        placement%weights, i, u, mortar%normal(:, i - first + 1)) - points%extra_gap(i)) + &
+        points%extra_gap(i)
       placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
     end do
     rows%first(last - first + 2) = k
