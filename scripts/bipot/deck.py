@@ -550,6 +550,20 @@ class Deck:
         given = {"NAME": _name(name), "POSITION TOLERANCE": position_tolerance}
         return self.card("TIE", [(_name(slave), _name(master))], given)
 
+    def sector(
+        self, name: str, sides: tuple[str, str], n: int,
+        axis: tuple[Sequence[Number], Sequence[Number]], position_tolerance: Number | None = None,
+    ) -> Deck:
+        """Take the body between two sides for one of n equal sectors about an axis.
+
+            deck.sector("WHEEL", ("LEFT", "RIGHT"), 12, ((0, 0, 0), (0, 0, 1)))
+        """
+        given = {"NAME": _name(name), "POSITION TOLERANCE": position_tolerance,
+                 "CYCLIC SYMMETRY": True}
+        self.card("TIE", [tuple(_name(side) for side in sides)], given)
+        line = (*axis[0], *axis[1])
+        return self.card("CYCLIC SYMMETRY MODEL", [line], {"N": n, "TIE": _name(name)})
+
     def contact_solver(self, **options: Any) -> Deck:
         """Choose the contact solver: SOLVER="AUTO", TOLERANCE=1e-10 and others of docs/deck.md."""
         return self.card("CONTACT SOLVER", (), None, **options)
