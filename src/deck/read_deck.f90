@@ -70,7 +70,8 @@ module read_deck_mod
   use rigid_facets_mod, only: find_facets, make_obstacles
   use static_steps_mod, only: leave_out_steps
   use surface_list_mod, only: surface_list_t
-  use controls_mod, only: compliance_auto, compliance_dense, output_controls_t
+  use controls_mod, only: compliance_auto, compliance_dense, output_controls_t, solver_auto
+  use grips_mod, only: is_turning
   use finite_strain_limits_mod, only: beyond_finite_strain
   use mesh_draft_mod, only: solids
   use mesh_mod, only: kind_c3d8b
@@ -483,14 +484,16 @@ contains
     end do
   end subroutine check_turns
 
-  !> Refuse what NLGEOM does not cover; but where the deck asks for others its factor is exact, and
-  !> its compliance is formed.
+  !> Refuse what NLGEOM does not cover; but where the deck asks for others its factor is exact, its
+  !> compliance is formed, and couplings that turn freely are solved for with their contact: a kept
+  !> tangent takes tens of iterations as they turn, and shorter increments.
   subroutine prepare_finite_strain(reader, has_links, scene)
     type(reader_t), intent(inout) :: reader
     logical, intent(in) :: has_links !! of *MPC
     type(scene_t), intent(inout) :: scene
     character(:), allocatable :: beyond
     type(card_t) :: card
+    integer :: i
 
     if (any(scene%pairs%small_sliding)) call note(reader, 'NLGEOM: SMALL SLIDING is ignored, '// &
       'surfaces face what they have slid to; --nlgeom no runs the deck by small strain')
@@ -515,6 +518,9 @@ contains
     scene%precision%body_is_given = .true.
     scene%precision%factor_is_given = .true.
     scene%precision%low_rank_is_given = .true.
+    if (scene%precision%tangent_is_given .or. .not. allocated(scene%rotations)) return
+    scene%precision%renews_tangent = scene%contact%solver == solver_auto .and. any( &
+      [(is_turning(scene, i), i=1, size(scene%rotations))])
     if (scene%contact%compliance == compliance_auto) scene%contact%compliance = compliance_dense
   end subroutine prepare_finite_strain
 

@@ -97,7 +97,8 @@ module controls_mod
   type :: precision_controls_t
     logical  :: iterative = .false.         !! no factor: solutions for the bodies by iteration
     logical  :: renews_tangent = .false.
-    !! at finite strain: the factor is that of the tangent of each iteration; else it is kept
+    !! at finite strain: each iteration has its own tangent, with SOLVER=AUTO displacements and
+    !! reactions are found together; else one factor serves many iterations
     logical  :: single_factor = .false.     !! of the stiffness
     logical  :: single_compliance = .false. !! of the contact rows
     real(wp) :: block_low_rank = 0.0_wp
@@ -107,6 +108,7 @@ module controls_mod
     logical  :: body_is_given = .false.     !! iterative
     logical  :: factor_is_given = .false.   !! single_factor
     logical  :: low_rank_is_given = .false. !! block_low_rank
+    logical  :: tangent_is_given = .false.  !! renews_tangent
     logical  :: core_is_given = .false.     !! out_of_core
     ! What the plan says.
     integer  :: threads = 1

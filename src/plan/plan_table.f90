@@ -75,7 +75,8 @@ contains
       'small strain', 0, 'its error by a run at finite strain beside this one'//trim(merge( &
       ', with each of two laws', repeat(' ', 23), count_shadows(scene) > 1)))
     if (sum(plan%rows) > 0) call add_line(plan, 'contact solver', 0, &
-      solver_in_words(scene%contact, plan%choices%tolerance))
+      solver_in_words(scene%contact, plan%choices%tolerance, scene%finite_strain .and. &
+      plan%choices%precision%renews_tangent))
     call add_line(plan, 'fields', bound_of_increments(scene), fields_in_words(scene, plan))
   end subroutine describe
 
@@ -400,11 +401,17 @@ contains
 
   end function fields_in_words
 
-  pure function solver_in_words(controls, tolerance) result(words)
+  pure function solver_in_words(controls, tolerance, renews_tangent) result(words)
     type(contact_controls_t), intent(in) :: controls
     real(wp), intent(in) :: tolerance
+    logical, intent(in) :: renews_tangent !! at finite strain
     character(:), allocatable :: words
 
+    if (renews_tangent .and. controls%solver == solver_auto) then
+      words = 'Newton''s method for displacements and contact forces together (finite strain, '// &
+        'TANGENT=NEWTON); tolerance '//to_text(tolerance)
+      return
+    end if
     select case (controls%solver)
     case (solver_auto)
       words = 'automatic: global Newton, then accelerated sweeps if that fails; '

@@ -30,6 +30,7 @@ contains
     if (ok) precision%body_is_given = choice < 3
     call choice_option(reader, card, 'TANGENT', choice, ok)
     if (ok) precision%renews_tangent = choice == 2
+    if (ok) precision%tangent_is_given = choice < 3
   end subroutine read_body_solver
 
 end module read_body_solver_mod
