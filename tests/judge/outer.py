@@ -11,7 +11,7 @@ seeds in turn:
     meet     comes closer by more: no run ends well without a force where the bodies overlap
     stack    flat on the other, offset, thin or thick: forces are those of the twin of which the
              surfaces are the two faces that touch; within a tenth, or a twentieth once both are
-             refined, where the slave's reaches over the master's edge, as (11.32) then counts for
+             refined, once or twice, where the slave's reaches over the master's edge, as (11.32) then counts for
              its nodes at edges, and not for the twin
 
 Distances are those of the convex elements of both, by non-negative least squares; nothing is taken
@@ -225,10 +225,11 @@ def judge_seed(seed, options):
             return scene, "broken", f"twin: {words}"
         allowed = OVERHANGING_TWIN if scene.overhangs() else TWIN
         close = are_close(force, wanted, allowed)
-        if not close and scene.overhangs():
-            fine = [run(s, folder, f"outer-{seed}-fine", options, "--refine", "1", "--overwrite")[2]
-                    for s in (scene, twin)]  # fmt: skip
-            close = all(f is not None for f in fine) and are_close(*fine, REFINED_TWIN)
+        for level in ("1", "2") if scene.overhangs() else ():
+            if not close:
+                fine = [run(s, folder, f"outer-{seed}-fine", options, "--refine", level,
+                            "--overwrite")[2] for s in (scene, twin)]  # fmt: skip
+                close = all(f is not None for f in fine) and are_close(*fine, REFINED_TWIN)
         return scene, "right" if close else "wrong", f"{force}, its twin {wanted}"
 
 
