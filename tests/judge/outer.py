@@ -11,8 +11,8 @@ seeds in turn:
     meet     comes closer by more: no run ends well without a force where the bodies overlap
     stack    flat on the other, offset, thin or thick: forces are those of the twin of which the
              surfaces are the two faces that touch; within a tenth, or a twentieth once both are
-             refined, once or twice, where the slave's reaches over the master's edge, as (11.32) then counts for
-             its nodes at edges, and not for the twin
+             refined, once or twice, where the slave's reaches over the master's edge, as (11.32)
+             then counts for its nodes at edges, and not for the twin
 
 Distances are those of the convex elements of both, by non-negative least squares; nothing is taken
 from the program. A deck is right, wrong, refused or broken; only decks that meet may be refused
