@@ -11,7 +11,8 @@ module shadow_run_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use scene_mod, only: scene_t, material_t
-  use material_law_mod, only: law_t, other_law
+  use material_law_mod, only: law_t
+  use new_law_mod, only: other_law
   use finite_strain_limits_mod, only: beyond_finite_strain
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t

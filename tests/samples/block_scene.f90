@@ -1,7 +1,7 @@
 !> Scenes of a block on a rigid plane for the tests of this folder, and their run.
 module block_scene
   use kinds_mod, only: wp
-  use material_law_mod, only: new_law
+  use new_law_mod, only: new_law
   use connectivity_mod, only: make_hexahedra
   use errors_mod, only: error_t
   use mesh_mod, only: find_bodies, kind_c3d8

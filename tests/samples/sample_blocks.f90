@@ -1,7 +1,7 @@
 !> Small blocks of elements for the units of several folders.
 module sample_blocks
   use kinds_mod, only: wp
-  use material_law_mod, only: new_law
+  use new_law_mod, only: new_law
   use connectivity_mod, only: make_connectivity
   use mesh_mod, only: mesh_t
   use sample_meshes, only: sample_mesh, complete_mesh

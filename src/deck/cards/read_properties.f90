@@ -20,7 +20,7 @@ module read_properties_mod
   use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, integer_option, name_option, open_card, option_position
-  use material_law_mod, only: new_law, other_law
+  use new_law_mod, only: new_law, other_law
   use scene_mod, only: material_t
   use sets_mod, only: find_set, model_t, report_unknown
   use text_mod, only: one_of, to_text
