@@ -31,7 +31,7 @@ module mesh_sequence_mod
 
   !> A run of the sequence.
   type :: mesh_run_t
-    type(mesh_size_t) :: mesh_size
+    type(mesh_size_t) :: mesh_size = mesh_size_t()
     integer  :: divisions = 1         !! of the deck's increments
     integer  :: n_elements = 0
     real(wp) :: equations = 0.0_wp
@@ -45,7 +45,7 @@ module mesh_sequence_mod
     real(wp), allocatable :: balls(:, :)  !! (4,n) where contact acted, as of zone_t
     real(wp) :: near = 1.0_wp             !! the part of the elements that are there [-]
     logical :: is_kept = .true.           !! its result is in the file
-    type(run_theory_t) :: theory          !! what small strain leaves out
+    type(run_theory_t) :: theory = run_theory_t() !! what small strain leaves out
     integer  :: in_double = 0             !! 1: a factor in single precision did not hold it
     real(wp) :: geometry(3) = 0.0_wp
     !! the largest errors by faces that are entered between nodes, by edges within faces, and by

@@ -52,7 +52,7 @@ module next_run_mod
   !> What to do next.
   type :: choice_t
     integer :: outcome = to_run
-    type(mesh_size_t) :: mesh_size
+    type(mesh_size_t) :: mesh_size = mesh_size_t()
     integer :: divisions = 1
     logical :: may_be_last = .false. !! it is expected to reach the accuracy
     integer :: of_run = 0            !! the run that reaches it; 0: none does

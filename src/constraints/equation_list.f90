@@ -25,7 +25,7 @@ module equation_list_mod
 
   !> All of a deck, one after the other; constraints without order.
   type :: equation_list_t
-    type(constraints_t) :: list
+    type(constraints_t) :: list = constraints_t()
     integer, allocatable :: position(:) !! (n) in the deck; there may be more room
     integer, allocatable :: links(:, :) !! (2,n_links) nodes that keep their distance
     integer, allocatable :: link_position(:) !! (n_links) in the deck

@@ -156,13 +156,13 @@ contains
         ! The first entry of a node that has an unknown there is its own.
         if (k == first .and. unknown == own) cycle
         equations = equations_of(map, map%node(unknown))
-        call add(unknown, map%node(unknown), findloc(equations, unknown, dim=1), &
+        call add(line, unknown, map%node(unknown), findloc(equations, unknown, dim=1), &
           -transfer%value(k))
       end do
       do k = weights%first(point), weights%first(point + 1) - 1
         do l = 1, motions%n
           if (motions%node(l) == weights%node(k) .and. motions%dof(l) == a) call &
-            add(map%n_free + l, motions%node(l), a, weights%weight(k))
+            add(line, map%n_free + l, motions%node(l), a, weights%weight(k))
         end do
       end do
     end associate
@@ -170,7 +170,8 @@ contains
   contains
 
     !> Constraints may name an unknown more than once.
-    pure subroutine add(of_unknown, node, dof, weight)
+    pure subroutine add(line, of_unknown, node, dof, weight)
+      type(line_t), intent(inout) :: line
       integer, intent(in) :: of_unknown, node, dof
       real(wp), intent(in) :: weight
       integer :: m

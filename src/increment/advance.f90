@@ -89,6 +89,7 @@ contains
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
     type(contact_points_t) :: now !! with the extra gaps at the end of the increment
     type(trial_t) :: trial
+    type(increment_report_t) :: none
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock, on_tangents
     logical :: is_held
@@ -126,7 +127,7 @@ contains
       new = old
       call mark_end(increment, new)
       new%reaction = reaction
-      report = increment_report_t()
+      report = none
       call complete(scene, now, solver, old, trial, new, report, error)
     end if
     call end_turned(scene, now, solver)

@@ -11,7 +11,7 @@ module equilibrate_mod
   use scene_mod, only: scene_t
   use controls_mod, only: is_exact, solver_auto
   use contact_points_mod, only: contact_points_t
-  use state_mod, only: state_t
+  use state_mod, only: modes_t, state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_moving, &
     ended_passed, ended_inverted, ended_out_of_balance, ended_indefinite
   use mesh_forces_mod, only: force_rounding
@@ -136,7 +136,7 @@ contains
       if (solver%choices%precision%renews_tangent .and. loop%imbalance > &
         trial%controls%tolerance) then
         call renew_tangent(scene, points, solver, tangent_t(new%displacement, trial%free, &
-          projection=0.0_wp), trial, report, error)
+          projection=0.0_wp, modes=modes_t()), trial, report, error)
         if (allocated(error) .or. report%ending == ended_indefinite) return
       end if
       call correct(solver, residual, trial, loop, error)

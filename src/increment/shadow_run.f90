@@ -72,7 +72,7 @@ module shadow_run_mod
 contains
 
   !> Why no run at finite strain can go beside the linear one, in words; empty: one can.
-  pure function has_no_shadow(scene) result(why)
+  function has_no_shadow(scene) result(why)
     type(scene_t), intent(in) :: scene !! at small strain
     character(:), allocatable :: why
     type(scene_t) :: finite
@@ -85,7 +85,7 @@ contains
 
   !> How many shadow runs are asked for: one for each law that the cards leave open, as *ELASTIC
   !> does; none where finite strain is no theory beside the run, but its own.
-  pure integer function count_shadows(scene) result(n)
+  integer function count_shadows(scene) result(n)
     type(scene_t), intent(in) :: scene
 
     n = 0
@@ -95,7 +95,7 @@ contains
 
   !> The laws that finite strain may have: the deck's, and where a card leaves the law open the
   !> other one of the same constants.
-  pure function laws_at_finite_strain(materials) result(law)
+  function laws_at_finite_strain(materials) result(law)
     type(material_t), intent(in) :: materials(:)
     type(law_t), allocatable :: law(:, :) !! (n_materials,1 or 2)
     integer :: i, n
@@ -122,7 +122,7 @@ contains
   end subroutine begin_shadows
 
   !> The same scene at finite strain.
-  pure type(scene_t) function at_finite_strain(scene) result(finite)
+  type(scene_t) function at_finite_strain(scene) result(finite)
     type(scene_t), intent(in) :: scene
 
     finite = scene
@@ -267,7 +267,7 @@ contains
   end subroutine follow_linearly
 
   !> Give materials other laws.
-  pure subroutine take_laws(law, materials)
+  subroutine take_laws(law, materials)
     type(law_t), intent(in) :: law(:)
     type(material_t), intent(inout) :: materials(:)
     integer :: i

@@ -35,7 +35,7 @@ module refine_locally_mod
     integer :: times = 1
     integer :: node_set = 0    !! elements at its nodes, those between them too; 0: none
     integer :: element_set = 0 !! its elements; 0: none
-    type(zone_t) :: zone       !! elements about it
+    type(zone_t) :: zone = zone_t() !! elements about it
   end type refinement_t
 
 contains

@@ -23,7 +23,7 @@ module mesh_size_mod
     integer :: across = 0
     !! the axis, 1 to 3, along which blocks and elements stay as they are: that across a slice in
     !! plane strain; 0: none
-    type(zone_t) :: zone !! where they are cut again
+    type(zone_t) :: zone = zone_t() !! where they are cut again
   end type mesh_size_t
 
   !> The blocks of a deck that may have more or fewer elements without its saying something else:

@@ -20,8 +20,12 @@ contains
   !> The histories before there is an increment: their numbers mean nothing.
   subroutine plan_history_fields(fields)
     type(field_t), allocatable, intent(out) :: fields(:)
+    type(state_t) :: state
+    type(increment_report_t) :: report
+    type(mesh_t) :: mesh
+    type(contact_points_t) :: points
 
-    call list_history_fields(state_t(), increment_report_t(), mesh_t(), contact_points_t(), fields)
+    call list_history_fields(state, report, mesh, points, fields)
   end subroutine plan_history_fields
 
   !> The histories, with the numbers of an increment.

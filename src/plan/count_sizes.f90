@@ -69,7 +69,7 @@ contains
 
   !> Sizes that the scene tells; of those of the elimination the least they can be. What depends on
   !> the arithmetic is left to whoever chooses that.
-  pure subroutine count_sizes(scene, plan, sizes)
+  subroutine count_sizes(scene, plan, sizes)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     type(sizes_t), intent(inout) :: sizes !! its ranks are known

@@ -36,11 +36,13 @@ module faces_between_nodes_mod
 
   !> What one increment's faces show.
   type :: entries_t
-    type(face_entry_t) :: at_end  !! the deepest at the end of the increment
-    type(face_entry_t) :: on_way  !! the deepest before that, of faces that nothing touches nearby
-    type(face_entry_t) :: missed  !! a contact that no node has seen; depth 0: none
+    type(face_entry_t) :: at_end = face_entry_t() !! the deepest at the end of the increment
+    type(face_entry_t) :: on_way = face_entry_t()
+    !! the deepest before that, of faces that nothing touches nearby
+    type(face_entry_t) :: missed = face_entry_t() !! a contact no node has seen; depth 0: none
     integer  :: how = 0           !! it was missed: entered_at_end and so on
-    type(face_entry_t) :: passed  !! of what smaller increments may meet; depth 0: none
+    type(face_entry_t) :: passed = face_entry_t()
+    !! of what smaller increments may meet; depth 0: none
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
     real(wp), allocatable :: depth(:)
     !! (n_points) how deep the faces about a point are entered at the end: before round obstacles of
@@ -52,11 +54,14 @@ module faces_between_nodes_mod
 
   !> What one obstacle does to faces, until it is judged.
   type :: of_obstacle_t
-    type(face_entry_t) :: untouched  !! the deepest at the end where nothing touches nearby
-    type(face_entry_t) :: before     !! the same at the beginning
-    type(face_entry_t) :: on_way     !! the deepest between, the same
-    type(face_entry_t) :: swept      !! the same, near what touches too, by one that ends off all
-    type(face_entry_t) :: through    !! the same, of an obstacle whose middle goes through the face
+    type(face_entry_t) :: untouched = face_entry_t()
+    !! the deepest at the end where nothing touches nearby
+    type(face_entry_t) :: before = face_entry_t() !! the same at the beginning
+    type(face_entry_t) :: on_way = face_entry_t() !! the deepest between, the same
+    type(face_entry_t) :: swept = face_entry_t()
+    !! the same, near what touches too, by one that ends off all
+    type(face_entry_t) :: through = face_entry_t()
+    !! the same, of an obstacle whose middle goes through the face
     logical  :: creeps = .false.     !! through, by less than its radius in the increment
     real(wp) :: deepest_at_ends = 0.0_wp !! touched or not [length]
     logical  :: presses_before = .false. !! when the increment begins

@@ -25,7 +25,7 @@ module fields_mod
 
   !> One data line.
   type :: fields_t
-    type(pieces_t) :: pieces
+    type(pieces_t) :: pieces = pieces_t()
     integer :: n = 0       !! number of fields
     integer :: line = 0    !! index of the line in the source
     integer :: start = 0   !! position of the first field
