@@ -64,13 +64,14 @@ def save(figure, target, tight=True, form=None, dpi=None):
     Without `dpi` it is COLUMNS pixels wide.
     """
     with plt.rc_context(STYLE):
-        width = figure.get_figwidth()
+        width, box = figure.get_figwidth(), None
         if tight:
-            figure.draw_without_rendering()  # which lays it out
-            room = plt.rcParams["savefig.pad_inches"]
-            width = figure.get_tightbbox().width + 2 * room
+            # Laid out once: "tight" would do it all again.
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
+            box = figure.get_tightbbox().padded(plt.rcParams["savefig.pad_inches"])
+            width = box.width
         figure.savefig(
-            target, bbox_inches="tight" if tight else None, facecolor="white", format=form,
-            dpi=dpi or COLUMNS / width,
-        )  # fmt: skip
+            target, bbox_inches=box, facecolor="white", format=form, dpi=dpi or COLUMNS / width
+        )
     plt.close(figure)
