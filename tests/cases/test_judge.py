@@ -1,9 +1,8 @@
-"""Random decks judged by the independent finite-element program of tests/judge.
+"""The judge, the independent finite-element program of tests/judge, on solutions checked by hand.
 
-The judge is tried first: on hand-checked solutions, and on results in which one number was changed.
+And on results in which one number was changed. test_judge_decks.py has it judge random decks.
 """
 
-import os
 import shutil
 import subprocess
 import sys
@@ -13,8 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from judged import findings, judge_decks
-from program import PROGRAM, SOURCE
+from judged import findings
+from program import PROGRAM, SOURCE, in_long_form
 
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
@@ -29,12 +28,12 @@ from finite_elements import (
     FiniteElements,
 )
 from finite_refusals import confirm_finite
-from finite_scenes import random_finite, turn_side
+from finite_scenes import turn_side
 from laws import Judge, Stored
 from load_path import LoadPath, kinks_of
 from mortar import least_on_edges, place_surface
 from obstacles import chords, rotation
-from random_scenes import Builder, random_scene
+from random_scenes import Builder
 from refusals import (
     CONFIRMED,
     as_stored,
@@ -46,10 +45,7 @@ from refusals import (
 )
 from scenes import Boundary, Force, Gravity, Pressure, Step, Tie, deck_of, write_deck
 from slow_solver import Increment, Solution
-from step_scenes import random_steps
 
-RELEASE = os.environ.get("BIPOT_BUILD_TYPE", "Release") == "Release"
-LONG = os.environ.get("BIPOT_LONG", "") not in ("", "0")
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
                  (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], dtype=float)  # fmt: skip
 
@@ -333,7 +329,7 @@ class Solver(unittest.TestCase):
         left = unbalanced_share(b.scene, increment.before, increment.held, path.loads(1.0))
         self.assertGreater(left, 0.99)
 
-    @unittest.skipUnless(LONG, "with BIPOT_LONG")
+    @in_long_form
     def test_a_gap_keeps_two_planes_from_holding_a_block(self):
         # Both could clamp it with any force, so that reactions alone balance every load: but where
         # a gap is left no pattern of contact does. Where they press it friction holds it.
@@ -351,7 +347,7 @@ class Solver(unittest.TestCase):
                 self.assertLess(left, 1e-9)
                 self.assertEqual(least_of_patterns(increment, 1e-2) is None, holds)
 
-    @unittest.skipUnless(LONG, "with BIPOT_LONG")
+    @in_long_form
     def test_patterns_know_the_angle_of_friction(self):
         # To 2 %, by which a pyramid is wider than its cone.
         for tangent, holds in ((0.299, True), (0.31, False)):
@@ -1163,130 +1159,6 @@ class TamperedFinite(unittest.TestCase):
         scene = self.scenes["loaded"]
         stored = Stored(scene, self.results["loaded"])
         self.assertEqual(confirm_finite(scene, stored, "no balance")[0], "unconfirmed")
-
-
-class Decks(unittest.TestCase):
-    def test_seeds_at_finite_strain_are_reproducible_and_varied(self):
-        self.assertEqual(deck_of(random_finite(11)), deck_of(random_finite(11)))
-        scenes = [random_finite(seed) for seed in range(100)]
-        self.assertEqual({s.materials[m].law for s in scenes for m in s.material},
-                         {ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO})  # fmt: skip
-        self.assertEqual({o.kind for s in scenes for o in s.obstacles},
-                         {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
-        self.assertEqual(len({s.kind for s in scenes}), 8)
-
-    def test_seeds_of_several_steps_are_reproducible_and_varied(self):
-        self.assertEqual(deck_of(random_steps(11)), deck_of(random_steps(11)))
-        scenes = [random_steps(seed) for seed in range(100)]
-        self.assertEqual(len({s.kind for s in scenes}), 4)
-        self.assertTrue(all("*BOUNDARY" in t.new for s in scenes for t in s.steps))
-        # Bodies are held from above and later not, and the other way round.
-        held = [["ZMAX" in str(b.name) for t in s.steps for b in t.boundaries] for s in scenes]
-        self.assertTrue(any(h[0] != h[-1] for h in held if h))
-        self.assertEqual({t.increments for s in scenes for t in s.steps}, {1, 2, 4})
-
-    def test_seeds_of_bodies_are_reproducible_and_varied(self):
-        self.assertEqual(deck_of(random_bodies(11)), deck_of(random_bodies(11)))
-        scenes = [random_bodies(seed) for seed in range(200)]
-        self.assertGreaterEqual(len({s.kind for s in scenes}), 10)
-        self.assertEqual({o.kind for s in scenes for o in s.obstacles},
-                         {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
-        pairs = [p for s in scenes for p in s.pairs]
-        self.assertTrue(any(p.adjust is not None for p in pairs))
-        self.assertTrue(any(p.small for p in pairs) and any(s.gaps for s in scenes))
-        roles = [({p.part for p in s.pairs}, {p.master[0] for p in s.pairs if p.master})
-                 for s in scenes]  # fmt: skip
-        self.assertTrue(any(slaves & masters for slaves, masters in roles))
-        self.assertTrue(any(s.ties and s.pairs for s in scenes))
-        turns = [b for s in scenes for t in s.steps for b in t.boundaries if b.dof > 2]
-        self.assertGreater(len(turns), 20)
-
-    def test_seeds_are_reproducible_and_varied(self):
-        self.assertEqual(deck_of(random_scene(11)), deck_of(random_scene(11)))
-        scenes = [random_scene(seed) for seed in range(200)]
-        self.assertGreaterEqual(len({s.kind for s in scenes}), 10)
-        self.assertEqual({o.kind for s in scenes for o in s.obstacles},
-                         {"PLANE", "SPHERE", "CYLINDER"})  # fmt: skip
-        self.assertEqual({t for s in scenes for t in s.types}, {"C3D8", "C3D8I", "C3D8B"})
-
-    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
-    def test_decks_that_once_failed(self):
-        # 10252: forces of rounding alone. 10335, 20079: bodies far apart in stiffness. 10404,
-        # 30008: long thin elements that turn, and stiff ones beside soft ones. 20001: a block that
-        # wedges as it is pushed on. 20040, 20166: loads on the nodes that contact holds. 30101: a
-        # tool between nodes. 30179: a load path that begins out of balance. 60066: loads that
-        # contact has no part in. 60316: a stiffness that has no factor. 61012: at rest, out of
-        # balance by less than rounding of places is worth. 61425, 80246: friction that Newton's
-        # method solves only as it grows from none. 70471: no factor in single precision alone.
-        # 80092: a tool left without load where its nodes all
-        # but touch. 80129: stiff elements that are carried far, whose forces are not as exact as
-        # long elements make it seem. 80336: mu = 1e6, and points that slide under next to no force.
-        # 20785158: supports that take all loads, and are let go. 20785165: a load where a free
-        # motion is at rest but for rounding.
-        seeds = (10252, 10335, 10404, 20001, 20040, 20079, 20166, 30008, 30101, 30179, 60066, 60316,
-                 61012, 61425, 70471, 80092, 80129, 80246, 80336, 20785158,
-                 20785165)  # fmt: skip
-        if LONG:
-            # A wedge whose reactions made their own balance small. A body that tips over an edge.
-            seeds += (20148, 71215)
-        self.judge("one", "--only", *map(str, seeds))
-
-    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
-    def test_bodies_that_once_failed(self):
-        # 20, 51, 83: increments in which nothing changes. 36, 563: without load. 77: a body that is
-        # let go, in single precision. 128: a first touch with forces of rounding. 197: a plane of
-        # symmetry that the plan did not see in reach. 982, 1020: bodies that rest, beside others.
-        # 700: energy that contact gives in the increment before. 20785029: a hollow that turns a
-        # face over, and would press it from behind. 20785075: a block beside its base, which
-        # friction alone keeps upright. 60045: bodies that part, and forces of rounding.
-        seeds = (20, 36, 51, 77, 83, 128, 197, 563, 700, 982, 1020, 60045, 20785029, 20785075)
-        self.judge("bodies", "--only", *map(str, seeds))
-
-    def judge(self, family, *options):
-        """Run the judge on decks that must all be right, or rightly refused."""
-        done = judge_decks(family, *options)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-
-    def test_random_decks(self):
-        # Others in each build; scripts/test --full judges hundreds, others each day.
-        seed = "1" if RELEASE else "1001"
-        self.judge("one", "--decks", "40" if LONG else "10", "--seed", seed)
-
-    def test_random_decks_of_bodies(self):
-        seed = "1" if RELEASE else "1001"
-        self.judge("bodies", "--decks", "12" if LONG else "4", "--seed", seed)
-
-    def test_random_decks_of_several_steps(self):
-        seed = "1" if RELEASE else "1001"
-        self.judge("steps", "--decks", "16" if LONG else "4", "--seed", seed)
-        # 71045: distorted faces that are covered wholly, and keep their mean gaps.
-        self.judge("steps", "--only", "71045")
-
-    @unittest.skipUnless(RELEASE, "takes minutes in a Debug build")
-    def test_decks_at_finite_strain_that_once_failed(self):
-        # 314: a law that is pressed beyond its ellipticity. 548: an increment in which nothing
-        # presses or moves.
-        seeds = ("314", "548")
-        if LONG:
-            # A face that is folded as the face before it sees it. A block that buckles, seen with
-            # smaller increments.
-            seeds += ("20785024", "303")
-        self.judge("finite", "--only", *seeds)
-
-    def test_random_decks_without_separation(self):
-        # 106: a block that slides where nothing presses; all its forces are rounding. 71111: small
-        # sliding of faces that are covered in part.
-        self.judge("closed", "--only", "106", "71111")
-        self.judge("closed", "--decks", "12" if LONG else "4", "--seed", "1" if RELEASE else "1001")
-
-    def test_random_decks_at_finite_strain(self):
-        seed = "1" if RELEASE else "1001"
-        self.judge("finite", "--decks", "2", "--seed", seed)
-
-
-def load_tests(loader, tests, _):
-    """The judge itself is tried where the Release tree is: no check of a Debug build sees it."""
-    return tests if RELEASE else loader.loadTestsFromTestCase(Decks)
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ class Precision(unittest.TestCase):
 
     def test_block(self):
         for n, tolerance in ((4, 1e-8), (8, 1e-10)):
-            self.agree("block", tolerance, n=n, steps=10, **AUTO)
+            self.agree("block", tolerance, n=n, steps=5, **AUTO)
 
     def test_block_by_sweeps(self):
         self.agree("block", 1e-10, n=4, steps=10, solver="SWEEPS", local="NEWTON")

@@ -260,7 +260,7 @@ class ScriptsTest(unittest.TestCase):
         status, printed, _, _ = self.run_it("--all")
         self.assertEqual(status, 1)
         self.assertRegex(
-            printed.splitlines()[-1], r"^3 of 5 failed: unit_a \(debug\), case_b, case_c \(\d+ s\)$"
+            printed.splitlines()[-1], r"^3 of 5 failed: case_b, case_c, unit_a \(debug\) \(\d+ s\)$"
         )
         self.assertIn("\n33% tests passed, 2 tests failed out of 3\n", printed)
 
