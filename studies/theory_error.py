@@ -448,7 +448,8 @@ the same increments and law.
   1 % by neo-Hooke's law`. A run at finite strain, the shadow run, goes beside the linear one with
   its factor.
 - `--nlgeom auto` (or `*STEP, NLGEOM=AUTO`) decides by the estimate: where it is more than 1 %, the
-  run begins again at finite strain.
+  run begins again at finite strain. A run at finite strain whose strains and rotations stay below
+  0.001 ends with a note that names it.
 - An **accuracy** counts it as one more error: [below](#an-accuracy-counts-it).
 
 No limit on strains says the same:

@@ -67,7 +67,8 @@ module face_overlap_mod
   real(wp), parameter :: little = 1.0e-2_wp    !! [-]
   ! Where a face is nearly a triangle its shape functions are fractions with a pole close by: a
   ! triangle is halved where the least over the largest Jacobian at its corners is less than this.
-  ! That ends by itself where no Jacobian of the faces is 0, however small; else at this part.
+  ! That ends by itself where no Jacobian of the faces is 0, however small, at parts that do not
+  ! count; else at this part.
   real(wp), parameter :: even_enough = 0.7_wp, speck = 1.0e-6_wp !! [-]
   integer, parameter :: most_halvings = 60
   !! of a triangle: it is a speck of any face then, however large beside it it was
@@ -274,7 +275,7 @@ contains
             corner(:, 1) = centre
             corner(:, 2) = polygon(:, i)
             corner(:, 3) = polygon(:, merge(1, i + 1, i == n))
-            if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(epsilon(1.0_wp), &
+            if (area_of(corner) > 0.0_wp) call add_halved(faces, corner, merge(smallest, &
               speck, even > 0.0_wp)*plane%area, left, overlap)
           end do
         end if
