@@ -171,7 +171,8 @@ contains
     integer, allocatable :: number(:)
     integer :: e, f, n
 
-    n = sum(cells(mesh%connectivity%cell(:mesh%n_elements))%n_faces)
+    n = 0 ! a draft without elements has no connectivity
+    if (mesh%n_elements > 0) n = sum(cells(mesh%connectivity%cell(:mesh%n_elements))%n_faces)
     allocate (key(face_corners, n), of_face(2, n))
     n = 0
     do e = 1, mesh%n_elements
