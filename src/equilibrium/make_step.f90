@@ -49,7 +49,7 @@ module make_step_mod
     real(wp), allocatable :: held(:)       !! (n_free) each back in the last step [force/length]
     type(point_row_t), allocatable :: rows(:) !! of the points that press in it
     real(wp), private :: on_bodies = 0.0_wp !! what part of `holding` that is [-]
-    type(kept_changes_t), allocatable, private :: changes(:, :) !! (2,n_pairs)
+    type(kept_changes_t), allocatable, private :: changes(:, :) !! (n_sides,n_pairs)
     type(bodies_stiffness_t), private :: stiffness
     type(stiffness_inverse_t), pointer, private :: inverse => null() !! K_0^-1
     logical, private :: has_factor = .false.

@@ -53,14 +53,15 @@ contains
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     logical, intent(in) :: which(:)          !! (n_points) that face something
-    type(kept_changes_t), allocatable, intent(inout) :: kept(:, :) !! (2,n_pairs)
+    type(kept_changes_t), allocatable, intent(inout) :: kept(:, :) !! (n_sides,n_pairs)
     type(point_row_t), allocatable, intent(out) :: rows(:) !! of these, in their order
     real(wp) :: half(3, 3)
     type(obstacle_t) :: obstacle
     integer :: pair, side, first, last, i, j, k
 
     allocate (rows(count(which)))
-    if (.not. allocated(kept)) allocate (kept(2, size(scene%pairs)))
+    if (.not. allocated(kept)) allocate (kept(maxval([(n_sides(points, pair), pair=1, &
+      size(scene%pairs))]), size(scene%pairs)))
     k = 0
     do pair = 1, size(scene%pairs)
       associate (master => scene%pairs(pair)%master)

@@ -173,6 +173,32 @@ class ApartAndTouching(unittest.TestCase):
         self.assertEqual(run.status, 2)
         self.assertIn("contact is missed", run.output + run.errors)
 
+    def test_stairs(self):
+        """Three floors, of three sides: a plate is pressed on the third, at finite strain."""
+        plate, block = Bar("A", 101, (2, 1, 0.5), n=2), Bar("B", 401, (0.8, 2, 1))
+        plate.x[:, 2] += 0.25
+        block.x += (-0.2, 0, -0.5)
+        step = "*BOUNDARY\nATOP, 1, 2\nBLOW, 1, 3\nATOP, 3, 3, -0.002\n"
+        forces = []
+        for faces in ("B", "B\nC\nD"):
+            block.faces = faces
+            text = deck(plate, block, step, ", NLGEOM")
+            if faces != "B":
+                low, lowest = Bar("C", 201, (0.4, 2, 0.6)), Bar("D", 301, (0.3, 2, 0.4))
+                low.x += (0.45, 0, -0.5)
+                lowest.x += (0.82, 0, -0.6)
+                floors = low.cards() + lowest.cards()
+                text = text.replace("*NODE, NSET=B\n", floors + "*NODE, NSET=B\n")
+                text = text.replace("*STEP", "*BODY SOLVER, TANGENT=NEWTON\n*STEP")
+                text = text.replace("BLOW, 1, 3", "C, 1, 3\nD, 1, 3\nBLOW, 1, 3")
+            run = Run(text, name="stairs")
+            self.assertEqual(run.status, 0, run.output + run.errors)
+            self.assertEqual("3 sides" in run.output, faces != "B")
+            with run.result() as result:
+                forces.append(result.pairs[0].resultant[-1])
+        self.assertGreater(np.abs(forces[0]).max(), 0.3)
+        self.assertLess(np.abs(forces[0] - forces[1]).max(), 1e-7)
+
     def test_a_step(self):
         """A floor beside the top that a plate lies on is no part of what it lies on."""
         plate, floor = Bar("A", 101, (2, 1, 0.5), n=2), Bar("C", 201, (3, 2, 0.8))
