@@ -52,17 +52,19 @@ contains
   !> there are as few sides as that takes, and sides need not be connected. A piece that is smaller
   !> than a slave's face is no side, but behind a step: rows of its own would be means over what
   !> nodes hardly see.
-  subroutine find_sides(faces, x, side, least)
+  subroutine find_sides(faces, x, side, least, longest)
     integer, intent(in) :: faces(:, :)          !! (4,n_faces) nodes; the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
     integer, allocatable, intent(out) :: side(:) !! (n_faces)
     real(wp), intent(in), optional :: least     !! area of a slave's face; default: 0 [length^2]
+    real(wp), intent(in), optional :: longest
+    !! of the slave's faces, between two corners; left out: steps divide nothing [length]
     type(joints_t) :: joints
     type(forest_t) :: forest
 
     allocate (side(size(faces, 2)), source=1)
     call find_joints(faces, x, joints)
-    if (present(least)) call add_steps(faces, x, 2.0_wp*sqrt(least), joints)
+    if (present(longest)) call add_steps(faces, x, longest, joints)
     if (.not. any(joints%joint(3, :joints%n) < 0)) return
     call join_faces(size(faces, 2), joints, forest)
     if (present(least)) call absorb_small(faces, x, joints, least, forest)
@@ -123,10 +125,10 @@ contains
 
   !> Add faces that look the same way and lie behind each other, near enough for a slave's face to
   !> see both: borders of what is joined across edges of 30 degrees or less.
-  subroutine add_steps(faces, x, near_by, joints)
+  subroutine add_steps(faces, x, longest, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
-    real(wp), intent(in) :: near_by       !! [length]
+    real(wp), intent(in) :: longest       !! as of find_sides [length]
     type(joints_t), intent(inout) :: joints
     type(forest_t) :: patches
     type(face_grid_t) :: grid
@@ -157,7 +159,8 @@ contains
     do f = 1, size(faces, 2)
       if (n_joined(f) >= count(faces(:, f) > 0)) cycle
       associate (box => grid%box(:, :, f))
-        far = near_by + 0.5_wp*norm2(box(:, 2) - box(:, 1))
+        ! Both ends of that face, and how far before it faces are looked for.
+        far = 1.5_wp*longest + 0.5_wp*norm2(box(:, 2) - box(:, 1))
         call faces_near(grid, box(:, 1) - far, box(:, 2) + far, near)
       end associate
       do i = 1, size(near)
@@ -165,7 +168,7 @@ contains
           if (g <= f .or. root(g) == root(f) .or. n_joined(g) >= count(faces(:, g) > 0)) cycle
           ! One of a patch is enough.
           if (last(root(g)) == f .or. dot_product(normal(:, f), normal(:, g)) < alike) cycle
-          if (min(height_over(f, g), height_over(g, f)) <= flush*near_by) cycle
+          if (min(height_over(f, g), height_over(g, f)) <= flush*longest) cycle
           call append(joints%joint, joints%n, [f, g, step])
           last(root(g)) = f
         end associate

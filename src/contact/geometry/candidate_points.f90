@@ -302,20 +302,23 @@ contains
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points
     integer, allocatable :: side(:), parts(:, :), whole(:)
+    real(wp) :: area, longest
     integer :: pair
 
     allocate (points%sides(size(scene%pairs)))
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair), sides => points%sides(pair))
         if (has_meshed_master(scene, pair)) then
+          call measure_faces(scene, of%surface, area, longest)
           call find_sides(scene%obstacles(of%master)%facet, scene%obstacles(of%master)%corner, &
-            side, mean_face(scene, of%surface))
+            side, area, longest)
         else if (of%master == 0) then
           ! Curved faces lean at their edges by less than their corners say. Of a face the last part
           ! is that in the middle.
           call split_faces(scene%surfaces(of%master_surface)%faces, scene%mesh%connectivity, &
             parts, whole)
-          call find_sides(parts, scene%mesh%coordinates, side, mean_face(scene, of%surface))
+          call measure_faces(scene, of%surface, area, longest)
+          call find_sides(parts, scene%mesh%coordinates, side, area, longest)
           side = pack(side, [whole(:size(whole) - 1) /= whole(2:), .true.])
         else
           cycle
@@ -326,20 +329,29 @@ contains
     end do
   end subroutine divide_masters
 
-  !> The mean area of the faces of a surface; 0 where it has none.
-  pure real(wp) function mean_face(scene, surface) result(area)
+  !> The mean area of the faces of a surface, and the largest distance between two corners of one; 0
+  !> where it has none.
+  pure subroutine measure_faces(scene, surface, area, longest)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: surface
+    real(wp), intent(out) :: area    !! [length^2]
+    real(wp), intent(out) :: longest !! [length]
     integer, allocatable :: faces(:, :)
-    integer :: f
+    integer :: f, k
 
     area = 0.0_wp
+    longest = 0.0_wp
     faces = nodes_of(scene%surfaces(surface)%faces, scene%mesh%connectivity)
     do f = 1, size(faces, 2)
-      area = area + area_of_face(scene%mesh%coordinates(:, faces(:corners_in(faces(:, f)), f)))/ &
-        size(faces, 2)
+      associate (corner => scene%mesh%coordinates(:, faces(:corners_in(faces(:, f)), f)))
+        area = area + area_of_face(corner)/size(faces, 2)
+        do k = 1, size(corner, 2)
+          longest = max(longest, maxval(norm2(corner - spread(corner(:, k), 2, size(corner, 2)), &
+            dim=1)))
+        end do
+      end associate
     end do
-  end function mean_face
+  end subroutine measure_faces
 
   !> The nodes of every pair's master that may get weights.
   pure subroutine list_master_nodes(scene, points, faced)
