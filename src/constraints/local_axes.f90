@@ -371,7 +371,8 @@ contains
           [all%dof(c), all%master_dof(from:to)], all%weight(from:to))
       end associate
     end do
-    equations = turned
+    equations%list = turned%list
+    call move_alloc(turned%position, equations%position)
   end subroutine turn_equations
 
   !> The terms behind the first of an equation of the deck, along x, y, z.

@@ -518,10 +518,10 @@ contains
     scene%precision%body_is_given = .true.
     scene%precision%factor_is_given = .true.
     scene%precision%low_rank_is_given = .true.
+    if (scene%contact%compliance == compliance_auto) scene%contact%compliance = compliance_dense
     if (scene%precision%tangent_is_given .or. .not. allocated(scene%rotations)) return
     scene%precision%renews_tangent = scene%contact%solver == solver_auto .and. any( &
       [(is_turning(scene, i), i=1, size(scene%rotations))])
-    if (scene%contact%compliance == compliance_auto) scene%contact%compliance = compliance_dense
   end subroutine prepare_finite_strain
 
   !> *NODE, *ELEMENT and *BLOCK, in the order of the deck.

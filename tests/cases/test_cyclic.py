@@ -109,6 +109,28 @@ class Sector(unittest.TestCase):
         axis = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
         self.check_sector(tolerance=1e-6, nlgeom=", NLGEOM", axis=axis, shift=0.5, hub=True)
 
+    def test_sides_are_held_beside_nodes_with_local_directions(self):
+        """Both sides are held alike, and the middle along the circle, which is no axis of x, y."""
+        middle = [i + 1000 * k for k, first in enumerate((1, 10, 19)) for i in range(
+            first + 1, first + 9, 3)]
+        held = f"""*NSET, NSET=MIDDLE
+{", ".join(map(str, middle))}
+*TRANSFORM, NSET=MIDDLE, TYPE=C
+0., 0., 0.,  0., 0., 1.
+*BOUNDARY
+LEFT, 1, 2
+RIGHT, 1, 2
+MIDDLE, 2, 2
+*STEP"""
+        result = self.solved(deck(1).replace("*STEP", held))
+        u, x = result.field("displacement", -1), result.points
+        angle = np.arctan2(x[:, 1], x[:, 0])
+        along = u[:, 1] * np.cos(angle) - u[:, 0] * np.sin(angle)
+        self.assertLess(abs(along).max(), 1e-12)
+        sides = abs(angle - np.pi / SECTORS) > 0.1
+        self.assertLess(abs(u[sides, :2]).max(), 1e-12)
+        self.assertGreater(abs(u[~sides, :2]).max(), 1e-4)
+
 
 if __name__ == "__main__":
     unittest.main()

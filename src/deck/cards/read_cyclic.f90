@@ -9,7 +9,7 @@
 !> u = Q u_partner, as equations. docs/theory.md section 11.
 module read_cyclic_mod
   use cards_mod, only: note, reader_t, report
-  use diagnostics_mod, only: quoted
+  use diagnostics_mod, only: any_mistakes, quoted
   use equation_list_mod, only: add_equation, equation_list_t
   use fields_mod, only: end_data, field_position, fields_t, name_field, next_data_line, real_field
   use kinds_mod, only: wp
@@ -67,6 +67,7 @@ contains
       end if
       call join_sides(reader, model, sector, equations)
     end do
+    if (any_mistakes(reader%diagnostics)) return
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'TIE' .or. is_used(k)) cycle
       call open_card(reader, k, card)
@@ -136,8 +137,13 @@ contains
       call name_option(reader, tie, 'NAME', .false., name, found)
       if (has_name .and. name /= wanted) cycle
       if (is_there) then
-        call report(reader, card%position, &
-          '*CYCLIC SYMMETRY MODEL needs TIE=, for there are several with CYCLIC SYMMETRY')
+        if (has_name) then
+          call report(reader, tie%position, 'two *TIE with CYCLIC SYMMETRY have the name '// &
+            quoted(wanted))
+        else
+          call report(reader, card%position, &
+            '*CYCLIC SYMMETRY MODEL needs TIE=, for there are several with CYCLIC SYMMETRY')
+        end if
         ok = .false.
         return
       end if
