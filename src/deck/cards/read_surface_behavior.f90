@@ -84,6 +84,7 @@ contains
       if (reader%cards(k)%keyword /= 'SURFACE BEHAVIOR') cycle
       if (k > 1) is_change = reader%cards(k - 1)%keyword == 'CHANGE SURFACE BEHAVIOR'
       call open_card(reader, k, card)
+      call allow_options(reader, card)
       law = hard
       call choice_option(reader, card, 'PRESSURE-OVERCLOSURE', law, ok)
       if (law == tied .and. is_change) call report(reader, option_position(card, &

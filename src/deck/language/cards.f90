@@ -5,7 +5,7 @@
 !>     ** a comment
 !>     1, 9, 2               data lines: fields between commas
 module cards_mod
-  use deck_source_mod, only: source_t
+  use deck_source_mod, only: place_of, place_t, source_t
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
   use deck_table_mod, only: find_rule, in_model, in_step, is_ignored, is_missing, is_outside, &
     is_other_step, is_procedure, item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, &
@@ -122,6 +122,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_place_t) :: card
     type(pieces_t) :: pieces
+    type(place_t) :: place
     integer :: line, kind, step, open_step
     logical :: inside
 
@@ -139,8 +140,9 @@ contains
         call split_line(reader%source, line, pieces)
         associate (text => reader%source%text(pieces%first(1):reader%source%first(line + 1) - 2))
           if (index(text, '**') > 0) then
-            call note(reader, 'line '//to_text(line)//' is taken for a comment, as "**" stands '// &
-              'in it: it belongs to no keyword')
+            place = place_of(reader%source, pieces%first(1))
+            call note(reader, 'line '//to_text(place%line)//' of '//place%file//' is taken for '// &
+              'a comment, as "**" stands in it: it belongs to no keyword')
             cycle lines
           end if
         end associate

@@ -197,7 +197,8 @@ module deck_table_mod
     rule_t('EL PRINT', in_step, is_read, 'ELSET=name, FREQUENCY=count:1, '// &
     'POSITION=INTEGRATION POINTS|CENTROIDAL', print_ignored//', TOTALS', 'result, ...'), &
     rule_t('SURFACE BEHAVIOR', anywhere, is_checked, &
-    'PRESSURE-OVERCLOSURE=HARD|LINEAR|SCALE FACTOR|TIED|TABULAR|EXPONENTIAL, NO SEPARATION'), &
+    'PRESSURE-OVERCLOSURE=HARD|LINEAR|SCALE FACTOR|TIED|TABULAR|EXPONENTIAL, NO SEPARATION', &
+    'AUGMENTED LAGRANGE, DIRECT, PENALTY'), &
     rule_t('CHANGE SURFACE BEHAVIOR', in_step, is_checked, 'INTERACTION=name!')]
 
   type(rule_t), parameter :: cards_ignored(*) = [ &
