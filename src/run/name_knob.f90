@@ -113,14 +113,16 @@ contains
     integer, intent(in) :: divisions
     character(:), allocatable :: words
     real(wp), parameter :: start = 0.03_wp !! of the program, whatever it runs [s]
-    real(wp) :: factor, rest
+    real(wp) :: spent, factor, rest
     integer :: axes
 
+    ! Of sessions that this one continues only the clock is known.
+    spent = tally%earlier_time + cpu_seconds()
     axes = merge(3, 2, scene%mesh%plane == solids)
     associate (work => sum_of(tally%work, tally%on_tangents))
-      factor = min(work%factorise, cpu_seconds())
+      factor = min(work%factorise, spent)
     end associate
-    rest = max(0.0_wp, cpu_seconds() - factor - start)
+    rest = max(0.0_wp, spent - factor - start)
     words = time_in_words(start + factor*finer**(2*axes - 1) + rest*divisions*finer**axes)// &
       ' of CPU time'
   end function seconds_of
