@@ -131,6 +131,46 @@ MIDDLE, 2, 2
         self.assertLess(abs(u[sides, :2]).max(), 1e-12)
         self.assertGreater(abs(u[~sides, :2]).max(), 1e-4)
 
+    def test_bodies_that_touch_share_a_card(self):
+        """A quarter of two plates, one on the other: each presses by 2 wherever it touches.
+
+        On the sides nodes of both are in one place, and go with their own body.
+        """
+        result = self.solved("""*BLOCK, NAME=LOW, NX=2, NY=2, NZ=1
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=HIGH, NX=2, NY=2, NZ=1
+0., 0., 1.,  1., 1., 1.
+*MATERIAL, NAME=M
+*ELASTIC
+500., 0.
+*SOLID SECTION, ELSET=LOW, MATERIAL=M
+*SOLID SECTION, ELSET=HIGH, MATERIAL=M
+*NSET, NSET=LEFT
+LOW-XMIN, HIGH-XMIN
+*NSET, NSET=RIGHT
+LOW-YMIN, HIGH-YMIN
+*TIE, NAME=SIDES, CYCLIC SYMMETRY
+LEFT, RIGHT
+*CYCLIC SYMMETRY MODEL, N=4, TIE=SIDES
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*FRICTION
+0.2
+*CONTACT PAIR, INTERACTION=I
+HIGH-ZMIN, LOW-ZMAX
+*STEP
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+LOW-ZMIN, 1, 3
+*DSLOAD
+HIGH-ZMAX, P, 2.
+*END STEP
+""")
+        u, x = result.field("displacement", -1), result.points
+        np.testing.assert_allclose(result.pairs[0].resultant[-1], [0.0, 0.0, 2.0], atol=1e-6)
+        np.testing.assert_allclose(u[:, 2], -2.0 / 500.0 * x[:, 2], atol=1e-8)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -189,19 +189,20 @@ contains
     type(equation_list_t), intent(inout) :: equations
     real(wp), parameter :: whole = 8.0_wp*atan(1.0_wp)
     integer :: partner(size(sector%slave), 2), worst(2), i, sense
-    real(wp) :: far(2), turn(3, 3), tolerance
+    real(wp) :: far(2), turn(3, 3), least, tolerance
     logical :: is_taken(model%mesh%n_nodes)
 
+    associate (x => model%mesh%coordinates(:, sector%master))
+      least = closest*norm2(maxval(x, dim=2) - minval(x, dim=2))
+    end associate
+    tolerance = least
+    if (sector%tolerance >= 0.0_wp) tolerance = sector%tolerance
     do sense = 1, 2
       ! From the side of the masters to the other.
       turn = rotation_matrix(real(2*sense - 3, wp)*whole/real(sector%n, wp)*sector%axis)
-      call find_partners(model, sector, turn, partner(:, sense), far(sense), worst(sense))
+      call find_partners(model, sector, turn, least, partner(:, sense), far(sense), worst(sense))
     end do
     sense = minloc(far, dim=1)
-    associate (x => model%mesh%coordinates(:, sector%master))
-      tolerance = closest*norm2(maxval(x, dim=2) - minval(x, dim=2))
-      if (sector%tolerance >= 0.0_wp) tolerance = sector%tolerance
-    end associate
     if (far(sense) > tolerance) then
       call report(reader, sector%position, 'node '//to_text(model%mesh%node_id(worst(sense)))// &
         ' of '//quoted(sector%slave_name)//', turned by '//to_text(360.0_wp/real(sector%n, wp))// &
@@ -231,11 +232,13 @@ contains
       ' sectors, and so are forces and results')
   end subroutine join_sides
 
-  !> The master that is nearest to each slave once it is turned, and how far the farthest is.
-  pure subroutine find_partners(model, sector, turn, partner, far, worst)
+  !> The master that is nearest to each slave once it is turned, and how far the farthest is. Of
+  !> those that are in one place, as where bodies touch, it is the one of the slave's body.
+  pure subroutine find_partners(model, sector, turn, least, partner, far, worst)
     type(model_t), intent(in) :: model
     type(sector_t), intent(in) :: sector
     real(wp), intent(in) :: turn(3, 3)       !! from masters to slaves [-]
+    real(wp), intent(in) :: least            !! nodes that are nearer are in one place [length]
     integer, intent(out) :: partner(:)       !! (n_slaves)
     real(wp), intent(out) :: far             !! [length]
     integer, intent(out) :: worst            !! the slave that is so far
@@ -245,13 +248,15 @@ contains
     far = -1.0_wp
     worst = 0
     partner = 0
-    associate (x => model%mesh%coordinates, slave => sector%slave, master => sector%master)
+    associate (x => model%mesh%coordinates, slave => sector%slave, master => sector%master, &
+               piece => model%mesh%piece)
       do i = 1, size(slave)
         place = sector%origin + matmul(x(:, slave(i)) - sector%origin, turn)
         nearest = huge(1.0_wp)
         do j = 1, size(master)
           distance = norm2(x(:, master(j)) - place)
-          if (distance >= nearest) cycle
+          if (distance > nearest + least) cycle
+          if (distance >= nearest - least .and. piece(master(j)) /= piece(slave(i))) cycle
           nearest = distance
           partner(i) = master(j)
         end do
