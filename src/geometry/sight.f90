@@ -294,7 +294,8 @@ contains
       hides = n_own < corners_in(cover%node)
       nearer = -rounding
       if (n_own > 0) then
-        nearer = -rounding - warp
+        ! Behind the slave both bodies hide: no strip at their edges is left to either.
+        nearer = -real(side, wp)*rounding - warp
       else if (side > 0) then
         nearer(merge(1, 2, cover%faces)) = rounding
       end if

@@ -173,6 +173,18 @@ class ApartAndTouching(unittest.TestCase):
         self.assertEqual(run.status, 2)
         self.assertIn("contact is missed", run.output + run.errors)
 
+    def test_past_a_thin_plate(self):
+        """A block that leans moves over it: at edges no strip of its underside is seen."""
+        low = Bar("B", 1, (2, 1.1, 0.05), turned(-0.33, 0.39, 0))
+        high = Bar("A", 101, (1.9, 1.5, 0.36), turned(0, 0, 2.8), n=2)
+        high.x[:, 1] += high.x[:, 2]
+        high.x[:, 0] += low.x[low.x[:, 2].argmax(), 0] + 0.8
+        high.x[:, 2] += low.x[:, 2].max() - high.x[:, 2].min() + 0.004
+        step = "*BOUNDARY\nA, 2, 2\nB, 1, 3\nA, 1, 1, 0.05\nA, 3, 3, -0.002\n"
+        for options in ("", ", NLGEOM"):
+            with self.subTest(options=options):
+                self.assertEqual(np.abs(self.pressing(high, low, step, options)).max(), 0)
+
     def test_stairs(self):
         """Three floors, of three sides: a plate is pressed on the third, at finite strain."""
         plate, block = Bar("A", 101, (2, 1, 0.5), n=2), Bar("B", 401, (0.8, 2, 1))
