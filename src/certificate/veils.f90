@@ -134,7 +134,7 @@ contains
     f(:, 5) = merge(height, -height, is_before)
     f(:, 6) = f(:, 4) - f(:, 5)
     if (veil%warp >= 0.0_wp) then
-      f(1, 5:) = f(1, 5:) - rounding - veil%warp
+      f(1, 5:) = f(1, 5:) - merge(rounding, -rounding, is_before) - veil%warp
     else
       f(1, 5) = f(1, 5) + merge(rounding, -rounding, is_before .and. veil%is_turned_here)
       f(1, 6) = f(1, 6) + merge(rounding, -rounding, is_before .and. .not. veil%is_turned_here)
