@@ -106,7 +106,7 @@ contains
     if (length > epsilon(1.0_wp)) then
       axis = q(1:)/length
     else
-      ! The identity has no axis: that of the other vector is kept.
+      ! The identity has no axis: the vector nearest to `near` is along it.
       angle = 0.0_wp
       axis = near/max(norm2(near), tiny(1.0_wp))
     end if

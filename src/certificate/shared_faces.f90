@@ -398,7 +398,7 @@ contains
     type(veil_t), allocatable :: veils(:), between(:)
     integer, allocatable :: met(:)
     logical, allocatable :: may_see(:)
-    real(wp), parameter :: all_of_it = 0.866_wp, nothing = 0.707_wp !! cosines, as of `straight`
+    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! of the angles of `straight`
     real(wp) :: nearest
     integer :: i, k, f, a
 
@@ -480,7 +480,7 @@ contains
       if (n == size(parts)) parts = [parts, parts]
       n = n + 1
       parts(n) = part_t(sides%of(f), nearest, min(1.0_wp, max(0.0_wp, (-dot_product( &
-        sides%normal(:, f), axes(:, 3)) - nothing)/(all_of_it - nothing))), shared)
+        sides%normal(:, f), axes(:, 3)) - cos_45)/(cos_30 - cos_45))), shared)
     end do
   end subroutine find_parts
 

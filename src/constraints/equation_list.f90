@@ -56,9 +56,9 @@ contains
     type(model_t), intent(in) :: model
     type(equation_list_t), intent(in) :: equations
     type(constraints_t), intent(inout) :: constraints !! of ties in, all out
-    integer :: number(3, model%mesh%n_nodes), c, n_ties, told
+    integer :: number(3, model%mesh%n_nodes), c, n_ties, reported
 
-    told = 0
+    reported = 0
     if (equations%list%n == 0) return
     n_ties = constraints%n
     number = constraint_of(constraints, model%mesh%n_nodes)
@@ -68,9 +68,9 @@ contains
                    last => all%first(c + 1) - 1)
           if (number(dof, node) > 0) then
             if (.not. keep_reading(reader)) return
-            if (told == equations%position(c)) cycle ! of a set the first is enough
-            told = equations%position(c)
-            call report(reader, told, dof_in_words(model, node, dof)// &
+            if (reported == equations%position(c)) cycle ! of a set the first is enough
+            reported = equations%position(c)
+            call report(reader, reported, dof_in_words(model, node, dof)// &
               ' depends on others already, by '//trim(merge('a tie      ', 'an equation', &
               number(dof, node) <= n_ties))//': it can be the first term of one equation only')
             cycle
@@ -151,11 +151,11 @@ contains
     !! reference nodes of *DISTRIBUTING, and those that stand for their rotations
     type(load_step_t), intent(in) :: steps(:)
     integer :: number(3, model%mesh%n_nodes), step, i, c
-    logical :: told(equations%list%n), agrees(equations%list%n)
+    logical :: reported(equations%list%n), agrees(equations%list%n)
 
     if (equations%list%n == 0) return
     number = constraint_of(equations%list, model%mesh%n_nodes)
-    told = .false.
+    reported = .false.
     agrees = supports_agree(equations, steps, model%mesh%n_nodes)
     do step = 1, size(steps)
       if (.not. allocated(steps(step)%boundary)) cycle
@@ -163,12 +163,12 @@ contains
         associate (b => steps(step)%boundary(i))
           c = number(b%dof, b%node)
           if (c == 0) cycle
-          if (told(c) .or. agrees(c)) cycle
+          if (reported(c) .or. agrees(c)) cycle
           if (.not. keep_reading(reader)) return
           call report(reader, equations%position(c), dof_in_words(model, b%node, b%dof)// &
             carried_in_words(c, b%node))
           ! Of a set the first is enough.
-          told = told .or. equations%position(:equations%list%n) == equations%position(c)
+          reported = reported .or. equations%position(:equations%list%n) == equations%position(c)
         end associate
       end do
     end do

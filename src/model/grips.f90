@@ -5,7 +5,7 @@
 module grips_mod
   use kinds_mod, only: wp
   use mesh_mod, only: solids
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, coupled_rotation_t
   implicit none
   private
 
@@ -55,17 +55,23 @@ contains
     associate (of => scene%rotations(rotation), joints => scene%constraints)
       if (.not. allocated(of%surface_nodes)) return
       if (scene%mesh%plane == solids .and. any(of%is_mean(4:) .neqv. of%is_mean(4))) return
-      if (allocated(scene%local_axes)) then
-        associate (turned => scene%local_axes%node)
-          if (any(turned == of%node .or. turned == of%rotation_node)) return
-        end associate
-      end if
+      if (has_local_axes(scene, of)) return
       do c = 1, joints%n
         if (any(joints%master(joints%first(c):joints%first(c + 1) - 1) == of%rotation_node)) return
       end do
     end associate
     is_mean = .true.
   end function is_turning_mean
+
+  !> Whether the displacement or the rotation of a reference node is along local directions.
+  pure logical function has_local_axes(scene, of) result(has)
+    type(scene_t), intent(in) :: scene
+    type(coupled_rotation_t), intent(in) :: of
+
+    has = .false.
+    if (allocated(scene%local_axes)) has = any(scene%local_axes%node == of%node .or. &
+      scene%local_axes%node == of%rotation_node)
+  end function has_local_axes
 
   !> Whether all that depends on a rotation goes with it along all three axes, and the rotation
   !> depends on nothing.
@@ -77,11 +83,7 @@ contains
     is_rigid = .false.
     associate (of => scene%rotations(rotation), joints => scene%constraints, lines => &
                lines_of_grip(scene, rotation))
-      if (allocated(scene%local_axes)) then
-        associate (turned => scene%local_axes%node)
-          if (any(turned == of%node .or. turned == of%rotation_node)) return
-        end associate
-      end if
+      if (has_local_axes(scene, of)) return
       do c = 1, joints%n
         if (joints%node(c) == of%rotation_node) return
         if (any(joints%master(joints%first(c):joints%first(c + 1) - 1) == of%rotation_node) .and. &
