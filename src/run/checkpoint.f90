@@ -198,9 +198,6 @@ contains
     do i = 1, size(progress%geometry)
       call archive(list, progress%geometry(i))
     end do
-    do i = 1, size(progress%worst_errors)
-      call archive(list, progress%worst_errors(i))
-    end do
     call archive(list, progress%alone)
     call archive(list, progress%begun)
     call archive(list, progress%seen)
@@ -209,6 +206,9 @@ contains
     call carry_sequence(list, progress%sequence)
     call archive(list, progress%values)
     call archive(list, progress%touched)
+    do i = 1, size(progress%worst_errors)
+      call archive(list, progress%worst_errors(i))
+    end do
   end subroutine carry_progress
 
   !> A new solver where a step holds other degrees of freedom than the one before; its loads in any

@@ -187,9 +187,9 @@ contains
     type(model_t), intent(in) :: model
     type(sector_t), intent(in) :: sector
     type(equation_list_t), intent(inout) :: equations
-    real(wp), parameter :: whole = 8.0_wp*atan(1.0_wp)
+    real(wp), parameter :: full_turn = 8.0_wp*atan(1.0_wp) !! [rad]
     integer :: partner(size(sector%slave), 2), worst(2), i, sense
-    real(wp) :: far(2), turn(3, 3), least, tolerance
+    real(wp) :: far(2), turn(3, 3, 2), least, tolerance
     logical :: is_taken(model%mesh%n_nodes)
 
     associate (x => model%mesh%coordinates(:, sector%master))
@@ -199,8 +199,10 @@ contains
     if (sector%tolerance >= 0.0_wp) tolerance = sector%tolerance
     do sense = 1, 2
       ! From the side of the masters to the other.
-      turn = rotation_matrix(real(2*sense - 3, wp)*whole/real(sector%n, wp)*sector%axis)
-      call find_partners(model, sector, turn, least, partner(:, sense), far(sense), worst(sense))
+      turn(:, :, sense) = rotation_matrix(real(2*sense - 3, wp)*full_turn/real(sector%n, wp)* &
+        sector%axis)
+      call find_partners(model, sector, turn(:, :, sense), least, partner(:, sense), far(sense), &
+        worst(sense))
     end do
     sense = minloc(far, dim=1)
     if (far(sense) > tolerance) then
@@ -223,10 +225,9 @@ contains
     end do
     if (.not. allocated(equations%cyclic)) allocate (equations%cyclic(0))
     equations%cyclic = [equations%cyclic, sector%position]
-    turn = rotation_matrix(real(2*sense - 3, wp)*whole/real(sector%n, wp)*sector%axis)
     where (abs(turn) <= nothing) turn = 0.0_wp
     do i = 1, size(sector%slave)
-      call join_partners(sector, sector%slave(i), partner(i, sense), turn, equations)
+      call join_partners(sector, sector%slave(i), partner(i, sense), turn(:, :, sense), equations)
     end do
     call note(reader, '*CYCLIC SYMMETRY MODEL: the model is one of '//to_text(sector%n)// &
       ' sectors, and so are forces and results')
