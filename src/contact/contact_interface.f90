@@ -22,7 +22,7 @@ module contact_interface_mod
   use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
   use constraints_mod, only: active_constraints
-  use placement_mod, only: placement_t, place_undeformed
+  use placement_mod, only: placement_t, place_undeformed, is_before_flat
   use dependent_rows_mod, only: find_dependent_rows, points_of_rows, uncarried_overlaps
   use transfer_mod, only: movable, rows_of_points
   implicit none
@@ -65,9 +65,31 @@ contains
     end do
     call points_in_reach(scene, points, loose_body, loose_ref_node)
     call find_curved(scene, points)
+    call follow_partly_covered(scene, points)
     call find_symmetry_planes(scene, points)
     call find_joined_points(scene, points)
   end subroutine find_reach
+
+  !> Have points before flat facets placed in every iteration where these cover a node in part: its
+  !> gap, (11.32), is none of a plane.
+  pure subroutine follow_partly_covered(scene, points)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points
+    type(placement_t) :: undeformed
+    logical :: is_flat(points%n)
+    integer :: pair
+    real(wp), parameter :: wholly = 1.0_wp - 1.0e-6_wp
+
+    is_flat = is_before_flat(points%turns, points%in_reach, points%is_curved)
+    if (.not. any(is_flat)) return
+    call place_undeformed(scene, points, undeformed)
+    do pair = 1, size(scene%pairs)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (any(is_flat(first:last) .and. undeformed%covered_area(first:last) < wholly* &
+          undeformed%faced_area(first:last))) points%is_curved(first:last) = .true.
+      end associate
+    end do
+  end subroutine follow_partly_covered
 
   !> The points before surfaces that constraints join to what they face in the undeformed mesh, with
   !> the supports of any step: where rows depend on each other, those of nodes that are nearly

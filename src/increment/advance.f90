@@ -35,7 +35,7 @@ module advance_mod
   use surface_drag_mod, only: drag_along_surfaces
   use follow_points_mod, only: rounding_of_places, carried_slip
   use placement_mod, only: placement_t, place_curved, place_state, is_before_flat
-  use transfer_mod, only: nodal_forces, movable, rows_of_points
+  use transfer_mod, only: nodal_forces, movable, rows_of_points, gap_at
   use describe_contact_mod, only: describe_contact, find_redundant
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
@@ -351,7 +351,7 @@ contains
       is_inside(solver%contact%group(i)%active) = .false.
       is_inside(solver%contact%group(i)%far) = .false.
     end do
-    call find_strays(scene, points, solver, report, is_stray)
+    call find_strays(scene, points, solver, new%displacement, report, is_stray)
     if (.not. any(is_stray)) is_stray = is_inside .and. .not. points%in_reach
     if (any(is_stray)) then
       report%converged = .false.
@@ -379,19 +379,27 @@ contains
   end subroutine watch_inactive
 
   !> Points whose master has nodes with weights that are not among its nodes in reach, and those
-  !> that flat facets cover where they did not in the undeformed mesh, or no longer.
-  pure subroutine find_strays(scene, points, solver, report, is_stray)
+  !> that flat facets cover where they did not in the undeformed mesh, or no longer, or whose gap is
+  !> not that of the plane of these: what they cover in part is above it, (11.32).
+  pure subroutine find_strays(scene, points, solver, u, report, is_stray)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: u(:, :)     !! (3,n_nodes) [length]
     type(increment_report_t), intent(in) :: report
     logical, intent(out) :: is_stray(:) !! (n_points)
     logical :: in_reach(scene%mesh%n_nodes)
+    real(wp) :: known                   !! how well gaps are [length]
     integer :: pair, i
 
     is_stray = is_before_flat(points%turns, points%in_reach, points%is_curved)
-    if (any(is_stray)) is_stray = is_stray .and. (report%contact%weights%covers .neqv. &
-      solver%undeformed%weights%covers)
+    known = 10.0_wp*solver%choices%tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
+    do i = 1, points%n
+      if (.not. is_stray(i)) cycle
+      is_stray(i) = report%contact%weights%covers(i) .neqv. solver%undeformed%weights%covers(i)
+      if (is_stray(i) .or. .not. report%contact%weights%covers(i)) cycle
+      is_stray(i) = abs(report%contact%gap(i) - gap_at(solver%undeformed, points, i, u)) > known
+    end do
     if (.not. any(points%on_surface)) return
     associate (weights => report%contact%weights)
       do pair = 1, size(scene%pairs)

@@ -228,6 +228,27 @@ class AgainstObstacles(Facets):
             )
         )
 
+    def test_a_flat_punch_that_ends_within_faces(self):
+        # It covers nodes in part, in the mesh and when faces have bent, as one with a facet aside.
+        corners, facets = plate((-0.4, -0.4), (0.3, 0.4), height=lambda x, y: 0.02 * x)
+        aside = np.array([[-3.0, 0.0, -0.5], [-2.9, 0.0, -0.5], [-2.9, 0.1, -0.5]])
+        tools = [(corners, facets), (np.vstack([corners, aside]), [*facets, (4, 5, 6)])]
+        found = []
+        for corners, facets in tools:
+            result = self.solve(
+                deck(
+                    block("UP", 2, (-0.5, -0.5, 0.01), (1, 1, 1)),
+                    rigid("TOOL", corners, facets, ORIGIN) + HELD,
+                    pair("UP-ZMIN, TOOL", 0.2),
+                    step("UP-ZMAX, 3, 3, -0.02"),
+                    held="UP-ZMAX, 1, 2",
+                )
+            )
+            self.assertEqual(result.counters["plan_revisions"], 0)
+            found.append(result.file["contact/UP-ZMIN:TOOL/reaction"][:])
+        self.assertGreater(found[0][-1, :, 0].sum(), 1.0)
+        self.assertLess(np.abs(found[0] - found[1]).max(), 1e-6 * np.abs(found[1]).max())
+
     def test_flat_facets_end(self):
         # What crosses the edge of a flat plate sees what it would of one with a facet aside that
         # is not in its plane, which is never taken for a plane.
