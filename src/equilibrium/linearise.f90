@@ -64,6 +64,8 @@ module linearise_mod
     integer, allocatable :: row(:, :)       !! (3,n_points) of the points that press, 0: none
     real(wp), allocatable :: b(:)           !! (n) right-hand side [force]
     real(wp), allocatable :: known(:, :)    !! (3,n_nodes) prescribed changes [length]
+    logical :: is_whole = .true.
+    !! else without what the forces of loads and reactions change by, as of (4.27)
     integer, private :: n_entries = 0       !! while it is put together
     real(wp), allocatable, private :: force(:, :) !! (3,n_nodes) right-hand side [force]
   end type system_t
@@ -161,7 +163,7 @@ contains
     type(unknowns_t), intent(in) :: unknowns
     type(set_t), intent(in) :: set
     type(bodies_stiffness_t), intent(in) :: stiffness !! of now, or before
-    type(system_t), intent(inout) :: system !! its rows are there, the rest is made
+    type(system_t), intent(inout) :: system !! its rows and `is_whole` are there, the rest is made
     type(point_row_t), allocatable :: rows(:)
     real(wp), allocatable :: added(:, :, :)
     integer :: i, k, n
@@ -194,7 +196,7 @@ contains
     system%a%column = [integer ::]
     system%a%value = [real(wp) ::]
     system%n_entries = 0
-    call add_loads(scene, task, now, unknowns, stiffness, system)
+    if (system%is_whole) call add_loads(scene, task, now, unknowns, stiffness, system)
     call move_alloc(system%rows, rows)
     do k = 1, size(rows)
       call add_point(points%mu(rows(k)%point), now, unknowns, set, rows(k), &
@@ -321,6 +323,7 @@ contains
               -of%part(q)*frame(:, a), system)
           end do
         end if
+        if (.not. system%is_whole) cycle
         if (any(abs(of%normal(:, :, q)) > 0.0_wp)) then
           do p = 1, size(of%node)
             if (abs(of%part(p)) > 0.0_wp) call add_block(unknowns, of%node(p), of%node(q), &

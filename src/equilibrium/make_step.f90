@@ -184,9 +184,8 @@ contains
     type(system_t), target :: system
     type(kept_t) :: kept
     real(wp), allocatable :: x(:)
-    logical :: is_solved, is_first, is_repeated
+    logical :: is_solved, is_repeated
 
-    is_first = .not. allocated(maker%presses)
     is_repeated = repeats(maker, set)
     maker%leads = (maker%leads .or. .not. is_repeated .and. maker%last_products <= few_products) &
       .and. set%error <= merge(fast, 1.0_wp, is_repeated)*maker%error
@@ -195,31 +194,44 @@ contains
     maker%slides = set%slides
     maker%on_bodies = set%on_bodies
     maker%held = set%on_bodies*holding(scene, task, maker%unknowns%map, maker%diagonal)
-    maker%led = maker%has_factor .and. maker%leads .and. .not. is_first
-    if (maker%has_factor .and. .not. maker%led) call find_bodies_stiffness(scene, task, now, &
-      maker%unknowns%map, maker%stiffness)
-    call make_rows(scene, points, task, now, set%presses, maker%changes, system%rows)
-    call linearise(scene, points, task, now, maker%unknowns, set, maker%stiffness, system)
     is_solved = .false.
-    if (maker%has_factor) then
+    if (maker%has_factor .and. maker%leads) then
+      call write_equations(is_whole=.false.)
       call keep_points(system, maker, kept, is_solved)
-      if (is_solved .and. maker%led) then
+      if (is_solved) then
         x = solution_of(kept, system%b)
         is_solved = .not. allocated(maker%inverse%failure)
-      else if (is_solved) then
+      end if
+    end if
+    maker%led = is_solved
+    if (.not. maker%led) then
+      if (maker%has_factor) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
+        maker%stiffness)
+      call write_equations(is_whole=.true.)
+      if (maker%has_factor) call keep_points(system, maker, kept, is_solved)
+      if (is_solved) then
         call solve_closely(kept, system%b, maker%last_products, x, is_solved)
         maker%products = maker%products + maker%last_products
       end if
     end if
     if (.not. is_solved) then
-      if (maker%led) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
-        maker%stiffness)
-      maker%led = .false.
       call factorise_now(system, maker, x, error)
       maker%n_factors = maker%n_factors + 1
     end if
     if (.not. allocated(error)) call take_apart(now, maker%unknowns, system, x, step)
     call move_alloc(system%rows, maker%rows)
+
+  contains
+
+    !> The points' part of the equations. What is not of (4.27) costs most where bodies meet.
+    subroutine write_equations(is_whole)
+      logical, intent(in) :: is_whole
+
+      call make_rows(scene, points, task, now, set%presses, is_whole, maker%changes, system%rows)
+      system%is_whole = is_whole
+      call linearise(scene, points, task, now, maker%unknowns, set, maker%stiffness, system)
+    end subroutine write_equations
+
   end subroutine make_step
 
   !> Whether the points do what they did in the last step.

@@ -47,12 +47,14 @@ module point_rows_mod
 contains
 
   !> The rows of some points.
-  pure subroutine make_rows(scene, points, task, now, which, kept, rows)
+  pure subroutine make_rows(scene, points, task, now, which, renews, kept, rows)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
     logical, intent(in) :: which(:)          !! (n_points) that face something
+    logical, intent(in) :: renews
+    !! what sides of pairs change by where that is not near; else what there is of it serves
     type(kept_changes_t), allocatable, intent(inout) :: kept(:, :) !! (n_sides,n_pairs)
     type(point_row_t), allocatable, intent(out) :: rows(:) !! of these, in their order
     real(wp) :: half(3, 3)
@@ -82,13 +84,15 @@ contains
           associate (its => rows(k + 1:k + count(which(first:last))))
             if (has_meshed_master(scene, pair)) then
               obstacle = as_turned(scene, master, task%rotation)
-              call add_facets(scene, points, pair, side, now, obstacle, kept(side, pair), its)
+              if (renews) call renew(scene, points, pair, side, now%u, kept(side, pair), obstacle)
+              call add_facets(points, pair, side, now, obstacle, kept(side, pair), its)
             else if (master > 0) then
               obstacle = as_turned(scene, master, task%rotation)
               call add_obstacle(scene%mesh, points, now%u, obstacle, now%placement, &
                 its)
             else if (.not. scene%pairs(pair)%small_sliding) then
-              call add_surface(scene, points, pair, side, now, task%began, kept(side, pair), its)
+              if (renews) call renew(scene, points, pair, side, now%u, kept(side, pair))
+              call add_surface(points, pair, side, now, task%began, kept(side, pair), its)
             end if
             k = k + size(its)
           end associate
@@ -179,21 +183,15 @@ contains
   end function turned_into_plane
 
   !> What rows before facets change by: gaps and normals of integrals over the slave's faces.
-  pure subroutine add_facets(scene, points, pair, side, now, obstacle, kept, rows)
-    type(scene_t), intent(in) :: scene
+  pure subroutine add_facets(points, pair, side, now, obstacle, kept, rows)
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     type(iterate_t), intent(in) :: now
     type(obstacle_t), intent(in) :: obstacle  !! as it has turned
-    type(kept_changes_t), intent(inout) :: kept
+    type(kept_changes_t), intent(in) :: kept
     type(point_row_t), intent(inout) :: rows(:)
     integer :: k, c, first, last, here, n
 
-    if (.not. is_near(kept, now%u)) then
-      call face_obstacle(scene, points, pair, side, now%u, obstacle, kept%mortar, &
-        asks_changes=.true.)
-      kept%u = now%u
-    end if
     if (.not. allocated(kept%mortar%changes)) return
     call find_side_points(points, pair, side, first, last)
     do k = 1, size(rows)
@@ -238,22 +236,15 @@ contains
   end subroutine add_lift
 
   !> What rows before surfaces of bodies change by: (11.24), and the slip of (11.18).
-  pure subroutine add_surface(scene, points, pair, side, now, began, kept, rows)
-    type(scene_t), intent(in) :: scene
+  pure subroutine add_surface(points, pair, side, now, began, kept, rows)
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair, side
     type(iterate_t), intent(in) :: now
     type(placement_t), intent(in) :: began
-    type(kept_changes_t), intent(inout) :: kept
+    type(kept_changes_t), intent(in) :: kept
     type(point_row_t), intent(inout) :: rows(:)
-    type(faced_side_t) :: faced
     integer :: k, c, i, a, j, first, last, here, n, m
 
-    if (.not. is_near(kept, now%u)) then
-      call face_surface(scene, points, pair, side, now%u, faced, asks_changes=.true.)
-      kept%mortar = faced%mortar
-      kept%u = now%u
-    end if
     if (.not. allocated(kept%mortar%changes)) return
     call find_side_points(points, pair, side, first, last)
     do k = 1, size(rows)
@@ -303,6 +294,26 @@ contains
       end associate
     end do
   end subroutine add_surface
+
+  !> Find what a side changes by, unless that still holds.
+  pure subroutine renew(scene, points, pair, side, u, kept, obstacle)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
+    type(kept_changes_t), intent(inout) :: kept
+    type(obstacle_t), intent(in), optional :: obstacle !! the master, as it has turned
+    type(faced_side_t) :: faced
+
+    if (is_near(kept, u)) return
+    if (present(obstacle)) then
+      call face_obstacle(scene, points, pair, side, u, obstacle, kept%mortar, asks_changes=.true.)
+    else
+      call face_surface(scene, points, pair, side, u, faced, asks_changes=.true.)
+      kept%mortar = faced%mortar
+    end if
+    kept%u = u
+  end subroutine renew
 
   !> Whether what a side changes by still holds.
   pure logical function is_near(kept, u)
