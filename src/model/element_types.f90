@@ -30,17 +30,20 @@ module element_types_mod
   type(element_type_t), parameter :: plane_types(*) = [ &
     element_type_t('CPE3', kind_c3d8, wedge_6), &
     element_type_t('CPE4', kind_c3d8, hexahedron_8), &
+    element_type_t('CPE4I', kind_c3d8i, hexahedron_8), &
     element_type_t('CPE4B', kind_c3d8b, hexahedron_8), &
     element_type_t('CPE6', kind_c3d8, wedge_15), &
     element_type_t('CPE8', kind_c3d8, hexahedron_20), &
     element_type_t('CPE8R', kind_c3d8, hexahedron_20_reduced), &
     element_type_t('CPS3', kind_c3d8, wedge_6), &
     element_type_t('CPS4', kind_c3d8, hexahedron_8), &
+    element_type_t('CPS4I', kind_c3d8i, hexahedron_8), &
     element_type_t('CPS6', kind_c3d8, wedge_15), &
     element_type_t('CPS8', kind_c3d8, hexahedron_20), &
     element_type_t('CPS8R', kind_c3d8, hexahedron_20_reduced), &
     element_type_t('CAX3', kind_c3d8, wedge_6), &
     element_type_t('CAX4', kind_c3d8, hexahedron_8), &
+    element_type_t('CAX4I', kind_c3d8i, hexahedron_8), &
     element_type_t('CAX4B', kind_c3d8b, hexahedron_8), &
     element_type_t('CAX6', kind_c3d8, wedge_15), &
     element_type_t('CAX8', kind_c3d8, hexahedron_20), &

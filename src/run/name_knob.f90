@@ -95,11 +95,10 @@ contains
       better = 'C3D8I'
       if (plane /= solids) then
         worse = names_of_planes(plane)//'4'
-        better = names_of_planes(plane)//'8R'
+        better = names_of_planes(plane)//'4I'
       end if
       words = worse//' bends too stiffly ('//percent(share)//' of its strain energy): '//better// &
-        ' takes about '//seconds_of(scene, progress%tally, merge(1.0_wp, sqrt(3.0_wp), &
-        plane == solids), 1)//'; '//words
+        ' takes about '//seconds_of(scene, progress%tally, 1.0_wp, 1)//'; '//words
     end associate
   end function finer_meshes
 

@@ -8,7 +8,7 @@ from test_plane import FLOOR, POISSON, YOUNG, Case, pair, section, slanted, step
 
 from studies.plane_meshes import PlaneMesh as Mesh
 
-KINDS = ["CPS3", "CPS4", "CPS6", "CPS8", "CPS8R"]
+KINDS = ["CPS3", "CPS4", "CPS4I", "CPS6", "CPS8", "CPS8R"]
 STRESSES = "*EL FILE, POSITION=CENTROIDAL\nS, E\n"
 
 
@@ -186,7 +186,9 @@ class Rigid(Case):
 
     def test_an_end_that_a_moment_turns(self):
         """A beam of length 10 and height 1: its end turns by M L/(E I) and rises by half M L^2."""
-        for kind, modulus in (("CPS8R", YOUNG), ("CPE8R", YOUNG / (1 - POISSON**2))):
+        strain = YOUNG / (1 - POISSON**2)
+        kinds = ("CPS8R", YOUNG), ("CPE8R", strain), ("CPS4I", YOUNG), ("CPE4I", strain)
+        for kind, modulus in kinds:
             mesh = Mesh(kind, (10, 1), lambda a, b: (10 * a, b - 0.5))
             deck = mesh.deck + section("A", thickness=3.0)
             deck += "*NODE\n900, 10., 0., 0.\n901, 10., 0., 0.\n"
