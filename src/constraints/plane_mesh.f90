@@ -18,10 +18,12 @@ module plane_mesh_mod
   use obstacle_shapes_mod, only: locate_point
   use obstacles_mod, only: obstacle_t
   use sets_mod, only: model_t
+  use swept_profile_mod, only: facets_t, sweep_along
   implicit none
   private
 
-  public :: across_plane, expand_plane, spread_equations, hold_plane, uneven_obstacle
+  public :: across_plane, expand_plane, facets_beside_plane, spread_equations, hold_plane, &
+    uneven_obstacle
 
   integer, parameter :: across_plane = 3 !! the axis along which elements are as thick as all are
   real(wp), parameter :: wedge_angle = 1.0_wp/180.0_wp*acos(-1.0_wp)
@@ -123,6 +125,54 @@ contains
     end associate
   end subroutine open_axis
 
+  !> Facets of a profile in the plane, or of distances from the y axis and places along it: as wide
+  !> as the bodies are thick, as another such body would be.
+  pure type(facets_t) function facets_beside_plane(draft, polygon, origin, axes) result(swept)
+    type(mesh_draft_t), intent(in) :: draft  !! expanded
+    real(wp), intent(in) :: polygon(:, :)    !! (2,n) [length]
+    real(wp), intent(in) :: origin(3), axes(3, 3) !! of the profile, in the mesh [length]
+    real(wp) :: ends(2)
+    integer :: i, n
+
+    ends = ends_of_slice(draft)
+    swept = sweep_along(polygon, [origin(:2), 0.0_wp], axes, ends(1), ends(2))
+    if (draft%plane /= axisymmetric) return
+    n = size(polygon, 2)
+    do i = 1, n
+      swept%corner(:, n + i) = origin + [polygon(1, i)*cos(wedge_angle), polygon(2, i), &
+        polygon(1, i)*sin(wedge_angle)]
+      swept%corner(:, i) = origin + [polygon(1, i), polygon(2, i), 0.0_wp]
+      if (i == n) cycle
+      if (.not. polygon(1, i + 1) > 0.0_wp) swept%facet(:, i) = [i, n + i, i + 1, 0]
+      if (.not. polygon(1, i) > 0.0_wp) swept%facet(:, i) = [i, n + i + 1, i + 1, 0]
+    end do
+    swept%facet = swept%facet(:, pack([(i, i=1, n - 1)], polygon(1, :n - 1) + polygon(1, 2:) > &
+      0.0_wp))
+  end function facets_beside_plane
+
+  !> Where the sides of a slice are along z.
+  pure function ends_of_slice(draft) result(ends)
+    type(mesh_draft_t), intent(in) :: draft !! expanded
+    real(wp) :: ends(2)
+    integer :: node
+
+    node = findloc(draft%copies(1, :) > 0, .true., dim=1)
+    ends = draft%coordinates(3, [node, draft%copies(1, node)])
+  end function ends_of_slice
+
+  !> Whether points are on the sides of a slice, or of a wedge about the y axis.
+  pure logical function are_beside(draft, point) result(are)
+    type(mesh_draft_t), intent(in) :: draft !! expanded
+    real(wp), intent(in) :: point(:, :)     !! (3,n) in the mesh [length]
+    real(wp) :: sides(2, size(point, 2))
+    integer :: i
+
+    sides = spread(ends_of_slice(draft), 2, size(point, 2))
+    if (draft%plane == axisymmetric) sides = reshape([(-draft%origin(3), (point(1, i) + &
+      draft%origin(1))*tan(wedge_angle) - draft%origin(3), i=1, size(point, 2))], shape(sides))
+    are = all(minval(abs(spread(point(3, :), 1, 2) - sides), dim=1) <= 1.0e-9_wp*maxval(abs(point)))
+  end function are_beside
+
   !> The first obstacle that is not the same all along the thickness; 0: all are.
   pure integer function uneven_obstacle(draft, obstacles) result(uneven)
     type(mesh_draft_t), intent(in) :: draft
@@ -134,6 +184,10 @@ contains
 
     size_of_all = maxval(abs(draft%coordinates(:, :draft%n_nodes)))
     do uneven = 1, size(obstacles)
+      if (allocated(obstacles(uneven)%facet)) then
+        if (are_beside(draft, obstacles(uneven)%corner)) cycle
+        return
+      end if
       do node = 1, size(draft%copies, 2)
         if (draft%copies(1, node) == 0) cycle
         call locate_point(obstacles(uneven), at_rest, draft%coordinates(:, node), gap(1), normal)

@@ -4,6 +4,9 @@ import unittest
 
 import numpy as np
 from program import Run
+from test_plane import pair, section, slanted, step
+
+from studies.plane_meshes import PlaneMesh as Mesh
 
 CUBE = """*BLOCK, NAME=A, NX=2, NY=2, NZ=2
 0., 0., 0.,  1., 1., 1.
@@ -144,6 +147,29 @@ class Analytical(unittest.TestCase):
         # A quarter of a turn changes nothing.
         around = np.lexsort((points[:, 0], -points[:, 1]))
         np.testing.assert_allclose(own[around, 2], own[:, 2], atol=1e-6 * total[2])
+
+    def test_profiles_before_elements_of_a_plane(self):
+        """A rounded table is a plane to what is narrower; a cone bears F along its axis."""
+        flat = "*OBSTACLE, NAME=TOOL, TYPE=PLANE, REF NODE=900\n0., 0., 0., 0., 1., 0.\n"
+        table = (
+            "*SURFACE, TYPE=SEGMENTS, NAME=TOOL\nSTART, {0}., 0.\nLINE, 2., 0.\n"
+            "CIRCL, 3., -1., 2., -1.\n*RIGID BODY, ANALYTICAL SURFACE=TOOL, REF NODE=900\n"
+        )
+        for kind, first in (("CPE4", -2), ("CPS4I", -2), ("CAX4", 0)):
+            mesh = Mesh(kind, (3, 2), slanted).deck + section("A") + "*NODE\n900, 0., -1.\n"
+            more = pair("ABOTTOM", "TOOL", 0.1) + step(
+                "*BOUNDARY\nATOP-N, 1, 2\n900, 1\n900, 6\n900, 2, 2, 0.01", nlgeom=True
+            )
+            with self.subTest(kind):
+                _, total = self.forces(mesh + table.format(first) + more, note="facets, and ends")
+                _, same = self.forces(mesh + flat + more)
+                np.testing.assert_allclose(total, same, atol=1e-4 * abs(same).max())
+        chamfered = Mesh("CAX4", (1, 1), lambda a, b: (1 + a, 2 * b + (1 - a) * (1 - b)))
+        cone = "*SURFACE, TYPE=SEGMENTS, NAME=TOOL\nSTART, 0., 2.\nLINE, 3., -1.\n"
+        own, total = self.forces(chamfered.deck + section("A") + cone + pair("ABOTTOM", "TOOL")
+                                 + step("*DSLOAD\nATOP, P, 10."), note="has 1 facet, and")  # fmt: skip
+        self.assertAlmostEqual(total[1] / (30 * np.pi), 1, 4)
+        np.testing.assert_allclose(own[:, 0], own[:, 1], rtol=1e-3)
 
     def test_an_instance_moves_it(self):
         """The part's floor faces -y; turned by -90 degrees about x it faces up: E times 0.01."""

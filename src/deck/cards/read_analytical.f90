@@ -4,7 +4,7 @@
 !>
 !>     *SURFACE, TYPE=CYLINDER, NAME=DIE       swept along the local z axis
 !>     *SURFACE, TYPE=REVOLUTION, NAME=BALL    turned about the local z axis: r, z
-!>     *SURFACE, TYPE=SEGMENTS, NAME=FLOOR     of bodies in a plane: x, y
+!>     *SURFACE, TYPE=SEGMENTS, NAME=FLOOR     of bodies in a plane: x, y; of revolution: r, y
 !>     START, -5., 0.
 !>     LINE, 5., 0.                            its end
 !>     CIRCL, 1., 1., 0., 1.                   its end and its centre
@@ -18,10 +18,11 @@ module read_analytical_mod
   use fields_mod, only: field_position, field_text, fields_t, next_data_line, real_field
   use kinds_mod, only: wp
   use numbers_mod, only: number_ok, read_real
-  use mesh_draft_mod, only: mesh_draft_t, solids
+  use mesh_draft_mod, only: axisymmetric, mesh_draft_t, solids
   use obstacles_mod, only: obstacle_cylinder, obstacle_of_facets, obstacle_plane, &
     obstacle_sphere, obstacle_t
   use options_mod, only: allow_options, card_t, has_option, open_card, text_option
+  use plane_mesh_mod, only: facets_beside_plane
   use small_matrix_mod, only: cross
   use swept_profile_mod, only: add_arc, facets_t, sweep_along, turn_about_axis
   use text_mod, only: to_text, upper
@@ -34,8 +35,7 @@ module read_analytical_mod
   integer, parameter :: most_fields = 9
   real(wp), parameter :: same = 1.0e-9_wp !! of lengths and directions [-]
   integer, parameter :: facets_about = 180      !! about an axis, unless a deck says otherwise
-  character(*), parameter :: instead = '*OBSTACLE, TYPE=STL has any shape; a plane, a cylinder '// &
-    'or a sphere each is a surface of its own'
+  character(*), parameter :: instead = '*OBSTACLE, TYPE=STL has any shape'
 
   !> A profile in the two coordinates of its plane.
   type :: profile_t
@@ -106,6 +106,10 @@ contains
     obstacle%normal = [0.0_wp, 0.0_wp, 1.0_wp]
     call read_profile(reader, card, origin, axes, piece, profile, ok)
     if (.not. ok) return
+    if (mesh%plane == axisymmetric) then
+      call put_about_y(origin, axes, piece, profile)
+      sweep = about_axis
+    end if
     if (.not. profile%is_one .or. (sweep == about_axis .and. .not. is_simple(piece))) then
       call make_facets(reader, card, mesh, sweep, profile, origin, axes, obstacle)
       return
@@ -179,11 +183,6 @@ contains
     real(wp) :: place(mesh%n_nodes), beyond
 
     if (mesh%n_nodes == 0) return ! a deck without bodies
-    if (mesh%plane /= solids) then
-      call report(reader, card%position, 'with elements of a plane a profile is one line or '// &
-        'one circle', 'a surface of its own for each')
-      return
-    end if
     if (sweep == about_axis) then
       associate (r => profile%polygon(1, :))
         where (abs(r) <= same*maxval(abs(profile%polygon))) r = 0.0_wp
@@ -193,6 +192,10 @@ contains
           return
         end if
       end associate
+    end if
+    if (mesh%plane /= solids) then
+      made = facets_beside_plane(mesh, profile%polygon, origin - mesh%origin, axes)
+    else if (sweep == about_axis) then
       made = turn_about_axis(profile%polygon, origin - mesh%origin, axes(:, 3), facets_about)
     else
       place = matmul(axes(:, 3), mesh%coordinates(:, :mesh%n_nodes))
@@ -204,8 +207,24 @@ contains
     end if
     obstacle = obstacle_of_facets(obstacle%name, made%corner, made%facet, obstacle%ref_node)
     call note(reader, 'analytical surface '//quoted(obstacle%name)//' has '// &
-      to_text(size(obstacle%facet, 2))//' facets, and ends where its profile does')
+      to_text(size(obstacle%facet, 2))//' facet'//trim(merge('s', ' ', size(obstacle%facet, 2) > 1))// &
+      ', and ends where its profile does')
   end subroutine make_facets
+
+  !> A profile of bodies of revolution in their coordinates: distances from the y axis, places along
+  !> it.
+  pure subroutine put_about_y(origin, axes, piece, profile)
+    real(wp), intent(inout) :: origin(3), axes(3, 3)
+    type(piece_t), intent(inout) :: piece
+    type(profile_t), intent(inout) :: profile
+
+    piece%centre = origin(:2) + matmul(axes(:2, :2), piece%centre)
+    piece%normal = matmul(axes(:2, :2), piece%normal)
+    profile%polygon = matmul(axes(:2, :2), profile%polygon) + spread(origin(:2), 2, &
+      size(profile%polygon, 2))
+    origin = 0.0_wp
+    axes = reshape([0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp], [3, 3])
+  end subroutine put_about_y
 
   !> The axes, the pieces of the profile, and the first of these.
   subroutine read_profile(reader, card, origin, axes, piece, profile, ok)

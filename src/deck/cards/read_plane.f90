@@ -110,6 +110,7 @@ contains
       i = findloc(unavailable%keyword == reader%cards(k)%keyword, .true., dim=1)
       if (i == 0 .or. draft%plane /= axisymmetric) cycle
       call open_card(reader, k, card)
+      if (has_option(card, 'ANALYTICAL SURFACE')) cycle
       call report(reader, card%position, '*'//trim(reader%cards(k)%keyword)// &
         ' is not available with axisymmetric elements: '//trim(unavailable(i)%instead))
     end do
@@ -140,14 +141,19 @@ contains
     type(mesh_draft_t), intent(in) :: draft
     type(obstacle_t), intent(in) :: obstacles(:)
     type(card_t) :: card
+    character(:), allocatable :: name
+    logical :: ok
     integer :: k, uneven
 
     if (.not. allocated(draft%copies) .or. any_mistakes(reader%diagnostics)) return
     uneven = uneven_obstacle(draft, obstacles)
     if (uneven == 0) return
-    k = findloc([(count(reader%cards(:k)%keyword == 'OBSTACLE'), k=1, reader%n_cards)], uneven, &
-      dim=1)
-    call open_card(reader, k, card)
+    do k = 1, reader%n_cards
+      if (all(reader%cards(k)%keyword /= [character(8) :: 'OBSTACLE', 'SURFACE'])) cycle
+      call open_card(reader, k, card)
+      call name_option(reader, card, 'NAME', .false., name, ok)
+      if (name == obstacles(uneven)%name) exit
+    end do
     if (draft%plane == axisymmetric) then
       call report(reader, card%position, 'before axisymmetric elements an obstacle is a body '// &
         'of revolution about the y axis: a plane across it, a cylinder along it, a sphere on it')
