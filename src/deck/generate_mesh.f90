@@ -12,7 +12,7 @@
 !>
 !> They make what is there when they are read: nodes, elements and sets that stand above them.
 module generate_mesh_mod
-  use cards_mod, only: reader_t, report
+  use cards_mod, only: reader_t, report, report_missing_element
   use connectivity_mod, only: nodes_of_element
   use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, &
     next_data_line, real_field, reference_field, reference_t
@@ -377,7 +377,8 @@ contains
       if (.not. ok) cycle
       master = find_id(lookup, draft%element_id, id)
       if (master == 0) then
-        call report(reader, fields%start, 'element '//to_text(id)//' is not defined above')
+        call report_missing_element(reader, fields%start, 'element '//to_text(id)// &
+          ' is not defined above')
         cycle
       end if
       do j = 1, 3

@@ -448,7 +448,8 @@ class EveryCard(Changed):
             if keyword in ("PARAMETER", "INCLUDE"):
                 continue
             named = {squeezed(option) for kind in self.table[keyword] for option in kind}
-            others = [word for word in words if word not in named]
+            others = [word for word in words  # but shortened options
+                      if not any(option.startswith(word) for option in named)]
             for first in range(0, len(others), 9):
                 some = others[first:first + 9]
                 text = ", ".join([self.lines[header - 1], *some])

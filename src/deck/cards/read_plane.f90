@@ -74,6 +74,7 @@ contains
         call report(reader, option_position(card, 'TYPE'), 'element type '//quoted(name)// &
           ' is not available; use one of 3, 4, 6 or 8 nodes, or with 8 nodes and reduced '// &
           'integration')
+        reader%lacks_elements = .true.
         cycle
       end if
       if (asked /= solids) kind = asked

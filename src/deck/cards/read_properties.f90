@@ -9,7 +9,7 @@
 !>     1.2e-5
 !>     *SOLID SECTION, ELSET=BODY, MATERIAL=STEEL
 module read_properties_mod
-  use cards_mod, only: note, reader_t, report, report_in_field
+  use cards_mod, only: note, reader_t, report, report_in_field, report_missing_element
   use diagnostics_mod, only: quoted
   use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
     open_directory
@@ -537,7 +537,7 @@ contains
     if (model%element_sets%list(set)%n == 0 .and. has_others(model, set)) then
       ! Lines and faces without a section are what mesh generators write beside the elements; those
       ! with one carry forces.
-      call report(reader, option_position(card, 'ELSET'), &
+      call report_missing_element(reader, option_position(card, 'ELSET'), &
         'the elements of '//quoted(name_of_set)//' are bars, plates or plane elements, which '// &
         'are not available; use '//one_of(element_types%name))
       reader%lacks_elements = .true.

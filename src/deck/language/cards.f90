@@ -52,6 +52,9 @@ module cards_mod
     logical :: lacks_elements = .false.
     !! elements of the deck, or what else its nodes belong to, were refused
     logical :: other_field = .false.    !! a keyword or an element of another field was refused
+    integer :: doubted(2) = 0
+    !! first and last place of the lines of a card with an unknown option, which may mean something
+    !! else with it
     type(reading_t) :: reading
     logical :: chooses_theory = .false. !! AUTO, of the deck or of the option
     logical :: keeps_small_strain = .false. !! NO likewise
@@ -69,13 +72,14 @@ module cards_mod
 
 contains
 
-  !> Record a mistake at a place of the deck.
+  !> Record a mistake at a place of the deck, but for lines in doubt.
   subroutine report(reader, position, message, hint)
     type(reader_t), intent(inout) :: reader
     integer, intent(in) :: position
     character(*), intent(in) :: message
     character(*), intent(in), optional :: hint
 
+    if (position > 0 .and. position >= reader%doubted(1) .and. position <= reader%doubted(2)) return
     call add_mistake(reader%diagnostics, reader%source, position, message, hint)
   end subroutine report
 

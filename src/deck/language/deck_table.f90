@@ -207,6 +207,7 @@ module deck_table_mod
     remark='contact is exact here, and needs no stabilization'), &
     rule_t('CONTACT STABILIZATION', anywhere, is_ignored, &
     remark='bodies are found in equilibrium without artificial damping'), &
+    rule_t('SOLUTION TECHNIQUE', anywhere, is_ignored), &
     rule_t('SECTION CONTROLS', anywhere, is_ignored, &
     remark='no element here has hourglass modes'), &
     rule_t('ENERGY PRINT', anywhere, is_ignored), &
@@ -396,7 +397,9 @@ contains
     found = .false.
     rule = rule_t('', anywhere, is_missing)
     do i = 1, size(deck_table)
-      if (.not. same_word(name, deck_table(i)%name)) cycle
+      ! *INITIAL CONDITION is *INITIAL CONDITIONS, too.
+      if (.not. (same_word(name, deck_table(i)%name) .or. same_word(trim(name)//'S', &
+        deck_table(i)%name))) cycle
       rule = deck_table(i)
       found = .true.
       return

@@ -100,9 +100,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(inout) :: card
     integer, intent(in) :: first, last
-    character(*), parameter :: frequency = 'FREQUENCY'
     type(option_t) :: option
-    type(rule_t) :: rule
     character(:), allocatable :: problem
     integer :: equal, start, at, i
 
@@ -135,10 +133,7 @@ contains
         option%value = unquote(reader%source%text(start:last))
       end if
     end if
-    ! FREQUENCY may be shortened, as by Abaqus/CAE.
-    rule = rule_of(card%keyword)
-    if (len(option%name) == 4 .and. index(frequency, option%name) == 1 .and. &
-      index(rule%options, frequency) > 0) option%name = frequency
+    call lengthen(reader, card%keyword, option%name)
     do i = 1, card%n_options
       if (card%options(i)%name /= option%name) cycle
       call report(reader, first, 'duplicate parameter '//quoted(option%name))
@@ -151,6 +146,54 @@ contains
     card%n_options = card%n_options + 1
     card%options(card%n_options) = option
   end subroutine add_option
+
+  !> The whole name of an option that is shortened, as Abaqus lets decks do: to three letters or
+  !> more, with which one option of the card begins.
+  subroutine lengthen(reader, keyword, name)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: keyword
+    character(:), allocatable, intent(inout) :: name !! upper case, without blanks
+    type(rule_t) :: rule
+    type(item_t), allocatable :: read(:), ignored(:)
+    character(:), allocatable :: whole
+    integer :: i
+
+    rule = rule_of(keyword)
+    if (len(name) < 3) return
+    call split_items(rule%options, read)
+    call split_items(rule%ignored, ignored)
+    do i = 1, size(read) + size(ignored)
+      if (i <= size(read)) then
+        call compare(squeeze(read(i)%name))
+      else
+        call compare(squeeze(ignored(i - size(read))%name))
+      end if
+      if (allocated(whole)) then
+        if (whole == '') return
+      end if
+    end do
+    if (.not. allocated(whole)) return
+    if (whole /= name) call note(reader, name//' of *'//keyword//' is read as '//whole)
+    name = whole
+
+  contains
+
+    !> Take an option that begins with the name; of two the one that begins the other (FREQUENCY of
+    !> FREQUENCYF), none where neither does.
+    subroutine compare(candidate)
+      character(*), intent(in) :: candidate
+
+      if (index(candidate, name) /= 1) return
+      if (.not. allocated(whole)) then
+        whole = candidate
+      else if (index(whole, candidate) == 1) then
+        whole = candidate
+      else if (index(candidate, whole) /= 1) then
+        whole = ''
+      end if
+    end subroutine compare
+
+  end subroutine lengthen
 
   !> Report the options that the table of the deck does not give to the card's keyword; note those
   !> that it ignores.
@@ -185,6 +228,7 @@ contains
       end do
       call report_in_field(reader, card%options(i)%position, 'unknown parameter '// &
         quoted(card%options(i)%name)//' of *'//card%keyword, guess(card%options(i)%name, names))
+      reader%doubted = reader%source%first([card%place%first, card%place%last + 1]) - [0, 1]
     end do options
   end subroutine allow_options
 
