@@ -166,8 +166,8 @@ class Analytical(unittest.TestCase):
                 np.testing.assert_allclose(total, same, atol=1e-4 * abs(same).max())
         chamfered = Mesh("CAX4", (1, 1), lambda a, b: (1 + a, 2 * b + (1 - a) * (1 - b)))
         cone = "*SURFACE, TYPE=SEGMENTS, NAME=TOOL\nSTART, 0., 2.\nLINE, 3., -1.\n"
-        own, total = self.forces(chamfered.deck + section("A") + cone + pair("ABOTTOM", "TOOL")
-                                 + step("*DSLOAD\nATOP, P, 10."), note="has 1 facet, and")  # fmt: skip
+        deck = chamfered.deck + section("A") + cone + pair("ABOTTOM", "TOOL")
+        own, total = self.forces(deck + step("*DSLOAD\nATOP, P, 10."), note="has 1 facet, and")
         self.assertAlmostEqual(total[1] / (30 * np.pi), 1, 4)
         np.testing.assert_allclose(own[:, 0], own[:, 1], rtol=1e-3)
 

@@ -206,9 +206,10 @@ contains
         maxval(place) + beyond)
     end if
     obstacle = obstacle_of_facets(obstacle%name, made%corner, made%facet, obstacle%ref_node)
-    call note(reader, 'analytical surface '//quoted(obstacle%name)//' has '// &
-      to_text(size(obstacle%facet, 2))//' facet'//trim(merge('s', ' ', size(obstacle%facet, 2) > 1))// &
-      ', and ends where its profile does')
+    associate (n => size(obstacle%facet, 2))
+      call note(reader, 'analytical surface '//quoted(obstacle%name)//' has '//to_text(n)// &
+        ' facet'//trim(merge('s', ' ', n > 1))//', and ends where its profile does')
+    end associate
   end subroutine make_facets
 
   !> A profile of bodies of revolution in their coordinates: distances from the y axis, places along

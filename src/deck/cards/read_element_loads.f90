@@ -152,8 +152,8 @@ contains
     if (label > 0) return
     message = 'only P1 to P6 (pressure on a face), GRAV (weight) and CENTRIF (rotation) are '// &
       'available, not '//quoted(word)
-    if (any(word == ['BX', 'BY', 'BZ', 'BR'])) message = message//': a force per volume along x, '// &
-      'y or z is GRAV with that force over the *DENSITY'
+    if (any(word == ['BX', 'BY', 'BZ', 'BR'])) message = message//': a force per volume along '// &
+      'x, y or z is GRAV with that force over the *DENSITY'
     ! Pressures have other names on elements that were refused, shells for instance.
     if (word(1:1) == 'P') then
       call report_missing_element(reader, field_position(reader, fields, 2), message)
