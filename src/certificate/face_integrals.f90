@@ -16,6 +16,7 @@ module face_integrals_mod
   type :: shared_t
     real(wp) :: area = 0.0_wp        !! in the plane [length^2]
     real(wp), allocatable :: outline(:, :) !! (2,n) corners in the plane [length]
+    type(triangle_t), allocatable :: seen(:) !! what it is made of
     logical :: folds = .false.       !! a corner of either face points inwards in the plane
     real(wp) :: lumped(8) = 0.0_wp   !! int N_a [length^2]
     real(wp) :: mass(8, 8) = 0.0_wp  !! int N_a N_b [length^2]
@@ -56,7 +57,6 @@ contains
     real(wp), intent(in), optional :: rounding     !! likewise [length]
     type(shared_t) :: shared
     real(wp) :: corner(2, most), mean(2), least, negligible
-    type(triangle_t), allocatable :: parts(:)
     logical :: is_polynomial
     integer :: n, i, k, n_corners
 
@@ -74,17 +74,20 @@ contains
     call put_in_order(mean, corner(:, :n))
     shared%outline = corner(:, :n)
     is_polynomial = has_one_jacobian(slave) .and. has_one_jacobian(master)
-    parts = [(triangle_t(reshape([mean, corner(:, i), corner(:, 1 + mod(i, n))], [2, 3])), i=1, n)]
+    shared%seen = [(triangle_t(reshape([mean, corner(:, i), corner(:, 1 + mod(i, n))], [2, 3])), &
+      i=1, n)]
     if (present(veils)) then
-      call draw(veils, height, rounding, negligible, parts)
-      if (size(veils) > 0) then
-        shared%outline = reshape([(parts(i)%x, i=1, size(parts))], [2, 3*size(parts)])
-        shared%outline = shared%outline(:, pack([(i, i=1, 3*size(parts))], any(abs(shared%outline &
-          - spread(mean, 2, 3*size(parts))) > 0.0_wp, 1)))
-      end if
+      call draw(veils, height, rounding, negligible, shared%seen)
+      associate (corners => 3*size(shared%seen))
+        if (size(veils) > 0) then
+          shared%outline = reshape([(shared%seen(i)%x, i=1, size(shared%seen))], [2, corners])
+          shared%outline = shared%outline(:, pack([(i, i=1, corners)], any(abs(shared%outline - &
+            spread(mean, 2, corners)) > 0.0_wp, 1)))
+        end if
+      end associate
     end if
-    do k = 1, size(parts)
-      associate (x => parts(k)%x)
+    do k = 1, size(shared%seen)
+      associate (x => shared%seen(k)%x)
         if (is_polynomial) then
           call add_triangle(slave, master, x(:, 1), x(:, 2), x(:, 3), point_3, weight_3, shared)
         else

@@ -93,7 +93,7 @@ contains
             if (.not. norm2(normal) > compared*rows%area(here)) cycle
             found = dot_product(normal/norm2(normal), arm_of(sides, rows, here) + &
               lift_alone(points, sides, middles, i, state%displacement))
-            found = found + lift_of_guess(rows, here, found) + points%extra_gap(i)
+            found = found + lift_of_guess(rows, here, found, .false.) + points%extra_gap(i)
             if (abs(found - gap(i)) > of_quadrature*sqrt(rows%area(here))) gap(i) = found
           end associate
         end do
@@ -102,17 +102,20 @@ contains
   end subroutine find_gaps
 
   !> By how much the gap of a node is above the mean: where it is covered in part, or by what is not
-  !> turned to its faces, (11.32).
-  pure real(wp) function lift_of_guess(rows, here, mean) result(lift)
+  !> turned to its faces, (11.32). Across a step, or a concave edge, a mean is none of contact:
+  !> there a point that presses counts as open by its width, another one has the least gap.
+  pure real(wp) function lift_of_guess(rows, here, mean, presses) result(lift)
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
+    logical, intent(in) :: presses
     real(wp), parameter :: bare = 0.05_wp !! of its area: then all the way
 
-    lift = 0.0_wp
-    if (rows%nearest(here) <= mean) return
-    lift = (1.0_wp - rows%straight(here)/rows%whole(here))/bare
-    lift = min(1.0_wp, max(0.0_wp, lift))*(rows%nearest(here) - mean)
+    associate (above => rows%nearest(here) - mean)
+      lift = (1.0_wp - rows%straight(here)/rows%whole(here))/bare
+      lift = max(0.0_wp, min(1.0_wp, lift))*max(0.0_wp, above)
+      if (rows%is_torn(here)) lift = merge(sqrt(rows%area(here)), above, presses)
+    end associate
   end function lift_of_guess
 
   !> From the mean of what a row faces to its node.
@@ -220,7 +223,8 @@ contains
         motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
         if (.not. sides%stays) arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         gap = dot_product(normal, arm)
-        gap = gap + lift_of_guess(rows, here, gap) + points%extra_gap(i)
+        gap = gap + lift_of_guess(rows, here, gap, any(abs(new%reaction(:, i)) > 0.0_wp)) + &
+          points%extra_gap(i)
         if (sides%stays) gap = gap + dot_product(normal, motion)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &

@@ -12,12 +12,14 @@ module shared_faces_mod
   use turned_slips_mod, only: orientation
   use veils_mod, only: veil_t
   use face_integrals_mod, only: shared_t, integrate_shared, integrate_nodes, nearest_of
+  use seen_borders_mod, only: view_t, have_common, sees_step, is_concave
   implicit none
   private
 
   public :: two_sides_t, rows_t, put_together, integrate
 
   real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most
+  real(wp), parameter :: cos_15 = 0.966_wp, cos_30 = 0.866_wp !! of normals [-]
   real(wp), parameter :: touching = 1.0e-9_wp !! of the size of a face: heights that are one [-]
 
   !> Boxes in the order of their lowest coordinates along the longest axis of all.
@@ -52,6 +54,7 @@ module shared_faces_mod
     !! how far masters may be before and behind the plane of a slave face [length]
     type(boxes_t) :: boxes               !! of each piece
     real(wp), allocatable :: normal(:, :)          !! (3,n) and its outward normal [-]
+    real(wp), allocatable :: at_rest(:, :) !! (3,n_places) places in the mesh [length]
     integer, allocatable :: skin(:, :)   !! (4,n) corners of what may lie between
     integer, allocatable :: body(:)      !! (n) of these corners; where it is not known all alike
     type(boxes_t) :: skin_boxes
@@ -73,6 +76,9 @@ module shared_faces_mod
     real(wp), allocatable :: straight(:) !! (n) covered by what is turned to it [length^2]
     real(wp), allocatable :: nearest(:) !! (n) least gap at corners of what is seen [length]
     logical, allocatable :: folds(:) !! (n) a face of the node is folded, or one that it shares with
+    logical, allocatable :: is_torn(:) !! (n) it sees both sides of a step, or of a concave edge
+    integer :: n_seen = 0
+    integer, allocatable :: seen(:, :) !! (2,n_seen) a row, a piece that it sees; room for more
     integer :: n = 0                            !! entries
     type(entry_t), allocatable :: entry(:)      !! room for more than n
     type(lists_t) :: of_row                     !! the entries of each row
@@ -84,6 +90,9 @@ module shared_faces_mod
     real(wp) :: nearest = 0.0_wp   !! least gap at its corners [length]
     real(wp) :: straight = 0.0_wp
     !! how much of it counts as turned to the slave: all up to 30 degrees, nothing from 45 on [-]
+    integer :: piece = 0           !! of the slave face
+    integer :: seen = 0            !! piece of the master
+    real(wp) :: plane(3) = 0.0_wp  !! its height over that of the slave, and slopes [length, -]
     type(shared_t) :: shared
   end type part_t
 
@@ -152,6 +161,7 @@ contains
         end associate
         deallocate (sides%node)
       end if
+      sides%at_rest = sides%y
       moved = 0.0_wp
       reach = 0.5_wp*max(largest_face(sides%slave, sides%x), largest_face(sides%master, sides%y))
       sides%stays = of%small_sliding .and. of%master == 0
@@ -273,12 +283,19 @@ contains
     end do
     do f = 1, n
       k = count(sides%piece(:, f) > 0)
-      sides%normal(:, f) = area_vector(sides%y(:, sides%piece(:k, f)))
-      sides%normal(:, f) = sides%normal(:, f)/max(norm2(sides%normal(:, f)), tiny(1.0_wp))
+      sides%normal(:, f) = along(area_vector(sides%y(:, sides%piece(:k, f))))
     end do
     sides%largest = largest_face(sides%piece, sides%y)
     call put_in_boxes(sides%piece, sides%y, sides%boxes)
   end subroutine note_masters
+
+  !> The unit vector along a vector that may be none.
+  pure function along(vector) result(unit)
+    real(wp), intent(in) :: vector(3)
+    real(wp) :: unit(3)
+
+    unit = vector/max(norm2(vector), tiny(1.0_wp))
+  end function along
 
   !> What may lie between a slave surface and a master of which there are only these faces.
   pure subroutine note_own_faces(sides)
@@ -366,7 +383,7 @@ contains
     n = size(sides%x, 2)
     allocate (parts(16), rows%entry(64))
     allocate (rows%area(n), rows%whole(n), rows%normal(3, n), rows%folds(n), rows%nearest(n))
-    allocate (rows%straight(n))
+    allocate (rows%straight(n), rows%is_torn(n), rows%seen(2, 64))
     do
       rows%n = 0
       rows%area = 0.0_wp
@@ -375,6 +392,8 @@ contains
       rows%folds = .false.
       rows%nearest = huge(1.0_wp)
       rows%straight = 0.0_wp
+      rows%is_torn = .false.
+      rows%n_seen = 0
       do f = 1, size(sides%slave, 2)
         call add_face(sides, sides%slave(:count(sides%slave(:, f) > 0), f), parts, rows)
       end do
@@ -382,11 +401,13 @@ contains
       sides%before = huge(1.0_wp)
     end do
     rows%of_row = lists_by_key(rows%entry(:rows%n)%row, n)
+    call find_concave(sides, rows)
   end subroutine integrate
 
   !> Find what a piece of a slave face and the masters see of each other.
-  pure subroutine find_parts(sides, x, row, axes, area, parts, n)
+  pure subroutine find_parts(sides, piece, x, row, axes, area, parts, n)
     type(two_sides_t), intent(in) :: sides
+    integer, intent(in) :: piece     !! which of the face it is
     real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the piece [length]
     integer, intent(in) :: row(:)    !! of all nodes of the face
     real(wp), intent(in) :: axes(3, 3), area !! unit vectors, the third its normal; [length^2]
@@ -398,7 +419,7 @@ contains
     type(veil_t), allocatable :: veils(:), between(:)
     integer, allocatable :: met(:)
     logical, allocatable :: may_see(:)
-    real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! of the angles of `straight`
+    real(wp), parameter :: cos_45 = 0.707_wp !! of an angle of `straight`
     real(wp) :: nearest
     integer :: i, k, f, a
 
@@ -480,7 +501,7 @@ contains
       if (n == size(parts)) parts = [parts, parts]
       n = n + 1
       parts(n) = part_t(sides%of(f), nearest, min(1.0_wp, max(0.0_wp, (-dot_product( &
-        sides%normal(:, f), axes(:, 3)) - cos_45)/(cos_30 - cos_45))), shared)
+        sides%normal(:, f), axes(:, 3)) - cos_45)/(cos_30 - cos_45))), piece, f, plane, shared)
     end do
   end subroutine find_parts
 
@@ -599,7 +620,7 @@ contains
         axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
         axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
         axes(:, 2) = cross(axes(:, 3), axes(:, 1))
-        call find_parts(sides, x, row, axes, size_of_piece, parts, n_parts)
+        call find_parts(sides, i, x, row, axes, size_of_piece, parts, n_parts)
       end associate
     end do
     call find_basis(sides, row, basis)
@@ -610,6 +631,7 @@ contains
     rows%whole(row) = rows%whole(row) + matmul(basis, whole)
     if (n_parts == 0) return
     rows%folds(row) = rows%folds(row) .or. any(parts(:n_parts)%shared%folds)
+    call note_seen(sides, row, parts(:n_parts), sqrt(area), rows)
     mass = 0.0_wp
     lumped = 0.0_wp
     do i = 1, n_parts
@@ -645,6 +667,128 @@ contains
       end associate
     end do
   end subroutine add_face
+
+  !> Note what pieces of the master the rows of a slave face see, and where it sees a step.
+  pure subroutine note_seen(sides, row, parts, extent, rows)
+    type(two_sides_t), intent(in) :: sides
+    integer, intent(in) :: row(:)         !! of its nodes
+    type(part_t), intent(in) :: parts(:)
+    real(wp), intent(in) :: extent        !! of the face [length]
+    type(rows_t), intent(inout) :: rows
+    real(wp) :: low(2, size(parts)), high(2, size(parts))
+    integer :: patch(size(parts)), i, j, k !! what common corners connect has one number
+
+    patch = [(i, i=1, size(parts))]
+    do i = 2, size(parts)
+      do j = 1, i - 1
+        if (patch(i) /= patch(j) .and. have_common(sides%piece(:, parts(i)%seen), &
+          sides%piece(:, parts(j)%seen))) patch = merge(patch(j), patch, patch == patch(i))
+      end do
+    end do
+    do i = 1, size(parts)
+      do k = 1, size(row)
+        if (rows%n_seen == size(rows%seen, 2)) rows%seen = reshape([rows%seen, rows%seen], [2, &
+          2*rows%n_seen])
+        rows%n_seen = rows%n_seen + 1
+        rows%seen(:, rows%n_seen) = [row(k), parts(i)%seen]
+      end do
+      low(:, i) = minval(parts(i)%shared%outline, 2) - 0.03_wp*extent
+      high(:, i) = maxval(parts(i)%shared%outline, 2) + 0.03_wp*extent
+      do j = 1, i - 1
+        if (all(rows%is_torn(row))) exit
+        if (parts(i)%piece /= parts(j)%piece .or. patch(i) == patch(j)) cycle
+        if (any(low(:, i) > high(:, j)) .or. any(low(:, j) > high(:, i))) cycle
+        rows%is_torn(row) = rows%is_torn(row) .or. sees_step(view_of(sides, parts(i)), &
+          view_of(sides, parts(j)), extent)
+      end do
+    end do
+  end subroutine note_seen
+
+  !> The rows that see both faces of a concave edge of the mesh, of which neither is of a patch
+  !> smaller than a face of the slave.
+  pure subroutine find_concave(sides, rows)
+    type(two_sides_t), intent(in) :: sides
+    type(rows_t), intent(inout) :: rows
+    type(lists_t) :: of_row
+    real(wp) :: normal(3, size(sides%of))
+    integer :: f, i, j, row
+
+    do f = 1, size(sides%of)
+      normal(:, f) = along(area_vector(at_rest(f)))
+    end do
+    of_row = lists_by_key(rows%seen(1, :rows%n_seen), size(rows%is_torn))
+    do row = 1, size(rows%is_torn)
+      associate (seen => rows%seen(2, of_row%item(of_row%first(row):of_row%first(row + 1) - 1)))
+        if (size(seen) < 2) cycle
+        if (all(matmul(normal(:, seen(1)), normal(:, seen)) > cos_15)) cycle
+        do i = 2, size(seen)
+          do j = 1, i - 1
+            if (rows%is_torn(row) .or. seen(i) == seen(j)) cycle
+            if (.not. is_concave(at_rest(seen(i)), at_rest(seen(j)), normal(:, seen(i)), &
+              normal(:, seen(j)))) cycle
+            rows%is_torn(row) = .not. (is_small(sides, seen(i)) .or. is_small(sides, seen(j)))
+          end do
+        end do
+      end associate
+    end do
+
+  contains
+
+    pure function at_rest(f) result(x)
+      integer, intent(in) :: f
+      real(wp), allocatable :: x(:, :)
+
+      x = sides%at_rest(:, sides%piece(:count(sides%piece(:, f) > 0), f))
+    end function at_rest
+  end subroutine find_concave
+
+  pure type(view_t) function view_of(sides, part) result(view)
+    type(two_sides_t), intent(in) :: sides
+    type(part_t), intent(in) :: part
+
+    view = view_t(part%shared%seen, part%plane, sides%normal(:, part%seen))
+  end function view_of
+
+  !> Whether a piece of the master is of a patch that is smaller than a face of the slave: of pieces
+  !> with two corners of both that look the same way as it does, within 30 degrees.
+  pure logical function is_small(sides, piece)
+    type(two_sides_t), intent(in) :: sides
+    integer, intent(in) :: piece
+    logical :: is_in(size(sides%of))
+    integer, allocatable :: met(:)
+    integer :: patch(size(sides%of)), n, i, k, a
+    real(wp) :: area, least
+
+    least = 0.0_wp
+    do i = 1, size(sides%slave, 2)
+      associate (corners => sides%slave(:corners_of(sides%slave(:, i)), i))
+        least = least + norm2(area_vector(sides%x(:, corners)))/real(size(sides%slave, 2), wp)
+      end associate
+    end do
+    is_in = .false.
+    is_in(piece) = .true.
+    patch(1) = piece
+    n = 1
+    area = 0.0_wp
+    i = 0
+    do while (i < n .and. area < least)
+      i = i + 1
+      associate (here => sides%piece(:count(sides%piece(:, patch(i)) > 0), patch(i)))
+        area = area + norm2(area_vector(sides%y(:, here)))
+        call find_met(sides%boxes, minval(sides%y(:, here), 2), maxval(sides%y(:, here), 2), met)
+        do k = 1, size(met)
+          associate (there => sides%piece(:count(sides%piece(:, met(k)) > 0), met(k)))
+            if (is_in(met(k)) .or. count([(any(there == here(a)), a=1, size(here))]) < 2) cycle
+            if (dot_product(sides%normal(:, piece), sides%normal(:, met(k))) < cos_30) cycle
+          end associate
+          is_in(met(k)) = .true.
+          n = n + 1
+          patch(n) = met(k)
+        end do
+      end associate
+    end do
+    is_small = area < least
+  end function is_small
 
   !> The functions of the points of a face as sums of shape functions: these of a node in the middle
   !> of an edge count for the ends of the edge, too.

@@ -318,7 +318,7 @@ contains
       if (size(kept) < b - a + 1) words = words//' of '//to_text(b - a + 1)// &
         ' (the others cannot reach it)'
       if (sides > 1) words = words//' before '//to_text(sides)// &
-        ' sides of the master, which concave edges or steps divide'
+        ' sides of the master, which concave edges, steps or bodies divide'
       if (size(kept) == 0) return
       if (mu > 0.0_wp) words = words//', mu = '//to_text(mu)
       if (mu <= 0.0_wp) words = words//', frictionless'

@@ -100,7 +100,9 @@ contains
     allocate (placement%weights%first(points%n + 1), source=1)
     allocate (placement%weights%node(0), placement%weights%weight(0))
     allocate (placement%weights%covers(points%n), source=.true.)
-    if (allocated(points%alpha)) allocate (placement%weights%alone, source=points%is_held)
+    ! Where nothing of a pair is in reach no end can touch.
+    if (allocated(points%alpha)) allocate (placement%weights%alone, source=points%is_held .or. &
+      (points%turns .and. .not. points%is_curved .and. .not. points%on_surface))
     do pair = 1, size(scene%pairs)
       call place(scene, points, pair, u, placement, rotation)
     end do
