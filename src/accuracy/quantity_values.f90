@@ -8,7 +8,8 @@ module quantity_values_mod
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, turn_local
   use grip_motion_mod, only: held_by_references
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, law_at
+  use friction_laws_mod, only: bound_friction
   use state_mod, only: state_t, largest_slip
   use contact_at_nodes_mod, only: add_contact_forces, add_contact_pressures
   use increment_report_mod, only: increment_report_t, contact_fields_t, force_sums, &
@@ -134,8 +135,8 @@ contains
     largest_displacement = maxval(norm2(state%displacement(:, mesh%element_nodes), dim=1))
   end function largest_displacement
 
-  !> The largest |r_t|/(mu r_n) of a pair's points: 1 where one slips. Points that carry next to
-  !> nothing are left out: their friction is rounding.
+  !> The largest part of its largest friction that a point of a pair has: 1 where one slips. Points
+  !> that carry next to nothing are left out: their friction is rounding.
   pure real(wp) function used_friction(scene, points, state, contact, pair) result(used)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -146,7 +147,7 @@ contains
     !! of the largest displacement: less is what a contact tolerance leaves
     real(wp), parameter :: most_used = 0.999_wp !! where none slips
     real(wp), parameter :: least_normal = 1.0e-3_wp !! of the largest reaction
-    real(wp) :: normal
+    real(wp) :: normal, bound, slope
     integer :: i
 
     used = 0.0_wp
@@ -160,8 +161,10 @@ contains
       if (.not. normal > 0.0_wp) return
       do i = first, last
         associate (r => contact%reaction(:, i))
-          if (r(1) >= least_normal*normal) used = max(used, min(most_used, norm2(r(2:3))/ &
-            (points%mu(i)*r(1))))
+          if (r(1) < least_normal*normal) cycle
+          call bound_friction(law_at(points, i, contact%covered_area(i)), r(1), bound, slope)
+          bound = points%mu(i)*bound
+          if (bound > 0.0_wp) used = max(used, min(most_used, norm2(r(2:3))/bound))
         end associate
       end do
     end associate

@@ -23,7 +23,7 @@ module certify_increment_mod
   use edge_middles_mod, only: find_edge_middles
   use rigid_patterns_mod, only: find_patterns, take_moments
   use turning_means_mod, only: find_means, spread_forces
-  use pairs_of_step_mod, only: take_pairs, face_nothing, find_closed
+  use pairs_of_step_mod, only: take_pairs, weigh_friction, face_nothing, find_closed
   use certificate_mod, only: certify
   implicit none
   private
@@ -86,6 +86,7 @@ contains
     call turn_inner_sides(scene, known, new%displacement, contact)
     call face_surfaces(scene, known, old, new, contact, folded_point)
     call face_nothing(known, contact)
+    call weigh_friction(scene, new%step, contact, known)
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))

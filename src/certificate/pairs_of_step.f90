@@ -2,6 +2,7 @@
 !> order.
 module pairs_of_step_mod
   use kinds_mod, only: wp
+  use friction_laws_mod, only: friction_law_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, is_covered
   use state_mod, only: state_t
@@ -9,7 +10,7 @@ module pairs_of_step_mod
   implicit none
   private
 
-  public :: take_pairs, face_nothing, find_closed
+  public :: take_pairs, face_nothing, find_closed, weigh_friction
 
   real(wp), parameter :: nothing_there = 1.0e30_wp !! gap of a point that faces nothing [length]
 
@@ -42,6 +43,49 @@ contains
       end associate
     end do
   end subroutine take_pairs
+
+  !> Give the points the coefficients that belong to their reactions, where cards make friction
+  !> depend on the pressure: what they say of the force over the area of the point.
+  pure subroutine weigh_friction(scene, step, contact, points)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(contact_fields_t), intent(in) :: contact !! its reactions and areas
+    type(contact_points_t), intent(inout) :: points
+    type(friction_law_t) :: law
+    real(wp) :: pressure, part
+    integer :: i, k, card
+
+    do i = 1, points%n
+      law = scene%pairs(points%pair(i))%law
+      do k = 1, step
+        if (.not. allocated(scene%steps(k)%frictions)) cycle
+        associate (cards => scene%steps(k)%frictions)
+          do card = 1, size(cards)
+            if (cards(card)%pair == points%pair(i)) law = cards(card)%law
+          end do
+        end associate
+      end do
+      if (.not. contact%reaction(1, i) > 0.0_wp) cycle
+      pressure = huge(1.0_wp)
+      if (contact%covered_area(i) > 0.0_wp) pressure = contact%reaction(1, i)/ &
+        contact%covered_area(i)
+      part = 1.0_wp
+      if (allocated(law%pressure)) then
+        do k = 1, size(law%pressure)
+          if (pressure >= law%pressure(k)) part = law%share(k)
+        end do
+        if (pressure < law%pressure(1)) part = law%share(1)
+        do k = 2, size(law%pressure)
+          associate (low => law%pressure(k - 1), high => law%pressure(k))
+            if (pressure > low .and. pressure < high) part = (law%share(k - 1)*(high - pressure) + &
+              law%share(k)*(pressure - low))/(high - low)
+          end associate
+        end do
+      end if
+      if (law%most < huge(1.0_wp)) part = min(part, law%most/pressure)
+      points%mu(i) = part*points%mu(i)
+    end do
+  end subroutine weigh_friction
 
   !> Points of pairs that are removed face nothing: what acts there is a violation.
   pure subroutine face_nothing(points, contact)

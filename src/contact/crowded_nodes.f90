@@ -108,6 +108,7 @@ contains
     call make_problem(row, problem%mu(those), w, some)
     some%stays = problem%stays(those)
     some%driven = problem%driven(:, those)
+    if (allocated(problem%law)) some%law = problem%law(those)
     some%is_proximal = problem%is_proximal
     allocate (r_some, source=r(:, those))
     call solve_contact(some, x_free(rows), controls, r_some, report)

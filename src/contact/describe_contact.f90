@@ -7,7 +7,7 @@ module describe_contact_mod
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
     status_slide
-  use problem_mod, only: natural_map
+  use problem_mod, only: natural_map, find_largest_friction
   use placement_mod, only: placement_t, no_gap, place, find_partly_covered
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
@@ -121,14 +121,18 @@ contains
     type(contact_group_t), intent(in) :: group
     type(contact_fields_t), intent(inout) :: contact
     real(wp) :: z(3, size(group%active)), x(3, size(group%active))
-    integer :: status(size(group%active))
+    real(wp) :: radius, slope
+    integer :: status(size(group%active)), i
 
     x(1, :) = contact%gap(group%active)
     x(2:, :) = contact%slip_increment(:, group%active)
     associate (r => contact%reaction(:, group%active))
       call natural_map(group%problem, x, r, z, status)
-      where (status == status_open .and. r(1, :) > 0.0_wp) status = merge(status_stick, &
-        status_slide, norm2(r(2:, :), 1) < group%problem%mu*r(1, :))
+      do i = 1, size(status)
+        if (status(i) /= status_open .or. .not. r(1, i) > 0.0_wp) cycle
+        call find_largest_friction(group%problem, i, r(1, i), radius, slope)
+        status(i) = merge(status_stick, status_slide, norm2(r(2:, i)) < radius)
+      end do
     end associate
     where (status == status_open .and. group%problem%stays) status = status_slide
     where (status /= status_open .and. group%problem%mu <= 0.0_wp) status = status_slide

@@ -28,6 +28,7 @@ contains
     call get_matrix(problem%compliance, w)
     call make_problem(problem%row, problem%mu, w, dense)
     dense%driven = problem%driven
+    if (allocated(problem%law)) dense%law = problem%law
     dense%is_proximal = problem%is_proximal
   end subroutine form_compliance
 
@@ -51,6 +52,7 @@ contains
     call free_the_motions(g, group%undeformed_g, compliance, group%floating)
     call make_problem(group%problem%row, group%problem%mu, compliance, dense)
     dense%driven = group%problem%driven
+    if (allocated(group%problem%law)) dense%law = group%problem%law
     dense%is_proximal = .true.
     group%problem = dense
   end subroutine form_floating

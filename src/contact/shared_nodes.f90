@@ -89,6 +89,8 @@ contains
     integer :: i, k
     logical :: found
 
+    ! Where friction depends on the pressure, so would what each of them may have.
+    if (allocated(problem%law)) return
     n_at = points_of(node)
     do i = 1, size(n_at)
       if (n_at(i) < 2) cycle

@@ -3,6 +3,7 @@
 !> Either within a *STEP, by amplitudes; or in *STEPs that repeat, one by one or several in turn.
 !> docs/theory.md section 1.
 module load_cycles_mod
+  use friction_laws_mod, only: are_same_laws
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_t, nodal_value_t, pressure_t, load_step_t, amplitude_value
   use kinks_mod, only: followed_amplitudes, has_too_many
@@ -150,6 +151,7 @@ contains
       same = size(a%frictions) == size(b%frictions)
       if (same) same = all(a%frictions%pair == b%frictions%pair .and. .not. &
         abs(a%frictions%mu - b%frictions%mu) > 0.0_wp)
+      if (same) same = all(are_same_laws(a%frictions%law, b%frictions%law))
     end if
     if (same .and. allocated(a%pair_changes)) then
       same = size(a%pair_changes) == size(b%pair_changes)

@@ -13,7 +13,7 @@ module find_equilibrium_mod
   use placement_mod, only: join_ends
   use follow_points_mod, only: rounding_of_places
   use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
-    set_reactions, is_closed, law_error
+    set_reactions, is_closed, law_error, find_radius
   use linearise_mod, only: find_scales, set_t, step_t
   use make_step_mod, only: step_maker_t, begin_steps, prepare_step, make_step
   use loose_bodies_mod, only: loose_t, begin_loose, bodies_of, stay_unseen, is_held_back, &
@@ -233,8 +233,7 @@ contains
     integer :: i
 
     do i = 1, points%n
-      z(:, i) = law_error(points%mu(i), task%stays(i), rho(i), now%has(:, i), now%is_driven(i), &
-        now%reaction(:, i), now%x(:, i))
+      z(:, i) = law_error(points%mu(i), task%stays(i), rho(i), now, i)
     end do
   end function law_errors
 
@@ -293,7 +292,7 @@ contains
       y = prediction(set%rho(i), next, i)
       is_same = is_same .and. (is_closed(task, next, i, y(1)) .eqv. set%presses(i))
       if (.not. set%presses(i) .or. next%is_driven(i)) cycle
-      is_same = is_same .and. (is_beyond(points%mu(i), y) .eqv. set%slides(i))
+      is_same = is_same .and. (is_beyond(points%mu(i), next, i, y) .eqv. set%slides(i))
       if (.not. set%slides(i)) cycle
       ! What slides does not turn back.
       friction = y(2:)
@@ -313,10 +312,15 @@ contains
   end function prediction
 
   !> Whether friction does not hold a prediction. Where it pulls there is none.
-  pure logical function is_beyond(mu, y)
-    real(wp), intent(in) :: mu, y(3) !! [-], [force]
+  pure logical function is_beyond(mu, now, i, y)
+    real(wp), intent(in) :: mu         !! [-]
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i           !! point
+    real(wp), intent(in) :: y(3)       !! [force]
+    real(wp) :: radius, slope
 
-    is_beyond = y(1) < 0.0_wp .or. norm2(y(2:)) > mu*y(1)
+    call find_radius(mu, now%law, i, y(1), radius, slope)
+    is_beyond = y(1) < 0.0_wp .or. norm2(y(2:)) > radius
   end function is_beyond
 
   !> What the points do in the next step: by r - rho x; without reactions to begin with by gaps, and
@@ -348,7 +352,7 @@ contains
       set%presses(i) = set%presses(i) .or. search%loose%lands(i)
       ! What slid in the increment before is at the limit but for rounding, and slides on.
       set%slides(i) = set%presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i)* &
-        merge(1.0_wp - slides_on, 1.0_wp, is_first), y))
+        merge(1.0_wp - slides_on, 1.0_wp, is_first), now, i, y))
       ! What turns back has stuck on the way.
       if (.not. now%is_driven(i) .and. dot_product(y(2:), search%friction(:, i)) < 0.0_wp) then
         search%has_turned = search%has_turned .or. set%slides(i)

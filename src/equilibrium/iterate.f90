@@ -4,7 +4,9 @@ module iterate_mod
   use kinds_mod, only: wp
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t, is_covered
+  use candidate_points_mod, only: take_deformed_areas
+  use contact_points_mod, only: contact_points_t, is_covered, laws_of_points
+  use friction_laws_mod, only: friction_law_t, bound_friction
   use state_mod, only: state_t, modes_t
   use increment_forces_mod, only: increment_forces_t
   use bodies_mod, only: find_internal_force
@@ -22,7 +24,7 @@ module iterate_mod
   private
 
   public :: task_t, iterate_t, look_at, world_reactions, local_reactions, set_reactions, &
-    is_closed, law_error
+    is_closed, law_error, find_radius
 
   !> What an increment's equilibrium is sought for; nothing changes it.
   type :: task_t
@@ -50,6 +52,8 @@ module iterate_mod
     logical, allocatable :: has(:, :)         !! (3,n_points) rows n, t1, t2 of the law
     logical, allocatable :: is_driven(:)
     !! (n_points) supports make it slip along a tangent that cannot move
+    type(friction_law_t), allocatable :: law(:)
+    !! (n_points) what normal reactions make of friction here; not allocated: nothing
     real(wp), allocatable :: x(:, :)          !! (3,n_points) gap and slip [length]
     real(wp), allocatable :: slip(:, :)       !! (3,n_points) the slip in x, y, z [length]
     type(constraints_t) :: constraints        !! active, about this place
@@ -92,6 +96,8 @@ contains
     call place_curved(scene, points, now%u, now%placement, task%rotation, stay=.true.)
     call drag_points(scene, points, task%old, now%u, task%rotation, now%placement)
     call drag_along_surfaces(scene, points, task%began, task%old, now%u, now%placement)
+    call take_deformed_areas(scene, points, now%u, now%placement)
+    call laws_of_points(points, [(i, i=1, points%n)], now%placement%covered_area, now%law)
     now%frame = now%placement%frame
     allocate (now%x(3, points%n), now%slip(3, points%n), source=0.0_wp)
     call rows_of_points(task%can_move, points, now%placement%weights, now%frame, row)
@@ -196,25 +202,43 @@ contains
     is_closed = now%has(1, i) .and. (task%stays(i) .or. y > 0.0_wp)
   end function is_closed
 
+  !> The largest friction of a point at a normal reaction, and its slope. docs/theory.md (3.12).
+  pure subroutine find_radius(mu, law, i, r_n, radius, slope)
+    real(wp), intent(in) :: mu                             !! [-]
+    type(friction_law_t), allocatable, intent(in) :: law(:) !! (n_points) of the iterate
+    integer, intent(in) :: i                               !! point
+    real(wp), intent(in)  :: r_n                           !! [force]
+    real(wp), intent(out) :: radius, slope                 !! [force], [-]
+
+    radius = mu*max(0.0_wp, r_n)
+    slope = mu
+    if (.not. allocated(law)) return
+    call bound_friction(law(i), r_n, radius, slope)
+    radius = mu*radius
+    slope = mu*slope
+  end subroutine find_radius
+
   !> What a point's reaction is off the law by: r - P(r - rho x), P on the friction of its own
   !> normal reaction; where it is driven the friction is against its slip. One that stays closed may
   !> be pulled. docs/theory.md (4.24).
-  pure function law_error(mu, stays, rho, has, is_driven, r, x) result(z)
+  pure function law_error(mu, stays, rho, now, i) result(z)
     real(wp), intent(in) :: mu         !! [-]
     logical, intent(in) :: stays       !! closed
     real(wp), intent(in) :: rho        !! [force/length]
-    logical, intent(in) :: has(3)      !! directions in which the law has a reaction
-    logical, intent(in) :: is_driven
-    real(wp), intent(in) :: r(3), x(3) !! reaction [force]; gap and slip [length]
-    real(wp) :: z(3), y(3), size_y, radius
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i           !! point
+    real(wp) :: z(3), y(3), size_y, radius, slope
 
-    y = merge(r - rho*x, 0.0_wp, has)
-    radius = mu*max(0.0_wp, y(1))
-    if (.not. stays) y(1) = max(0.0_wp, y(1))
-    if (is_driven) y(2:) = -x(2:)
-    size_y = norm2(y(2:))
-    if (is_driven .or. size_y > radius) y(2:) = y(2:)*(radius/size_y)
-    z = merge(r - y, 0.0_wp, has)
+    associate (r => now%reaction(:, i), x => now%x(:, i), has => now%has(:, i), &
+               is_driven => now%is_driven(i))
+      y = merge(r - rho*x, 0.0_wp, has)
+      call find_radius(mu, now%law, i, y(1), radius, slope)
+      if (.not. stays) y(1) = max(0.0_wp, y(1))
+      if (is_driven) y(2:) = -x(2:)
+      size_y = norm2(y(2:))
+      if (is_driven .or. size_y > radius) y(2:) = y(2:)*(radius/size_y)
+      z = merge(r - y, 0.0_wp, has)
+    end associate
   end function law_error
 
 end module iterate_mod

@@ -18,7 +18,7 @@ module linearise_mod
     mean_stiffnesses
   use point_rows_mod, only: point_row_t
   use transfer_mod, only: nodal_forces
-  use iterate_mod, only: task_t, iterate_t, world_reactions
+  use iterate_mod, only: task_t, iterate_t, world_reactions, find_radius
   implicit none
   private
 
@@ -281,15 +281,18 @@ contains
     type(point_row_t), intent(in) :: of
     integer, intent(in) :: row(3)           !! of the matrix, 0: none
     type(system_t), intent(inout) :: system
-    real(wp) :: x_by(3, 3), by_r(3, 3), by_x(3, 3), off(3), turns(3, 3)
+    real(wp) :: x_by(3, 3), by_r(3, 3), by_x(3, 3), off(3), turns(3, 3), radius, slope
     integer :: p, q, a, i
 
     i = of%point
     associate (r => now%reaction(:, i), frame => now%frame(:, :, i), rho => set%rho(i))
       if (now%is_driven(i)) then
-        call derive_driven(mu, rho, r, now%x(:, i), by_r, by_x, off)
+        call find_radius(mu, now%law, i, r(1), radius, slope)
+        call derive_driven(radius, slope, rho, r, now%x(:, i), by_r, by_x, off)
       else
-        call derive_law(mu, rho, now%has(:, i), set%slides(i), r, now%x(:, i), by_x, off)
+        call find_radius(mu, now%law, i, r(1) - rho*now%x(1, i), radius, slope)
+        call derive_law([radius, slope], rho, now%has(:, i), set%slides(i), r, now%x(:, i), by_x, &
+          off)
         by_r = -by_x
         do a = 1, 3
           by_r(a, a) = 1.0_wp + by_r(a, a)
@@ -339,8 +342,10 @@ contains
   end subroutine add_point
 
   !> The derivative of P(r - rho x) by its argument, and r - P, in the branch that is taken.
-  pure subroutine derive_law(mu, rho, has, slides, r, x, j, off)
-    real(wp), intent(in) :: mu, rho         !! [-], [force/length]
+  pure subroutine derive_law(largest, rho, has, slides, r, x, j, off)
+    real(wp), intent(in) :: largest(2)
+    !! the largest friction at r_n - rho x_n, and its slope [force], [-]
+    real(wp), intent(in) :: rho             !! [force/length]
     logical, intent(in) :: has(3), slides
     real(wp), intent(in) :: r(3), x(3)      !! [force], [length]
     real(wp), intent(out) :: j(3, 3), off(3) !! [-], [force]
@@ -358,20 +363,21 @@ contains
     t = 0.0_wp
     if (size_y > 0.0_wp) t = y(2:)/size_y
     part = 0.0_wp
-    if (size_y > 0.0_wp) part = mu*max(0.0_wp, y(1))/size_y
+    if (size_y > 0.0_wp) part = largest(1)/size_y
     do b = 1, 2
       do a = 1, 2
         j(a + 1, b + 1) = part*(j(a + 1, b + 1) - t(a)*t(b))
       end do
     end do
-    if (.not. y(1) < 0.0_wp) j(2:, 1) = mu*t
+    if (.not. y(1) < 0.0_wp) j(2:, 1) = largest(2)*t
     off(2:) = r(2:) - part*y(2:)
   end subroutine derive_law
 
   !> Derivatives of what a driven point is off the law by: of its reaction, and over rho of its gap
   !> and slip.
-  pure subroutine derive_driven(mu, rho, r, x, by_r, by_x, off)
-    real(wp), intent(in) :: mu, rho         !! [-], [force/length]
+  pure subroutine derive_driven(radius, slope, rho, r, x, by_r, by_x, off)
+    real(wp), intent(in) :: radius, slope   !! the largest friction at r_n [force], [-]
+    real(wp), intent(in) :: rho             !! [force/length]
     real(wp), intent(in) :: r(3), x(3)      !! [force], [length]
     real(wp), intent(out) :: by_r(3, 3), by_x(3, 3), off(3) !! [-], [-], [force]
     real(wp) :: t(2), length
@@ -383,14 +389,14 @@ contains
     by_x = 0.0_wp
     by_x(1, 1) = 1.0_wp
     off(1) = rho*x(1)
-    off(2:) = r(2:) + mu*max(0.0_wp, r(1))*t
-    if (.not. r(1) < 0.0_wp) by_r(2:, 1) = mu*t
+    off(2:) = r(2:) + radius*t
+    if (.not. r(1) < 0.0_wp) by_r(2:, 1) = slope*t
     by_x(2:, 2:) = -spread(t, 2, 2)*spread(t, 1, 2)
     do a = 2, 3
       by_r(a, a) = 1.0_wp
       by_x(a, a) = by_x(a, a) + 1.0_wp
     end do
-    by_x(2:, 2:) = by_x(2:, 2:)*(mu*max(0.0_wp, r(1))/(rho*length))
+    by_x(2:, 2:) = by_x(2:, 2:)*(radius/(rho*length))
   end subroutine derive_driven
 
   !> A block of the stiffness between two nodes, and what it makes of known changes.

@@ -8,6 +8,7 @@ module export_problems_mod
   use increments_mod, only: increment_t
   use increment_report_mod, only: increment_report_t
   use condensed_contact_mod, only: condensed_contact_t, count_points, whole_problem
+  use problem_mod, only: contact_problem_t, mu_at
   use fclib_mod, only: export_fclib
   implicit none
   private
@@ -90,6 +91,7 @@ contains
     type(exports_t), intent(in) :: exports
     type(error_t), allocatable, intent(out) :: error
     real(wp), dimension(3, count_points(condensed)) :: start, reaction
+    type(contact_problem_t) :: whole
     type(string_t) :: labels(2)
     character(:), allocatable :: path
     integer :: i, k, n
@@ -119,7 +121,12 @@ contains
     labels(1)%text = scene%title
     labels(2)%text = 'bipot: condensed contact problem of '//scene%name//', step '// &
       to_text(increment%step)//', increment '//to_text(increment%number)
-    call export_fclib(path, whole_problem(condensed), report%x_free, start, reaction, labels, &
+    ! The format has coefficients: those that belong to the reactions have the same solution.
+    whole = whole_problem(condensed)
+    whole%mu = [((mu_at(condensed%group(i)%problem, k, report%contact%reaction(1, &
+      condensed%group(i)%active(k))), k=1, size(condensed%group(i)%active)), i=1, &
+      size(condensed%group))]
+    call export_fclib(path, whole, report%x_free, start, reaction, labels, &
       exports%overwrite, error)
   end subroutine export_increment
 

@@ -4,7 +4,7 @@ module balance_together_mod
   use errors_mod, only: error_t
   use scene_mod, only: scene_t
   use controls_mod, only: solver_auto
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, laws_of_points
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t
   use bodies_mod, only: is_linear
@@ -116,6 +116,7 @@ contains
     do k = 1, size(solver%contact%group)
       associate (group => solver%contact%group(k))
         group%problem%stays = task%stays(group%active)
+        call laws_of_points(points, group%active, trial%placement%covered_area, group%problem%law)
       end associate
     end do
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)

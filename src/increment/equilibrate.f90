@@ -18,6 +18,7 @@ module equilibrate_mod
   use finite_forces_mod, only: tangent_t
   use stiffness_inverse_mod, only: abandon_inverse
   use passed_obstacles_mod, only: find_passed, part_that_would_do
+  use candidate_points_mod, only: areas_apart
   use placement_mod, only: placement_t, join_ends
   use follow_bodies_mod, only: farthest_point
   use closed_points_mod, only: keep_closed
@@ -122,7 +123,8 @@ contains
         maxval(abs(new%displacement)))
       call look_at_places(scene, points, solver, old, trial, new, loop, is_missed)
       if (is_settled(loop, trial, new%reaction, solver%choices%tolerance) .and. &
-        .not. is_missed) then
+        .not. is_missed .and. areas_apart(scene, points, new%displacement, trial%placement) <= &
+        trial%controls%tolerance) then
         has_joined = .false.
         if (.not. loop%is_linear .and. allocated(trial%placement%weights%alone)) call &
           join_ends(points, new%reaction, trial%placement%weights%alone, has_joined)

@@ -4,7 +4,8 @@ module out_of_balance_mod
   use constraints_mod, only: constraints_t, active_constraints
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, law_at
+  use friction_laws_mod, only: bound_friction
   use turning_couplings_mod, only: turned_constraints, turn_moments
   use placement_mod, only: placement_t
   use force_balance_mod, only: out_of_balance
@@ -51,7 +52,7 @@ contains
     type(placement_t), intent(in) :: placement
     real(wp), intent(in) :: residual(:, :)       !! (3,n_nodes) [force]
     real(wp), intent(inout) :: reaction(:, :)    !! (3,n_points) x, y, z [force]
-    real(wp) :: r(3), part(3)
+    real(wp) :: r(3), part(3), bound, slope
     integer :: i, n_pressed(mesh%n_nodes)
 
     if (allocated(points%alpha)) return ! forces on edges are of several points
@@ -66,7 +67,8 @@ contains
       part = matmul(residual(:, points%node(i)), placement%frame(:, :, i))
       if (points%mu(i) <= 0.0_wp) part(2:) = 0.0_wp
       r = r - part
-      if (.not. r(1) > 0.0_wp .or. norm2(r(2:)) > points%mu(i)*r(1)) cycle
+      call bound_friction(law_at(points, i, placement%covered_area(i)), r(1), bound, slope)
+      if (.not. r(1) > 0.0_wp .or. norm2(r(2:)) > points%mu(i)*bound) cycle
       reaction(:, i) = matmul(placement%frame(:, :, i), r)
     end do
   end subroutine leave_to_reactions

@@ -12,6 +12,7 @@ module place_and_solve_mod
   use drag_points_mod, only: drag_points
   use surface_drag_mod, only: drag_along_surfaces
   use anderson_mod, only: anderson_t
+  use candidate_points_mod, only: take_deformed_areas
   use placement_mod, only: placement_t, place_curved
   use follow_bodies_mod, only: follow_t, begin_following, next_place
   use rigid_modes_mod, only: free_motions_t, add_motions, follow_turns
@@ -209,6 +210,7 @@ contains
     is_followed = size(loop%follow%node) > 0 .or. loop%follow%with_bodies
     reaction = new%reaction
     motion = trial%motion
+    call take_deformed_areas(scene, points, new%displacement, trial%placement)
     call solve_sharply(scene, points, solver, old, is_followed, trial, &
       new%reaction, report)
     if (report%converged) return

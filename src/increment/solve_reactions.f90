@@ -4,7 +4,7 @@ module solve_reactions_mod
   use system_mod, only: wall_seconds
   use scene_mod, only: scene_t
   use controls_mod, only: contact_controls_t, solver_none, linear_auto, linear_direct
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, laws_of_points
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_unbalanced, ended_stalled, &
     ended_at_limit, ended_diverging
@@ -112,6 +112,7 @@ contains
       call gaps_without_contact(points, trial, old, group, start, x, r)
       x_free = pack_rows(group%problem, x)
       group%problem%stays = stays(group%active)
+      call laws_of_points(points, group%active, trial%placement%covered_area, group%problem%law)
       group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
         old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
         trial%controls%tolerance)

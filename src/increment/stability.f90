@@ -32,7 +32,9 @@ module stability_mod
   use scene_mod, only: scene_t
   use obstacles_mod, only: obstacle_t
   use mesh_mod, only: kind_c3d8b
-  use contact_points_mod, only: contact_points_t, contact_nodes, list_slave
+  use candidate_points_mod, only: take_deformed_areas
+  use contact_points_mod, only: contact_points_t, contact_nodes, law_at, list_slave
+  use friction_laws_mod, only: bound_friction
   use state_mod, only: state_t, modes_t
   use dof_map_mod, only: dof_map_t, make_dof_map, equations_of, interface_terms_of
   use rigid_modes_mod, only: free_motions_t
@@ -235,10 +237,11 @@ contains
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: state
-    real(wp) :: r(3)
+    real(wp) :: r(3), bound, slope
     integer :: i
 
     call place_state(scene, points, solver%undeformed, state, contact%placement)
+    call take_deformed_areas(scene, points, state%displacement, contact%placement)
     allocate (contact%normal_force(points%n), source=0.0_wp)
     allocate (contact%presses(points%n), contact%sticks(points%n), source=.false.)
     allocate (contact%across(3, points%n), source=0.0_wp)
@@ -246,7 +249,8 @@ contains
       r = matmul(state%reaction(:, i), contact%placement%frame(:, :, i))
       contact%presses(i) = abs(r(1)) > 0.0_wp
       contact%normal_force(i) = r(1)
-      contact%sticks(i) = contact%presses(i) .and. norm2(r(2:)) < (1.0_wp - cone)*points%mu(i)*r(1)
+      call bound_friction(law_at(points, i, contact%placement%covered_area(i)), r(1), bound, slope)
+      contact%sticks(i) = contact%presses(i) .and. norm2(r(2:)) < (1.0_wp - cone)*points%mu(i)*bound
     end do
   end function pressed_points
 

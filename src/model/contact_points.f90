@@ -2,6 +2,7 @@
 !> by which the nodes of the master make up what a point faces.
 module contact_points_mod
   use kinds_mod, only: wp
+  use friction_laws_mod, only: friction_law_t, of_area
   use node_freedom_mod, only: node_freedom_t
   implicit none
   private
@@ -9,7 +10,8 @@ module contact_points_mod
   public :: contact_points_t, is_pair_removed, weights_t, master_sides_t, master_nodes, &
     contact_nodes, is_covered, is_across, is_still, n_sides, faces_of_side, find_side_points, &
     face_one
-  public :: is_in_middle, is_before_faces, list_slave, of_slave, add_to_slave
+  public :: laws_of_points, law_at, is_in_middle, is_before_faces, list_slave, of_slave, &
+    add_to_slave
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
   !> own, as if it were the master of a pair.
@@ -41,7 +43,9 @@ module contact_points_mod
     !! with it [-]
     logical,  allocatable :: is_held(:)
     !! (n) such a node that supports of the *STEP hold along the normal; allocated with it
-    real(wp), allocatable :: mu(:)    !! (n) friction coefficient [-]
+    real(wp), allocatable :: mu(:)    !! (n) friction coefficient, the largest [-]
+    type(friction_law_t), allocatable :: laws(:)
+    !! (n_pairs) what pressure makes of it; not allocated: nothing in any *STEP
     real(wp), allocatable :: area(:)
     !! (n) the node's tributary area of the slave surface, 0 where no face of it is [length^2]
     real(wp), allocatable :: extra_gap(:)
@@ -95,6 +99,31 @@ module contact_points_mod
   end type weights_t
 
 contains
+
+  !> The laws of friction of some points; not allocated where pressure changes nothing.
+  pure subroutine laws_of_points(points, those, area, laws)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: those(:)   !! (m) points
+    real(wp), intent(in) :: area(:)   !! (n) of all points [length^2]
+    type(friction_law_t), allocatable, intent(inout) :: laws(:) !! (m)
+    integer :: k
+
+    if (allocated(laws)) deallocate (laws)
+    if (.not. allocated(points%laws)) return
+    allocate (laws(size(those)))
+    do k = 1, size(those)
+      laws(k) = law_at(points, those(k), area(those(k)))
+    end do
+  end subroutine laws_of_points
+
+  !> The law of friction of a point.
+  pure type(friction_law_t) function law_at(points, i, area) result(law)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: i
+    real(wp), intent(in) :: area      !! of the point [length^2]
+
+    if (allocated(points%laws)) law = of_area(points%laws(points%pair(i)), area)
+  end function law_at
 
   !> Whether a point is that of a node in the middle of an edge of a slave face, and its ends have
   !> part in it. docs/theory.md (9.11).

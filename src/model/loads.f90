@@ -1,5 +1,6 @@
 !> What the deck prescribes over its steps: displacements, forces, pressures, amplitudes.
 module loads_mod
+  use friction_laws_mod, only: friction_law_t
   use kinds_mod, only: wp
   implicit none
   private
@@ -60,8 +61,9 @@ module loads_mod
 
   !> *CHANGE FRICTION: the coefficient of a pair from the beginning of the step on.
   type :: friction_t
-    integer  :: pair = 0      !! index into the scene's pairs
-    real(wp) :: mu = 0.0_wp   !! [-]
+    integer  :: pair = 0         !! index into the scene's pairs
+    real(wp) :: mu = 0.0_wp      !! the largest coefficient [-]
+    type(friction_law_t) :: law = friction_law_t() !! what pressure makes of it
   end type friction_t
 
   !> *MODEL CHANGE, TYPE=CONTACT PAIR: whether there is a pair from the beginning of the step on.

@@ -9,6 +9,7 @@ module scene_mod
   use spring_elements_mod, only: foundation_t
   use surfaces_mod, only: surface_t
   use obstacles_mod, only: obstacle_t, ref_nodes
+  use friction_laws_mod, only: friction_law_t
   use loads_mod, only: amplitude_t, load_step_t
   use controls_mod, only: contact_controls_t, output_controls_t, precision_controls_t, &
     accuracy_controls_t
@@ -57,7 +58,8 @@ module scene_mod
     character(:), allocatable :: name !! "<slave surface>:<master>", as in the result file
     integer  :: surface = 0           !! index into the scene's surfaces
     integer  :: master = 0            !! index into the scene's obstacles; 0: a surface
-    real(wp) :: mu = 0.0_wp           !! friction coefficient, mu >= 0 [-]
+    real(wp) :: mu = 0.0_wp           !! friction coefficient, the largest, mu >= 0 [-]
+    type(friction_law_t) :: law = friction_law_t() !! what pressure makes of it
     logical  :: no_separation = .false. !! what has touched stays closed: its normal force may pull
     integer  :: master_surface = 0    !! index into the scene's surfaces; 0: an obstacle
     logical  :: small_sliding = .false.

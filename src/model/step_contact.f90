@@ -3,12 +3,13 @@
 module step_contact_mod
   use kinds_mod, only: wp
   use contact_points_mod, only: contact_points_t
+  use friction_laws_mod, only: friction_law_t, is_constant
   use scene_mod, only: scene_t
   implicit none
   private
 
   public :: changes_friction, changes_pairs, changes_at, set_contact_of_step, friction_in, &
-    removed_in, added_in, most_friction, least_friction
+    find_laws, removed_in, added_in, most_friction, least_friction
 
 contains
 
@@ -48,6 +49,7 @@ contains
       mu = friction_in(scene, step)
       points%mu = mu(points%pair)
     end if
+    call find_laws(scene, step, points%laws)
     if (changes_pairs(scene)) points%is_removed = removed_in(scene, step)
   end subroutine set_contact_of_step
 
@@ -64,6 +66,34 @@ contains
         scene%steps(k)%frictions%mu
     end do
   end function friction_in
+
+  !> What pressure makes of the friction of each pair in a step; not allocated where it makes
+  !> nothing of any in all steps.
+  pure subroutine find_laws(scene, step, laws)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(friction_law_t), allocatable, intent(inout) :: laws(:)
+    logical :: are_constant
+    integer :: k, i
+
+    if (allocated(laws)) deallocate (laws)
+    are_constant = all(is_constant(scene%pairs%law))
+    do k = 1, size(scene%steps)
+      if (allocated(scene%steps(k)%frictions)) are_constant = are_constant .and. all(is_constant( &
+        scene%steps(k)%frictions%law))
+    end do
+    if (are_constant) return
+    allocate (laws(size(scene%pairs)))
+    do i = 1, size(scene%pairs)
+      laws(i) = scene%pairs(i)%law
+    end do
+    do k = 1, step
+      if (.not. allocated(scene%steps(k)%frictions)) cycle
+      do i = 1, size(scene%steps(k)%frictions)
+        laws(scene%steps(k)%frictions(i)%pair) = scene%steps(k)%frictions(i)%law
+      end do
+    end do
+  end subroutine find_laws
 
   !> Which pairs are removed in a step.
   pure function removed_in(scene, step) result(is_removed)

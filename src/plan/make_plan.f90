@@ -23,7 +23,7 @@ module make_plan_mod
   use node_freedom_mod, only: node_freedom_t
   use transfer_mod, only: movable, note_freedom, rows_of_points
   use condense_contact_mod, only: few_rows
-  use candidate_points_mod, only: find_points, check_removed
+  use candidate_points_mod, only: find_points, check_removed, check_areas
   use contact_interface_mod, only: find_reach, interface_dofs
   use initial_overlaps_mod, only: begin_interference
   use step_loads_mod, only: prescribed_dofs
@@ -55,6 +55,8 @@ contains
     call check_removed(scene, error)
     if (allocated(error)) return
     call find_points(scene, plan%points)
+    call check_areas(scene, plan%points, error)
+    if (allocated(error)) return
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return
     call begin_interference(scene, plan%points)

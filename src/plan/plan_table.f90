@@ -4,6 +4,7 @@
 module plan_table_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text, counted, percent
+  use friction_laws_mod, only: friction_law_t
   use scene_mod, only: scene_t
   use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
                           solver_global_newton, formulation_bipotential, stop_at_change, &
@@ -300,6 +301,20 @@ contains
     end if
   end subroutine describe_pairs
 
+  !> Of a pair: mu = 0.3; or mu = 0.1 to 0.3 by the pressure, a friction stress of at most 5.
+  pure function friction_in_words(law, mu) result(words)
+    type(friction_law_t), intent(in) :: law
+    real(wp), intent(in) :: mu !! the largest [-]
+    character(:), allocatable :: words
+
+    words = ', mu = '
+    if (allocated(law%share)) words = words//to_text(mu*minval(law%share))//' to '
+    words = words//to_text(mu)
+    if (allocated(law%share)) words = words//' by the pressure'
+    if (law%most < huge(1.0_wp)) words = words//', a friction stress of at most '// &
+      to_text(mu*law%most)
+  end function friction_in_words
+
   !> top:tool: 289 points, mu = 0.3, 3 reactions each; or 25 points, mu = 0.3: 20 with 3 reactions,
   !> 5 with 2 reactions (one tangent prescribed); and how many cannot reach the obstacle.
   pure function points_in_words(scene, plan, i, with_reactions) result(words)
@@ -320,7 +335,7 @@ contains
       if (sides > 1) words = words//' before '//to_text(sides)// &
         ' sides of the master, which concave edges, steps or bodies divide'
       if (size(kept) == 0) return
-      if (mu > 0.0_wp) words = words//', mu = '//to_text(mu)
+      if (mu > 0.0_wp) words = words//friction_in_words(scene%pairs(i)%law, mu)
       if (mu <= 0.0_wp) words = words//', frictionless'
       if (.not. with_reactions) return
       if (all(kept == kept(1)) .and. kept(1) > 0) then

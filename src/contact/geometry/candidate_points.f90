@@ -10,8 +10,9 @@ module candidate_points_mod
   use refine_elements_mod, only: fill_between
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, contact_gap_t
-  use step_contact_mod, only: most_friction, removed_in
+  use step_contact_mod, only: find_laws, most_friction, removed_in
   use errors_mod, only: error_t, raise, exit_wrong_input
+  use friction_laws_mod, only: friction_law_t, is_constant
   use text_mod, only: to_text
   use contact_points_mod, only: contact_points_t, find_side_points, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
@@ -23,7 +24,8 @@ module candidate_points_mod
   implicit none
   private
 
-  public :: find_points, check_removed, find_curved, list_master_nodes, areas_at
+  public :: find_points, check_removed, check_areas, find_curved, list_master_nodes, areas_at
+  public :: take_deformed_areas, areas_apart
 
 contains
 
@@ -82,6 +84,7 @@ contains
     ! What a plan has rows for; each *STEP sets its own.
     mu = most_friction(scene)
     points%mu = mu(points%pair)
+    call find_laws(scene, 0, points%laws)
     call find_curved(scene, points)
     call join_ends(scene, points)
     call find_extra_gaps(scene, points)
@@ -162,6 +165,55 @@ contains
       end associate
     end do
   end function areas_at
+
+  !> Take the areas of the deformed faces before obstacles where friction depends on the pressure at
+  !> finite strain.
+  pure subroutine take_deformed_areas(scene, points, u, placement)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) [length]
+    type(placement_t), intent(inout) :: placement
+
+    if (.not. (scene%finite_strain .and. allocated(points%laws))) return
+    where (.not. points%on_surface) placement%covered_area = areas_at(scene, points, u)
+  end subroutine take_deformed_areas
+
+  !> How far areas that friction depends on are from those of a displacement.
+  pure real(wp) function areas_apart(scene, points, u, placement) result(apart)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) [length]
+    type(placement_t), intent(in) :: placement
+    type(placement_t) :: there
+
+    apart = 0.0_wp
+    if (.not. (scene%finite_strain .and. allocated(points%laws))) return
+    allocate (there%covered_area, source=placement%covered_area)
+    call take_deformed_areas(scene, points, u, there)
+    apart = maxval([0.0_wp, abs(there%covered_area - placement%covered_area)/max(tiny(1.0_wp), &
+      there%covered_area)])
+  end function areas_apart
+
+  !> Refuse friction that depends on the pressure where points have no area.
+  pure subroutine check_areas(scene, points, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(error_t), allocatable, intent(out) :: error
+    type(friction_law_t), allocatable :: laws(:)
+    integer :: step, i
+
+    do step = 0, size(scene%steps)
+      call find_laws(scene, step, laws)
+      if (.not. allocated(laws)) return
+      do i = 1, points%n
+        if (points%area(i) > 0.0_wp .or. is_constant(laws(points%pair(i)))) cycle
+        call raise(error, exit_wrong_input, "the slaves of the contact pair '"//scene%pairs( &
+          points%pair(i))%name//"' have no area where no face of them is, so no pressure: "// &
+          "*FRICTION over the pressure or with TAUMAX needs slave surfaces of whole faces")
+        return
+      end do
+    end do
+  end subroutine check_areas
 
   !> The areas of the points of a surface, at its nodes; 0 at all others.
   pure subroutine find_areas(mesh, surface, ends, alpha, area)

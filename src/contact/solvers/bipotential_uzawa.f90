@@ -2,7 +2,7 @@
 module bipotential_uzawa_mod
   use kinds_mod, only: wp
   use law_mod, only: project_prediction
-  use local_point_mod, only: local_point_t
+  use local_point_mod, only: local_point_t, find_coefficient
   implicit none
   private
 
@@ -16,11 +16,12 @@ contains
     real(wp), intent(inout) :: r(3)       !! reaction [force]
     integer,  intent(out)   :: iterations !! 1
     logical,  intent(out)   :: converged  !! true: one visit is all it does
-    real(wp) :: x(3), p(3)
+    real(wp) :: x(3), p(3), mu, change
     integer :: status
 
     x = matmul(point%w, r) + point%x_loc
-    call project_prediction(point%mu, point%stays, point%rho, r, x, p, status)
+    call find_coefficient(point, r(1), mu, change)
+    call project_prediction(mu, point%stays, point%rho, r, x, p, status)
     r = p
     iterations = 1
     converged = .true.

@@ -8,7 +8,8 @@ module contact_in_parts_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t
   use increment_report_mod, only: ended_unbalanced
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, &
+    find_largest_friction
   use whole_newton_mod, only: bodies_t, solve_with_body
   use body_map_mod, only: body_map_t
   implicit none
@@ -101,17 +102,16 @@ contains
     type(bodies_t), intent(in) :: start
     real(wp), intent(inout) :: r(:, :) !! (3,n_points) of the start; projected on the cones [force]
     type(neighbour_t), intent(out) :: beside
-    real(wp) :: x(3, problem%n_points), tangential
+    real(wp) :: x(3, problem%n_points), tangential, limit, slope
     integer :: i
 
     call body%at_points(start%v, x)
     x = -x - unpack_rows(problem, x_free)
     do i = 1, problem%n_points
       if (r(1, i) > 0.0_wp .or. problem%stays(i)) then
-        associate (limit => problem%mu(i)*max(0.0_wp, r(1, i)))
-          tangential = norm2(r(2:, i))
-          if (tangential > limit) r(2:, i) = limit/tangential*r(2:, i)
-        end associate
+        call find_largest_friction(problem, i, r(1, i), limit, slope)
+        tangential = norm2(r(2:, i))
+        if (tangential > limit) r(2:, i) = limit/tangential*r(2:, i)
       else
         r(:, i) = 0.0_wp
         x(1, i) = max(0.0_wp, x(1, i))

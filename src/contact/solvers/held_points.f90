@@ -2,7 +2,8 @@
 !> what the reactions of the others follow. docs/theory.md (4.17).
 module held_points_mod
   use kinds_mod, only: wp
-  use problem_mod, only: contact_problem_t, pack_rows, unpack_rows
+  use problem_mod, only: contact_problem_t, pack_rows, unpack_rows, &
+    find_largest_friction
   use newton_iterate_mod, only: iterate_t
   implicit none
   private
@@ -30,31 +31,32 @@ contains
     type(contact_problem_t), intent(in) :: problem
     type(iterate_t), intent(inout) :: at
     real(wp), dimension(3, problem%n_points) :: r, x, z
-    real(wp) :: p(3, 3), t(2)
+    real(wp) :: p(3, 3), t(2), radius, slope
     integer :: i, a
 
     r = unpack_rows(problem, at%r)
     x = unpack_rows(problem, at%x)
     z = 0.0_wp
     do i = 1, problem%n_points
-      associate (mu => problem%mu(i), rho => problem%rho_global([1, 2, 2], i))
+      call find_largest_friction(problem, i, r(1, i), radius, slope)
+      associate (rho => problem%rho_global([1, 2, 2], i))
         p = 0.0_wp
         if (r(1, i) > 0.0_wp .or. problem%stays(i)) then
           p(1, 1) = 1.0_wp
-          if (norm2(r(2:, i)) < (1.0_wp - slides)*mu*r(1, i)) then
+          if (norm2(r(2:, i)) < (1.0_wp - slides)*radius) then
             p(2, 2) = 1.0_wp
             p(3, 3) = 1.0_wp
             z(:, i) = rho*x(:, i)
-          else if (mu > 0.0_wp .and. r(1, i) > 0.0_wp) then
+          else if (radius > 0.0_wp) then
             t = r(2:, i)/norm2(r(2:, i))
-            p(2:, 1) = mu*t
+            p(2:, 1) = slope*t
             do a = 1, 2
               p(2:, 1 + a) = -expected_across*t(a)*t
               p(1 + a, 1 + a) = p(1 + a, 1 + a) + expected_across
             end do
             z(1, i) = rho(1)*x(1, i)
-            z(2:, i) = p(2:, 1)*z(1, i) + matmul(p(2:, 2:), rho(2:)*x(2:, i)) - (mu*r(1, i)*t - &
-              r(2:, i)) + matmul(p(2:, 2:), mu*r(1, i)*t - r(2:, i))
+            z(2:, i) = p(2:, 1)*z(1, i) + matmul(p(2:, 2:), rho(2:)*x(2:, i)) - (radius*t - &
+              r(2:, i)) + matmul(p(2:, 2:), radius*t - r(2:, i))
           else
             z(1, i) = rho(1)*x(1, i)
           end if

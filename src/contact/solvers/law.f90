@@ -10,7 +10,8 @@ module law_mod
   private
 
   public :: project_on_cone, project_prediction, cone_derivative, pull_derivative, &
-    project_normal, project_on_disc, project_beside_driven, driven_friction, augmented_gap
+    project_normal, project_on_disc, project_beside_driven, driven_friction, augmented_gap, &
+    change_with_coefficient
 
   integer, parameter :: most_newton = 100 !! steps to the one root of (3.9)
 
@@ -131,6 +132,34 @@ contains
     d(1, 1) = 1.0_wp
     if (norm2(y(2:)) > 0.0_wp) d(1, 2:) = mu*y(2:)/norm2(y(2:))
   end function pull_derivative
+
+  !> What the projection of the prediction r - rho x* changes by with the coefficient of friction.
+  !> docs/theory.md (4.5).
+  pure function change_with_coefficient(mu, stays, rho, r, x, p, status) result(d)
+    real(wp), intent(in) :: mu      !! friction coefficient, mu >= 0 [-]
+    logical,  intent(in) :: stays   !! closed
+    real(wp), intent(in) :: rho     !! rho > 0 [force/length]
+    real(wp), intent(in) :: r(3)    !! reaction [force]
+    real(wp), intent(in) :: x(3)    !! gap and slip increment [length]
+    real(wp), intent(in) :: p(3)    !! the projection [force]
+    integer,  intent(in) :: status  !! of it
+    real(wp) :: d(3)                !! [force]
+    real(wp) :: y_t(2), size_y, size_x
+
+    y_t = r(2:) - rho*x(2:)
+    size_y = norm2(y_t)
+    size_x = rho*norm2(x(2:))
+    d = 0.0_wp
+    select case (status)
+    case (status_stick)
+      d(1) = -size_x
+    case (status_slide)
+      d(1) = (size_y - size_x - 2.0_wp*mu*p(1))/(1.0_wp + mu**2)
+      d(2:) = (p(1) + mu*d(1))*(y_t/size_y)
+    case default
+      if (stays) d(1) = size_y - size_x
+    end select
+  end function change_with_coefficient
 
   !> The normal reaction of a prediction: what presses, and of a point that stays closed what pulls.
   !> docs/theory.md (3.5) and (3.10).

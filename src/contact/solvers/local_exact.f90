@@ -2,7 +2,7 @@
 module local_exact_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: solve_small
-  use local_point_mod, only: local_point_t
+  use local_point_mod, only: local_point_t, find_radius, find_coefficient
   implicit none
   private
 
@@ -17,7 +17,7 @@ module local_exact_mod
     real(wp) :: c(2)     !! x_loc_t - w_tn x_loc_n/W_nn [length]
     real(wp) :: r_free   !! -x_loc_n/W_nn [force]
     real(wp) :: slope(2) !! w_nt/W_nn [-]
-    real(wp) :: mu
+    type(local_point_t) :: point !! its friction
   end type slide_t
 
 contains
@@ -31,7 +31,7 @@ contains
     logical,  intent(out)   :: converged
     !! false only for a W_nn that is not positive; r is kept then. Along a tangent that is driven
     !! W_ii is 0, and the point does not stick
-    real(wp) :: stick(3)
+    real(wp) :: stick(3), radius, change
     type(slide_t) :: slide
     logical :: regular
 
@@ -46,7 +46,8 @@ contains
         return
       end if
       call solve_small(w, -x, stick, regular)
-      if (regular .and. stick(1) >= 0.0_wp .and. norm2(stick(2:)) <= mu*stick(1)) then
+      call find_radius(point, stick(1), radius, change)
+      if (regular .and. stick(1) >= 0.0_wp .and. norm2(stick(2:)) <= radius) then
         r = stick
         return
       end if
@@ -61,7 +62,7 @@ contains
       slide%a(:, 2) = w(2:, 3) - w(2:, 1)*slide%slope(2)
       slide%c = x(2:) - w(2:, 1)*x(1)/w(1, 1)
       slide%r_free = -x(1)/w(1, 1)
-      slide%mu = mu
+      slide%point = point
       call solve_along(slide, r, regular)
       if (.not. regular) call find_slide(slide, r, iterations)
     end associate
@@ -74,7 +75,9 @@ contains
     real(wp), intent(inout) :: r(3)    !! kept where not found [force]
     logical, intent(out) :: found      !! false: it moves along both, or is driven across
     real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
-    real(wp) :: a(2, 2), along(2), trace, c, r_t, r_n, share
+    integer, parameter :: most_steps = 100
+    real(wp) :: a(2, 2), along(2), trace, c, r_t, r_n, share, mu, change, before, radius
+    integer :: k
 
     found = .false.
     trace = slide%a(1, 1) + slide%a(2, 2)
@@ -87,30 +90,43 @@ contains
     if (norm2(slide%c - c*along) > rounding*norm2(slide%c)) return
     r_t = -c/trace
     r_n = slide%r_free - r_t*dot_product(slide%slope, along)
-    if (.not. abs(r_t) <= slide%mu*r_n) then
-      share = 1.0_wp + sign(slide%mu, r_t)*dot_product(slide%slope, along)
-      if (.not. share > 0.0_wp) return
-      r_n = slide%r_free/share
-      r_t = sign(slide%mu*r_n, r_t)
+    call find_radius(slide%point, r_n, radius, change)
+    found = abs(r_t) <= radius
+    if (.not. found) then
+      r_n = slide%r_free
+      do k = 1, most_steps
+        before = r_n
+        call find_coefficient(slide%point, r_n, mu, change)
+        share = 1.0_wp + sign(mu, r_t)*dot_product(slide%slope, along)
+        if (.not. share > 0.0_wp) exit
+        r_n = slide%r_free/share
+        found = abs(r_n - before) <= 2.0_wp*epsilon(1.0_wp)*r_n .or. .not. abs(change) > 0.0_wp
+        if (found) exit
+      end do
+      r_t = sign(mu*r_n, r_t)
     end if
-    found = r_n > 0.0_wp
+    found = found .and. r_n > 0.0_wp
     if (found) r = [r_n, r_t*along]
   end subroutine solve_along
 
-  !> The s > 0 with x_t = -s r_t and |r_t| = mu r_n, by Newton kept inside a bracket.
+  !> The s > 0 with x_t = -s r_t and |r_t| the largest friction at r_n, by Newton kept inside a
+  !> bracket.
   !>
-  !> h(s) = |r_t| - mu r_n is positive at s = 0, where stick has failed, and negative far out, where
-  !> r_t vanishes.
+  !> h(s), the former less the latter, is positive at s = 0, where stick has failed, and negative
+  !> far out, where r_t vanishes.
   pure subroutine find_slide(slide, r, evaluations)
     type(slide_t), intent(in) :: slide
     real(wp), intent(out) :: r(3)         !! [force]
     integer, intent(inout) :: evaluations
-    real(wp) :: low, high, s, next, h, dh
+    real(wp) :: low, high, s, next, h, dh, radius, slope, mu, change
 
     low = 0.0_wp
     high = slide%a(1, 1) + slide%a(2, 2)
     ! Driven along both tangents there is nothing to find: r_t = -c/s.
-    if (high <= 0.0_wp) high = norm2(slide%c)/(slide%mu*slide%r_free)
+    if (high <= 0.0_wp) then
+      call find_radius(slide%point, slide%r_free, radius, slope)
+      high = norm2(slide%c)/radius
+    end if
     do
       call evaluate(slide, high, r, h, dh)
       evaluations = evaluations + 1
@@ -122,7 +138,8 @@ contains
     root: do while (evaluations <= max_evaluations)
       call evaluate(slide, s, r, h, dh)
       evaluations = evaluations + 1
-      if (abs(h) <= 2.0_wp*epsilon(1.0_wp)*slide%mu*r(1)) exit root
+      call find_radius(slide%point, r(1), radius, slope)
+      if (abs(h) <= 2.0_wp*epsilon(1.0_wp)*radius) exit root
       if (h > 0.0_wp) then
         low = s
       else
@@ -141,11 +158,13 @@ contains
       s = next
     end do root
     ! On the cone to rounding, from the component that has lost nothing in a difference.
-    if (slide%mu > 1.0_wp) then
-      r(1) = norm2(r(2:))/slide%mu
+    call find_coefficient(slide%point, r(1), mu, change)
+    if (mu > 1.0_wp .and. .not. abs(change) > 0.0_wp) then
+      r(1) = norm2(r(2:))/mu
     else
       r(1) = max(r(1), 0.0_wp)
-      if (norm2(r(2:)) > 0.0_wp) r(2:) = (slide%mu*r(1)/norm2(r(2:)))*r(2:)
+      call find_radius(slide%point, r(1), radius, slope)
+      if (norm2(r(2:)) > 0.0_wp) r(2:) = (radius/norm2(r(2:)))*r(2:)
     end if
   end subroutine find_slide
 
@@ -154,9 +173,9 @@ contains
     type(slide_t), intent(in) :: slide
     real(wp), intent(in)  :: s     !! [length/force]
     real(wp), intent(out) :: r(3)  !! [force]
-    real(wp), intent(out) :: h     !! |r_t| - mu r_n [force]
+    real(wp), intent(out) :: h     !! |r_t| less the largest friction [force]
     real(wp), intent(out) :: dh    !! dh/ds
-    real(wp) :: m(2, 2), dr(2), size_t
+    real(wp) :: m(2, 2), dr(2), size_t, radius, change
 
     m = slide%a
     m(1, 1) = m(1, 1) + s
@@ -165,8 +184,10 @@ contains
     r(1) = slide%r_free - dot_product(slide%slope, r(2:))
     dr = -solve_2x2(m, r(2:), s)
     size_t = norm2(r(2:))
-    h = size_t - slide%mu*r(1)
-    dh = slide%mu*dot_product(slide%slope, dr)
+    call find_radius(slide%point, r(1), radius, change)
+    if (r(1) < 0.0_wp) radius = change*r(1) ! straight on: no kink at the root of a steep cone
+    h = size_t - radius
+    dh = change*dot_product(slide%slope, dr)
     if (size_t > 0.0_wp) dh = dh + dot_product(r(2:)/size_t, dr)
   end subroutine evaluate
 

@@ -4,17 +4,19 @@
 !> gives its residual in the same way, so that Newton takes either.
 module local_point_mod
   use kinds_mod, only: wp
+  use friction_laws_mod, only: friction_law_t, bound_friction, share_of_friction
   implicit none
   private
 
-  public :: local_point_t, local_solver, zero_level
+  public :: local_point_t, local_solver, zero_level, find_radius, find_coefficient
 
   real(wp), parameter :: local_tolerance = 1.0e-12_wp
   !! to which an iterated local solver solves its point [-]
 
   !> What a local solver is given.
   type :: local_point_t
-    real(wp) :: mu = 0.0_wp     !! friction coefficient [-]
+    real(wp) :: mu = 0.0_wp     !! friction coefficient, the largest [-]
+    type(friction_law_t) :: law !! what the normal reaction makes of it
     logical  :: stays = .false. !! closed: the normal reaction may pull
     real(wp) :: w(3, 3)         !! W_ii, symmetric positive definite [length/force]
     real(wp) :: x_loc(3)        !! x without this point's own reaction [length]
@@ -52,6 +54,31 @@ module local_point_mod
   end interface
 
 contains
+
+  !> The largest friction at a normal reaction, and its slope. docs/theory.md (3.12).
+  pure subroutine find_radius(point, r_n, radius, slope)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(in)  :: r_n    !! normal reaction [force]
+    real(wp), intent(out) :: radius !! [force]
+    real(wp), intent(out) :: slope  !! [-]
+
+    call bound_friction(point%law, r_n, radius, slope)
+    radius = point%mu*radius
+    slope = point%mu*slope
+  end subroutine find_radius
+
+  !> The coefficient that belongs to a normal reaction, and what it changes by. docs/theory.md
+  !> (3.12).
+  pure subroutine find_coefficient(point, r_n, mu, change)
+    type(local_point_t), intent(in) :: point
+    real(wp), intent(in)  :: r_n    !! normal reaction [force]
+    real(wp), intent(out) :: mu     !! [-]
+    real(wp), intent(out) :: change !! [1/force]
+
+    call share_of_friction(point%law, r_n, mu, change)
+    mu = point%mu*mu
+    change = point%mu*change
+  end subroutine find_coefficient
 
   !> The |Z| below which a point counts as solved.
   !>

@@ -57,6 +57,7 @@ contains
     x = unpack_rows(problem, at%x)
     do i = 1, problem%n_points
       point%mu = problem%mu(i)
+      if (allocated(problem%law)) point%law = problem%law(i)
       point%stays = problem%stays(i)
       point%rho_n = problem%rho_global(1, i)
       point%rho_t = problem%rho_global(2, i)

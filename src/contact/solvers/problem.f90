@@ -7,19 +7,21 @@ module problem_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
+  use friction_laws_mod, only: friction_law_t, bound_friction, share_of_friction
   use increment_report_mod, only: ended_well
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use couplings_mod, only: couplings_t
   use compliance_mod, only: compliance_t, take_matrix, take_compliance, are_same, is_map, &
     product_with, rough_product, coupled_product, rough_rows, block_of, get_inverse, couplings_of, &
     add_rough_copy
-  use law_mod, only: project_on_cone, project_prediction, driven_friction
+  use law_mod, only: project_on_cone, project_on_disc, project_prediction, driven_friction
   implicit none
   private
 
   public :: contact_problem_t, contact_report_t, make_problem, is_made_of, pack_rows, &
     unpack_rows, unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
-    rough_product_with_w, natural_map, force_scale, measure, project_reactions
+    rough_product_with_w, natural_map, force_scale, measure, project_reactions, mu_at, &
+    find_largest_friction
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -27,7 +29,9 @@ module problem_mod
     integer :: n_rows = 0
     logical :: is_proximal = .false. !! x_free holds a proximal term and says nothing of forces
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
-    real(wp), allocatable :: mu(:)          !! (n_points) [-]
+    real(wp), allocatable :: mu(:)          !! (n_points) the largest [-]
+    type(friction_law_t), allocatable :: law(:)
+    !! (n_points) what the normal reaction makes of it; not allocated: nothing
     logical,  allocatable :: stays(:)
     !! (n_points) closed, in this increment: the normal reaction may pull
     real(wp), allocatable :: driven(:, :)
@@ -273,6 +277,35 @@ contains
     x(2:, :) = x(2:, :) + problem%driven
   end function unpack_gaps
 
+  !> The coefficient that belongs to a normal reaction. docs/theory.md (3.12).
+  pure real(wp) function mu_at(problem, i, r_n) result(mu)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(in) :: i        !! point
+    real(wp), intent(in) :: r_n     !! normal reaction [force]
+    real(wp) :: share, change
+
+    mu = problem%mu(i)
+    if (.not. allocated(problem%law)) return
+    call share_of_friction(problem%law(i), r_n, share, change)
+    mu = share*mu
+  end function mu_at
+
+  !> The largest friction at a normal reaction, and its slope. docs/theory.md (3.12).
+  pure subroutine find_largest_friction(problem, i, r_n, radius, slope)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(in) :: i        !! point
+    real(wp), intent(in)  :: r_n    !! normal reaction [force]
+    real(wp), intent(out) :: radius !! [force]
+    real(wp), intent(out) :: slope  !! [-]
+
+    radius = problem%mu(i)*max(0.0_wp, r_n)
+    slope = problem%mu(i)
+    if (.not. allocated(problem%law)) return
+    call bound_friction(problem%law(i), r_n, radius, slope)
+    radius = problem%mu(i)*radius
+    slope = problem%mu(i)*slope
+  end subroutine find_largest_friction
+
   !> Friction along driven tangents, which follows from the normal reaction and the slip. It has no
   !> part in W r. docs/theory.md (3.8).
   pure subroutine add_driven_friction(problem, x, r)
@@ -283,8 +316,8 @@ contains
 
     do i = 1, problem%n_points
       do a = 1, 2
-        if (abs(problem%driven(a, i)) > 0.0_wp) r(1 + a, i) = driven_friction(problem%mu(i), &
-          r(1, i), x(2:, i), a)
+        if (abs(problem%driven(a, i)) > 0.0_wp) r(1 + a, i) = driven_friction(mu_at(problem, i, &
+          r(1, i)), r(1, i), x(2:, i), a)
       end do
     end do
   end subroutine add_driven_friction
@@ -346,8 +379,8 @@ contains
     integer :: i
 
     do i = 1, problem%n_points
-      call project_prediction(problem%mu(i), problem%stays(i), problem%rho_map(i), r(:, i), &
-        x(:, i), p, status(i))
+      call project_prediction(mu_at(problem, i, r(1, i)), problem%stays(i), problem%rho_map(i), &
+        r(:, i), x(:, i), p, status(i))
       z(:, i) = r(:, i) - p
     end do
   end subroutine natural_map
@@ -357,10 +390,17 @@ contains
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: r(:, :)          !! (3,n_points) [force]
     real(wp) :: p(3, problem%n_points)       !! [force]
+    real(wp) :: tangential(2), radius, slope
     integer :: i, status
+    logical :: inside
 
     do i = 1, problem%n_points
-      call project_on_cone(problem%mu(i), r(:, i), p(:, i), status)
+      call project_on_cone(mu_at(problem, i, r(1, i)), r(:, i), p(:, i), status)
+      if (allocated(problem%law)) then
+        call find_largest_friction(problem, i, p(1, i), radius, slope)
+        call project_on_disc(radius, p(2:, i), tangential, inside)
+        p(2:, i) = tangential
+      end if
       if (problem%stays(i) .and. r(1, i) < 0.0_wp) p(:, i) = [r(1, i), 0.0_wp, 0.0_wp]
     end do
   end function project_reactions
@@ -379,8 +419,8 @@ contains
     scale = max(norm2(r), norm2(r_start))
     if (problem%is_proximal) return
     do i = 1, problem%n_points
-      call project_prediction(problem%mu(i), problem%stays(i), problem%rho_map(i), no_force, &
-        x_free(:, i), p, status)
+      call project_prediction(mu_at(problem, i, 0.0_wp), problem%stays(i), problem%rho_map(i), &
+        no_force, x_free(:, i), p, status)
       z(:, i) = p
     end do
     scale = max(scale, norm2(z))
@@ -420,14 +460,15 @@ contains
     real(wp), intent(in) :: x_free(:, :)     !! (3,n_points) [length]
     real(wp), intent(in) :: r(:, :)          !! (3,n_points) [force]
     real(wp), intent(inout) :: z(:, :)       !! (3,n_points) [force]
-    real(wp) :: rounding, size_z, largest
+    real(wp) :: rounding, size_z, largest, mu
     integer :: i
 
     largest = 0.0_wp
     if (problem%n_points > 0) largest = maxval(norm2(r, dim=1))
     do i = 1, problem%n_points
-      if (problem%mu(i) <= 1.0_wp) cycle
-      rounding = problem%n_rows*epsilon(1.0_wp)*(problem%mu(i) - 1.0_wp)* &
+      mu = mu_at(problem, i, r(1, i))
+      if (mu <= 1.0_wp) cycle
+      rounding = problem%n_rows*epsilon(1.0_wp)*(mu - 1.0_wp)* &
         (problem%rho_map(i)*norm2(x_free(:, i)) + largest)
       size_z = norm2(z(:, i))
       if (size_z > rounding) z(:, i) = (1.0_wp - rounding/size_z)*z(:, i)

@@ -2,7 +2,7 @@
 module pseudopotential_mod
   use kinds_mod, only: wp
   use law_mod, only: project_normal, project_on_disc, project_beside_driven
-  use local_point_mod, only: local_point_t
+  use local_point_mod, only: local_point_t, find_radius
   implicit none
   private
 
@@ -11,7 +11,7 @@ module pseudopotential_mod
 contains
 
   !> Z_n = r_n - max(0, y_n) and Z_t = r_t - P_D(y_t), y = r - (rho_n x_n, rho_t x_t), D of radius
-  !> mu max(0, y_n). Where the point stays closed Z_n = r_n - y_n.
+  !> the largest friction at y_n. Where the point stays closed Z_n = r_n - y_n.
   !>
   !> The radius is Alart and Curnier's (1991), defined where r_n is not admissible yet.
   !> [JFT07] eqs. (5) to (8), docs/theory.md (3.7) and (4.6).
@@ -22,13 +22,13 @@ contains
     real(wp), intent(out) :: z(3)        !! [force]
     real(wp), intent(out) :: dz_dr(3, 3) !! [-]
     real(wp), intent(out) :: dz_dx(3, 3) !! [force/length]
-    real(wp) :: y(3), p(3), rho(3), radius, t(2), derivative(3, 3)
+    real(wp) :: y(3), p(3), rho(3), radius, slope, t(2), derivative(3, 3)
     logical :: inside
     integer :: i
 
     rho = [point%rho_n, point%rho_t, point%rho_t]
     y = r - rho*x
-    radius = point%mu*max(0.0_wp, y(1))
+    call find_radius(point, y(1), radius, slope)
     p(1) = project_normal(point%stays, y(1))
     call project_on_disc(radius, y(2:), p(2:), inside)
     z = r - p
@@ -48,7 +48,7 @@ contains
         derivative(2:, i + 1) = -(radius/norm2(y(2:)))*t(i)*t
         derivative(i + 1, i + 1) = derivative(i + 1, i + 1) + radius/norm2(y(2:))
       end do
-      if (y(1) > 0.0_wp) derivative(2:, 1) = point%mu*t
+      if (y(1) > 0.0_wp) derivative(2:, 1) = slope*t
     end if
     do i = 1, 3
       dz_dx(:, i) = rho(i)*derivative(:, i)
@@ -67,7 +67,7 @@ contains
     real(wp), intent(out) :: z(3)        !! 0 along what is driven [force]
     real(wp), intent(out) :: dz_dr(3, 3) !! [-]
     real(wp), intent(out) :: dz_dx(3, 3) !! [force/length]
-    real(wp) :: y(3), p, rho(3), derivative(3, 3), dp_dradius
+    real(wp) :: y(3), p, rho(3), radius, slope, derivative(3, 3), dp_dradius
     integer :: i, a
 
     rho = [point%rho_n, point%rho_t, point%rho_t]
@@ -78,10 +78,11 @@ contains
     if (point%stays .or. y(1) > 0.0_wp) derivative(1, 1) = 1.0_wp
     a = findloc(abs(driven) > 0.0_wp, .false., dim=1) + 1
     if (a > 1) then
-      call project_beside_driven(point%mu*max(0.0_wp, y(1)), point%rho_t*norm2(driven), y(a), p, &
-        derivative(a, a), dp_dradius)
+      call find_radius(point, y(1), radius, slope)
+      call project_beside_driven(radius, point%rho_t*norm2(driven), y(a), p, derivative(a, a), &
+        dp_dradius)
       z(a) = r(a) - p
-      if (y(1) > 0.0_wp) derivative(a, 1) = point%mu*dp_dradius
+      if (y(1) > 0.0_wp) derivative(a, 1) = slope*dp_dradius
     end if
     do i = 1, 3
       dz_dx(:, i) = rho(i)*derivative(:, i)

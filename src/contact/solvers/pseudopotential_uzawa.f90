@@ -3,7 +3,7 @@
 module pseudopotential_uzawa_mod
   use kinds_mod, only: wp
   use law_mod, only: project_normal, project_on_disc
-  use local_point_mod, only: local_point_t
+  use local_point_mod, only: local_point_t, find_radius
   implicit none
   private
 
@@ -20,13 +20,14 @@ contains
     real(wp), intent(inout) :: r(3)       !! reaction [force]
     integer,  intent(out)   :: iterations !! 1
     logical,  intent(out)   :: converged  !! true: one visit is all it does
-    real(wp) :: x_n, x_t(2), p(2)
+    real(wp) :: x_n, x_t(2), p(2), radius, slope
     logical :: inside
 
     x_n = dot_product(point%w(1, :), r) + point%x_loc(1)
     r(1) = project_normal(point%stays, r(1) - point%rho_n*x_n)
     x_t = matmul(point%w(2:, :), r) + point%x_loc(2:)
-    call project_on_disc(point%mu*max(0.0_wp, r(1)), r(2:) - point%rho_t*x_t, p, inside)
+    call find_radius(point, r(1), radius, slope)
+    call project_on_disc(radius, r(2:) - point%rho_t*x_t, p, inside)
     r(2:) = p
     iterations = 1
     converged = .true.

@@ -9,7 +9,7 @@ module sweeps_mod
   use law_mod, only: project_prediction, driven_friction
   use increment_report_mod, only: ended_well, ended_at_limit, ended_stalled, ended_diverging
   use problem_mod, only: contact_problem_t, contact_report_t, relative_gaps, measure, &
-                         unpack_rows, pack_rows, force_scale, project_reactions
+                         unpack_rows, pack_rows, force_scale, project_reactions, mu_at
   use compliance_mod, only: row_product, single_row_product, coupled_product, has_single
   use anderson_mod, only: anderson_t, new_anderson, accelerate, forget
   use local_point_mod, only: local_point_t, local_solver
@@ -240,6 +240,7 @@ contains
     do i = 1, problem%n_points
       call freeze(problem, x_free, base, packed, i, r_old, x)
       point%mu = problem%mu(i)
+      if (allocated(problem%law)) point%law = problem%law(i)
       point%stays = problem%stays(i)
       point%w = problem%block(:, :, i)
       do a = 1, 2
@@ -249,7 +250,8 @@ contains
       point%rho = controls%rho*problem%rho(i)
       point%rho_n = controls%rho*problem%rho_n(i)
       point%rho_t = controls%rho*problem%rho_t(i)
-      call project_prediction(point%mu, point%stays, problem%rho_map(i), r_old, x, p, status)
+      call project_prediction(mu_at(problem, i, r_old(1)), point%stays, problem%rho_map(i), r_old, &
+        x, p, status)
       sweep%seen_residual = sweep%seen_residual + sum((r_old - p)**2)
 
       r = r_old
@@ -325,8 +327,8 @@ contains
       end if
     end do
     do a = 1, 2
-      if (abs(problem%driven(a, i)) > 0.0_wp) r(1 + a) = driven_friction(problem%mu(i), r(1), &
-        x(2:), a)
+      if (abs(problem%driven(a, i)) > 0.0_wp) r(1 + a) = driven_friction(mu_at(problem, i, &
+        r(1)), r(1), x(2:), a)
     end do
   end subroutine freeze
 

@@ -15,10 +15,11 @@ module read_contact_mod
     open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     name_field, next_data_line, real_field
+  use friction_laws_mod, only: friction_law_t
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
   use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
-    name_option, open_card, option_position
+    name_option, open_card, option_position, real_option
   use obstacles_mod, only: obstacle_t
   use read_surface_behavior_mod, only: is_tied, stays_closed
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
@@ -35,7 +36,8 @@ module read_contact_mod
   !> The *SURFACE INTERACTIONs.
   type :: interactions_t
     type(name_table_t) :: names
-    real(wp), allocatable :: mu(:) !! friction coefficient of each [-]
+    real(wp), allocatable :: mu(:) !! friction coefficient of each, the largest [-]
+    type(friction_law_t), allocatable :: law(:) !! of each, what pressure makes of it
   end type interactions_t
 
   real(wp), parameter :: mu_of_rough = 1.0e3_wp !! [-]
@@ -53,14 +55,15 @@ contains
     type(adjust_t), allocatable, intent(out) :: adjusts(:) !! ADJUST= of each pair
     type(interactions_t) :: interactions
 
-    call read_interactions(reader, interactions%mu, interactions%names)
+    call read_interactions(reader, interactions%mu, interactions%law, interactions%names)
     call read_pairs(reader, model, surfaces, shapes, obstacles, interactions, pairs, adjusts)
   end subroutine read_contact
 
   !> *SURFACE INTERACTION, NAME=name with the *FRICTION below it: mu.
-  subroutine read_interactions(reader, friction, directory)
+  subroutine read_interactions(reader, friction, laws, directory)
     type(reader_t), intent(inout) :: reader
     real(wp), allocatable, intent(out) :: friction(:) !! mu of each interaction [-]
+    type(friction_law_t), allocatable, intent(out) :: laws(:)
     type(name_table_t), intent(out) :: directory
     type(card_t) :: card
     logical, allocatable :: has_friction(:)
@@ -70,7 +73,7 @@ contains
 
     n = count(reader%cards(:reader%n_cards)%keyword == 'SURFACE INTERACTION')
     call open_directory('surface interaction', n, directory)
-    allocate (friction(n), has_friction(n))
+    allocate (friction(n), laws(n), has_friction(n))
     friction = 0.0_wp
     has_friction = .false.
     do k = 1, reader%n_cards
@@ -83,7 +86,7 @@ contains
       else if (reader%cards(k)%keyword == 'FRICTION' .and. reader%cards(k)%step == 0) then
         call open_card(reader, k, card)
         call find_owner(reader, directory, 'SURFACE INTERACTION', card, has_friction, n)
-        if (n > 0) call read_friction(reader, card, friction(n))
+        if (n > 0) call read_friction(reader, card, friction(n), laws(n))
       end if
     end do
     call close_directory(reader, directory)
@@ -106,48 +109,114 @@ contains
     call end_data(reader, card, fields, '*SURFACE INTERACTION has one data line at most')
   end subroutine skip_thickness
 
-  !> *FRICTION: mu[, stick slope]
-  subroutine read_friction(reader, card, mu)
+  !> *FRICTION[, TAUMAX=stress]: mu[, stick slope]; or a line a pressure, mu, , pressure.
+  subroutine read_friction(reader, card, mu, law)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    real(wp), intent(inout) :: mu
+    real(wp), intent(inout) :: mu             !! the largest [-]
+    type(friction_law_t), intent(out) :: law  !! what pressure makes of it
     type(fields_t) :: fields
-    real(wp) :: other
-    integer :: i
-    logical :: found, ok, is_rough
+    real(wp), allocatable :: coefficient(:), pressure(:)
+    real(wp) :: most
+    logical :: found, ok, is_rough, has_most
 
     call allow_options(reader, card)
     is_rough = .false.
     call flag_option(reader, card, 'ROUGH', is_rough)
+    call real_option(reader, card, 'TAUMAX', huge(1.0_wp), most, has_most)
     if (is_rough) then
+      if (has_most) call report(reader, option_position(card, 'TAUMAX'), &
+        'what is ROUGH has no largest friction: leave out ROUGH or TAUMAX')
       mu = mu_of_rough
       call note(reader, '*FRICTION, ROUGH is a friction coefficient of '//to_text(mu)// &
         ': what touches sticks')
       call allow_no_data(reader, card)
       return
     end if
-    call next_data_line(reader, card, fields, found, 4, 'mu (and a stick slope, a pressure '// &
-      'and a temperature, which are ignored)')
-    if (.not. found) then
+    allocate (coefficient(0), pressure(0))
+    do
+      call next_data_line(reader, card, fields, found, 4, 'mu (and a stick slope, which is '// &
+        'ignored), a pressure where mu depends on it, and a temperature, which is ignored')
+      if (.not. found) exit
+      call read_coefficient(reader, fields, coefficient, pressure, ok)
+      if (.not. ok) return
+    end do
+    if (size(coefficient) == 0) then
       call report(reader, card%position, '*FRICTION needs a data line: mu')
       return
     end if
+    mu = maxval(coefficient)
+    if (.not. mu > 0.0_wp) return
+    if (has_most .and. most < huge(1.0_wp)*min(1.0_wp, mu)) law%most = most/mu
+    if (size(coefficient) == 1) return
+    law%pressure = pressure
+    law%share = coefficient/mu
+    if (falls_off(coefficient, pressure)) call note(reader, 'the coefficients of *FRICTION '// &
+      'fall so steeply that friction gets smaller where the pressure grows: there may be more '// &
+      'than one solution')
+  end subroutine read_friction
+
+  !> A line of *FRICTION, the next of a table.
+  subroutine read_coefficient(reader, fields, coefficient, pressure, ok)
+    type(reader_t), intent(inout) :: reader
+    type(fields_t), intent(in) :: fields
+    real(wp), allocatable, intent(inout) :: coefficient(:) !! [-]
+    real(wp), allocatable, intent(inout) :: pressure(:)    !! [force/length^2]
+    logical, intent(out) :: ok
+    real(wp) :: mu, p, other
+    logical :: is_number
+
+    mu = 0.0_wp
+    p = 0.0_wp
     call real_field(reader, fields, 1, 'the friction coefficient', mu, ok)
-    if (mu < 0.0_wp) call report(reader, fields%start, &
-      'the friction coefficient must not be negative: '//quoted(field_text(reader, fields, 1)))
+    if (mu < 0.0_wp) then
+      call report(reader, fields%start, 'the friction coefficient must not be negative: '// &
+        quoted(field_text(reader, fields, 1)))
+      ok = .false.
+    end if
     if (.not. is_empty_field(fields, 2)) then
       if (ok .and. abs(mu) <= 0.0_wp) call report(reader, field_position(reader, fields, 2), &
         'a stick slope without friction: '//quoted(field_text(reader, fields, 2)), &
         'use a decimal point, not a comma: 0.3')
-      call real_field(reader, fields, 2, 'the stick slope', other, ok)
+      call real_field(reader, fields, 2, 'the stick slope', other, is_number)
       call note(reader, 'the stick slope of *FRICTION is ignored: sticking is exact')
     end if
-    do i = 3, fields%n
-      if (.not. is_empty_field(fields, i)) call real_field(reader, fields, i, &
-        'a pressure or a temperature, which is ignored', other, ok)
+    if (.not. is_empty_field(fields, 3)) then
+      call real_field(reader, fields, 3, 'a pressure', p, is_number)
+      ok = ok .and. is_number
+      if (is_number .and. p < 0.0_wp) then
+        call report(reader, field_position(reader, fields, 3), 'the pressure must not be '// &
+          'negative: '//quoted(field_text(reader, fields, 3)))
+        ok = .false.
+      end if
+    else if (size(coefficient) > 0) then
+      call report(reader, fields%start, 'a second line of *FRICTION needs a pressure: mu, '// &
+        'nothing, pressure')
+      ok = .false.
+    end if
+    if (.not. is_empty_field(fields, 4)) call real_field(reader, fields, 4, 'a temperature, '// &
+      'which is ignored', other, is_number)
+    if (ok .and. size(pressure) > 0) then
+      ok = p > pressure(size(pressure))
+      if (.not. ok) call report(reader, field_position(reader, fields, 3), 'the pressures of '// &
+        '*FRICTION must rise from line to line: '//quoted(field_text(reader, fields, 3)))
+    end if
+    if (.not. ok) return
+    coefficient = [coefficient, mu]
+    pressure = [pressure, p]
+  end subroutine read_coefficient
+
+  !> Whether mu p gets smaller somewhere as p grows: what is straight in mu falls most at the end of
+  !> a piece.
+  pure logical function falls_off(mu, p)
+    real(wp), intent(in) :: mu(:), p(:) !! (n) [-], [force/length^2]
+    integer :: i
+
+    falls_off = .false.
+    do i = 2, size(mu)
+      falls_off = falls_off .or. mu(i) + p(i)*(mu(i) - mu(i - 1))/(p(i) - p(i - 1)) < 0.0_wp
     end do
-    call end_data(reader, card, fields, '*FRICTION has one data line')
-  end subroutine read_friction
+  end function falls_off
 
   !> *CONTACT PAIR, INTERACTION=name: slave surface, obstacle or master surface; a line a pair.
   subroutine read_pairs(reader, model, surfaces, shapes, obstacles, interactions, pairs, adjusts)
@@ -182,6 +251,7 @@ contains
       call allow_options(reader, card)
       call read_adjust(reader, card, model, adjust)
       pair%mu = 0.0_wp
+      pair%law = friction_law_t()
       pair%no_separation = .false.
       pair%small_sliding = .false.
       call flag_option(reader, card, 'SMALL SLIDING', pair%small_sliding)
@@ -190,7 +260,10 @@ contains
         call find_named(reader, interactions%names, option_position(card, 'INTERACTION'), name, &
           interaction)
         pair%interaction = name
-        if (interaction > 0) pair%mu = interactions%mu(interaction)
+        if (interaction > 0) then
+          pair%mu = interactions%mu(interaction)
+          pair%law = interactions%law(interaction)
+        end if
         pair%no_separation = stays_closed(reader, name)
       end if
       if (is_tied(reader, name) .or. has_option(card, 'TIED')) cycle

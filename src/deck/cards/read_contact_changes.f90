@@ -9,6 +9,7 @@ module read_contact_changes_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: fields_t, name_field, next_data_line
+  use friction_laws_mod, only: friction_law_t
   use kinds_mod, only: wp
   use loads_mod, only: friction_t, load_step_t, pair_change_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
@@ -32,6 +33,7 @@ contains
     type(load_step_t), intent(inout) :: step
     type(card_t) :: below
     character(:), allocatable :: name
+    type(friction_law_t) :: law
     real(wp) :: mu
     integer :: p, before
     logical :: ok, is_named, has_friction
@@ -48,7 +50,7 @@ contains
     mu = 0.0_wp
     before = reader%diagnostics%n_mistakes
     call open_card(reader, k + 1, below)
-    call read_friction(reader, below, mu)
+    call read_friction(reader, below, mu, law)
     if (.not. ok .or. reader%diagnostics%n_mistakes > before) return
     if (.not. allocated(step%frictions)) allocate (step%frictions(0))
     is_named = .false.
@@ -60,7 +62,7 @@ contains
           ' has a *CHANGE FRICTION in this step already')
         return
       end if
-      step%frictions = [step%frictions, friction_t(p, mu)]
+      step%frictions = [step%frictions, friction_t(p, mu, law)]
     end do
     ! Pairs of a deck with errors may be missing.
     if (.not. is_named .and. .not. any_mistakes(reader%diagnostics)) call report(reader, &

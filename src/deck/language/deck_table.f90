@@ -117,7 +117,7 @@ module deck_table_mod
     rule_t('SOLID SECTION', in_model, is_read, 'ELSET=name!, MATERIAL=name!', &
     'CONTROLS, ORIENTATION', 'thickness'), &
     rule_t('SURFACE INTERACTION', in_model, is_read, 'NAME=name!', data='thickness'), &
-    rule_t('FRICTION', in_model, is_read, 'ROUGH', &
+    rule_t('FRICTION', in_model, is_read, 'ROUGH, TAUMAX=stress', &
     ignored='SLIP TOLERANCE, ELASTIC SLIP, LAGRANGE', &
     data='mu, stick slope, pressure, temperature'), &
     rule_t('CONTACT PAIR', anywhere, is_read, 'INTERACTION=name!, ADJUST=distance or set, '// &
