@@ -109,6 +109,8 @@ contains
           'springs join its nodes'
       end associate
     end if
+    if (any(is_of(max(1, scene%obstacles%ref_node)) .and. scene%obstacles%is_on_body)) why = &
+      'gaps press its nodes'
     if (allocated(scene%local_axes)) then
       if (any(is_of(scene%local_axes%node))) why = '*TRANSFORM turns its nodes'
     end if

@@ -93,7 +93,8 @@ contains
         if (assembly%inside(k)) then
           select case (keyword)
           case ('PARAMETER', 'NODE', 'ELEMENT', 'NSET', 'ELSET', 'SURFACE', 'SOLID SECTION', &
-                'RIGID BODY', 'COUPLING', 'KINEMATIC', 'DISTRIBUTING', 'TIE', 'SPRING')
+                'RIGID BODY', 'COUPLING', 'KINEMATIC', 'DISTRIBUTING', 'TIE', 'SPRING', &
+                'GAP')
             cycle
           case default
             call open_card(reader, k, card)

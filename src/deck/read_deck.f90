@@ -35,6 +35,7 @@ module read_deck_mod
   use read_contact_mod, only: read_contact
   use read_controls_mod, only: read_contact_controls, read_output_controls
   use read_foundations_mod, only: read_foundations
+  use read_gap_elements_mod, only: gap_element_t, make_gap_pairs, read_gap_elements
   use read_gaps_mod, only: read_clearances, read_gaps
   use read_cyclic_mod, only: read_cyclic
   use read_couplings_mod, only: find_coupled_surfaces, read_couplings
@@ -102,6 +103,7 @@ module read_deck_mod
     type(refinement_t), allocatable :: refinements(:)
     integer, allocatable :: material(:) !! (n_elements)
     type(spring_elements_t) :: springs
+    type(gap_element_t), allocatable :: gaps(:)
     integer :: n_equations = 0 !! of the deck; others follow
   end type draft_t
 
@@ -238,6 +240,8 @@ contains
     call build_mesh(draft%model%mesh, draft%material, scene%constraints, scene%mesh)
     call refuse_loose_springs(reader, draft%model%mesh, scene%mesh)
     call add_foundations(scene)
+    where (scene%obstacles%ref_node > 0) scene%obstacles%is_on_body = scene%mesh%body(max(1, &
+      scene%obstacles%ref_node)) > 0
     call refuse_loose(reader, draft%equations, scene%mesh)
     call check_turns(reader, scene)
     if (scene%finite_strain) then
@@ -300,6 +304,7 @@ contains
       call spread_equations(model, equations)
       draft%n_equations = equations%list%n
       call read_springs(reader, model, draft%springs)
+      call read_gap_elements(reader, model, draft%gaps)
       if (joins_single_nodes(reader)) call note_unused_nodes(reader, model)
       call find_facets(reader, model, draft%bodies)
       call read_surfaces(reader, model, surfaces)
@@ -338,6 +343,7 @@ contains
       ! After a mistake couplings and sections are not made: what they would name is not known.
       if (any_mistakes(reader%diagnostics) .and. (size(draft%couplings) > 0 .or. has_card(reader, &
         'PRE-TENSION SECTION'))) model%named = .true.
+      call make_gap_pairs(model, draft%gaps, surfaces, scene%obstacles, scene%pairs)
       call read_gaps(reader, model, surfaces, scene%pairs, scene%gaps)
       call read_clearances(reader, scene%pairs)
     end associate
@@ -397,7 +403,7 @@ contains
     type(reader_t), intent(in) :: reader
 
     joins_single_nodes = has_card(reader, 'EQUATION') .or. has_card(reader, 'MPC') .or. &
-      has_card(reader, 'SPRING')
+      has_card(reader, 'SPRING') .or. has_card(reader, 'GAP')
   end function joins_single_nodes
 
   !> Whether a keyword stands in the deck.

@@ -21,7 +21,7 @@ module mesh_draft_mod
   public :: solids, plane_strain, plane_stress, axisymmetric, names_of_planes, &
     with_copies, nodes_of_plane, face_of_label
   public :: set_of_nodes, set_of_elements, no_facet, shell_facet, rigid_facet, refused_element, &
-    spring_1, spring_2, spring_a, is_spring
+    spring_1, spring_2, spring_a, gap_uni, is_spring, is_connector
 
   !> More nodes or elements are refused: far beyond what a direct solver can do.
   integer, parameter :: max_nodes = 20000000
@@ -40,7 +40,7 @@ module mesh_draft_mod
   ! other programs compute, or of one that is rigid by itself.
   integer, parameter :: no_facet = 0, shell_facet = 1, rigid_facet = 2
   integer, parameter :: refused_element = 3 !! its type is not available, which was reported
-  integer, parameter :: spring_1 = 4, spring_2 = 5, spring_a = 6
+  integer, parameter :: spring_1 = 4, spring_2 = 5, spring_a = 6, gap_uni = 7
 
   !> A set that *NODE, *ELEMENT or *BLOCK makes beside its nodes or elements.
   type :: early_set_t
@@ -400,6 +400,13 @@ contains
 
     is_spring = any(kind == [spring_1, spring_2, spring_a])
   end function is_spring
+
+  !> Whether an element that is no solid is a spring or a gap.
+  elemental logical function is_connector(kind)
+    integer, intent(in) :: kind !! no_facet and its kin
+
+    is_connector = is_spring(kind) .or. kind == gap_uni
+  end function is_connector
 
   !> Add an element of a type that is skipped, or a facet of a rigid body; its nodes follow.
   subroutine add_skipped(draft, id, position, kind, corners)

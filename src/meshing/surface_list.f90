@@ -17,6 +17,7 @@ module surface_list_mod
   private
 
   public :: surface_list_t, add_surface, add_faces, add_surface_of_faces, add_surface_of_sides
+  public :: add_surface_of_node
   public :: check_side
   public :: find_nodes, drop_unused
   public :: find_surface, find_surface_or_set, find_faces_of_nodes, has_facets, sides_t
@@ -110,6 +111,19 @@ contains
     surfaces%list(index)%faces = labelled_faces(mesh, elements, face)
     call find_nodes(mesh, surfaces%list(index))
   end subroutine add_surface_of_sides
+
+  !> Add the surface of one node; `index` is its index.
+  subroutine add_surface_of_node(surfaces, name, node, index)
+    type(surface_list_t), intent(inout) :: surfaces
+    character(*), intent(in) :: name
+    integer, intent(in) :: node
+    integer, intent(out) :: index
+
+    call add_unnamed(surfaces)
+    index = surfaces%n
+    surfaces%list(index)%name = name
+    surfaces%list(index)%nodes = [node]
+  end subroutine add_surface_of_node
 
   !> Report an element that has no such face.
   subroutine check_side(reader, mesh, elements, face, position, ok)

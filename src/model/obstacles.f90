@@ -26,6 +26,7 @@ module obstacles_mod
     real(wp) :: radius = 0.0_wp      !! sphere and cylinder, > 0 [length]
     logical  :: inner = .false.      !! sphere and cylinder: the body lies inside
     integer  :: ref_node = 0         !! node that the obstacle moves with; 0: it is at rest
+    logical  :: is_on_body = .false. !! its reference node is one of a body, as of a gap
     logical  :: turns = .false.      !! a step prescribes rotations other than 0
     real(wp), allocatable :: corner(:, :) !! (3,n_corners) facets: where their corners are [length]
     integer,  allocatable :: facet(:, :)
@@ -78,7 +79,7 @@ contains
       size(first))]))
   end function obstacle_of_facets
 
-  !> The reference nodes of all obstacles, each once.
+  !> The reference nodes of all obstacles, each once, but for those that bodies have.
   pure function ref_nodes(obstacles) result(nodes)
     type(obstacle_t), intent(in) :: obstacles(:)
     integer, allocatable :: nodes(:)
@@ -86,7 +87,8 @@ contains
 
     allocate (nodes(0))
     do i = 1, size(obstacles)
-      if (obstacles(i)%ref_node == 0 .or. any(nodes == obstacles(i)%ref_node)) cycle
+      if (obstacles(i)%ref_node == 0 .or. obstacles(i)%is_on_body .or. any(nodes == &
+        obstacles(i)%ref_node)) cycle
       nodes = [nodes, obstacles(i)%ref_node]
     end do
   end function ref_nodes

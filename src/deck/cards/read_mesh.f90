@@ -18,7 +18,7 @@ module read_mesh_mod
   use mesh_draft_mod, only: add_early_set, add_element, add_node, add_skipped, add_skipped_node, &
     early_set_t, is_of_block, max_nodes, mesh_draft_t, names_of_planes, no_facet, &
     not_a_coordinate, refused_element, reserve_elements, reserve_nodes, rigid_facet, &
-    set_of_elements, set_of_nodes, shell_facet, solids, spring_1, spring_2, spring_a
+    gap_uni, set_of_elements, set_of_nodes, shell_facet, solids, spring_1, spring_2, spring_a
   use mesh_mod, only: kind_c3d8
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
     option_position
@@ -192,8 +192,8 @@ contains
     select case (name)
     case ('DCOUP3D')
       kind = of_coupling
-    case ('SPRING1', 'SPRING2', 'SPRINGA')
-      kind = skipped_type ! read_springs takes them
+    case ('SPRING1', 'SPRING2', 'SPRINGA', 'GAPUNI')
+      kind = skipped_type ! read_springs and read_gap_elements take them
     case default
       if (is_skipped(name)) then
         kind = skipped_type
@@ -423,8 +423,8 @@ contains
 
     call name_option(reader, card, 'TYPE', .false., name, ok)
     call find_facet(name, facet, corners)
-    if (spring_kind(name) /= no_facet) then
-      facet = spring_kind(name)
+    if (connector_kind(name) /= no_facet) then
+      facet = connector_kind(name)
     else if (.not. is_skipped(name)) then
       facet = refused_element
     end if
@@ -467,8 +467,8 @@ contains
     end do
   end subroutine keep_ids
 
-  !> What spring elements of a type are, no_facet of other types.
-  pure integer function spring_kind(name) result(kind)
+  !> What springs and gaps of a type are, no_facet of other types.
+  pure integer function connector_kind(name) result(kind)
     character(*), intent(in) :: name !! upper case
 
     select case (name)
@@ -478,10 +478,12 @@ contains
       kind = spring_2
     case ('SPRINGA')
       kind = spring_a
+    case ('GAPUNI')
+      kind = gap_uni
     case default
       kind = no_facet
     end select
-  end function spring_kind
+  end function connector_kind
 
   !> How many nodes an element has, by the last number in the name of its type, as in S8R; beams
   !> have one more. 0: the name does not say it.
@@ -490,7 +492,7 @@ contains
     integer, parameter :: most = 27
     integer :: first, last, status
 
-    n = merge(2, 0, name == 'SPRINGA')
+    n = merge(2, 0, name == 'SPRINGA' .or. name == 'GAPUNI')
     last = scan(name, '0123456789', back=.true.)
     if (last == 0) return
     first = verify(name(:last), '0123456789', back=.true.) + 1

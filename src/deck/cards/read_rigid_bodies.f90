@@ -17,7 +17,7 @@ module read_rigid_bodies_mod
   use face_couplings_mod, only: add_rotation_node, coupling_t
   use fields_mod, only: node_option
   use lookup_mod, only: find_id
-  use mesh_draft_mod, only: add_node_beside, is_spring, solids
+  use mesh_draft_mod, only: add_node_beside, is_connector, solids
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, open_card, &
     option_position
   use obstacles_mod, only: obstacle_t
@@ -80,7 +80,7 @@ contains
     if (size(bodies%list) == 0) return
     associate (mesh => model%mesh)
       do k = 1, mesh%n_skipped
-        if (is_spring(mesh%skipped_kind(k))) cycle
+        if (is_connector(mesh%skipped_kind(k))) cycle
         last = mesh%n_skipped_nodes
         if (k < mesh%n_skipped) last = mesh%skipped_first(k + 1) - 1
         do i = mesh%skipped_first(k), last

@@ -4,7 +4,7 @@ module rigid_facets_mod
   use diagnostics_mod, only: quoted
   use facet_shape_mod, only: facet_is_flat
   use lookup_mod, only: find_id
-  use mesh_draft_mod, only: is_spring, mesh_draft_t, no_facet, not_a_coordinate, refused_element, &
+  use mesh_draft_mod, only: is_connector, mesh_draft_t, no_facet, not_a_coordinate, refused_element, &
     rigid_facet, shell_facet
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
   use read_rigid_bodies_mod, only: rigid_bodies_t
@@ -101,7 +101,7 @@ contains
     associate (draft => model%mesh)
       if (draft%skipped_kind(f) == refused_element) return
       n = draft%skipped_corners(f)
-      if (draft%skipped_kind(f) == no_facet .or. is_spring(draft%skipped_kind(f))) then
+      if (draft%skipped_kind(f) == no_facet .or. is_connector(draft%skipped_kind(f))) then
         problem = 'is no facet of a rigid body: R3D3, R3D4, S3 and S4 are'
         return
       end if

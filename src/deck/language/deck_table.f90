@@ -131,6 +131,8 @@ module deck_table_mod
     rule_t('EQUATION', in_model, is_read, data='count; node, dof, factor, ...'), &
     rule_t('SPRING', in_model, is_read, 'ELSET=name!', 'RTOL, COMPLEX STIFFNESS', &
     'dof of the first node, of the second node; stiffness, frequency, temperature'), &
+    rule_t('GAP', in_model, is_read, 'ELSET=name!', &
+    data='clearance, direction: x, y, z'), &
     rule_t('FOUNDATION', in_model, is_read, data='element or set, F1 to F6, stiffness per area'), &
     rule_t('COUPLING', in_model, is_read, &
     'CONSTRAINT NAME=name, REF NODE=id!, SURFACE=name!'), &
@@ -318,7 +320,6 @@ module deck_table_mod
     remark='surfaces that stay joined are a *TIE; those that may part, a *CONTACT PAIR'), &
     rule_t('FLUID SECTION', anywhere, is_outside), &
     rule_t('DASHPOT', anywhere, is_outside, remark=static_only), &
-    rule_t('GAP', anywhere, is_outside, remark='*CONTACT PAIR and *CONTACT GAP are of surfaces'), &
     rule_t('MASS', anywhere, is_outside, remark='*DENSITY gives bodies weight'), &
     rule_t('ROTARY INERTIA', anywhere, is_outside, remark=static_only), &
     rule_t('POINT MASS', anywhere, is_outside, remark='*DENSITY gives bodies weight'), &
