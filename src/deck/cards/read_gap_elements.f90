@@ -1,6 +1,6 @@
 !> Gaps: elements of type GAPUNI, of two nodes that may come as close as a clearance along a
-!> direction and then press each other. Each becomes a contact pair of one point: its slave is one of
-!> the nodes, its master a plane that moves with the other one.
+!> direction and then press each other. Each becomes a contact pair of one point: its slave is one
+!> of the nodes, its master a plane that moves with the other one.
 !>
 !>     *ELEMENT, TYPE=GAPUNI, ELSET=STOPS
 !>     201, 17, 4                          the first and the second node

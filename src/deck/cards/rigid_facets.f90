@@ -4,8 +4,8 @@ module rigid_facets_mod
   use diagnostics_mod, only: quoted
   use facet_shape_mod, only: facet_is_flat
   use lookup_mod, only: find_id
-  use mesh_draft_mod, only: is_connector, mesh_draft_t, no_facet, not_a_coordinate, refused_element, &
-    rigid_facet, shell_facet
+  use mesh_draft_mod, only: is_connector, mesh_draft_t, no_facet, not_a_coordinate, &
+    refused_element, rigid_facet, shell_facet
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
   use read_rigid_bodies_mod, only: rigid_bodies_t
   use sets_mod, only: find_set, model_t, report_unknown
