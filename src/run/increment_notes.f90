@@ -27,10 +27,10 @@ module increment_notes_mod
   private
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
-    note_unfelt, note_node_behind, note_passed, note_small_contacts, note_kinks, note_touch, &
-    note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, note_unstable, &
-    note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, note_followed, &
-    note_settled, note_yielded
+    note_unfelt, note_apart, note_node_behind, note_passed, note_small_contacts, note_kinks, &
+    note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, &
+    note_unstable, note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, &
+    note_followed, note_settled, note_yielded
 
   !> A line for the console.
   type :: note_t
@@ -434,6 +434,31 @@ contains
       ', at '//nodes_in_words(scene, unfelt%nodes)//', and nothing presses there: no more than '// &
       'the faces of a hollow stand out of it')
   end subroutine note_unfelt
+
+  !> Pairs that press though all that they see of each other is apart: what edges of up to 30
+  !> degrees make of faces that are taken for arcs.
+  pure subroutine note_apart(scene, points, increment, report, allowed, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    real(wp), intent(in) :: allowed    !! a gap that is none [length]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    real(wp) :: least                  !! [length]
+    integer :: pair
+
+    do pair = 1, size(scene%pairs)
+      associate (first => points%first(pair), last => points%first(pair + 1) - 1)
+        if (.not. any(points%on_surface(first:last) .and. report%contact%reaction(1, first:last) &
+          > 0.0_wp)) cycle
+        least = minval(report%contact%least_gap(first:last))
+      end associate
+      if (least > allowed) call add_note(notes, increment, .false., ': '//scene%pairs(pair)%name// &
+        ' presses though all that its faces see of each other is apart, by '//to_text(least, 3)// &
+        ' at least: edges of up to 30 degrees are taken for arcs that stand out of the faces; '// &
+        'smaller faces of the slave lessen that')
+    end do
+  end subroutine note_apart
 
   !> Where a pressure is that of one node or two.
   pure subroutine note_small_contacts(scene, points, increment, prescribed, report, notes)

@@ -46,10 +46,10 @@ module judge_increment_mod
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, &
     meshes_that_buckle
-  use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_node_behind, &
-    note_small_contacts, note_kinks, note_touch, note_redundant, note_opposed_reactions, &
-    note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
-    note_lost_shadow, note_followed, note_settled, note_yielded
+  use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
+    note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
+    note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
+    note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded
   use yielded_bodies_mod, only: yielded_t, find_yielded
   implicit none
   private
@@ -155,6 +155,8 @@ contains
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)
+        call note_apart(scene, plan%points, increment, report, least_overlap(scene, &
+          solver%choices%tolerance, solved%state%displacement), notes)
         call note_node_behind(scene, increment, find_node_behind(scene, plan%points, &
           solved%state, least_overlap(scene, solver%choices%tolerance, &
           solved%state%displacement)), notes)

@@ -113,6 +113,23 @@ class ApartAndTouching(unittest.TestCase):
                 with self.subTest(place=place, options=options):
                     self.assertEqual(np.abs(self.pressing(high, low, step, options)).max(), 0)
 
+    def test_a_plate_over_a_blunt_roof(self):
+        """An edge of 20 degrees counts as an arc, which is told; a flat block does not press."""
+        step = "*BOUNDARY\nATOP, 1, 2\nBLOW, 1, 3\nATOP, 3, 3, -0.005\n"
+        for fall in (0.0, 0.36):
+            roof, plate = Bar("B", 1, (4, 2, 2), n=2), Bar("A", 101, (2, 1, 0.4), n=2)
+            roof.faces, plate.faces = "B, S2", "A, S1"
+            roof.x[:, 2] -= fall * np.maximum(0, roof.x[:, 0]) * (roof.x[:, 2] > 0)
+            plate.x += (-0.3, 0, 1.21)
+            run = Run(deck(plate, roof, step), name="roof")
+            self.assertEqual(run.status, 0, run.output + run.errors)
+            words = "though all that its faces see of each other is apart, by 0.00"
+            self.assertEqual(words in run.output, fall > 0, run.output)
+            with run.result() as result:
+                force = np.abs(result.pairs[0].resultant[-1]).max()
+                self.assertEqual(force > 1, fall > 0)
+                self.assertGreaterEqual(result.history("error/geometry")[-1], 0.5 * (fall > 0))
+
     def test_a_leaning_facet_over_a_face(self):
         """It covers a tenth of a face, and does not reach it: its plane goes on to enter a node."""
         block = Bar("A", 101, (2, 1, 1), n=2)
