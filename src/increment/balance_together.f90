@@ -100,6 +100,8 @@ contains
     allocate (task%is_free(0:scene%mesh%n_bodies), source=.false.)
     task%is_free(solver%body%motions%body) = .true.
     new%rotation = trial%rotation
+    if (trial%is_extrapolated) new%displacement = merge(task%forces%displacement, trial%placed_at, &
+      task%forces%prescribed)
     call begin_where_turned(scene, points, task%forces, solver%body%motions, new)
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     call find_equilibrium(scene, points, task, solver%body, new, found, report, error)

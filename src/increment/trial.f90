@@ -3,7 +3,7 @@ module trial_mod
   use kinds_mod, only: wp, i8
   use constraints_mod, only: follow_masters
   use scene_mod, only: scene_t
-  use controls_mod, only: contact_controls_t, is_exact, solver_sweeps
+  use controls_mod, only: contact_controls_t, is_exact, solver_sweeps, solver_auto
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t
   use kinks_mod, only: count_between
@@ -206,7 +206,8 @@ contains
     integer(i8) :: before !! where the increment before began, if it was as long
 
     if (increment%begin <= 0.0_wp .or. .not. allocated(old%displacement_trend)) return
-    if (solver%choices%precision%renews_tangent .or. allocated(trial%u_contact_before)) return
+    if (solver%choices%precision%renews_tangent .and. scene%contact%solver /= solver_auto) return
+    if (allocated(trial%u_contact_before)) return
     before = increment%start - (increment%position - increment%start)
     if (count_between(solver%response%loads%kinks, before, increment%position) > 0) return
     start = old
