@@ -75,8 +75,7 @@ module judge_increment_mod
     !! (3,n_elements) of the elements' edges, as of find_reach [1/length]
     real(wp), allocatable :: limit(:)
     !! (n_materials) as of find_limits, at finite strain [-]
-    real(wp), allocatable :: hollow(:), fit(:)
-    !! (n_pairs) what meshes alone overlap by where they do not press, and where they do [length]
+    real(wp), allocatable :: fit(:) !! (n_pairs) what meshes overlap by where they press [length]
     type(face_entry_t) :: deepest !! entry of the *STEP, as far as this session has run it
     character(:), allocatable :: unheld !! motions that nothing held in the increment before
     logical :: is_unusual = .false.     !! stretches were beyond the usual ones of a law
@@ -94,7 +93,6 @@ contains
     watch%reach = find_reach(scene%mesh)
     if (.not. is_linear(scene)) watch%limit = find_limits(scene%materials)
     call begin_shadows(scene, watch%shadow)
-    watch%hollow = hollows_of_pairs(scene)
     watch%fit = fits_of_pairs(scene)
   end subroutine begin_watch
 
@@ -130,7 +128,7 @@ contains
       if (allocated(error)) return
       ! Within a *STEP surfaces may be on their way to each other's nodes.
       if (increment%last_of_step) call judge_overlap(scene, plan, solver%choices%tolerance, &
-        watch, solved, notes, error)
+        solved, notes, error)
       if (allocated(error)) return
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
@@ -233,24 +231,29 @@ contains
   end subroutine judge_laws
 
   !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
-  subroutine judge_overlap(scene, plan, tolerance, watch, solved, notes, error)
+  subroutine judge_overlap(scene, plan, tolerance, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
     real(wp), intent(in) :: tolerance !! of contact [-]
-    type(watch_t), intent(in) :: watch
     type(solved_t), intent(in) :: solved
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(face_entry_t) :: unfelt
+    real(wp), allocatable :: places(:, :) !! (3,n_nodes) of faces [length]
     real(wp) :: allowed(size(scene%pairs)) !! [length]
     logical :: is_missed
 
+    places = scene%mesh%coordinates
     associate (u => solved%state%displacement)
       allowed = least_overlap(scene, tolerance, u)
-      if (is_linear(scene)) allowed = allowed + turns_of_pairs(scene, u)
+      if (is_linear(scene)) then
+        allowed = allowed + turns_of_pairs(scene, u)
+      else
+        places = places + u
+      end if
     end associate
-    call find_unfelt_overlap(scene, plan%points, solved%report%contact, watch%hollow, allowed, &
-      unfelt, is_missed)
+    call find_unfelt_overlap(scene, plan%points, solved%report%contact, hollows_of_pairs(scene, &
+      places), allowed, unfelt, is_missed)
     if (is_missed) then
       call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
     else

@@ -434,6 +434,35 @@ class BeforeFaces(unittest.TestCase):
                     if status == 2:
                         self.assertIn("contact is missed", run.errors)
 
+    def test_leaves_that_bend_into_polygons_miss_no_contact(self):
+        """Two leaves of a spring, of unlike flat faces: bent, those of the upper one are a hollow
+        polygon, which the lower one's corners enter away from its end, where alone it presses.
+        """
+        cards = []
+        leaves = ("UPPER", 1, 60.0, 10, 0.0), ("LOWER", 101, 44.0, 9, -2.0)
+        for name, first, length, n, low in leaves:
+            cards.append("*NODE")
+            for k in range(n + 1):
+                cards += [f"{first + 2 * k + i}, {length * k / n!r}, {low + 2 * i}" for i in (0, 1)]
+            cards.append(f"*ELEMENT, TYPE=CPE4, ELSET={name}")
+            for k in range(n):
+                a = first + 2 * k
+                cards.append(f"{first + k}, {a}, {a + 2}, {a + 3}, {a + 1}")
+            cards += [f"*SURFACE, NAME={name}-TOP", f"{name}, S3", f"*SURFACE, NAME={name}-BOTTOM",
+                      f"{name}, S1", f"*SOLID SECTION, ELSET={name}, MATERIAL=STEEL"]  # fmt: skip
+        run = Run("\n".join((
+            *cards, "*MATERIAL, NAME=STEEL", "*ELASTIC", "210000., 0.3",
+            "*SURFACE INTERACTION, NAME=DRY", "*FRICTION", "0.1",
+            "*CONTACT PAIR, INTERACTION=DRY", "LOWER-TOP, UPPER-BOTTOM",
+            "*STEP, NLGEOM", "*STATIC", "0.2, 1.", "*BOUNDARY", "1, 1, 2", "2, 1, 2",
+            "101, 1, 2", "102, 1, 2", "22, 2, 2, -16.", "*END STEP\n",
+        )), name="leaves")  # fmt: skip
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        self.assertIn("faces of a hollow stand out of it", run.output)
+        with run.result() as result:
+            status = result.pairs[0].status[-1]
+            np.testing.assert_array_equal(result.points[result.pairs[0].nodes[status > 0], 0], 44.0)
+
     def test_what_turning_makes_of_a_motion_is_not_missed_at_small_strain(self):
         """Two heads are held side by side at their tops, one a little lower; they lean alike, and
         part below. Only in deformed places, by slope times height, is one in the other.

@@ -43,14 +43,19 @@ contains
   end function no_faces
 
   !> The faces of a surface; none where it consists of nodes alone.
-  pure type(smooth_faces_t) function make_smooth_faces(mesh, surface) result(faces)
+  pure type(smooth_faces_t) function make_smooth_faces(mesh, surface, places) result(faces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
+    real(wp), intent(in), optional :: places(:, :) !! (3,n_nodes) in place of the mesh's [length]
     integer, allocatable :: corners(:, :), whole(:)
 
     allocate (corners(face_corners, 0))
     if (allocated(surface%faces)) call split_faces(surface%faces, mesh%connectivity, corners, whole)
-    faces = smooth_faces_of(corners, mesh%coordinates)
+    if (present(places)) then
+      faces = smooth_faces_of(corners, places)
+    else
+      faces = smooth_faces_of(corners, mesh%coordinates)
+    end if
   end function make_smooth_faces
 
   !> Faces over any list of places.

@@ -164,10 +164,11 @@ contains
     end do
   end subroutine list_dents
 
-  !> How far the meshes of each pair may overlap without contact: as flat faces stand out of hollow
-  !> surfaces; 0 of pairs that are not before faces.
-  pure function hollows_of_pairs(scene) result(hollow)
+  !> How far the meshes of each pair may overlap without contact: as flat faces stand out of
+  !> surfaces that are hollow, or that bending has made so; 0 of pairs that are not before faces.
+  pure function hollows_of_pairs(scene, places) result(hollow)
     type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: places(:, :) !! (3,n_nodes) [length]
     real(wp) :: hollow(size(scene%pairs)) !! [length]
     integer :: pair
 
@@ -175,9 +176,9 @@ contains
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (.not. is_before_faces(of, scene%obstacles)) cycle
-        hollow(pair) = hollowness(scene%mesh, scene%surfaces(of%surface))
+        hollow(pair) = hollowness(scene%mesh, scene%surfaces(of%surface), places)
         if (of%master == 0) hollow(pair) = hollow(pair) + hollowness(scene%mesh, &
-          scene%surfaces(of%master_surface))
+          scene%surfaces(of%master_surface), places)
       end associate
     end do
   end function hollows_of_pairs
@@ -191,7 +192,7 @@ contains
     type(smooth_faces_t) :: faces
     integer :: pair
 
-    fit = hollows_of_pairs(scene)
+    fit = hollows_of_pairs(scene, scene%mesh%coordinates)
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
         if (.not. fit(pair) > 0.0_wp) cycle
@@ -253,13 +254,14 @@ contains
   end subroutine add_turns
 
   !> How far flat faces stand out of a smooth hollow surface, at most; 0 of flat or convex ones.
-  pure real(wp) function hollowness(mesh, surface) result(rise)
+  pure real(wp) function hollowness(mesh, surface, places) result(rise)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
+    real(wp), intent(in) :: places(:, :) !! (3,n_nodes) [length]
     type(smooth_faces_t) :: faces
     integer :: f
 
-    faces = make_smooth_faces(mesh, surface)
+    faces = make_smooth_faces(mesh, surface, places)
     rise = 0.0_wp
     do f = 1, size(faces%nodes, 2)
       rise = max(rise, -minval(matmul(faces%normal(:, f), faces%bulge(:, :, f))))
