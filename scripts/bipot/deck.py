@@ -468,6 +468,23 @@ class Deck:
             self.card("EXPANSION", [(expansion,)])
         return self
 
+    def rubber(
+        self, name: str, law: str, *parameters: Number, density: Number | None = None
+    ) -> Deck:
+        """Add a hyperelastic material for finite strain: `rubber("SEAL", "NEO HOOKE", C10, D1)`.
+
+        law  a word of `*HYPERELASTIC`: NEO HOOKE, MOONEY-RIVLIN, YEOH, OGDEN and others; its
+             `parameters` follow, with options as in "OGDEN, N=2"
+        """
+        self.card("MATERIAL", NAME=_name(name))
+        words, *options = (word.strip() for word in law.split(","))
+        given = dict(option.split("=") for option in options)
+        lines = [parameters[k : k + 8] for k in range(0, len(parameters), 8)]
+        self.card("HYPERELASTIC", lines, {words: True, **given})
+        if density is not None:
+            self.card("DENSITY", [(density,)])
+        return self
+
     def section(self, material: str, elements: str) -> Deck:
         """Give a set of elements its material."""
         return self.card("SOLID SECTION", options={
@@ -607,15 +624,17 @@ class Deck:
 
     @contextmanager
     def step(
-        self, increment: Number = 1.0, period: Number = 1.0, direct: bool = False, title: str = ""
+        self, increment: Number = 1.0, period: Number = 1.0, direct: bool = False, title: str = "",
+        nlgeom: bool = False,
     ) -> Iterator[Deck]:
         """Add a step; the cards made in the `with` block belong to it.
 
         increment, period  of time; `direct`: the increments stay as they are
+        nlgeom             finite strain
         """
         if self._in_step:
             raise ValueError("a step within a step")
-        self.card("STEP", title.splitlines())
+        self.card("STEP", title.splitlines(), NLGEOM=nlgeom)
         self.card("STATIC", [(increment, period)], DIRECT=direct)
         try:
             yield self

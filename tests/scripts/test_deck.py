@@ -208,12 +208,13 @@ class AsText(WithFolder):
         deck.pair("HIGH-YMAX", "BORE", "DRY", small_sliding=True)
         deck.tie("GLUE", "LOW-ZMAX", "HIGH-ZMIN", position_tolerance=0.1)
         deck.block("QUARTER", (2, 2, 1), (1, 1, 1), corner=(50, 50, 50))
-        deck.section("STEEL", "QUARTER")
+        deck.rubber("SEAL", "OGDEN, N=2", 0.4, 2.0, 0.1, -2.0, 0.05, density=1e-9)
+        deck.section("SEAL", "QUARTER")
         deck.sector("WHEEL", ("QUARTER-XMIN", "QUARTER-YMIN"), 4, ((50, 50, 0), (50, 50, 1)))
         deck.contact_solver(SOLVER="AUTO", MAX_SWEEPS=100)
         deck.amplitude("UP", [(0, 0), (2, 1)], total_time=True)
         deck.initial_temperature("LOW", 20.0)
-        with deck.step(0.5, 1.0, direct=True, title="all at once"):
+        with deck.step(0.5, 1.0, direct=True, title="all at once", nlgeom=True):
             deck.boundary("SOME", "PINNED")
             deck.boundary("LOW-ZMIN", 1, 3)
             deck.boundary("SIDE", 3, value=-0.001, amplitude="UP")
@@ -225,7 +226,7 @@ class AsText(WithFolder):
             deck.gravity(9810.0)
             deck.temperature("LOW", 30.0, amplitude="UP")
             deck.output(["U", "CF"], ["S", "MISES"], position="AVERAGED AT NODES", frequency=2)
-        with deck.step():
+        with deck.step(nlgeom=True):
             deck.boundary("LOW-ZMIN", 1, 3, fixed=True)
         deck.write("all.inp")
         self.assertEqual([str(message) for message in bipot.check("all.inp")], [])
