@@ -326,20 +326,38 @@ contains
               -of%part(q)*frame(:, a), system)
           end do
         end if
-        if (.not. system%is_whole) cycle
-        if (any(abs(of%normal(:, :, q)) > 0.0_wp)) then
-          do p = 1, size(of%node)
-            if (abs(of%part(p)) > 0.0_wp) call add_block(unknowns, of%node(p), of%node(q), &
-              -of%part(p)*matmul(turns, of%normal(:, :, q)), system)
-          end do
-        end if
-        do p = 1, size(of%master)
-          call add_block(unknowns, of%master(p), of%node(q), spread(matmul(frame, r), 2, 3)* &
-            spread(of%weight(:, p, q), 1, 3), system)
-        end do
+        if (system%is_whole) call add_turns(unknowns, of, q, matmul(frame, r), turns, system)
       end do
     end associate
   end subroutine add_point
+
+  !> What the forces of a point's reaction change by as one of its nodes moves.
+  subroutine add_turns(unknowns, of, q, reaction, turns, system)
+    type(unknowns_t), intent(in) :: unknowns
+    type(point_row_t), intent(in) :: of
+    integer, intent(in) :: q                !! of its nodes
+    real(wp), intent(in) :: reaction(3)     !! in x, y, z [force]
+    real(wp), intent(in) :: turns(3, 3)     !! what that changes by with the normal [force]
+    type(system_t), intent(inout) :: system
+    real(wp) :: turned(3, 3), k(3, 3)
+    integer :: m(size(of%node)), p, a
+
+    m = 0
+    do p = 1, size(of%master)
+      if (any(abs(of%weight(:, p, q)) > 0.0_wp)) m(findloc(of%node, of%master(p), dim=1)) = p
+    end do
+    turned = matmul(turns, of%normal(:, :, q))
+    do p = 1, size(of%node)
+      if (m(p) == 0 .and. .not. (abs(of%part(p)) > 0.0_wp .and. any(abs(turned) > 0.0_wp))) cycle
+      k = -of%part(p)*turned
+      if (m(p) > 0) then
+        do a = 1, 3
+          k(:, a) = k(:, a) + reaction*of%weight(a, m(p), q)
+        end do
+      end if
+      call add_block(unknowns, of%node(p), of%node(q), k, system)
+    end do
+  end subroutine add_turns
 
   !> The derivative of P(r - rho x) by its argument, and r - P, in the branch that is taken.
   pure subroutine derive_law(largest, rho, has, slides, r, x, j, off)
@@ -414,8 +432,8 @@ contains
             system)
         end do
       end do
+      system%force(:, of) = system%force(:, of) - k(:, a)*system%known(a, by)
     end do
-    system%force(:, of) = system%force(:, of) - matmul(k, system%known(:, by))
   end subroutine add_block
 
   !> Derivatives of a row of the law by a node's place.

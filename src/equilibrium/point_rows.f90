@@ -19,7 +19,7 @@ module point_rows_mod
 
   public :: point_row_t, kept_changes_t, make_rows
 
-  !> One point's row: how it depends on nodes, some of which may stand in it twice.
+  !> One point's row: how it depends on nodes.
   type :: point_row_t
     integer :: point = 0
     integer, allocatable :: node(:)          !! (n)
@@ -190,6 +190,7 @@ contains
     type(obstacle_t), intent(in) :: obstacle  !! as it has turned
     type(kept_changes_t), intent(in) :: kept
     type(point_row_t), intent(inout) :: rows(:)
+    integer, allocatable :: at(:)
     integer :: k, c, first, last, here, n
 
     if (.not. allocated(kept%mortar%changes)) return
@@ -201,18 +202,19 @@ contains
                  to => kept%mortar%changes%first(here + 1) - 1)
         if (to < from) cycle
         n = size(row%node)
-        call widen(points%node(first - 1 + changes%node(from:to)), row)
+        call widen(points%node(first - 1 + changes%node(from:to)), row, at)
         row%gap = 0.0_wp
         do c = from, to
-          call add_normal(points, mortar, here, changes%normal(:, :, c), n + c - from + 1, row)
-          row%gap(:, n + c - from + 1) = row%gap(:, n + c - from + 1) - &
-            matmul(mortar%normal(:, here), changes%faced(:, :, c))
+          associate (gap => row%gap(:, at(c - from + 1)))
+            call add_normal(points, mortar, here, changes%normal(:, :, c), at(c - from + 1), row)
+            gap = gap - matmul(mortar%normal(:, here), changes%faced(:, :, c))
+          end associate
         end do
         call add_lift(points, now, row)
         if (obstacle%ref_node == 0) cycle
         ! A motion of both changes nothing.
-        row%gap(:, n) = -sum(row%gap(:, n + 1:), dim=2)
-        row%normal(:, :, n) = -sum(row%normal(:, :, n + 1:), dim=3)
+        row%gap(:, n) = -sum(row%gap, dim=2)
+        row%normal(:, :, n) = -sum(row%normal, dim=3)
       end associate
     end do
   end subroutine add_facets
@@ -223,15 +225,14 @@ contains
     type(contact_points_t), intent(in) :: points
     type(iterate_t), intent(in) :: now
     type(point_row_t), intent(inout) :: row
-    integer :: n
+    integer, allocatable :: at(:)
 
     if (.not. allocated(points%alpha)) return
     associate (i => row%point, alpha => points%alpha(row%point))
       if (.not. (alpha > 0.0_wp .and. now%placement%weights%alone(i))) return
-      n = size(row%node)
-      call widen([points%node(points%end_point(:, i)), points%node(i)], row)
-      row%gap(:, n + 1:) = outer(now%placement%frame(:, 1, i), alpha/(1.0_wp - 2.0_wp*alpha)* &
-        [1.0_wp, 1.0_wp, -2.0_wp])
+      call widen([points%node(points%end_point(:, i)), points%node(i)], row, at)
+      row%gap(:, at) = row%gap(:, at) + outer(now%placement%frame(:, 1, i), &
+        alpha/(1.0_wp - 2.0_wp*alpha)*[1.0_wp, 1.0_wp, -2.0_wp])
     end associate
   end subroutine add_lift
 
@@ -243,7 +244,9 @@ contains
     type(placement_t), intent(in) :: began
     type(kept_changes_t), intent(in) :: kept
     type(point_row_t), intent(inout) :: rows(:)
-    integer :: k, c, i, a, j, first, last, here, n, m
+    integer, allocatable :: at(:)
+    integer :: k, c, i, a, j, first, last, here, m
+    logical :: has_slipped
 
     if (.not. allocated(kept%mortar%changes)) return
     call find_side_points(points, pair, side, first, last)
@@ -258,34 +261,34 @@ contains
                  to => kept%mortar%changes%first(here + 1) - 1, &
                  m_first => kept%mortar%changes%first_master(here), w0 => began%weights)
         if (to < from) cycle
-        n = size(row%node)
+        has_slipped = is_covered(points, w0, i)
+        if (has_slipped) then
+          ! The slip is (P - P_0) x_m: no part of it is the motion of the node.
+          row%slip = -row%slip
+          row%slip(:, :, :n_slaves(points, now%placement, i)) = 0.0_wp
+        end if
+        call widen(changes%node(from:to), row, at)
         m = kept%mortar%changes%first_master(here + 1) - m_first
-        call widen(changes%node(from:to), row)
         row%master = changes%master(m_first:m_first + m - 1)
         deallocate (row%weight)
         allocate (row%weight(3, m, size(row%node)), source=0.0_wp)
         do c = from, to
-          associate (at => n + c - from + 1)
-            call add_normal(points, kept%mortar, here, changes%normal(:, :, c), at, row)
-            row%gap(:, at) = row%gap(:, at) - matmul(now%placement%frame(:, 1, i), &
+          associate (n => at(c - from + 1))
+            call add_normal(points, kept%mortar, here, changes%normal(:, :, c), n, row)
+            row%gap(:, n) = row%gap(:, n) - matmul(now%placement%frame(:, 1, i), &
               changes%faced(:, :, c))
-            row%weight(:, :, at) = changes%weight(:, changes%first_weight(c): &
+            row%weight(:, :, n) = changes%weight(:, changes%first_weight(c): &
               changes%first_weight(c) + m - 1)
+            if (has_slipped) row%slip(:, :, n) = row%slip(:, :, n) + changes%faced(:, :, c)
           end associate
         end do
-        if (.not. is_covered(points, w0, i)) cycle
-        ! The slip is (P - P_0) x_m: no part of it is the motion of the node.
-        m = n_slaves(points, now%placement, i)
-        row%slip(:, :, :m) = 0.0_wp
-        row%slip(:, :, m + 1:n) = -row%slip(:, :, m + 1:n)
-        do c = from, to
-          row%slip(:, :, n + c - from + 1) = changes%faced(:, :, c)
-        end do
-        n = size(row%node)
-        call widen(w0%node(w0%first(i):w0%first(i + 1) - 1), row)
-        do j = w0%first(i), w0%first(i + 1) - 1
+        if (.not. has_slipped) cycle
+        call widen(w0%node(w0%first(i):w0%first(i + 1) - 1), row, at)
+        do j = 1, size(at)
           do a = 1, 3
-            row%slip(a, a, n + j - w0%first(i) + 1) = -w0%weight(j)
+            associate (slip => row%slip(a, a, at(j)))
+              slip = slip - w0%weight(w0%first(i) + j - 1)
+            end associate
           end do
         end do
         do a = 1, 3
@@ -346,26 +349,34 @@ contains
     real(wp), intent(in) :: change(3, 3)  !! of its normal [1/length]
     integer, intent(in) :: at             !! of the row's nodes
     type(point_row_t), intent(inout) :: row
-    real(wp) :: n(3)
+    real(wp) :: n(3), turn(3, 3)
 
     n = mortar%normal(:, here)
     where (is_across(points, row%point)) n = 0.0_wp
-    row%normal(:, :, at) = turned_into_plane(is_across(points, row%point), n/norm2(n), &
-      change/norm2(n))
-    row%gap(:, at) = row%gap(:, at) + matmul(mortar%apart(:, here), row%normal(:, :, at))
+    turn = turned_into_plane(is_across(points, row%point), n/norm2(n), change/norm2(n))
+    row%normal(:, :, at) = row%normal(:, :, at) + turn
+    row%gap(:, at) = row%gap(:, at) + matmul(mortar%apart(:, here), turn)
   end subroutine add_normal
 
-  !> Add nodes on which no reaction acts.
-  pure subroutine widen(nodes, row)
+  !> Find nodes in a row. What it does not have it gets; on these no reaction acts.
+  pure subroutine widen(nodes, row, at)
     integer, intent(in) :: nodes(:)
     type(point_row_t), intent(inout) :: row
+    integer, allocatable, intent(out) :: at(:) !! (size(nodes)) where they are in it
     real(wp), allocatable :: gap(:, :), slip(:, :, :), normal(:, :, :), weight(:, :, :)
-    integer :: n
+    integer :: i, n
 
     n = size(row%node)
-    row%node = [row%node, nodes]
-    row%part = [row%part, spread(0.0_wp, 1, size(nodes))]
+    allocate (at(size(nodes)))
+    do i = 1, size(nodes)
+      at(i) = findloc(row%node, nodes(i), dim=1)
+      if (at(i) > 0) cycle
+      row%node = [row%node, nodes(i)]
+      at(i) = size(row%node)
+    end do
     associate (all => size(row%node))
+      if (all == n) return
+      row%part = [row%part, spread(0.0_wp, 1, all - n)]
       allocate (gap(3, all), slip(3, 3, all), normal(3, 3, all), weight(3, size(row%master), all), &
         source=0.0_wp)
     end associate

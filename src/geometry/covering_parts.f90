@@ -206,7 +206,8 @@ contains
   end subroutine add_integrals
 
   !> What a part covers of a slave face where nodes have moved a little since it was found: what
-  !> there is of it is not looked for again, and what other faces cut out of it is held.
+  !> there is of it is not looked for again, and what other faces cut out of it is held. What of an
+  !> integral a rule leaves does not leap, for differences.
   pure subroutine cover_again(x, face, part)
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(face_t), intent(in) :: face      !! where it is now
@@ -218,10 +219,11 @@ contains
       part%plane = plane_of_face(x(:, mine))
       part%seen = [find_common(part%plane, in_plane(part%plane, x(:, corner)))]
       if (max(face%n, part%n) <= face_corners) then
-        part%overlap = find_overlap(part%plane, face%x(:, :face%n), x(:, corner), part%seen)
+        part%overlap = find_overlap(part%plane, face%x(:, :face%n), x(:, corner), part%seen, &
+          roughly=.true.)
       else
         part%overlap = find_curved_overlap(part%plane, whole_face(face%x(:, :face%n)), &
-          whole_face(x(:, of)), part%seen)
+          whole_face(x(:, of)), part%seen, roughly=.true.)
       end if
     end associate
   end subroutine cover_again

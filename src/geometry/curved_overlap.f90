@@ -107,11 +107,14 @@ contains
   !> The integrals over what parts of a slave face and of a master face see of each other. With a
   !> `patch` of a slave face with mid-side nodes its polynomials take the place of the slave's shape
   !> functions in `mass` and `mixed`.
-  pure function find_curved_overlap(plane, of_slave, of_master, seen, patch) result(overlap)
+  pure function find_curved_overlap(plane, of_slave, of_master, seen, patch, roughly) &
+    result(overlap)
     type(plane_t), intent(in) :: plane        !! of the part of the slave face
     type(whole_face_t), intent(in) :: of_slave, of_master
     type(polygon_t), intent(in) :: seen(:)    !! parts of the plane
     type(patch_t), intent(in), optional :: patch
+    logical, intent(in), optional :: roughly
+    !! by the rule of parallelograms, for derivatives: no rest of it that leaps
     type(overlap_t) :: overlap
     real(wp) :: from(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
@@ -127,6 +130,7 @@ contains
       is_folded(master))
     ! What no rule is exact for is cut into smaller triangles.
     is_affine = slave%is_affine .and. master%is_affine
+    if (present(roughly)) is_affine = is_affine .or. roughly
     do k = 1, size(seen)
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         overlap%area = overlap%area + area_of(polygon)

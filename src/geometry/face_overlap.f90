@@ -221,13 +221,16 @@ contains
   end function find_common
 
   !> The integrals over what a slave face and a master face see of each other.
-  pure type(overlap_t) function find_overlap(plane, slave, master, seen, moved) result(overlap)
+  pure type(overlap_t) function find_overlap(plane, slave, master, seen, moved, roughly) &
+    result(overlap)
     type(plane_t), intent(in) :: plane     !! of the slave face
     real(wp), intent(in) :: slave(:, :)    !! (3,3) or (3,4) its nodes, for gaps [length]
     real(wp), intent(in) :: master(:, :)   !! (3,3) or (3,4) anticlockwise from outside [length]
     type(polygon_t), intent(in) :: seen(:) !! parts of the plane
     real(wp), intent(in), optional :: moved(:, :)
     !! (3,3) or (3,4) how far from there its nodes are, for gaps; left out: not [length]
+    logical, intent(in), optional :: roughly
+    !! by the rule of parallelograms, for derivatives: no rest of it that leaps
     type(two_faces_t) :: faces
     real(wp) :: flat(2, size(master, 2)), centre(2), corner(2, 3)
     real(wp) :: normal(3), even, defect, share
@@ -252,6 +255,7 @@ contains
     faces%master_jacobian = jacobians(flat)
     even = min(evenness(faces%slave_jacobian), evenness(faces%master_jacobian))
     defect = 1.0_wp - even
+    if (present(roughly)) defect = merge(0.0_wp, defect, roughly)
     ! Places of a folded face are of several parts of it, and no parts are even along the fold. No
     ! increment ends with one.
     left = merge(0, most_halvings, even < -folded)

@@ -51,12 +51,12 @@ contains
     real(wp), intent(inout) :: place(:, :)     !! (3,n_nodes) moved, and back again [length]
     type(face_changes_t), intent(inout) :: new !! empty; stays so where nothing covers the face
     type(face_t) :: moved
-    type(part_t) :: of(size(parts))
+    type(part_t), dimension(size(parts)) :: of, as_it_is
     type(mortar_t) :: added
     type(entries_t) :: entries
     logical :: moves(size(parts)) !! with a node
     real(wp) :: length, before
-    integer :: i, c, d, copy
+    integer :: i, c, d, copy, n_moved
 
     if (size(parts) == 0) return
     new%n = face%n
@@ -80,9 +80,15 @@ contains
     moved = face
     moved%row(:face%n) = [(i, i=1, face%n)]
     of = parts
+    do i = 1, size(parts)
+      call cover_again(place, face, of(i))
+    end do
+    as_it_is = of
     copy = 0
     call take_copy(moved, place, of, makes_rows, copy, added, entries, new)
-    do c = 1, size(new%node)
+    ! Where all move alike nothing changes.
+    n_moved = merge(size(new%node) - 1, size(new%node), makes_rows)
+    do c = 1, n_moved
       moves = [(any(parts(i)%node == new%node(c)), i=1, size(parts))] .or. any(face%node(:face%n) &
         == new%node(c))
       do d = 1, 3
@@ -96,17 +102,23 @@ contains
           end do
           call take_copy(moved, place, of, makes_rows, copy, added, entries, new)
           do i = 1, size(parts)
-            if (moves(i)) of(i) = parts(i)
+            if (moves(i)) of(i) = as_it_is(i)
           end do
           at = before
         end associate
       end do
     end do
-    do copy = 1, 3*size(new%node)
+    do copy = 1, 3*n_moved
       new%area(:, copy) = (new%area(:, copy) - new%area(:, 0))/length
       new%normal(:, :, copy) = (new%normal(:, :, copy) - new%normal(:, :, 0))/length
       new%apart(:, :, copy) = (new%apart(:, :, copy) - new%apart(:, :, 0))/length
       new%weight(:, :, copy) = (new%weight(:, :, copy) - new%weight(:, :, 0))/length
+    end do
+    do copy = 3*n_moved + 1, 3*size(new%node)
+      d = copy - 3*n_moved
+      new%area(:, copy) = -sum(new%area(:, d:3*n_moved:3), dim=2)
+      new%normal(:, :, copy) = -sum(new%normal(:, :, d:3*n_moved:3), dim=3)
+      new%weight(:, :, copy) = -sum(new%weight(:, :, d:3*n_moved:3), dim=3)
     end do
   end subroutine note_changes
 
