@@ -13,10 +13,11 @@ module find_equilibrium_mod
   use placement_mod, only: join_ends
   use follow_points_mod, only: rounding_of_places
   use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
-    set_reactions, is_closed, law_error, find_radius
+    set_reactions, is_closed, is_beyond, law_error
   use linearise_mod, only: find_scales, set_t, step_t
-  use make_step_mod, only: step_maker_t, begin_steps, prepare_step, make_step
-  use loose_bodies_mod, only: loose_t, begin_loose, bodies_of, stay_unseen, is_held_back, &
+  use kept_factor_mod, only: step_maker_t, begin_steps
+  use make_step_mod, only: prepare_step, make_step
+  use loose_bodies_mod, only: loose_t, begin_loose, note_pressed, stay_unseen, is_held_back, &
     follow_loose
   implicit none
   private
@@ -98,7 +99,16 @@ contains
         cycle iterations
       end if
       call choose_set(scene, points, task, now, error_now, i == 1, search, set)
+      set%sticks = i == 1 .and. search%sticking > 0
       call make_step(scene, points, task, now, set, maker, step, error)
+      if (allocated(set%y)) then
+        ! The law has been solved in it.
+        search%sticking = 0
+        search%has_turned = .false.
+        search%friction = merge(set%y(2:, :), 0.0_wp, spread(set%slides, 1, 2))
+        search%pressed = set%presses
+        call note_pressed(scene, points, now, set, search%loose)
+      end if
       report%newton_raphson_iterations = report%newton_raphson_iterations + 1
       report%contact_iterations = report%contact_iterations + 1
       if (allocated(error)) then
@@ -108,7 +118,7 @@ contains
         search%caution = min(most_caution, 100.0_wp*search%caution)
         cycle iterations
       end if
-      call stay_unseen(scene, points, task, now, maker%rows, body%motions, step)
+      call stay_unseen(scene, points, task, now, maker%system%rows, body%motions, step)
       if (.not. way > 0.0_wp) then
         is_held = task%is_free .and. is_held_back(scene, points, now, maker%unknowns%map, &
           maker%held, step)
@@ -123,7 +133,7 @@ contains
 
       ! The first of 1, 1/2, 1/4, ... that takes it nearer.
       part = 1.0_wp
-      arrives = way > 0.0_wp .or. search%sticking > 0 .or. search%has_turned
+      arrives = way > 0.0_wp .or. search%sticking > 0 .or. search%has_turned .or. set%lands
       do
         call look_at(scene, points, task, now, moved(task, now, step%u, part), now%reaction + &
           part*step%r, next)
@@ -311,18 +321,6 @@ contains
     y = merge(now%reaction(:, i) - rho*now%x(:, i), 0.0_wp, now%has(:, i))
   end function prediction
 
-  !> Whether friction does not hold a prediction. Where it pulls there is none.
-  pure logical function is_beyond(mu, now, i, y)
-    real(wp), intent(in) :: mu         !! [-]
-    type(iterate_t), intent(in) :: now
-    integer, intent(in) :: i           !! point
-    real(wp), intent(in) :: y(3)       !! [force]
-    real(wp) :: radius, slope
-
-    call find_radius(mu, now%law, i, y(1), radius, slope)
-    is_beyond = y(1) < 0.0_wp .or. norm2(y(2:)) > radius
-  end function is_beyond
-
   !> What the points do in the next step: by r - rho x; without reactions to begin with by gaps, and
   !> all of them stick until those that press repeat.
   subroutine choose_set(scene, points, task, now, error_now, is_first, search, set)
@@ -338,10 +336,10 @@ contains
     real(wp) :: touching !! gap that counts as none [length]
     integer :: i
 
+    if (allocated(set%y)) deallocate (set%y)
     set%presses = [(.false., i=1, points%n)]
     set%slides = set%presses
     search%has_turned = .false.
-    search%loose%is_pressed = .false.
     touching = rounding_of_places(scene, now%u)
     do i = 1, points%n
       if (.not. now%has(1, i)) cycle
@@ -359,9 +357,9 @@ contains
         set%slides(i) = .false.
       end if
       search%friction(:, i) = merge(y(2:), 0.0_wp, set%slides(i) .and. points%mu(i) > 0.0_wp)
-      if (.not. set%presses(i)) cycle
-      search%loose%is_pressed(bodies_of(scene, points, now, i)) = .true.
     end do
+    call note_pressed(scene, points, now, set, search%loose)
+    set%lands = any(search%loose%lands)
     search%loose%lands = .false.
     if (search%sticking > 0) then
       search%sticking = search%sticking - 1

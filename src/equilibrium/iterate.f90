@@ -24,7 +24,7 @@ module iterate_mod
   private
 
   public :: task_t, iterate_t, look_at, world_reactions, local_reactions, set_reactions, &
-    is_closed, law_error, find_radius
+    is_closed, is_beyond, law_error, find_radius
 
   !> What an increment's equilibrium is sought for; nothing changes it.
   type :: task_t
@@ -201,6 +201,18 @@ contains
 
     is_closed = now%has(1, i) .and. (task%stays(i) .or. y > 0.0_wp)
   end function is_closed
+
+  !> Whether friction does not hold a prediction. Where it pulls there is none.
+  pure logical function is_beyond(mu, now, i, y)
+    real(wp), intent(in) :: mu         !! [-]
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i           !! point
+    real(wp), intent(in) :: y(3)       !! [force]
+    real(wp) :: radius, slope
+
+    call find_radius(mu, now%law, i, y(1), radius, slope)
+    is_beyond = y(1) < 0.0_wp .or. norm2(y(2:)) > radius
+  end function is_beyond
 
   !> The largest friction of a point at a normal reaction, and its slope. docs/theory.md (3.12).
   pure subroutine find_radius(mu, law, i, r_n, radius, slope)

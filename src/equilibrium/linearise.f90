@@ -23,7 +23,7 @@ module linearise_mod
   private
 
   public :: unknowns_t, number_unknowns, bodies_stiffness_t, find_bodies_stiffness, find_scales, &
-    set_t, step_t, system_t, linearise, holding
+    set_t, step_t, system_t, linearise, holding, derive_law, derive_driven
 
   !> What is sought of the bodies.
   type :: unknowns_t
@@ -44,6 +44,10 @@ module linearise_mod
   type :: set_t
     logical, allocatable :: presses(:), slides(:) !! (n_points)
     real(wp), allocatable :: rho(:)         !! (n_points) [force/length]
+    real(wp), allocatable :: y(:, :)
+    !! (3,n_points) r - rho x that friction is linearised about; not allocated: that of now [force]
+    logical :: sticks = .false.             !! nothing slides before it is known what presses
+    logical :: lands = .false.              !! a body comes to points, which are not to open
     real(wp) :: on_bodies = 0.0_wp          !! of what `holding` says [-]
     real(wp) :: on_reactions = 0.0_wp       !! of 1/rho [-]
     real(wp) :: error = 1.0_wp              !! how far all is from balance and law there [-]
@@ -281,18 +285,19 @@ contains
     type(point_row_t), intent(in) :: of
     integer, intent(in) :: row(3)           !! of the matrix, 0: none
     type(system_t), intent(inout) :: system
-    real(wp) :: x_by(3, 3), by_r(3, 3), by_x(3, 3), off(3), turns(3, 3), radius, slope
+    real(wp) :: x_by(3, 3), by_r(3, 3), by_x(3, 3), off(3), turns(3, 3), y(3), p_y(3)
     integer :: p, q, a, i
 
     i = of%point
     associate (r => now%reaction(:, i), frame => now%frame(:, :, i), rho => set%rho(i))
       if (now%is_driven(i)) then
-        call find_radius(mu, now%law, i, r(1), radius, slope)
-        call derive_driven(radius, slope, rho, r, now%x(:, i), by_r, by_x, off)
+        call derive_driven(mu, rho, now, i, by_r, by_x, off)
       else
-        call find_radius(mu, now%law, i, r(1) - rho*now%x(1, i), radius, slope)
-        call derive_law([radius, slope], rho, now%has(:, i), set%slides(i), r, now%x(:, i), by_x, &
-          off)
+        y = merge(r - rho*now%x(:, i), 0.0_wp, now%has(:, i))
+        off = y
+        if (allocated(set%y)) y = set%y(:, i)
+        call derive_law(mu, now, i, set%slides(i), y, by_x, p_y)
+        off = r - p_y + matmul(by_x, y - off)
         by_r = -by_x
         do a = 1, 3
           by_r(a, a) = 1.0_wp + by_r(a, a)
@@ -359,62 +364,65 @@ contains
     end do
   end subroutine add_turns
 
-  !> The derivative of P(r - rho x) by its argument, and r - P, in the branch that is taken.
-  pure subroutine derive_law(largest, rho, has, slides, r, x, j, off)
-    real(wp), intent(in) :: largest(2)
-    !! the largest friction at r_n - rho x_n, and its slope [force], [-]
-    real(wp), intent(in) :: rho             !! [force/length]
-    logical, intent(in) :: has(3), slides
-    real(wp), intent(in) :: r(3), x(3)      !! [force], [length]
-    real(wp), intent(out) :: j(3, 3), off(3) !! [-], [force]
-    real(wp) :: y(3), t(2), size_y, part
+  !> The law P(y) of a point at y = r - rho x, and its derivative, in the branch that is taken.
+  pure subroutine derive_law(mu, now, i, slides, y, j, p)
+    real(wp), intent(in) :: mu              !! [-]
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i                !! point
+    logical, intent(in) :: slides
+    real(wp), intent(in) :: y(3)            !! [force]
+    real(wp), intent(out) :: j(3, 3), p(3)  !! [-], [force]
+    real(wp) :: t(2), size_y, part, radius, slope
     integer :: a, b
 
     j = 0.0_wp
     do a = 1, 3
-      if (has(a)) j(a, a) = 1.0_wp
+      if (now%has(a, i)) j(a, a) = 1.0_wp
     end do
-    off = merge(rho*x, 0.0_wp, has)
+    p = y
     if (.not. slides) return
-    y = merge(r - rho*x, 0.0_wp, has)
+    call find_radius(mu, now%law, i, y(1), radius, slope)
     size_y = norm2(y(2:))
     t = 0.0_wp
     if (size_y > 0.0_wp) t = y(2:)/size_y
     part = 0.0_wp
-    if (size_y > 0.0_wp) part = largest(1)/size_y
+    if (size_y > 0.0_wp) part = radius/size_y
     do b = 1, 2
       do a = 1, 2
         j(a + 1, b + 1) = part*(j(a + 1, b + 1) - t(a)*t(b))
       end do
     end do
-    if (.not. y(1) < 0.0_wp) j(2:, 1) = largest(2)*t
-    off(2:) = r(2:) - part*y(2:)
+    if (.not. y(1) < 0.0_wp) j(2:, 1) = slope*t
+    p(2:) = part*y(2:)
   end subroutine derive_law
 
   !> Derivatives of what a driven point is off the law by: of its reaction, and over rho of its gap
   !> and slip.
-  pure subroutine derive_driven(radius, slope, rho, r, x, by_r, by_x, off)
-    real(wp), intent(in) :: radius, slope   !! the largest friction at r_n [force], [-]
-    real(wp), intent(in) :: rho             !! [force/length]
-    real(wp), intent(in) :: r(3), x(3)      !! [force], [length]
+  pure subroutine derive_driven(mu, rho, now, i, by_r, by_x, off)
+    real(wp), intent(in) :: mu, rho         !! [-], [force/length]
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i                !! point
     real(wp), intent(out) :: by_r(3, 3), by_x(3, 3), off(3) !! [-], [-], [force]
-    real(wp) :: t(2), length
+    real(wp) :: t(2), length, radius, slope
     integer :: a
 
-    length = norm2(x(2:))
-    t = x(2:)/length
-    by_r = 0.0_wp
-    by_x = 0.0_wp
-    by_x(1, 1) = 1.0_wp
-    off(1) = rho*x(1)
-    off(2:) = r(2:) + radius*t
-    if (.not. r(1) < 0.0_wp) by_r(2:, 1) = slope*t
-    by_x(2:, 2:) = -spread(t, 2, 2)*spread(t, 1, 2)
-    do a = 2, 3
-      by_r(a, a) = 1.0_wp
-      by_x(a, a) = by_x(a, a) + 1.0_wp
-    end do
-    by_x(2:, 2:) = by_x(2:, 2:)*(radius/(rho*length))
+    associate (r => now%reaction(:, i), x => now%x(:, i))
+      call find_radius(mu, now%law, i, r(1), radius, slope)
+      length = norm2(x(2:))
+      t = x(2:)/length
+      by_r = 0.0_wp
+      by_x = 0.0_wp
+      by_x(1, 1) = 1.0_wp
+      off(1) = rho*x(1)
+      off(2:) = r(2:) + radius*t
+      if (.not. r(1) < 0.0_wp) by_r(2:, 1) = slope*t
+      by_x(2:, 2:) = -spread(t, 2, 2)*spread(t, 1, 2)
+      do a = 2, 3
+        by_r(a, a) = 1.0_wp
+        by_x(a, a) = by_x(a, a) + 1.0_wp
+      end do
+      by_x(2:, 2:) = by_x(2:, 2:)*(radius/(rho*length))
+    end associate
   end subroutine derive_driven
 
   !> A block of the stiffness between two nodes, and what it makes of known changes.

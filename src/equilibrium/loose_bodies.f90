@@ -15,7 +15,7 @@ module loose_bodies_mod
   implicit none
   private
 
-  public :: loose_t, begin_loose, bodies_of, stay_unseen, is_held_back, follow_loose
+  public :: loose_t, begin_loose, note_pressed, stay_unseen, is_held_back, follow_loose
 
   integer, parameter :: most_alike = 5        !! steps in a row of a body that goes on and on
   real(wp), parameter :: alike = 1.0e-2_wp    !! that differ by less [-]
@@ -38,6 +38,21 @@ contains
     allocate (loose%is_pressed(0:n_bodies), source=.false.)
     allocate (loose%went(3, n_nodes), source=0.0_wp)
   end function begin_loose
+
+  !> Note which bodies any point presses.
+  pure subroutine note_pressed(scene, points, now, set, loose)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(iterate_t), intent(in) :: now
+    type(set_t), intent(in) :: set
+    type(loose_t), intent(inout) :: loose
+    integer :: i
+
+    loose%is_pressed = .false.
+    do i = 1, points%n
+      if (set%presses(i)) loose%is_pressed(bodies_of(scene, points, now, i)) = .true.
+    end do
+  end subroutine note_pressed
 
   !> The bodies of a point.
   pure function bodies_of(scene, points, now, i) result(bodies)

@@ -1,161 +1,44 @@
 !> The step of an iteration of the equilibrium.
 !>
-!> The factor that is there, of the bodies' stiffness at another place, serves: with the points as
-!> they stand now, and rigid motions of what nothing holds, its solutions are steps. As long as they
-!> lead fast enough, or no farther away while points change what they do, no tangent is asked for.
-!> Where they do not they precondition GMRES on the matrix of now. Where there is no such factor, or
-!> it is too far away, the matrix of now is factorised.
+!> The factor that is there, of the bodies' stiffness at another place, serves: with the law of the
+!> points as they stand now, and rigid motions of what nothing holds, its solutions are steps, and
+!> the last few of them are combined. As long as they lead fast enough, or no farther away while
+!> points change what they do, no tangent is asked for. Where they do not they precondition GMRES on
+!> the matrix of now. Where there is no such factor, or it is too far away, the matrix of now is
+!> factorised.
 !> docs/theory.md (4.27), (4.28).
 module make_step_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t
-  use lists_mod, only: lists_t, lists_by_key
-  use dense_mod, only: factorise_general, solve_factorised
-  use block_diagonal_mod, only: add_column, times_blocks
+  use dense_mod, only: factorise_general
+  use anderson_mod, only: new_anderson, accelerate
   use scene_mod, only: scene_t
-  use turning_couplings_mod, only: has_turning_unknowns
   use contact_points_mod, only: contact_points_t
-  use rigid_modes_mod, only: free_motions_t, add_motions
-  use dof_map_mod, only: equations_of, unknowns_of, to_nodes
+  use dof_map_mod, only: unknowns_of, to_nodes
   use assembly_mod, only: triplets_t
   use sparse_factor_mod, only: solve_unsymmetric
-  use stiffness_inverse_mod, only: stiffness_inverse_t
-  use linearisation_mod, only: linearisation_t
-  use gmres_mod, only: linear_map_t, solve_by_gmres
+  use gmres_mod, only: solve_by_gmres
   use iterate_mod, only: task_t, iterate_t
-  use point_rows_mod, only: kept_changes_t, point_row_t, make_rows
-  use linearise_mod, only: unknowns_t, number_unknowns, bodies_stiffness_t, &
-    find_bodies_stiffness, set_t, step_t, system_t, linearise, holding
+  use point_rows_mod, only: make_rows
+  use linearise_mod, only: unknowns_t, number_unknowns, find_bodies_stiffness, set_t, step_t, &
+    system_t, linearise, holding
+  use kept_factor_mod, only: step_maker_t, kept_t, keep_points, solution_of
+  use settle_points_mod, only: settle_points
   implicit none
   private
 
-  public :: step_maker_t, begin_steps, prepare_step, make_step
+  public :: prepare_step, make_step
 
-  real(wp), parameter :: fast = 0.1_wp
-  !! what a step leaves of the error where that is enough: some ten take it to a tolerance, for the
-  !! price of two or three of GMRES with their tangents [-]
+  real(wp), parameter :: fast = 0.5_wp
+  !! what a step leaves of the error where that is enough: GMRES with its tangent costs some five of
+  !! them [-]
   real(wp), parameter :: closely = 1.0e-3_wp !! solutions by GMRES, beside the right-hand side [-]
   integer, parameter :: most_products = 30 !! of GMRES: beyond, a factor costs less
   integer, parameter :: few_products = 6
   !! of GMRES: its solutions, and those of the factor alone, are much the same
-
-  !> What steps leave to each other.
-  type :: step_maker_t
-    real(wp), allocatable :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
-    integer :: products = 0                !! of GMRES, summed
-    integer, private :: last_products = 0  !! of these, in the last solution by GMRES
-    integer :: n_factors = 0               !! of matrices of now
-    type(unknowns_t) :: unknowns
-    real(wp), allocatable :: held(:)       !! (n_free) each back in the last step [force/length]
-    type(point_row_t), allocatable :: rows(:) !! of the points that press in it
-    real(wp), private :: on_bodies = 0.0_wp !! what part of `holding` that is [-]
-    type(kept_changes_t), allocatable, private :: changes(:, :) !! (n_sides,n_pairs)
-    type(bodies_stiffness_t), private :: stiffness
-    type(stiffness_inverse_t), pointer, private :: inverse => null() !! K_0^-1
-    logical, private :: has_factor = .false.
-    integer, allocatable, private :: equation(:)
-    !! (n_free) what each unknown is of the factor that is there, 0: a pin
-    real(wp), allocatable, private :: motion(:, :) !! (n_free,n_motions) that pins stand for [-]
-    real(wp), allocatable, private :: sag(:, :)
-    !! (n,n_motions) of the factor's unknowns by forces of `holding` times each motion [-]
-    logical :: leads = .true.              !! that factor alone, fast enough
-    logical :: led = .false.               !! to the last step
-    real(wp), private :: error = 1.0_wp    !! before the last step [-]
-    logical, allocatable, private :: presses(:), slides(:) !! (n_points) in the last step
-  end type step_maker_t
-
-  !> Entries of a block of the matrix, column by column.
-  type :: columns_t
-    type(lists_t) :: list
-    integer, allocatable :: row(:)
-    real(wp), allocatable :: value(:)
-  end type columns_t
-
-  !> A M^-1, A the matrix of now and M that with the stiffness K_0 of the factor that is there, the
-  !> rigid motions R of which nothing but points and weak springs s hold:
-  !>
-  !>     M = [ K_0 + s  -B^T ]      S = [ Z - X K_0^-1 (-B^T)    X (R - K_0^-1 s R) ]
-  !>         [ X         Z   ]          [ R^T (-B^T)             R^T s R            ]
-  type, extends(linear_map_t) :: kept_t
-    type(step_maker_t), pointer :: maker => null() !! K_0^-1, R, s; the bodies' tangent of now
-    type(triplets_t), pointer :: a => null() !! what else there is of the matrix of now
-    type(columns_t) :: force, law          !! -B^T, by rows of the interface; X by its columns
-    real(wp), allocatable :: schur(:, :)   !! LU factors of S
-    integer, allocatable :: pivot(:)
-  contains
-    procedure :: apply => apply_kept
-  end type kept_t
+  integer, parameter :: depth = 5          !! steps that are combined
 
 contains
-
-  !> Begin an increment: the factor of `body` is there where the unknowns are its own, and pins.
-  subroutine begin_steps(scene, task, now, body, maker)
-    type(scene_t), intent(in) :: scene
-    type(task_t), intent(in) :: task
-    type(iterate_t), intent(in) :: now
-    type(linearisation_t), intent(in) :: body
-    type(step_maker_t), intent(out) :: maker
-    type(free_motions_t) :: motions
-    real(wp) :: moved(3, size(now%u, 2)), alone(body%motions%n)
-    integer :: node, i, of(3), of_factor(3)
-
-    maker%inverse => body%inverse
-    call number_unknowns(scene, task, now, maker%unknowns)
-    if (has_turning_unknowns(scene) .or. .not. allocated(body%diagonal)) return
-    associate (map => maker%unknowns%map, its => body%inverse%map)
-      if (.not. body%inverse%is_condensed .or. map%n_free /= its%n_free + body%motions%n) return
-      allocate (maker%equation(map%n_free), source=0)
-      do node = 1, size(now%u, 2)
-        of = equations_of(map, node)
-        of_factor = equations_of(its, node)
-        do i = 1, 3
-          if (of(i) > 0) maker%equation(of(i)) = of_factor(i)
-        end do
-      end do
-      maker%has_factor = count(maker%equation > 0) == its%n_free .and. .not. &
-        allocated(body%inverse%failure)
-      motions = body%motions
-      motions%place = scene%mesh%coordinates + now%u
-      allocate (maker%motion(map%n_free, motions%n))
-      do i = 1, motions%n
-        alone = 0.0_wp
-        alone(i) = 1.0_wp
-        moved = 0.0_wp
-        call add_motions(motions, scene%mesh, alone, moved)
-        maker%motion(:, i) = unknowns_of(map, moved)
-      end do
-    end associate
-    maker%diagonal = body%diagonal
-    if (maker%has_factor .and. size(maker%motion, 2) > 0) call find_sag(holding(scene, task, &
-      maker%unknowns%map, maker%diagonal), maker)
-  end subroutine begin_steps
-
-  !> What bodies bend by where each of their rigid motions is held back.
-  subroutine find_sag(held, maker)
-    real(wp), intent(in) :: held(:)        !! (n_free) [force/length]
-    type(step_maker_t), intent(inout) :: maker
-    real(wp), allocatable :: at_interface(:, :)
-    type(error_t), allocatable :: error
-    integer :: i
-
-    associate (inverse => maker%inverse, n_motions => size(maker%motion, 2))
-      allocate (maker%sag(inverse%map%n_free, n_motions), source=0.0_wp)
-      allocate (at_interface(inverse%map%n_interface, n_motions))
-      do i = 1, size(held)
-        if (maker%equation(i) > 0) maker%sag(maker%equation(i), :) = held(i)*maker%motion(i, :)
-      end do
-      call inverse%factor%condense(maker%sag, at_interface, error)
-      do i = 1, n_motions
-        at_interface(:, i) = times_blocks(inverse%compliance, at_interface(:, i))
-      end do
-      if (.not. allocated(error)) call inverse%factor%expand(at_interface, maker%sag, error)
-      if (allocated(error)) then
-        call move_alloc(error, inverse%failure)
-        return
-      end if
-      maker%sag(inverse%map%n_free - inverse%map%n_interface + 1:, :) = at_interface
-    end associate
-  end subroutine find_sag
 
   !> What is asked of the bodies before it is said what the points do: their stiffness, unless the
   !> factor that is there says enough of it.
@@ -177,62 +60,105 @@ contains
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
     type(iterate_t), intent(in) :: now
-    type(set_t), intent(in) :: set
+    type(set_t), intent(inout) :: set
+    !! what the points are taken to do; what they do in the step, where the factor says so
     type(step_maker_t), target, intent(inout) :: maker !! prepared
     type(step_t), intent(out) :: step
     type(error_t), allocatable, intent(out) :: error !! singular, or no memory
-    type(system_t), target :: system
-    type(kept_t) :: kept
+    type(set_t) :: settled
     real(wp), allocatable :: x(:)
-    logical :: is_solved, is_repeated
+    logical :: is_settled
 
-    is_repeated = repeats(maker, set)
-    maker%leads = (maker%leads .or. .not. is_repeated .and. maker%last_products <= few_products) &
-      .and. set%error <= merge(fast, 1.0_wp, is_repeated)*maker%error
+    maker%led = maker%has_factor .and. maker%leads .and. .not. set%lands .and. &
+      maker%last_products <= few_products .and. set%error <= merge(fast, 1.0_wp, repeats(maker, &
+      set))*maker%error
+    maker%leads = .true.
     maker%error = set%error
-    maker%presses = set%presses
-    maker%slides = set%slides
     maker%on_bodies = set%on_bodies
     maker%held = set%on_bodies*holding(scene, task, maker%unknowns%map, maker%diagonal)
-    is_solved = .false.
-    if (maker%has_factor .and. maker%leads) then
-      call write_equations(is_whole=.false.)
-      call keep_points(system, maker, kept, is_solved)
-      if (is_solved) then
-        x = solution_of(kept, system%b)
-        is_solved = .not. allocated(maker%inverse%failure)
+    if (maker%has_factor .and. .not. set%lands) then
+      settled = set
+      call settle_points(scene, points, task, now, maker, settled, x, is_settled)
+      maker%led = maker%led .and. is_settled
+      if (maker%led) then
+        set = settled
+      else if (is_settled) then
+        ! How motions slip that points hardly hold is not known without the matrix of now.
+        set%slides = set%presses .and. set%slides .or. .not. set%presses .and. settled%slides
+        set%presses = settled%presses
+        set%slides = set%slides .and. set%presses
       end if
     end if
-    maker%led = is_solved
-    if (.not. maker%led) then
-      if (maker%has_factor) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
-        maker%stiffness)
-      call write_equations(is_whole=.true.)
-      if (maker%has_factor) call keep_points(system, maker, kept, is_solved)
+    if (.not. maker%led) call solve_here(scene, points, task, now, set, maker, x, error)
+    maker%presses = set%presses
+    maker%slides = set%slides
+    if (allocated(error)) return
+    call take_apart(now, maker%unknowns, maker%system, x, step)
+    if (maker%led .and. .not. any(abs(maker%system%known) > 0.0_wp)) then
+      call look_back(now, set%rho, maker, step)
+    else
+      maker%memory = new_anderson(0, 0)
+    end if
+  end subroutine make_step
+
+  !> A combination of the last steps by the factor alone, by Anderson's acceleration: they map
+  !> displacements, and reactions with them, to displacements.
+  subroutine look_back(now, rho, maker, step)
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(in) :: rho(:)           !! (n_points) [force/length]
+    type(step_maker_t), intent(inout) :: maker
+    type(step_t), intent(inout) :: step
+    real(wp), dimension(maker%unknowns%map%n_free + size(now%reaction)) :: at, image, next
+    real(wp) :: more(3, size(now%u, 2)), soft(3, size(now%reaction, 2))
+
+    if (maker%memory%depth == 0) then
+      maker%memory = new_anderson(size(at), depth)
+      maker%softness = 1.0_wp/rho
+    end if
+    soft = spread(maker%softness, 1, 3)
+    associate (n => maker%unknowns%map%n_free)
+      at = [unknowns_of(maker%unknowns%map, now%u), soft*now%reaction]
+      image = at + [unknowns_of(maker%unknowns%map, step%u), soft*step%r]
+      call accelerate(maker%memory, at, image, next)
+      call to_nodes(maker%unknowns%map, next(:n) - image(:n), more)
+      step%u = step%u + more
+      step%r = step%r + reshape(next(n + 1:) - image(n + 1:), shape(soft))/soft
+    end associate
+  end subroutine look_back
+
+  !> By the matrix of now: by GMRES, or its factor.
+  subroutine solve_here(scene, points, task, now, set, maker, x, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(task_t), intent(in) :: task
+    type(iterate_t), intent(in) :: now
+    type(set_t), intent(in) :: set
+    type(step_maker_t), target, intent(inout) :: maker
+    real(wp), allocatable, intent(out) :: x(:)
+    type(error_t), allocatable, intent(out) :: error !! singular, or no memory
+    type(kept_t) :: kept
+    logical :: is_solved
+
+    if (maker%has_factor) call find_bodies_stiffness(scene, task, now, maker%unknowns%map, &
+      maker%stiffness)
+    associate (system => maker%system)
+      call make_rows(scene, points, task, now, set%presses, .true., maker%changes, system%rows)
+      system%is_whole = .true.
+      call linearise(scene, points, task, now, maker%unknowns, set, maker%stiffness, system)
+    end associate
+    is_solved = .false.
+    if (maker%has_factor) then
+      call keep_points(maker, kept, is_solved)
+      if (is_solved) call factorise_general(kept%schur, kept%pivot, is_solved)
       if (is_solved) then
-        call solve_closely(kept, system%b, maker%last_products, x, is_solved)
+        call solve_closely(kept, maker%system%b, maker%last_products, x, is_solved)
         maker%products = maker%products + maker%last_products
       end if
     end if
-    if (.not. is_solved) then
-      call factorise_now(system, maker, x, error)
-      maker%n_factors = maker%n_factors + 1
-    end if
-    if (.not. allocated(error)) call take_apart(now, maker%unknowns, system, x, step)
-    call move_alloc(system%rows, maker%rows)
-
-  contains
-
-    !> The points' part of the equations. What is not of (4.27) costs most where bodies meet.
-    subroutine write_equations(is_whole)
-      logical, intent(in) :: is_whole
-
-      call make_rows(scene, points, task, now, set%presses, is_whole, maker%changes, system%rows)
-      system%is_whole = is_whole
-      call linearise(scene, points, task, now, maker%unknowns, set, maker%stiffness, system)
-    end subroutine write_equations
-
-  end subroutine make_step
+    if (is_solved) return
+    call factorise_now(maker%system, maker, x, error)
+    maker%n_factors = maker%n_factors + 1
+  end subroutine solve_here
 
   !> Whether the points do what they did in the last step.
   pure logical function repeats(maker, set)
@@ -300,178 +226,5 @@ contains
       end do
     end do
   end subroutine take_apart
-
-  !> The points of now with the factor that is there.
-  subroutine keep_points(system, maker, kept, ok)
-    type(system_t), target, intent(in) :: system
-    type(step_maker_t), target, intent(in) :: maker
-    type(kept_t), intent(out) :: kept
-    logical, intent(out) :: ok
-    !! points have to do with pins and its interface alone, and hold what it does not
-    real(wp), allocatable :: moved(:)
-    integer :: inner, i, j, k
-
-    kept%maker => maker
-    kept%a => system%a
-    inner = maker%inverse%map%n_free - maker%inverse%map%n_interface
-    associate (a => system%a, n => system%n_free, m => system%a%n - system%n_free, &
-      n_motions => size(maker%motion, 2))
-      kept%force = columns_of(a, a%row <= n .and. a%column > n, .false.)
-      kept%law = columns_of(a, a%row > n .and. a%column <= n, .true.)
-      ok = all(kept%force%row > inner) .and. all(kept%law%row > inner)
-      if (.not. ok) return
-      allocate (kept%schur(m + n_motions, m + n_motions), source=0.0_wp)
-      do j = 1, n_motions
-        do i = 1, n_motions
-          kept%schur(m + i, m + j) = sum(maker%motion(:, i)*maker%held*maker%motion(:, j))
-        end do
-        do i = 1, m
-          do k = kept%law%list%first(i), kept%law%list%first(i + 1) - 1
-            kept%schur(i, m + j) = kept%schur(i, m + j) - kept%law%value(k)*maker%on_bodies* &
-              maker%sag(kept%law%row(k), j)
-          end do
-        end do
-      end do
-      do k = 1, size(a%row)
-        if (a%column(k) > n) then
-          associate (column => kept%schur(:, a%column(k) - n))
-            if (a%row(k) > n) then
-              column(a%row(k) - n) = column(a%row(k) - n) + a%value(k)
-            else
-              column(m + 1:) = column(m + 1:) + a%value(k)*maker%motion(a%row(k), :)
-            end if
-          end associate
-        else if (a%row(k) > n) then
-          associate (row => kept%schur(a%row(k) - n, m + 1:))
-            row = row + a%value(k)*maker%motion(a%column(k), :)
-          end associate
-        end if
-      end do
-      kept%force%row = kept%force%row - inner
-      kept%law%row = kept%law%row - inner
-      allocate (moved(maker%inverse%map%n_interface))
-      do j = 1, m
-        moved = 0.0_wp
-        do k = kept%force%list%first(j), kept%force%list%first(j + 1) - 1
-          call add_column(maker%inverse%compliance, kept%force%row(k), kept%force%value(k), &
-            moved)
-        end do
-        do i = 1, m
-          do k = kept%law%list%first(i), kept%law%list%first(i + 1) - 1
-            kept%schur(i, j) = kept%schur(i, j) - kept%law%value(k)*moved(kept%law%row(k))
-          end do
-        end do
-      end do
-      call factorise_general(kept%schur, kept%pivot, ok)
-    end associate
-
-  contains
-
-    !> Entries between unknowns of the factor and points, one point's row or column after the other.
-    type(columns_t) function columns_of(a, is_there, by_rows) result(block)
-      type(triplets_t), intent(in) :: a
-      logical, intent(in) :: is_there(:)
-      logical, intent(in) :: by_rows
-      integer, allocatable :: entry(:), point(:), of_body(:)
-      integer :: i
-
-      entry = pack([(i, i=1, size(is_there))], is_there)
-      point = a%column(entry)
-      of_body = a%row(entry)
-      if (by_rows) then
-        point = a%row(entry)
-        of_body = a%column(entry)
-      end if
-      of_body = maker%equation(of_body)
-      entry = pack(entry, of_body > 0)
-      point = pack(point, of_body > 0) - system%n_free
-      of_body = pack(of_body, of_body > 0)
-      block%list = lists_by_key(point, a%n - system%n_free)
-      block%row = of_body(block%list%item)
-      block%value = a%value(entry(block%list%item))
-    end function columns_of
-
-  end subroutine keep_points
-
-  !> M^-1 b.
-  function solution_of(kept, b) result(x)
-    type(kept_t), intent(in) :: kept
-    real(wp), intent(in) :: b(:)
-    real(wp) :: x(size(b))
-    real(wp), allocatable :: of_bodies(:, :), at_interface(:, :), moved(:), both(:)
-    type(error_t), allocatable :: error
-    integer :: n, m, i, j, k
-
-    associate (inverse => kept%maker%inverse, equation => kept%maker%equation, &
-      motion => kept%maker%motion)
-      n = size(equation)
-      m = size(b) - n
-      x = 0.0_wp
-      if (allocated(inverse%failure)) return
-      allocate (of_bodies(inverse%map%n_free, 1), at_interface(inverse%map%n_interface, 1))
-      do i = 1, n
-        if (equation(i) > 0) of_bodies(equation(i), 1) = b(i)
-      end do
-      call inverse%factor%condense(of_bodies, at_interface, error)
-      if (.not. allocated(error)) then
-        moved = times_blocks(inverse%compliance, at_interface(:, 1))
-        both = [b(n + 1:), matmul(b(:n), motion)]
-        do j = 1, m
-          do k = kept%law%list%first(j), kept%law%list%first(j + 1) - 1
-            both(j) = both(j) - kept%law%value(k)*moved(kept%law%row(k))
-          end do
-        end do
-        call solve_factorised(kept%schur, kept%pivot, both)
-        at_interface = 0.0_wp
-        do j = 1, m
-          do k = kept%force%list%first(j), kept%force%list%first(j + 1) - 1
-            associate (of => at_interface(kept%force%row(k), 1))
-              of = of - kept%force%value(k)*both(j)
-            end associate
-          end do
-        end do
-        at_interface(:, 1) = moved + times_blocks(inverse%compliance, at_interface(:, 1))
-        call inverse%factor%expand(at_interface, of_bodies, error)
-      end if
-      if (allocated(error)) then
-        call move_alloc(error, inverse%failure)
-        return
-      end if
-      of_bodies(size(of_bodies) - size(moved) + 1:, 1) = at_interface(:, 1)
-      if (size(both) > m) then
-        ! What is balanced as a whole: pins have no reaction.
-        x(:n) = matmul(motion, both(m + 1:))
-        of_bodies(:, 1) = of_bodies(:, 1) - kept%maker%on_bodies*matmul(kept%maker%sag, &
-          both(m + 1:))
-      end if
-      do i = 1, n
-        if (equation(i) > 0) x(i) = x(i) + of_bodies(equation(i), 1)
-      end do
-      x(n + 1:) = both(:m)
-    end associate
-  end function solution_of
-
-  !> A M^-1 v.
-  subroutine apply_kept(map, v, product)
-    class(kept_t), intent(in) :: map
-    real(wp), intent(in) :: v(:)
-    real(wp), intent(out) :: product(:)
-    real(wp) :: x(size(v))
-    integer :: i
-
-    x = solution_of(map, v)
-    associate (a => map%a, k => map%maker%stiffness%k, held => map%maker%held)
-      product = 0.0_wp
-      product(:size(held)) = held*x(:size(held))
-      do i = 1, size(k%row)
-        product(k%row(i)) = product(k%row(i)) + k%value(i)*x(k%column(i))
-        if (k%row(i) /= k%column(i)) product(k%column(i)) = product(k%column(i)) + &
-          k%value(i)*x(k%row(i))
-      end do
-      do i = 1, size(a%row)
-        product(a%row(i)) = product(a%row(i)) + a%value(i)*x(a%column(i))
-      end do
-    end associate
-  end subroutine apply_kept
 
 end module make_step_mod

@@ -157,7 +157,7 @@ contains
         if (old%tangent_of == old%increments_done) old%tangent_projection = 1.0_wp
         call keep_tangent(old)
       else if (new%first_forces == 0) then
-        new%first_forces = report%force_evaluations + report%products
+        new%first_forces = report%force_evaluations + min(report%products, few)
       else if (report%force_evaluations + report%products > max(few, new%first_forces + &
         longer)) then
         call keep_tangent(new)
