@@ -169,12 +169,14 @@ def taken_over(has_none):
     return out
 
 
-def place_surface(slave, x, master, y, none=(), moved=None):
+def place_surface(slave, x, master, y, none=(), moved=None, skins=None):
     """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)].
 
     `none`: rows of slave nodes without a multiplier, (11.17); `y` is `x` then, and weights have
     those of the slave's own nodes for whose place their neighbours stand. `moved`: displacements
-    that distances in the faces have beyond `x`, which is `y` then, and nothing else has.
+    that distances in the faces have beyond `x`, which is `y` then, and nothing else has. `skins`:
+    all outer faces of the slave's body and of the master's, which may hide what overlaps; `y` is
+    `x` then.
     """
     if moved is None:
         moved = np.zeros((max(len(x), len(y)), 3))
@@ -208,6 +210,9 @@ def place_surface(slave, x, master, y, none=(), moved=None):
                                                / np.ptp(flat, axis=0).max()))  # fmt: skip
         low, high = flat.min(axis=0), flat.max(axis=0)
         lumped, mass, mixed = np.zeros(4), np.zeros((4, 4)), []
+        covers = None if skins is None else [
+            Covers(skin, x, middle, np.column_stack([plane, n])) for skin in skins
+        ]
         for f, (there, m) in enumerate(zip(corners, normals, strict=True)):
             if n @ m > TURNED:
                 continue
@@ -217,23 +222,30 @@ def place_surface(slave, x, master, y, none=(), moved=None):
             polygon = hull_of_overlap(flat, seen[::-1])
             if len(polygon) < 3:
                 continue
-            size, lump, own_mass, mix, values = integrate(flat, polygon, seen)
-            if size < 1e-12 * own[0]:
+            pieces = [polygon]
+            if covers is not None:
+                pieces = seen_of(polygon, there - middle, m, n, plane, face, list(master[f]),
+                                 float(np.abs((places - middle) @ n).max()), covers)  # fmt: skip
+            for polygon in pieces:
+                size, lump, own_mass, mix, values = integrate(flat, polygon, seen)
+                if size < 1e-12 * own[0]:
+                    continue
+                lumped += lump
+                mass += own_mass
+                mixed.append((f, mix, lump))
+                ends = places + moved[face], there + moved[list(master[f])]
+                distance = (values[0] @ ends[0] - values[1] @ ends[1]) @ m
+                at_corners, at_middles = distance[-2 * len(polygon) :].reshape(2, -1)
+                lowest = min(distance.min(), least_on_edges(at_corners, at_middles))
+                corner[at] = np.minimum(corner[at], at_corners.min())
+                least[at] = np.minimum(least[at], lowest)
+                most[at] = np.maximum(most[at], distance.max())
+            if not mixed or mixed[-1][0] != f:
                 continue
-            lumped += lump
-            mass += own_mass
-            mixed.append((f, mix, lump))
             if is_folded(seen) or is_folded(flat):
                 folded |= {("master", f)} if is_folded(seen) else {("slave", *face)}
             bend = max(bend, bend_of(seen), float(np.abs((there - there.mean(axis=0)) @ m).max()
                                                    / np.ptp(seen, axis=0).max()))  # fmt: skip
-            ends = places + moved[face], there + moved[list(master[f])]
-            distance = (values[0] @ ends[0] - values[1] @ ends[1]) @ m
-            at_corners, at_middles = distance[-2 * len(polygon) :].reshape(2, -1)
-            lowest = min(distance.min(), least_on_edges(at_corners, at_middles))
-            corner[at] = np.minimum(corner[at], at_corners.min())
-            least[at] = np.minimum(least[at], lowest)
-            most[at] = np.maximum(most[at], distance.max())
         if lumped.sum() < LEAST_KEPT * own[0]:
             continue
         dual = given @ (lumped[:, None] * np.linalg.inv(mass))  # Phi = dual N, (11.1)
@@ -253,6 +265,92 @@ def place_surface(slave, x, master, y, none=(), moved=None):
     apart = np.where(some[:, None], x[rows] - weights @ y, 0.0)
     return Placed(rows, area, covered, weights, normal, apart, least, corner, most, bend,
                   len(folded))  # fmt: skip
+
+
+class Covers:
+    """The outer faces of a body as triangles about their middles, in a plane and above it."""
+
+    def __init__(self, skin, x, middle, axes):
+        corners = [x[list(face)] for face in skin]
+        self.nodes, triangles = [], []
+        for face, at in zip(skin, corners, strict=True):
+            for k in range(len(at)):
+                triangles.append([at[k], at[(k + 1) % len(at)], at.mean(axis=0)])
+                self.nodes.append(set(face))
+        self.at = (np.array(triangles) - middle) @ axes  # (T, 3, 3)
+
+    def regions(self, polygon, plane, own, warp):
+        """Half-planes [(k, 3)], a . x + b >= 0, of what lies between 0 and a master behind it.
+
+        `plane`: heights of the master, b + a . x, as (3,). `own`: the nodes of both faces; their
+        neighbours count where they are between by more than `warp`.
+        """
+        deepest = (plane[:2] @ polygon.T + plane[2]).min()
+        flat, height = self.at[:, :, :2], self.at[:, :, 2]
+        near = (flat.max(axis=1) > polygon.min(axis=0)).all(axis=1)
+        near &= (flat.min(axis=1) < polygon.max(axis=0)).all(axis=1)
+        near &= (height.min(axis=1) < 0) & (height.max(axis=1) > deepest)
+        size = np.ptp(polygon, axis=0).max()
+        for t in np.flatnonzero(near):
+            common = max(len(self.nodes[t] & nodes) for nodes in own)
+            if common == len(self.nodes[t]):
+                continue
+            slack = max(1e-9 * size, warp if common else 0.0)
+            turn = cross2(flat[t, 1] - flat[t, 0], flat[t, 2] - flat[t, 0])
+            if abs(turn) < 1e-12 * size**2:
+                continue
+            ends = flat[t] if turn > 0 else flat[t, ::-1]
+            along = np.roll(ends, -1, axis=0) - ends
+            inward = np.column_stack([-along[:, 1], along[:, 0]])
+            sides = np.column_stack([inward, -np.sum(inward * ends, axis=1)])
+            own_plane = np.linalg.solve(np.column_stack([flat[t], np.ones(3)]), height[t])
+            below = -own_plane - [0, 0, slack]
+            above = own_plane - plane - [0, 0, slack]
+            yield np.vstack([sides, below, above])
+
+
+def clipped(polygon, limit):
+    """What of a convex polygon (m, 2) is where limit[:2] . x + limit[2] >= 0."""
+    value = polygon @ limit[:2] + limit[2]
+    out = []
+    for k in range(len(polygon)):
+        after = (k + 1) % len(polygon)
+        if value[k] >= 0:
+            out.append(polygon[k])
+        if value[k] * value[after] < 0:
+            part = value[k] / (value[k] - value[after])
+            out.append(polygon[k] + part * (polygon[after] - polygon[k]))
+    return np.array(out).reshape(-1, 2)
+
+
+def divided(polygons, regions):
+    """Convex polygons outside all regions and those inside any."""
+    outside, inside = list(polygons), []
+    for limits in regions:
+        left = []
+        for polygon in outside:
+            for limit in limits:
+                left.append(clipped(polygon, -limit))
+                polygon = clipped(polygon, limit)
+                if len(polygon) < 3:
+                    break
+            inside.append(polygon)
+        outside = [p for p in left if len(p) > 2]
+    return outside, [p for p in inside if len(p) > 2]
+
+
+def seen_of(polygon, there, m, n, plane, face, other, warp, covers):
+    """What of an overlap is seen: behind the slave all but what faces of both bodies hide."""
+    up = np.append(m @ plane, m @ n)
+    middle = there.mean(axis=0)
+    heights = -np.append(up[:2], -(m @ middle)) / up[2]
+    if (polygon @ heights[:2] + heights[2]).min() > -1e-12:
+        return [polygon]
+    own = set(face), set(other)
+    warp = max(warp, float(np.abs((there - middle) @ m).max()))
+    pieces, doubtful = divided([polygon], covers[0].regions(polygon, heights, own, warp))
+    seen, _ = divided(doubtful, covers[1].regions(polygon, heights, own, warp))
+    return pieces + seen
 
 
 def integrate(flat, polygon, seen):

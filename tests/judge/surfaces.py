@@ -49,6 +49,11 @@ class Surface:
             self.reached = np.unique(self.master)
         else:
             self.master, self.reached = self.obstacle.facets, np.unique(self.slave)
+        # What lies between two bodies hides: all their outer faces.
+        self.skins = None
+        if self.obstacle is None and pair.part != pair.master[0]:
+            self.skins = [[f for side in scene.parts[part].sides for f in scene.faces(part, side)]
+                          for part in (pair.part, pair.master[0])]  # fmt: skip
         self.mirror_rows = self.planes_of_symmetry()
         nowhere = np.zeros(scene.points.shape)
         self.area = None
@@ -131,7 +136,8 @@ class Surface:
             at = obstacle.reference
             turn = (0, 0, 0) if at is None else (u[at], rotation[at], scene.points[at])
             y = corners_at(obstacle, *turn)
-        placed = place_surface(self.slave, x, self.master, y, none, u if self.stays else None)
+        placed = place_surface(self.slave, x, self.master, y, none, u if self.stays else None,
+                               self.skins)  # fmt: skip
         seen = Seen(**vars(placed), corners=y[np.unique(np.concatenate(
             [np.ravel(f) for f in self.master]))], undeformed=self.area)  # fmt: skip
         for axis, rows in self.mirror_rows:
