@@ -78,7 +78,8 @@ class Surface:
                 both = all(np.isin(on, body).any() for body in bodies)
                 held = all((int(r), axis) in step for step in steps for r in on)
                 mine = slave[np.isin(slave, on)]
-                if not (both and held and len(mine) and len(mine) < len(slave)):
+                free = any((int(r), axis) not in step for step in steps for r in slave)
+                if not (both and held and len(mine) and free):
                     continue
                 if self.obstacle is None or self.is_mirrored(axis, end, x.mean() > end, steps):
                     out.append((axis, mine))
