@@ -136,6 +136,11 @@ contains
       broken(forces%patterns, mesh%coordinates, new%displacement, forces%prescribed), &
       misplaced(forces%means, mesh%coordinates, new%displacement))
     acting = acting_t(forces%external, pressed(:, :, 2), support)
+    if (allocated(forces%applied)) then
+      ! What springs pull balances loads, as contact does.
+      acting%load = forces%applied
+      acting%contact = acting%contact + (forces%external - forces%applied)
+    end if
     if (allocated(forces%dead_load)) acting%dead = forces%dead_load
     if (forces%constraints%n_equations > 0) acting%contact = acting%contact + joining
     ! What acts on bodies at rest is rounding, and has no sum that means anything.

@@ -61,6 +61,7 @@ contains
         of_body = max(of_body, norm2(forces%external(:, node)), let_go* &
           norm2(old%external_force(:, node)), let_go*norm2(merge(0.0_wp, pressed(:, node, 1), &
           forces%prescribed(:, node))))
+        if (allocated(forces%applied)) of_body = max(of_body, norm2(forces%applied(:, node)))
       end associate
     end do
     call find_groups(mesh, points, contact, group)

@@ -70,6 +70,7 @@ contains
       call spread_forces(forces%means, scene%mesh%coordinates, new%displacement, &
         forces%constraints)
     end if
+    if (scene%mesh%springs%n > 0) forces%applied = forces%external
     call add_foundation_pressures(scene, new%displacement, forces)
     call add_spring_pulls(scene%mesh, new%displacement, forces)
     call find_edge_middles(scene, points, said%weights, forces%middles)

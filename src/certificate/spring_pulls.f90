@@ -5,7 +5,7 @@
 module spring_pulls_mod
   use kinds_mod, only: wp
   use mesh_mod, only: mesh_t
-  use spring_elements_mod, only: listed_springs
+  use spring_elements_mod, only: listed_springs, spring_elements_t
   use increment_forces_mod, only: increment_forces_t
   implicit none
   private
@@ -41,6 +41,7 @@ contains
             size_of_terms = maxval(abs(u(:, ends)))
             if (forces%is_finite) size_of_terms = size_of_terms + maxval(abs(new_line))
             force = rigidity*growth
+            if (forces%is_finite) call take_from_table(springs, s, growth, force)
             forces%external(:, ends(1)) = forces%external(:, ends(1)) + force*along
             forces%external(:, ends(2)) = forces%external(:, ends(2)) - force*along
             forces%rounding(ends) = forces%rounding(ends) + operations*epsilon(1.0_wp)*rigidity* &
@@ -55,6 +56,7 @@ contains
               abs(springs%direction(:, m)))
           end do
           force = rigidity*growth
+          if (forces%is_finite) call take_from_table(springs, s, growth, force)
           do m = from, to
             associate (node => springs%node(m))
               forces%external(:, node) = forces%external(:, node) - force*springs%direction(:, m)
@@ -66,5 +68,30 @@ contains
       end associate
     end do
   end subroutine add_spring_pulls
+
+  !> Of a spring with a table: the force there, between the two rows about the growth.
+  pure subroutine take_from_table(springs, s, growth, force)
+    type(spring_elements_t), intent(in) :: springs
+    integer, intent(in) :: s
+    real(wp), intent(in) :: growth      !! [length]
+    real(wp), intent(inout) :: force    !! kept where there is no table [force]
+    integer :: row, last
+    real(wp) :: part
+
+    if (springs%table(s) == 0) return
+    associate (table => springs%tables(springs%table(s)))
+      last = size(table%force)
+      force = table%force(last)
+      do row = last, 1, -1
+        if (growth > table%elongation(row)) exit
+        force = table%force(row)
+        if (row == 1) exit
+        if (growth <= table%elongation(row - 1)) cycle
+        part = (table%elongation(row) - growth)/(table%elongation(row) - table%elongation(row - 1))
+        force = part*table%force(row - 1) + (1.0_wp - part)*table%force(row)
+        exit
+      end do
+    end associate
+  end subroutine take_from_table
 
 end module spring_pulls_mod

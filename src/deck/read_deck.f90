@@ -55,7 +55,8 @@ module read_deck_mod
     rigid_bodies_t
   use read_properties_mod, only: find_weights, read_materials, read_sections
   use read_sets_mod, only: read_sets
-  use read_springs_mod, only: read_springs, refuse_loose_springs, scale_turned_springs
+  use read_springs_mod, only: read_springs, refuse_loose_springs, refuse_tables, &
+    scale_turned_springs
   use read_surface_behavior_mod, only: read_surface_behavior
   use read_source_mod, only: read_source, source_from_text
   use read_refinements_mod, only: read_refinements
@@ -239,6 +240,7 @@ contains
     scene%mesh%springs = draft%springs
     call build_mesh(draft%model%mesh, draft%material, scene%constraints, scene%mesh)
     call refuse_loose_springs(reader, draft%model%mesh, scene%mesh)
+    call refuse_tables(reader, scene%mesh%springs, scene%finite_strain)
     call add_foundations(scene)
     where (scene%obstacles%ref_node > 0) scene%obstacles%is_on_body = scene%mesh%body(max(1, &
       scene%obstacles%ref_node)) > 0

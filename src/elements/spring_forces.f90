@@ -80,6 +80,7 @@ contains
     state = spring_state(mesh%springs, s, mesh%coordinates, u, is_finite)
     n = size(state%direction)
     b = reshape(state%direction, [n])
+    if (state%stiffness < 0.0_wp) state%stiffness = (1.0_wp - projection)*state%stiffness
     allocate (k(n, n), source=state%stiffness*spread(b, 2, n)*spread(b, 1, n))
     if (.not. state%length > 0.0_wp) return
     turning = state%pull/state%length

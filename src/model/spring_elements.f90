@@ -4,7 +4,7 @@
 !>                                           small strain, b its line
 !>     q = |x_2 - x_1| - |X_2 - X_1|         SPRINGA at finite strain
 !>
-!> The force is k q.
+!> The force is k q, or with NLGEOM what a table gives over q.
 module spring_elements_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
@@ -12,8 +12,14 @@ module spring_elements_mod
   private
 
   public :: foundation_t, listed_springs
-  public :: spring_elements_t, spring_state_t, add_spring_element, some_springs, &
+  public :: spring_elements_t, spring_state_t, force_table_t, add_spring_element, some_springs, &
     spring_ends, spring_direction, spring_state
+
+  !> Forces over elongations: straight between two rows, constant outside of them; 0 at 0.
+  type :: force_table_t
+    real(wp), allocatable :: elongation(:) !! (m) ascending [length]
+    real(wp), allocatable :: force(:)      !! (m) [force]
+  end type force_table_t
 
   !> All springs of a mesh; arrays may be longer than what counts.
   type :: spring_elements_t
@@ -24,7 +30,9 @@ module spring_elements_mod
     real(wp), allocatable :: direction(:, :)
     !! (3,n_ends) b; of axial ones 0 [-, of rotations 1/length]
     logical,  allocatable :: is_axial(:)       !! (n) along the line between its two ends
-    real(wp), allocatable :: stiffness(:)      !! (n) k > 0 [force/length]
+    real(wp), allocatable :: stiffness(:)      !! (n) k > 0; of a table the largest [force/length]
+    integer,  allocatable :: table(:)          !! (n) its table; 0: none
+    type(force_table_t), allocatable :: tables(:) !! not allocated: none
   end type spring_elements_t
 
   !> A *FOUNDATION: faces that resist displacements along their normals. Each point of their
@@ -48,22 +56,24 @@ module spring_elements_mod
 contains
 
   !> One more spring.
-  pure subroutine add_spring_element(springs, id, nodes, direction, stiffness)
+  pure subroutine add_spring_element(springs, id, nodes, direction, stiffness, table)
     type(spring_elements_t), intent(inout) :: springs
     integer, intent(in) :: id
     integer, intent(in) :: nodes(:)           !! (m) its ends, distinct
     real(wp), intent(in) :: direction(:, :)   !! (3,m) b; all 0: axial, of two ends
     real(wp), intent(in) :: stiffness         !! [force/length]
+    integer, intent(in), optional :: table    !! index into the tables; 0, or left out: none
     integer :: n, n_ends, want
 
     n = springs%n
     if (n == 0) allocate (springs%id(8), springs%is_axial(8), springs%stiffness(8), &
-      springs%direction(3, 16))
+      springs%table(8), springs%direction(3, 16))
     if (n == 0) springs%first = [1]
     if (n == size(springs%id)) then
       springs%id = [springs%id, springs%id]
       springs%is_axial = [springs%is_axial, springs%is_axial]
       springs%stiffness = [springs%stiffness, springs%stiffness]
+      springs%table = [springs%table, springs%table]
     end if
     n_ends = springs%first(n + 1) - 1
     want = n_ends + size(nodes)
@@ -75,6 +85,8 @@ contains
     springs%id(n + 1) = id
     springs%is_axial(n + 1) = .not. any(abs(direction) > 0.0_wp)
     springs%stiffness(n + 1) = stiffness
+    springs%table(n + 1) = 0
+    if (present(table)) springs%table(n + 1) = table
     n = n + 1
     call append(springs%first, n, want + 1)
   end subroutine add_spring_element
@@ -158,6 +170,52 @@ contains
     state%stiffness = springs%stiffness(s)
     state%pull = state%stiffness*state%elongation
     state%energy = 0.5_wp*state%pull*state%elongation
+    if (.not. is_finite .or. springs%table(s) == 0) return
+    call read_table(springs%tables(springs%table(s)), state)
   end function spring_state
+
+  !> Force, stiffness and energy of an elongation by a table.
+  pure subroutine read_table(table, state)
+    type(force_table_t), intent(in) :: table
+    type(spring_state_t), intent(inout) :: state !! its elongation is there
+    real(wp) :: from, to, a, b, low, high
+    integer :: i
+
+    ! The energy is that of the pieces between 0 and the elongation.
+    from = min(0.0_wp, state%elongation)
+    to = max(0.0_wp, state%elongation)
+    state%energy = 0.0_wp
+    associate (q => table%elongation, f => table%force, n => size(table%force))
+      do i = 0, n
+        low = from
+        high = to
+        if (i > 0) low = max(from, q(i))
+        if (i < n) high = min(to, q(i + 1))
+        if (.not. high > low) cycle
+        a = force_at(table, low)
+        b = force_at(table, high)
+        state%energy = state%energy + 0.5_wp*(a + b)*(high - low)
+      end do
+      if (state%elongation < 0.0_wp) state%energy = -state%energy
+      state%pull = force_at(table, state%elongation)
+      i = count(q <= state%elongation)
+      state%stiffness = 0.0_wp
+      if (i > 0 .and. i < n) state%stiffness = (f(i + 1) - f(i))/(q(i + 1) - q(i))
+    end associate
+  end subroutine read_table
+
+  !> The force of an elongation.
+  pure real(wp) function force_at(table, elongation) result(force)
+    type(force_table_t), intent(in) :: table
+    real(wp), intent(in) :: elongation !! [length]
+    integer :: i
+
+    associate (q => table%elongation, f => table%force, n => size(table%force))
+      i = count(q <= elongation)
+      force = f(max(1, i))
+      if (i > 0 .and. i < n) force = force + (f(i + 1) - f(i))*((elongation - q(i))/(q(i + 1) - &
+        q(i)))
+    end associate
+  end function force_at
 
 end module spring_elements_mod

@@ -33,7 +33,8 @@ contains
     call add_field(list, field_t('element_id', of_long, [n], 'number', &
       'ids of the springs in the deck', at_start, compute=of_springs))
     if (with_force) call add_field(list, field_t('spring_force', of_real, [n], 'force', &
-      'stiffness times elongation; of SPRINGA positive where it draws its nodes together', &
+      'stiffness times elongation, or by its table; of SPRINGA positive where it draws its '// &
+      'nodes together', &
       compute=of_springs))
     if (with_elongation) call add_field(list, field_t('elongation', of_real, [n], 'length', &
       'of SPRINGA change of length; of SPRING1 displacement along its dof, of SPRING2 that of '// &

@@ -472,5 +472,74 @@ class Refused(unittest.TestCase):
             springs("SPRING1", "S", {7: [15]}, 3.0, "1"), "*SPRING, ELSET=A\n1\n4.\n"))
 
 
+class Tables(unittest.TestCase):
+    """Forces over elongations, with NLGEOM."""
+
+    ROWS = ((-0.5, -40.0), (-0.1, -20.0), (0.0, 0.0), (0.2, 8.0), (0.6, 40.0))
+
+    def table(self, kind, ends, dofs=""):
+        """Return the cards of springs of these forces."""
+        lines = "".join(f"{n}, " + ", ".join(map(str, of)) + "\n" for n, of in ends.items())
+        rows = "".join(f"{force!r}, {q!r}\n" for q, force in self.ROWS)
+        return (
+            f"*ELEMENT, TYPE={kind}, ELSET=T\n{lines}*SPRING, ELSET=T, NONLINEAR\n{dofs}{rows}"
+        )
+
+    def test_a_block_on_springs_of_a_table(self):
+        """A stiff block goes as deep as the table says, and stores what is below it."""
+        ends = {100 + n: [n] for n in (11, 12, 13, 14)}
+        held = [
+            springs("SPRING1", f"S{dof}", {1000 * dof + n: [n] for n in (11, 12, 13, 14)}, 3.0,
+                    str(dof)) for dof in (1, 2)
+        ]
+        q, force = np.transpose(self.ROWS)
+        for load in (-30.0, -10.0, 6.0, 24.0):
+            result = solved(self, deck(
+                cube(young=1e7), *held, self.table("SPRING1", ends, "3\n"),
+                loaded("A-ZMIN, 3, " + repr(load), increments=2, nlgeom=", NLGEOM"),
+            ))
+            row = np.isin(result.springs.element_ids, list(ends))
+            depth = np.interp(load, force, q)
+            np.testing.assert_allclose(result.springs.force[-1][row], load, rtol=1e-8)
+            np.testing.assert_allclose(result.springs.elongation[-1][row], depth, rtol=1e-6)
+            grid = np.linspace(0, depth, 200001)
+            forces = np.interp(grid, q, force)
+            stored = np.sum(0.5 * (forces[1:] + forces[:-1]) * np.diff(grid))
+            self.assertAlmostEqual(result.history("energy/strain")[-1], 4 * stored,
+                                   delta=1e-4 * 4 * stored)
+
+    def test_a_strut_gets_stiffer(self):
+        """SPRINGA between a corner that is pulled and the ground: force of its change of length."""
+        result = solved(self, deck(
+            cube(young=1e7), "*NODE\n900, 6., 0., 0.\n", self.table("SPRINGA", {100: [12, 900]}),
+            "*STEP, NLGEOM\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\n900, 1, 1, 0.3\n*END STEP\n",
+            held="A-ZMIN, 1, 3\n900, 1, 3",
+        ))
+        self.assertAlmostEqual(result.springs.force[-1][0], 16.0, delta=1e-3)
+
+    def test_what_is_refused(self):
+        """At small strain, by elongations that do not rise, with a force at 0, with one line."""
+        def text(rows, nlgeom=", NLGEOM"):
+            return deck(
+                cube(), "*NODE\n900, 6., 0., 0.\n*ELEMENT, TYPE=SPRINGA, ELSET=T\n100, 12, 900\n"
+                f"*SPRING, ELSET=T, NONLINEAR\n{rows}\n", loaded("A-ZMAX, 3, 1.", nlgeom=nlgeom),
+                held="A-ZMIN, 1, 3\n900, 1, 3",
+            )
+
+        good = "-1., -1.\n1., 1."
+        for deck_text, words in (
+            (text(good, ""), "a table of *SPRING needs *STEP, NLGEOM"),
+            (text("0., 0.\n1., 1.\n2., 1."), "must rise from line to line"),
+            (text("1., -1.\n3., 1."), "has a force of 2 at elongation 0"),
+            (text("0., 0."), "needs two lines at least"),
+            (text("1., -1.\n-1., 1."), "never rise"),
+        ):
+            run = Run(deck_text, name="deck")
+            self.assertEqual(run.status, 1, words)
+            self.assertIn(words, run.errors)
+        run = Run(text(good), name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -851,11 +851,11 @@ class Judge:
         for number, p in enumerate(points):
             if len(p["rows"]) == 0:
                 continue
-            mu = p["pair"].friction
             rounding = p["rounding"]
             closed = self.closed_points(number, p)
             longest = max(length, np.linalg.norm(p["slip"], axis=1).max(initial=0.0))
             normal_force = np.einsum("pi,pi->p", p["force"], p["normal"])
+            mu = self.coefficients(p, normal_force)
             pressing = np.where(closed, np.maximum(0.0, normal_force), normal_force)
             friction = across(p["force"], p["normal"])
             size = np.linalg.norm(friction, axis=1)
@@ -888,11 +888,35 @@ class Judge:
             total += np.maximum(np.linalg.norm(p["force"], axis=1), mu * pressing).sum()
             if self.turns(p):
                 farthest = max(farthest, longest)
-            self.check_stored_points(row, p, gap, force, length, normal_force, size)
+            self.check_stored_points(row, p, gap, force, length, normal_force, size, mu)
         if total > 0 and length > 0:
             # Reactions that are rounding alone have no law.
             total = max(total, 1e-10 * force)
             self.note("friction law", row, defect / (total * farthest), allowed)
+
+    def coefficients(self, p, normal_force):
+        """The coefficient of friction that each point has under its force: its friction is at most
+        a stress over its area, which is the judge's own.
+        """
+        pair = p["pair"]
+        if pair.most is None:
+            return np.full(len(p["rows"]), pair.friction)
+        area = p["placed"].covered if p["placed"] is not None else self.areas(pair, p["rows"])
+        return np.minimum(pair.friction, pair.most * area / np.maximum(normal_force, TINY))
+
+    def areas(self, pair, rows):
+        """The tributary areas of the nodes of a slave side of C3D8, in the mesh."""
+        area = np.zeros(len(self.scene.points))
+        at = 1 / np.sqrt(3)
+        for face in self.scene.faces(pair.part, pair.side):
+            x = self.scene.points[list(face)]
+            for s, t in ((-at, -at), (at, -at), (at, at), (-at, at)):
+                n = np.array([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t),
+                              (1 - s) * (1 + t)]) / 4  # fmt: skip
+                by_s = np.array([t - 1, 1 - t, 1 + t, -1 - t]) / 4
+                by_t = np.array([s - 1, -1 - s, 1 + s, 1 - s]) / 4
+                np.add.at(area, list(face), n * np.linalg.norm(np.cross(by_s @ x, by_t @ x)))
+        return area[rows]
 
     def closed_points(self, number, p):
         """Which points of a pair stay closed in this increment; those that press join them."""
@@ -1003,7 +1027,7 @@ class Judge:
         at = p["reference"]
         return at is not None and any(n == at and dof > 2 for n, dof in self.path.prescribed)
 
-    def check_stored_points(self, row, p, gap, force, length, normal_force, size):
+    def check_stored_points(self, row, p, gap, force, length, normal_force, size, mu):
         """What the file says of the points agrees with what was found."""
         allowed, stored = self.allowed, p["stored"]
         off = np.abs(stored["gap"][row] - p["gap"]) - 4 * p["rounding"]
@@ -1013,7 +1037,6 @@ class Judge:
         turned = np.einsum("pki,pi->pk", p["frame"][:, 1:], p["slip"])
         off = np.abs(stored["slip_increment"][row] - turned).max(axis=1) - 4 * p["rounding"]
         self.note("stored slip wrong by", row, off.max() / length if length > 0 else 0.0, 1e-6)
-        mu = p["pair"].friction
         status = p["status"]
         strength = np.linalg.norm(p["force"], axis=1)
         largest = (strength * (status == 0)).max()
@@ -1026,11 +1049,12 @@ class Judge:
         # Reactions are known to `allowed`, limits of friction to what `mu` makes of it.
         self.note("friction of a point that slides below its limit by", row,
                   inside.max() / force if force > 0 else 0.0,
-                  max(1e-3, allowed * np.hypot(1.0, mu)))  # fmt: skip
+                  max(1e-3, allowed * np.hypot(1.0, np.max(mu))))  # fmt: skip
         if "resultant" in stored:
             self.check_resultant(row, stored, p["force"])
-        if mu != stored["friction"]:
-            self.note("friction coefficient", row, abs(mu - stored["friction"]), 0)
+        given = p["pair"].friction
+        if given != stored["friction"]:
+            self.note("friction coefficient", row, abs(given - stored["friction"]), 0)
 
     def check_resultant(self, row, stored, force):
         """The sum of reactions (P, 3) in the file."""

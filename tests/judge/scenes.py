@@ -99,6 +99,7 @@ class Pair:
     that of an obstacle is `wall_of` the deck's, that of a body the side `whole`.
 
     `closed` is of surfaces without separation: whether they touch in the mesh, or begin apart.
+    `most` is the largest friction on a unit of area, TAUMAX.
     """
 
     part: int
@@ -111,6 +112,7 @@ class Pair:
     wall: int | None = None
     whole: str | None = None
     closed: bool | None = None
+    most: float | None = None
 
 
 @dataclass
@@ -508,7 +510,8 @@ class DeckWriter:
             if pair.closed is not None:
                 self.add("*SURFACE BEHAVIOR, NO SEPARATION")
             if pair.friction:
-                self.add("*FRICTION", number(pair.friction))
+                most = "" if pair.most is None else f", TAUMAX={number(pair.most)}"
+                self.add(f"*FRICTION{most}", number(pair.friction))
             options = "" if pair.adjust is None else f", ADJUST={number(pair.adjust)}"
             options += ", SMALL SLIDING" if pair.small else ""
             self.add(f"*CONTACT PAIR, INTERACTION=I{index}{options}")

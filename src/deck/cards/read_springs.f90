@@ -7,6 +7,10 @@
 !>     *SPRING, ELSET=PADS                       of SPRING1: one node, to the ground
 !>     3                                         dof; of SPRING2 two, of its nodes
 !>     500.
+!>     *SPRING, ELSET=STOPS, NONLINEAR          with NLGEOM: force, elongation
+!>     -100., -0.1
+!>     0., 0.
+!>     50., 1.
 module read_springs_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
@@ -17,20 +21,21 @@ module read_springs_mod
   use mesh_draft_mod, only: is_of_block, is_spring, mesh_draft_t, solids, spring_1, spring_2, &
     spring_a
   use mesh_mod, only: mesh_t
-  use options_mod, only: allow_options, card_t, name_option, open_card, &
+  use options_mod, only: allow_options, card_t, flag_option, name_option, open_card, &
     option_position
   use sets_mod, only: find_set, model_t, report_unknown
-  use spring_elements_mod, only: add_spring_element, spring_elements_t
+  use spring_elements_mod, only: add_spring_element, force_table_t, spring_elements_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: read_springs, refuse_loose_springs, scale_turned_springs
+  public :: read_springs, refuse_loose_springs, refuse_tables, scale_turned_springs
 
   !> A *SPRING.
   type :: law_t
     integer :: dof(2) = 0            !! 1 to 6; 0: none is said
-    real(wp) :: stiffness = 0.0_wp   !! [force/length]
+    real(wp) :: stiffness = 0.0_wp   !! of a table the largest [force/length]
+    integer :: table = 0             !! index into the tables of springs; 0: none
   end type law_t
 
 contains
@@ -58,7 +63,7 @@ contains
         return
       end if
       call find_members(reader, card, model, members, kind, ok)
-      call read_law(reader, card, kind, law, ok)
+      call read_law(reader, card, kind, law, springs, ok)
       if (.not. ok) cycle
       do i = 1, size(members)
         if (owner(members(i)) == k) cycle ! the set names it twice
@@ -117,15 +122,16 @@ contains
   end subroutine find_members
 
   !> The data lines: dofs, but of SPRINGA, then the stiffness.
-  subroutine read_law(reader, card, kind, law, ok)
+  subroutine read_law(reader, card, kind, law, springs, ok)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     integer, intent(in) :: kind
     type(law_t), intent(out) :: law
+    type(spring_elements_t), intent(inout) :: springs !! gets a table
     logical, intent(inout) :: ok !! false: a mistake was reported
     type(fields_t) :: fields
     integer :: n, i
-    logical :: found, each
+    logical :: found, each, is_table
 
     if (.not. ok) return
     n = findloc([spring_a, spring_1, spring_2], kind, dim=1) - 1
@@ -148,6 +154,12 @@ contains
           ok = .false.
         end if
       end if
+    end if
+    is_table = .false.
+    call flag_option(reader, card, 'NONLINEAR', is_table)
+    if (is_table) then
+      if (ok) call read_forces(reader, card, fields, law, springs, ok)
+      return
     end if
     call next_data_line(reader, card, fields, found, 3, 'the stiffness')
     if (.not. found) then
@@ -172,6 +184,93 @@ contains
       ok = .false.
     end if
   end subroutine read_law
+
+  !> The lines of a table: force, elongation, temperature.
+  subroutine read_forces(reader, card, fields, law, springs, ok)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(fields_t), intent(inout) :: fields !! the line before
+    type(law_t), intent(inout) :: law
+    type(spring_elements_t), intent(inout) :: springs
+    logical, intent(out) :: ok !! false: a mistake was reported
+    type(force_table_t) :: table
+    real(wp) :: force, elongation
+    logical :: found, each(2)
+    integer :: n, i
+
+    ok = .false.
+    allocate (table%elongation(0), table%force(0))
+    n = 0
+    do
+      call next_data_line(reader, card, fields, found, 3, 'a force and an elongation')
+      if (.not. found) exit
+      ! SPRINGA has no dofs: the line for these may be blank.
+      if (n == 0 .and. all([(is_empty_field(fields, i), i=1, 3)])) cycle
+      call real_field(reader, fields, 1, 'the force', force, each(1))
+      call real_field(reader, fields, 2, 'the elongation', elongation, each(2))
+      if (.not. all(each)) return
+      if (n > 0) then
+        if (.not. elongation > table%elongation(n)) then
+          call report(reader, field_position(reader, fields, 2), 'the elongations of *SPRING, '// &
+            'NONLINEAR must rise from line to line: '//quoted(field_text(reader, fields, 2)))
+          return
+        end if
+      end if
+      if (.not. is_empty_field(fields, 3)) call note(reader, 'a frequency or temperature '// &
+        'behind the stiffness of *SPRING is ignored')
+      n = n + 1
+      table%elongation = [table%elongation, elongation]
+      table%force = [table%force, force]
+    end do
+    if (n < 2) then
+      call report(reader, card%position, '*SPRING, NONLINEAR needs two lines at least: force, '// &
+        'elongation')
+      return
+    end if
+    i = count(table%elongation <= 0.0_wp)
+    force = table%force(max(1, i))
+    if (i > 0 .and. i < n) force = force - table%elongation(i)*(table%force(i + 1) - &
+      table%force(i))/(table%elongation(i + 1) - table%elongation(i))
+    if (abs(force) > 4.0_wp*epsilon(1.0_wp)*maxval(abs(table%force))) then
+      call report(reader, card%position, 'the table of *SPRING, NONLINEAR has a force of '// &
+        to_text(force)//' at elongation 0: it must be 0 there', 'load the nodes, or move their '// &
+        'ends by *BOUNDARY, to prestress a spring')
+      return
+    end if
+    law%stiffness = maxval((table%force(2:) - table%force(:n - 1))/(table%elongation(2:) - &
+      table%elongation(:n - 1)))
+    if (.not. law%stiffness > 0.0_wp) then
+      call report(reader, card%position, 'the forces of *SPRING, NONLINEAR never rise with the '// &
+        'elongation: such a spring holds nothing')
+      return
+    end if
+    if (.not. allocated(springs%tables)) allocate (springs%tables(0))
+    springs%tables = [springs%tables, table]
+    law%table = size(springs%tables)
+    ok = .true.
+  end subroutine read_forces
+
+  !> Report tables where springs are linear.
+  subroutine refuse_tables(reader, springs, finite_strain)
+    type(reader_t), intent(inout) :: reader
+    type(spring_elements_t), intent(in) :: springs
+    logical, intent(in) :: finite_strain
+    type(card_t) :: card
+    logical :: is_table
+    integer :: k
+
+    if (finite_strain .or. .not. allocated(springs%tables)) return
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'SPRING') cycle
+      call open_card(reader, k, card)
+      is_table = .false.
+      call flag_option(reader, card, 'NONLINEAR', is_table)
+      if (.not. is_table) cycle
+      call report(reader, option_position(card, 'NONLINEAR'), 'a table of *SPRING needs *STEP, '// &
+        'NLGEOM: at small strain all springs are linear')
+      return
+    end do
+  end subroutine refuse_tables
 
   !> One more spring.
   subroutine add_element(reader, model, element, law, springs)
@@ -207,7 +306,7 @@ contains
       node(i) = model%rotation_node(node(i))
     end do
     call add_spring_element(springs, model%mesh%skipped_id(element), node, direction, &
-      law%stiffness)
+      law%stiffness, law%table)
   end subroutine add_element
 
   !> Report springs none of whose nodes is of an element, or joined to one.

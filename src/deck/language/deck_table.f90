@@ -129,8 +129,9 @@ module deck_table_mod
     rule_t('CYCLIC SYMMETRY MODEL', in_model, is_read, 'N=count!, TIE=name', &
     'ELSET, NGRAPH, CHECK', 'two points of the axis'), &
     rule_t('EQUATION', in_model, is_read, data='count; node, dof, factor, ...'), &
-    rule_t('SPRING', in_model, is_read, 'ELSET=name!', 'RTOL, COMPLEX STIFFNESS', &
-    'dof of the first node, of the second node; stiffness, frequency, temperature'), &
+    rule_t('SPRING', in_model, is_read, 'ELSET=name!, NONLINEAR', 'RTOL, COMPLEX STIFFNESS', &
+    'dof of the first node, of the second node; stiffness, frequency, temperature; or force, '// &
+    'elongation, temperature'), &
     rule_t('GAP', in_model, is_read, 'ELSET=name!', &
     data='clearance, direction: x, y, z'), &
     rule_t('FOUNDATION', in_model, is_read, data='element or set, F1 to F6, stiffness per area'), &
