@@ -902,7 +902,9 @@ class Judge:
         if pair.most is None:
             return np.full(len(p["rows"]), pair.friction)
         area = p["placed"].covered if p["placed"] is not None else self.areas(pair, p["rows"])
-        return np.minimum(pair.friction, pair.most * area / np.maximum(normal_force, TINY))
+        with np.errstate(over="ignore"):
+            cut = pair.most * area / np.maximum(normal_force, TINY)
+        return np.minimum(pair.friction, cut)
 
     def areas(self, pair, rows):
         """The tributary areas of the nodes of a slave side of C3D8, in the mesh."""
