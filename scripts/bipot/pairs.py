@@ -160,7 +160,10 @@ class Pair:
 
     @cached_property
     def friction_coefficient(self) -> float:
-        """The pair's coefficient of friction; not a number where the file does not tell."""
+        """The pair's coefficient of friction, the largest where it depends on the pressure.
+
+        Not a number where the file does not tell.
+        """
         attributes = self.result.file[f"/contact/{self.name}"].attrs
         return float(attributes.get("friction_coefficient", np.nan))
 
