@@ -164,26 +164,38 @@ contains
     integer, intent(in) :: start(:), neighbours(:), lower_start(:)
     real(wp), intent(inout) :: blocks(:, :, :) !! (3,3,entries) [force/length]
     integer, allocatable :: linked(:)
-    real(wp), allocatable :: t(:, :), k(:, :)
+    real(wp), allocatable :: kt(:, :), k(:, :) !! K T and T^T K T
     integer :: a, b, i, l, c, entry
 
     allocate (linked, source=nodes_with_constraints(active, constraint, nodes))
-    allocate (t(3*size(nodes), 3*size(linked)), source=0.0_wp)
+    allocate (kt(3*size(nodes), 3*size(linked)), k(3*size(linked), 3*size(linked)), source=0.0_wp)
+    ! T has few entries: a 1 a row of what depends on nothing.
     do a = 1, size(nodes)
       do i = 1, 3
         c = constraint(i, nodes(a))
         if (c == 0) then
-          t(3*(a - 1) + i, 3*(a - 1) + i) = 1.0_wp
+          kt(:, at(a, i)) = kt(:, at(a, i)) + ke(:, at(a, i))
           cycle
         end if
         do l = active%first(c), active%first(c + 1) - 1
-          b = findloc(linked, active%master(l), dim=1)
-          t(3*(a - 1) + i, 3*(b - 1) + active%master_dof(l)) = active%weight(l)
+          b = at(findloc(linked, active%master(l), dim=1), active%master_dof(l))
+          kt(:, b) = kt(:, b) + active%weight(l)*ke(:, at(a, i))
         end do
       end do
     end do
-    allocate (k(3*size(linked), 3*size(linked)))
-    k = matmul(transpose(t), matmul(ke, t))
+    do a = 1, size(nodes)
+      do i = 1, 3
+        c = constraint(i, nodes(a))
+        if (c == 0) then
+          k(at(a, i), :) = k(at(a, i), :) + kt(at(a, i), :)
+          cycle
+        end if
+        do l = active%first(c), active%first(c + 1) - 1
+          b = at(findloc(linked, active%master(l), dim=1), active%master_dof(l))
+          k(b, :) = k(b, :) + active%weight(l)*kt(at(a, i), :)
+        end do
+      end do
+    end do
     do a = 1, size(linked)
       do b = 1, size(linked)
         if (linked(b) > linked(a)) cycle
@@ -193,6 +205,15 @@ contains
         blocks(:, :, entry) = blocks(:, :, entry) + k(3*a - 2:3*a, 3*b - 2:3*b)
       end do
     end do
+
+  contains
+
+    pure integer function at(node, direction)
+      integer, intent(in) :: node, direction !! of a list of nodes
+
+      at = 3*(node - 1) + direction
+    end function at
+
   end subroutine add_linked
 
   !> Rows and columns of the triplets that `assemble_stiffness` would give, in the same order.
