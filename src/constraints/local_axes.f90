@@ -99,6 +99,7 @@ contains
 
     if (.not. allocated(transforms%of_node)) return
     if (allocated(model%mesh%hangs)) call leave_out_hanging(model, transforms, steps)
+    if (allocated(equations%cyclic)) call leave_out_sides(model, transforms, equations, steps)
     n_mistakes = reader%diagnostics%n_mistakes
     do node = 1, size(number)
       if (model%rotation_node(node) == 0) cycle
@@ -133,6 +134,64 @@ contains
       end associate
     end do
   end subroutine leave_out_hanging
+
+  !> Supports along local directions at the first side of a sector, where its partner is held alike
+  !> along directions that are turned as the sector is: they follow from those.
+  pure subroutine leave_out_sides(model, transforms, equations, steps)
+    type(model_t), intent(in) :: model
+    type(transforms_t), intent(in) :: transforms
+    type(equation_list_t), intent(in) :: equations
+    type(load_step_t), intent(inout) :: steps(:)
+    logical :: leaves(size(transforms%of_node))
+    real(wp) :: turn(3, 3), axes(3, 3), of_partner(3, 3)
+    integer :: c, k, partner, step
+    logical :: ok(2)
+
+    leaves = .false.
+    turn = 0.0_wp
+    associate (all => equations%list, x => model%mesh%coordinates, of => transforms%of_node)
+      do c = 1, all%n
+        if (.not. any(equations%cyclic == equations%position(c))) cycle
+        if (all%dof(c) == 1) turn = 0.0_wp
+        do k = all%first(c), all%first(c + 1) - 1
+          turn(all%dof(c), all%master_dof(k)) = all%weight(k)
+        end do
+        partner = all%master(all%first(c))
+        if (all%dof(c) < 3 .or. partner == all%node(c)) cycle
+        if (min(of(partner), of(all%node(c))) == 0) cycle
+        call find_axes(transforms%list(of(all%node(c))), x(:, all%node(c)), axes, ok(1))
+        call find_axes(transforms%list(of(partner)), x(:, partner), of_partner, ok(2))
+        leaves(all%node(c)) = ok(1) .and. ok(2) .and. maxval(abs(matmul(axes, turn) - &
+          of_partner)) <= apart .and. are_held_alike(steps, all%node(c), partner)
+      end do
+    end associate
+    do step = 1, size(steps)
+      associate (boundary => steps(step)%boundary)
+        steps(step)%boundary = pack(boundary, .not. leaves(boundary%node))
+      end associate
+    end do
+  end subroutine leave_out_sides
+
+  !> Whether all steps prescribe the same of two nodes, degree by degree.
+  pure logical function are_held_alike(steps, one, other) result(alike)
+    type(load_step_t), intent(in) :: steps(:)
+    integer, intent(in) :: one, other !! nodes
+    real(wp), parameter :: rounding = 1.0e-12_wp !! of a value [-]
+    integer :: step, i
+
+    alike = .true.
+    do step = 1, size(steps)
+      associate (b => steps(step)%boundary)
+        if (count(b%node == one) /= count(b%node == other)) alike = .false.
+        do i = 1, size(b)
+          if (b(i)%node /= one) cycle
+          alike = alike .and. any(b%node == other .and. b%dof == b(i)%dof .and. b%amplitude == &
+            b(i)%amplitude .and. (b%fixed .eqv. b(i)%fixed) .and. abs(b%value - b(i)%value) <= &
+            rounding*abs(b(i)%value))
+        end do
+      end associate
+    end do
+  end function are_held_alike
 
   !> The nodes of which steps or equations of the deck name local degrees of freedom, in ascending
   !> order.

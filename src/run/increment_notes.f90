@@ -21,6 +21,7 @@ module increment_notes_mod
   use settled_cycles_mod, only: followed_cycle_t
   use law_limits_mod, only: stretched_t
   use yielded_bodies_mod, only: yielded_t
+  use sector_slips_mod, only: past_side_t
   use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words, &
     unstable_in_words
   implicit none
@@ -30,7 +31,7 @@ module increment_notes_mod
     note_unfelt, note_apart, note_node_behind, note_passed, note_small_contacts, note_kinks, &
     note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, &
     note_unstable, note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, &
-    note_followed, note_settled, note_yielded
+    note_followed, note_settled, note_yielded, note_past_side
 
   !> A line for the console.
   type :: note_t
@@ -55,6 +56,23 @@ contains
     if (present(even_if_quiet)) note%even_if_quiet = even_if_quiet
     notes = [notes, note]
   end subroutine add_note
+
+  !> What slides past the side of a sector meets nothing there.
+  pure subroutine note_past_side(scene, points, increment, past, notes)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_t), intent(in) :: increment
+    type(past_side_t), intent(in) :: past
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    real(wp), parameter :: little = 1.0e-3_wp !! of a sector: what is not worth a word [-]
+
+    if (past%share <= little) return
+    call add_note(notes, increment, .false., ': node '//to_text(scene%mesh%node_id(points%node( &
+      past%point)))//' of '//scene%pairs(points%pair(past%point))%name//' is past the side of '// &
+      'its sector by '//percent(past%share)//' of the sector''s angle: it meets nothing there, '// &
+      'and the forces of this pair are wrong by about as much; more of the body, or all of it, '// &
+      'has no such sides')
+  end subroutine note_past_side
 
   !> How much of each body that could yield is above its first yield stress.
   pure subroutine note_yielded(scene, increment, yielded, notes)

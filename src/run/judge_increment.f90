@@ -49,8 +49,10 @@ module judge_increment_mod
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
     note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
-    note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded
+    note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
+    note_past_side
   use yielded_bodies_mod, only: yielded_t, find_yielded
+  use sector_slips_mod, only: find_past_sides
   implicit none
   private
 
@@ -155,6 +157,8 @@ contains
         call note_entries(scene, increment, watch%deepest, notes)
         call note_apart(scene, plan%points, increment, report, least_overlap(scene, &
           solver%choices%tolerance, solved%state%displacement), notes)
+        if (scene%finite_strain) call note_past_side(scene, plan%points, increment, &
+          find_past_sides(scene, plan%points, solved%state%displacement), notes)
         call note_node_behind(scene, increment, find_node_behind(scene, plan%points, &
           solved%state, least_overlap(scene, solver%choices%tolerance, &
           solved%state%displacement)), notes)

@@ -33,6 +33,17 @@ class Checked(unittest.TestCase):
             (error,) = self.errors(deck)
             self.assertRegex(error, "^contact of a surface with itself is not available")
 
+    def test_lines_below_what_is_not_understood(self):
+        """One mistake is one message."""
+        for lines, words in (
+            ("*SURFACE, NAME=S, TYPE=ELEMNT\nA-ZMIN\n", "TYPE must be ELEMENT"),
+            ("*NSET, NSET=N, FROM=3\nNOSUCH\n", "unknown parameter 'FROM'"),
+        ):
+            (error,) = self.errors(BLOCK + lines + STEP.format("A-ZMAX, 1, 3"))
+            self.assertIn(words, error)
+        (error,) = self.errors(BLOCK + STEP.format("A-ZMAX, 1, 3\n*CLOAD\n999, 4, 1."))
+        self.assertEqual(error, "node 999 is not defined")
+
     def test_a_mean_that_is_prescribed(self):
         coupling = (
             "*NODE\n9000, 0.5, 0.5, 1.5\n"

@@ -131,6 +131,58 @@ MIDDLE, 2, 2
         self.assertLess(abs(u[sides, :2]).max(), 1e-12)
         self.assertGreater(abs(u[~sides, :2]).max(), 1e-4)
 
+    def test_sides_are_held_along_directions_that_turn_with_them(self):
+        """Held along the circle by one side or by both: the first follows the second."""
+        found = []
+        for nodes in ("RIGHT", "RIGHT, LEFT"):
+            lines = f"*NSET, NSET=HELD\n{nodes}\n*TRANSFORM, NSET=HELD, TYPE=C\n"
+            lines += "0., 0., 0., 0., 0., 1.\n*BOUNDARY\nHELD, 2, 2\n*STEP"
+            result = self.solved(deck(1).replace("*STEP", lines))
+            found.append((result.field("displacement", -1), result.pairs[0].resultant[-1]))
+        for one, both in zip(*found, strict=True):
+            np.testing.assert_allclose(both, one, atol=1e-12 * abs(one).max())
+
+    def test_what_slides_past_a_side_is_told(self):
+        """Plates of a quarter of a turn, moved along the circle by a part of the sector."""
+        plates = "".join(
+            f"*BLOCK, NAME={name}, NX=2, NY=2, NZ=1\n0., 0., {z}.,  1., 1., 1.\n"
+            for z, name in enumerate(("LOW", "HIGH"))
+        )
+        text = plates + """*MATERIAL, NAME=M
+*ELASTIC
+500., 0.
+*SOLID SECTION, ELSET=LOW, MATERIAL=M
+*SOLID SECTION, ELSET=HIGH, MATERIAL=M
+*NSET, NSET=LEFT
+LOW-XMIN, HIGH-XMIN
+*NSET, NSET=RIGHT
+LOW-YMIN, HIGH-YMIN
+*TIE, NAME=SIDES, CYCLIC SYMMETRY
+LEFT, RIGHT
+*CYCLIC SYMMETRY MODEL, N=4, TIE=SIDES
+0., 0., 0.,  0., 0., 1.
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+HIGH-ZMIN, LOW-ZMAX
+*STEP, NLGEOM
+*STATIC, DIRECT
+1., 1.
+*BOUNDARY
+LOW-ZMIN, 1, 3
+HIGH-ZMAX, 3, 3, -0.001
+"""
+        for turn, told in ((0.001, False), (0.05, True)):
+            moves = ""
+            for j, i in np.ndindex(3, 3):  # nodes of the upper face
+                x, y = i / 2, j / 2
+                c, s = float(np.cos(turn)) - 1, float(np.sin(turn))
+                u = (x * c - y * s, x * s + y * c)
+                moves += "".join(f"{28 + i + 3 * j}, {a}, {a}, {u[a - 1]!r}\n" for a in (1, 2))
+            run = Run(text + moves + "*END STEP\n", name="case")
+            self.assertEqual(run.status, 0, run.errors)
+            words = f"past the side of its sector by {200 * turn / np.pi:.2g} %"
+            (self.assertIn if told else self.assertNotIn)(words, run.output)
+
     def test_bodies_that_touch_share_a_card(self):
         """A quarter of two plates, one on the other: each presses by 2 wherever it touches.
 

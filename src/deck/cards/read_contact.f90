@@ -27,7 +27,7 @@ module read_contact_mod
   use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair
   use scene_mod, only: contact_pair_t
   use sets_mod, only: find_set, model_t
-  use text_mod, only: string_t, to_text
+  use text_mod, only: counted, string_t, to_text
   implicit none
   private
 
@@ -287,6 +287,7 @@ contains
     end do
     adjusts = found_adjusts(:n)
     call report_repeated_pairs(reader, pairs, position)
+    call note_shared_slaves(reader, model, pairs, surfaces)
 
   contains
 
@@ -411,6 +412,30 @@ contains
     end subroutine forget_small_sliding
 
   end subroutine find_master
+
+  !> Say of pairs before one master that they share slave nodes: each gets a part of the force.
+  subroutine note_shared_slaves(reader, model, pairs, surfaces)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(contact_pair_t), intent(in) :: pairs(:)
+    type(surface_list_t), intent(in) :: surfaces
+    logical :: is_slave(model%mesh%n_nodes)
+    integer :: k, other, n
+
+    if (any_mistakes(reader%diagnostics)) return
+    do k = 2, size(pairs)
+      is_slave = .false.
+      is_slave(surfaces%list(pairs(k)%surface)%nodes) = .true.
+      do other = 1, k - 1
+        if (pairs(other)%master /= pairs(k)%master .or. pairs(other)%master_surface /= &
+          pairs(k)%master_surface) cycle
+        n = count(is_slave(surfaces%list(pairs(other)%surface)%nodes))
+        if (n > 0) call note(reader, 'the contact pairs '//quoted(pairs(other)%name)//' and '// &
+          quoted(pairs(k)%name)//' share '//counted(n, 'slave node')//' before one master: '// &
+          'they divide the force there, and only their sum is determined')
+      end do
+    end do
+  end subroutine note_shared_slaves
 
   !> Report pairs of the same surface and master, and of the same surfaces the other way round.
   subroutine report_repeated_pairs(reader, pairs, position)

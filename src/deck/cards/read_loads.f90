@@ -348,12 +348,11 @@ contains
       end if
       ! What a force means stays on the deck's nodes: on more of them it would be more.
       if (ok(1)) nodes = given_nodes(model%mesh, nodes)
-      most = 3
+      most = max_dof
       if (ok(1)) then
         call split_rotations(model, nodes, turned)
-        if (size(turned) == 0 .and. size(nodes) > 0 .and. all(model%rotation_node(nodes) > 0)) then
-          most = max_dof
-        end if
+        ! Of nodes that are not there nothing is known.
+        if (size(turned) > 0 .or. any(model%rotation_node(nodes) == 0)) most = 3
       end if
       call read_dof(reader, fields, 2, 'the dof', most, dof, ok(2))
       call real_field(reader, fields, 3, 'the force', value%value, ok(3))

@@ -53,8 +53,7 @@ module cards_mod
     !! elements of the deck, or what else its nodes belong to, were refused
     logical :: other_field = .false.    !! a keyword or an element of another field was refused
     integer :: doubted(2) = 0
-    !! first and last place of the lines of a card with an unknown option, which may mean something
-    !! else with it
+    !! first and last place of the lines of a card with an option that is not understood
     type(reading_t) :: reading
     logical :: chooses_theory = .false. !! AUTO, of the deck or of the option
     logical :: keeps_small_strain = .false. !! NO likewise

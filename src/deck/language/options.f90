@@ -228,7 +228,7 @@ contains
       end do
       call report_in_field(reader, card%options(i)%position, 'unknown parameter '// &
         quoted(card%options(i)%name)//' of *'//card%keyword, guess(card%options(i)%name, names))
-      reader%doubted = reader%source%first([card%place%first, card%place%last + 1]) - [0, 1]
+      call doubt_lines(reader, card)
     end do options
   end subroutine allow_options
 
@@ -445,7 +445,17 @@ contains
     end do
     call report(reader, card%options(i)%value_position, name//' must be '//one_of(words)// &
       ', not '//quoted(card%options(i)%value), guess(upper(card%options(i)%value), words))
+    call doubt_lines(reader, card)
   end subroutine choice_option
+
+  !> Say of the lines of a card that an option of it is not understood, with which they may mean
+  !> something else.
+  subroutine doubt_lines(reader, card)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+
+    reader%doubted = reader%source%first([card%place%first, card%place%last + 1]) - [0, 1]
+  end subroutine doubt_lines
 
   !> Report data lines below a keyword that takes none.
   subroutine allow_no_data(reader, card)
