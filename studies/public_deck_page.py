@@ -1,6 +1,7 @@
 """The page of public decks: what is accepted, what is not and why, and how far both are apart."""
 
 import math
+import re
 import textwrap
 from collections import Counter, defaultdict
 
@@ -143,7 +144,51 @@ def wrapped(lines):
     )]
 
 
-def page(rows, where):
+def drawn_table(drawn):
+    """Return the table of a draw's decks: what is in the way, or how it ran."""
+    lines = []
+    for row in drawn:
+        if row.check != "accepted":
+            said = re.sub(r"^.*?: error: ", "", row.check).split(": bipot solves")[0]
+            outcome = f"refused: {said[:100].split(';')[0]}"
+        elif row.ours == "stopped":
+            outcome = f"not solved within {taken(row.our_seconds)} s"
+        else:
+            outcome = f"{row.ours} ({taken(row.our_seconds)} s)"
+        if row.option:
+            outcome = f"with `{row.option}` {outcome}"
+        if row.compared:
+            outcome += (f"; CalculiX ({taken(row.their_seconds)} s): contact {shown(row.contact)}, "
+                        f"displacements {shown(row.displacement)}")
+        lines.append([f"`{row.deck}`", outcome.replace("|", "/")])
+    return table(["deck", "outcome"], lines)
+
+
+def draw(drawn):
+    """Return the section on decks drawn from other repositories."""
+    by_repository = defaultdict(list)
+    for row in drawn:
+        by_repository[row.source].append(row)
+    accepted = [row for row in drawn if row.check == "accepted"]
+    plain = [row for row in accepted if not row.option]
+    lines = [
+        "", f"## {len(drawn)} decks of {len(by_repository)} other repositories", "",
+        f"Drawn on {max(row.day for row in drawn)} from repositories of GitHub, by a rule that was",
+        "written before any deck was looked into: of each repository the first three, by path, of",
+        "the decks that have static steps alone, a `*CONTACT PAIR`, `*TIE` or `*SURFACE",
+        "INTERACTION`, and elements C3D, CPE, CPS or CAX (or includes), and are in no collection",
+        "above; then the fourth of each, and so on. Meshes that decks include and repositories lack",
+        "were made by cgx, as their examples say, where that was possible. Runs may take 60 s.", "",
+        f"{len(plain)} are accepted, {len(accepted) - len(plain)} more with an option;",
+        f"{sum(row.ours == 'solved' for row in accepted)} of these are solved.",
+    ]
+    for repository, rows in by_repository.items():
+        lines += ["", f"[{repository}](https://github.com/{repository}) at `{rows[0].commit[:12]}`:",
+                  "", *drawn_table(rows)]
+    return lines
+
+
+def page(rows, where, drawn=()):
     """Return the page's text."""
     written = [row for row in rows.values() if not row.variant]
     accepted = [row for row in written if row.check == "accepted"]
@@ -214,4 +259,6 @@ def page(rows, where):
             "does.",
             "", *stopped,
         ]
+    if drawn:
+        lines += draw(list(drawn.values()))
     return "\n".join(wrapped(lines)) + "\n"

@@ -1,6 +1,7 @@
 """Public decks with contact, here and in CalculiX: docs/studies/public-decks.md.
 
     studies/run public_decks FOLDER [--only NAME,...] [--variant "slope=100 stiffness=100"]
+    studies/run public_decks FOLDER --draw LIST [--only NAME,...]
     studies/run public_decks --page
 
 FOLDER holds decks, such as a clone of github.com/calculix/examples. Each that has a *CONTACT PAIR
@@ -9,6 +10,10 @@ CalculiX, and compared at the ends of their steps. Rows go into studies/data/pub
 place of older ones, and the page is written from that file, with --page alone. A variant changes
 the contact of CalculiX's deck: `studies/public_deck_text.py` says how. Status 77: CalculiX
 is not installed.
+
+A draw from other repositories has a list, a line a deck: the repository (owner/name), its commit
+and the deck's path, between tabs; decks are in FOLDER/owner+name. Its rows go into
+studies/data/public_draw.csv.
 """
 
 import argparse
@@ -20,6 +25,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import asdict, dataclass, fields
+from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +47,7 @@ from studies.public_deck_text import (
 )
 
 KEPT = DATA / "public_decks.csv"
+DRAWN = DATA / "public_draw.csv"
 PAGE = PAGES / "public-decks.md"
 CHECK_LIMIT = 300  # seconds
 SMALL = 1e-6       # resultants below this part of the nodal forces are rounding
@@ -72,19 +79,31 @@ class Row:
         return self.deck, self.variant
 
 
-def read_rows(path=KEPT):
+@dataclass
+class Drawn(Row):
+    """A deck of another repository, its source."""
+
+    commit: str = ""
+    option: str = ""          # of the command line, with which it is accepted
+    day: str = ""             # when it was tried
+
+
+def read_rows(path=KEPT, kind=Row, key=lambda row: row.key):
     """Return the rows kept, by deck and variant."""
-    kinds = {field.name: field.type for field in fields(Row)}
+    if not path.is_file():
+        return {}
+    kinds = {field.name: field.type for field in fields(kind)}
     with path.open(encoding="utf-8", newline="") as file:
-        rows = [Row(**{name: kinds[name](text) for name, text in line.items()})
+        rows = [kind(**{name: kinds[name](text) for name, text in line.items()})
                 for line in csv.DictReader(file)]
-    return {row.key: row for row in rows}
+    return {key(row): row for row in rows}
 
 
 def keep_rows(rows, path=KEPT):
     """Write the rows, sorted."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
+        kind = next((type(row) for row in rows.values()), Row)
+        writer = csv.DictWriter(file, [field.name for field in fields(kind)], lineterminator="\n")
         writer.writeheader()
         for _, row in sorted(rows.items()):
             writer.writerow({
@@ -93,11 +112,11 @@ def keep_rows(rows, path=KEPT):
             })
 
 
-def checked(program, deck):
+def checked(program, deck, option=""):
     """Return "accepted", or the first message of a deck that is refused."""
     try:
         done = subprocess.run(
-            [program, "--check", deck.name], cwd=deck.parent, capture_output=True, text=True,
+            [program, "--check", *option.split(), deck.name], cwd=deck.parent, capture_output=True, text=True,
             errors="replace", timeout=CHECK_LIMIT, check=False,
         )
     except subprocess.TimeoutExpired:
@@ -108,11 +127,11 @@ def checked(program, deck):
     return errors[0] if errors else f"ended with status {done.returncode}"
 
 
-def run_bipot(program, cards, variant, folder, limit):
+def run_bipot(program, cards, variant, folder, limit, option=""):
     """Run the deck of these cards; return how it ended, the time, the result or None, a message."""
     (folder / "ours.inp").write_text(for_bipot(cards, variant), encoding="latin-1")
     log = folder / "ours.log"
-    command = run_words(program, "ours.inp", "ours.vtkhdf", {})
+    command = run_words(program, "ours.inp", "ours.vtkhdf", {}) + option.split()
     taken = measure(command, folder, log, lambda seconds: seconds > limit)
     how = {0: "solved", 1: "refused", 2: "not solved"}.get(taken.status, "failed")
     try:
@@ -238,7 +257,7 @@ def run_deck(program, row, cards, options):
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         row.ours, row.our_seconds, result, message = run_bipot(
-            program, cards, row.variant, folder, options.limit
+            program, cards, row.variant, folder, options.limit, getattr(row, "option", "")
         )
         row.note = message
         if result is None or options.alone:
@@ -283,6 +302,31 @@ def study(folder, program, options, rows):
         print(row, file=sys.stderr, flush=True)
 
 
+def study_draw(folder, program, options, rows):
+    """Check and run the decks of a draw, in the order of its list."""
+    for line in options.draw.read_text(encoding="utf-8").splitlines():
+        repository, commit, path = line.split("\t")
+        if options.only and not any(only in line for only in options.only.split(",")):
+            continue
+        deck = folder / repository.replace("/", "+", 1) / path
+        row = Drawn(path, source=repository, commit=commit,
+                    day=datetime.now(timezone.utc).date().isoformat())
+        row.check = checked(program, deck)
+        if "--elastic" in row.check and checked(program, deck, "--elastic") == "accepted":
+            row.check, row.option = "accepted", "--elastic"
+        if row.check == "accepted" and not options.check:
+            run_deck(program, row, cards_of(deck), options)
+        rows[f"{repository} {path}"] = row
+        keep_rows(rows, DRAWN)
+        print(row, file=sys.stderr, flush=True)
+
+
+def read_drawn():
+    """Return the rows of the draw, by repository and path."""
+    rows = read_rows(DRAWN, Drawn, lambda row: f"{row.source} {row.deck}")
+    return dict(sorted(rows.items()))
+
+
 def main():
     """Check, run and compare; write the page."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
@@ -294,20 +338,25 @@ def main():
     parser.add_argument("--alone", action="store_true", help="do not run CalculiX")
     parser.add_argument("--variant", default="", help="changes of CalculiX's contact")
     parser.add_argument("--limit", type=float, default=200.0, help="processor seconds a run")
+    parser.add_argument("--draw", type=Path, help="a list of decks of other repositories")
     parser.add_argument("--page", dest="kept", action="store_true",
                         help="write the page from the rows kept")
     parser.add_argument("--machine", default=machine(), help="where these were made (here)")
     parser.add_argument("--bipot", type=Path, default=program_path(), help="the program")
     options = parser.parse_args()
-    rows = read_rows(options.csv) if options.csv.is_file() else {}
+    rows = read_rows(options.csv)
     if not options.kept:
         if options.folder is None:
             parser.error("a folder of decks is needed, or --page")
         if shutil.which(CCX) is None:
             print(f"{absent('CalculiX')}; no page without it")
             return 77
-        study(options.folder.resolve(), built_program(options.bipot).resolve(), options, rows)
-    put_page(page(rows, options.machine), options.page)
+        folder, program = options.folder.resolve(), built_program(options.bipot).resolve()
+        if options.draw:
+            study_draw(folder, program, options, read_drawn())
+        else:
+            study(folder, program, options, rows)
+    put_page(page(rows, options.machine, read_drawn()), options.page)
     return 0
 
 

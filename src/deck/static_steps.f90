@@ -1,8 +1,8 @@
 !> The static steps that a deck begins with, where it is to run without the others (--static-steps).
 module static_steps_mod
   use cards_mod, only: is_keyword_line, note, pieces_t, reader_t, report, split_line
-  use deck_table_mod, only: is_other_step, same_word, squeeze
-  use text_mod, only: to_text
+  use deck_table_mod, only: is_other_step, rule_of, rule_t, same_word, squeeze
+  use text_mod, only: counted, to_text
   implicit none
   private
 
@@ -14,7 +14,8 @@ contains
   subroutine leave_out_steps(reader)
     type(reader_t), intent(inout) :: reader !! its cards have not been found yet
     type(pieces_t) :: pieces
-    character(:), allocatable :: name, other
+    type(rule_t) :: rule
+    character(:), allocatable :: name, other, what
     integer :: line, step, begins, n_left, of_other
 
     step = 0
@@ -32,8 +33,9 @@ contains
         begins = line
         if (has_option('PERTURBATION')) call leave_out('PERTURBATION')
       else if (of_other == 0 .and. step > 0) then
+        rule = rule_of(name)
         if (is_other_step(name) .and. .not. has_option('APPLICATION=QUASI-STATIC')) call &
-          leave_out('*'//name)
+          leave_out('*'//trim(rule%name))
       end if
     end do
     if (of_other == 0) return
@@ -42,8 +44,9 @@ contains
         '): --static-steps has nothing to run')
       return
     end if
-    call note(reader, 'step '//to_text(step)//' ('//other//') is left out, and '// &
-      to_text(n_left)//' behind it: --static-steps runs those before it')
+    what = 'step '//to_text(step)//' ('//other//') is left out'
+    if (n_left > 0) what = what//', and '//counted(n_left, 'step')//' behind it'
+    call note(reader, what//': --static-steps runs those before it')
     reader%source%n_lines = of_other - 1
 
   contains

@@ -41,6 +41,13 @@ class Checked(unittest.TestCase):
         ):
             (error,) = self.errors(BLOCK + lines + STEP.format("A-ZMAX, 1, 3"))
             self.assertIn(words, error)
+        for lines, words in (
+            ("*FRICTION, USER\n", "*FRICTION, USER is not available"),
+            ("*MPC, USER\n1, 1, 2\n", "*MPC, USER is not available"),
+            ("*MPC\nSLIDER, 1, 2, 3\n", "*MPC: 'SLIDER' is not available"),
+        ):
+            (error,) = self.errors(BLOCK + lines + STEP.format("A-ZMAX, 1, 3"))
+            self.assertIn(words, error)
         (error,) = self.errors(BLOCK + STEP.format("A-ZMAX, 1, 3\n*CLOAD\n999, 4, 1."))
         self.assertEqual(error, "node 999 is not defined")
 

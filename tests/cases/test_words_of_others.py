@@ -174,7 +174,7 @@ class Words(unittest.TestCase):
         self.assertEqual(run.status, 1)
         self.assertIn("--static-steps runs the steps before it", run.errors)
         force = self.forces(deck + modes, "--static-steps",
-                            says="step 2 (PERTURBATION) is left out, and 1 behind it")
+                            says="step 2 (PERTURBATION) is left out, and 1 step behind it")
         np.testing.assert_allclose(force[-1], [0, 0, 10], atol=1e-7)
         self.assertEqual(len(force), 4)
         run = Run(cube() + modes, "--static-steps", "--check", name="modes")

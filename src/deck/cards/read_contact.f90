@@ -120,7 +120,12 @@ contains
     real(wp) :: most
     logical :: found, ok, is_rough, has_most
 
-    call allow_options(reader, card)
+    call allow_options(reader, card, 'USER')
+    if (has_option(card, 'USER')) then
+      call report(reader, option_position(card, 'USER'), '*FRICTION, USER is not available', &
+        'friction is Coulomb''s: mu on a line of its own, *CHANGE FRICTION for later steps')
+      return
+    end if
     is_rough = .false.
     call flag_option(reader, card, 'ROUGH', is_rough)
     call real_option(reader, card, 'TAUMAX', huge(1.0_wp), most, has_most)

@@ -11,7 +11,7 @@ module read_couplings_mod
   use face_couplings_mod, only: add_rotation_node, coupling_t
   use diagnostics_mod, only: any_mistakes, quoted
   use fields_mod, only: any_number, field_position, fields_t, integer_field, is_empty_field, &
-    name_field, next_data_line, node_option, reference_field, reference_t
+    limit_fields, name_field, next_data_line, node_option, reference_field, reference_t
   use lookup_mod, only: find_id
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, name_option, &
     open_card, option_position
@@ -22,6 +22,9 @@ module read_couplings_mod
   private
 
   public :: read_couplings, find_coupled_surfaces
+
+  character(*), parameter :: instead_of_mpc = 'BEAM, a set of nodes, a reference node; TIE, PIN '// &
+    'or LINK, two nodes or sets; *EQUATION joins dofs, *TIE surfaces'
 
 contains
 
@@ -108,10 +111,15 @@ contains
     type(coupling_t) :: coupling
     type(fields_t) :: fields
     character(:), allocatable :: kind
-    integer :: id, set, first, last
+    integer :: id, set, first, last, n_fields
     logical :: found, ok
 
-    call allow_options(reader, card)
+    call allow_options(reader, card, 'USER')
+    if (has_option(card, 'USER')) then
+      call report(reader, option_position(card, 'USER'), '*'//card%keyword//', USER is not '// &
+        'available', instead_of_mpc)
+      return
+    end if
     id = 0
     coupling%position = card%position
     coupling%node_position = card%position
@@ -133,8 +141,10 @@ contains
     set = 1
     if (card%keyword == 'MPC') set = 2
     do
-      call next_data_line(reader, card, fields, found, merge(2, 3, coupling%distributes), &
-        'a set of nodes and what it couples')
+      n_fields = merge(2, 3, coupling%distributes)
+      if (card%keyword == 'MPC') n_fields = any_number ! it depends on the kind
+      call next_data_line(reader, card, fields, found, n_fields, 'a set of nodes and what it '// &
+        'couples')
       if (.not. found) exit
       if (card%keyword == 'MPC') then
         call name_field(reader, fields, 1, 'the kind of a constraint', kind, ok)
@@ -142,10 +152,10 @@ contains
         if (kind == 'TIE' .or. kind == 'PIN' .or. kind == 'LINK') cycle ! equations
         if (kind /= 'BEAM') then
           call report(reader, fields%start, '*MPC: '//quoted(kind)//' is not available', &
-            'BEAM, a set of nodes, a reference node; TIE, PIN or LINK, two nodes or sets; '// &
-            '*EQUATION joins dofs, *TIE surfaces')
+            instead_of_mpc)
           cycle
         end if
+        call limit_fields(reader, fields, 3, 'BEAM, a set of nodes, a reference node')
         call integer_field(reader, fields, 3, 'the reference node', 1, id, ok)
         if (.not. ok) cycle
         coupling%node_position = field_position(reader, fields, 3)
