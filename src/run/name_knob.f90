@@ -38,6 +38,8 @@ contains
     associate (steps => progress%tally%load_steps, mesh => progress%tally%mesh)
       largest = max(steps, mesh, sum(geometry))
       if (largest < worth_naming) return
+      ! Of no force nothing is a part.
+      if (size(scene%pairs) > 0 .and. .not. any(abs(progress%state%reaction) > 0.0_wp)) return
       ! Of small strain another note says what lessens it.
       if (progress%tally%follows_theory > 0 .and. progress%tally%theory > largest) return
       if (mesh >= largest) then

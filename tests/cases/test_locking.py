@@ -64,13 +64,13 @@ class Locking(BoxCase):
 class BentBeam(BoxCase):
     """A beam that a support bends over a drum: what its run says of its elements."""
 
-    def run_of(self, kind):
-        """Return the run of a type."""
+    def run_of(self, kind, drum=-0.6):
+        """Return the run of a type, and of where the axis of the drum is."""
         deck = (
             f"*BLOCK, NAME=B, TYPE={kind}, NX=10, NY=1, NZ=1\n0., 0., 0., 10., 1., 1.\n"
             "*MATERIAL, NAME=STEEL\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=B, MATERIAL=STEEL\n"
             "*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.3\n*OBSTACLE, NAME=DRUM, TYPE=CYLINDER\n"
-            "6.1, 0., -0.6, 0., 1., 0., 0.5\n*CONTACT PAIR, INTERACTION=I\nB-ZMIN, DRUM\n"
+            f"6.1, 0., {drum}, 0., 1., 0., 0.5\n*CONTACT PAIR, INTERACTION=I\nB-ZMIN, DRUM\n"
             "*STEP\n*STATIC, DIRECT\n0.25, 1.\n*BOUNDARY\nB-XMIN, 1, 3\nB-XMAX, 3, 3, -1.\n"
             "*END STEP\n"
         )
@@ -86,6 +86,9 @@ class BentBeam(BoxCase):
         )
         self.assertNotIn("bends too stiffly", bent.output)
         self.assertIn("the largest known part of the error is the mesh's", bent.output)
+        apart = self.run_of("C3D8", drum=-3.0)
+        self.assertEqual(apart.status, 0, apart.errors)
+        self.assertNotIn("the largest known part of the error", apart.output)
 
 
 if __name__ == "__main__":
