@@ -47,12 +47,13 @@ class Card:
         return [float(word.upper().replace("D", "E")) if word else None for word in words]
 
 
-def read_cards(path):
+def read_cards(path, before=None):
     """Return the cards of a deck, those of files that it includes among them.
 
-    FileNotFoundError where a file is not there. Comments are left out.
+    A file may begin with data lines of the last card `before` it. FileNotFoundError where a file
+    is not there. Comments are left out.
     """
-    cards, open_head = [], False
+    cards, open_head = [] if before is None else before, False
     for line in path.read_text(encoding="latin-1").splitlines():
         line = line.strip()
         if not line or line.startswith("**"):
@@ -62,12 +63,13 @@ def read_cards(path):
         elif line.startswith("*"):
             cards.append(Card(line))
         else:
-            (cards or [Card("*")])[-1].data.append(line)
+            if cards:
+                cards[-1].data.append(line)
             continue
         open_head = cards[-1].head.endswith(",")
         if not open_head and cards[-1].keyword == "INCLUDE":
             name = cards.pop().option("INPUT").strip('"')
-            cards += read_cards(path.parent / name)
+            read_cards(path.parent / name, cards)
     return cards
 
 

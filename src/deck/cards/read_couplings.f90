@@ -23,8 +23,8 @@ module read_couplings_mod
 
   public :: read_couplings, find_coupled_surfaces
 
-  character(*), parameter :: instead_of_mpc = 'BEAM, a set of nodes, a reference node; TIE, PIN '// &
-    'or LINK, two nodes or sets; *EQUATION joins dofs, *TIE surfaces'
+  character(*), parameter :: instead_of_mpc = 'BEAM, a set of nodes, a reference node; TIE, '// &
+    'PIN or LINK, two nodes or sets; *EQUATION joins dofs, *TIE surfaces'
 
 contains
 
