@@ -100,6 +100,10 @@ class PublicDecks(unittest.TestCase):
 
     def test_families_differ_in_more_than_the_type_of_contact(self):
         plain = text.family_key(text.read_cards(self.put("a.inp")))
+        held = self.put("held.inp")
+        (self.folder / "foot.bou").write_text("** by a tool\nFOOT, 1, 3\n")
+        held.write_text(held.read_text().replace("FOOT, 1, 3", "*INCLUDE, INPUT=foot.bou", 1))
+        self.assertEqual(text.family_key(text.read_cards(held)), plain)
         alike = {"title": "another", "kind": ",TYPE=MORTAR", "stiffness": "3e7", "slope": "2."}
         for name, value in alike.items():
             self.assertEqual(text.family_key(text.read_cards(self.put("b.inp", **{name: value}))),
