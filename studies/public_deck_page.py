@@ -150,7 +150,8 @@ def drawn_table(drawn):
     for row in drawn:
         if row.check != "accepted":
             said = re.sub(r"^.*?: error: ", "", row.check).split(": bipot solves")[0]
-            outcome = f"refused: {said[:100].split(';')[0]}"
+            said = textwrap.shorten(said.split(";")[0], 100, placeholder=" ...")
+            outcome = f"refused: {said}"
         elif row.ours == "stopped":
             outcome = f"not solved within {taken(row.our_seconds)} s"
         else:
@@ -173,18 +174,18 @@ def draw(drawn):
     plain = [row for row in accepted if not row.option]
     lines = [
         "", f"## {len(drawn)} decks of {len(by_repository)} other repositories", "",
-        f"Drawn on {max(row.day for row in drawn)} from repositories of GitHub, by a rule that was",
+        f"Drawn on {min(row.day for row in drawn)} from repositories of GitHub, by a rule that was",
         "written before any deck was looked into: of each repository the first three, by path, of",
-        "the decks that have static steps alone, a `*CONTACT PAIR`, `*TIE` or `*SURFACE",
-        "INTERACTION`, and elements C3D, CPE, CPS or CAX (or includes), and are in no collection",
-        "above; then the fourth of each, and so on. Meshes that decks include and repositories lack",
-        "were made by cgx, as their examples say, where that was possible. Runs may take 60 s.", "",
+        "the decks with static steps alone, a `*CONTACT PAIR`, `*TIE` or `*SURFACE INTERACTION`,",
+        "and elements C3D, CPE, CPS or CAX (or includes), that are not in the collection above;",
+        "then the fourth of each, and so on. Meshes that decks include and repositories lack were",
+        "made by cgx where their examples have its input. Runs may take 60 s.", "",
         f"{len(plain)} are accepted, {len(accepted) - len(plain)} more with an option;",
         f"{sum(row.ours == 'solved' for row in accepted)} of these are solved.",
     ]
     for repository, rows in by_repository.items():
-        lines += ["", f"[{repository}](https://github.com/{repository}) at `{rows[0].commit[:12]}`:",
-                  "", *drawn_table(rows)]
+        link = f"[{repository}](https://github.com/{repository})"
+        lines += ["", f"{link} at `{rows[0].commit[:12]}`:", "", *drawn_table(rows)]
     return lines
 
 
