@@ -107,12 +107,8 @@ contains
       end do
       sticks = set%sticks
       do attempt = 1, most_sets
-        s = kept%schur
         both = [q, matmul(system%b(:n), kept%maker%motion)]
-        do i = 1, points%n
-          if (any(system%row(:, i) > 0)) call write_law(points%mu(i), now, kept, set, free(:, i), &
-            i, s, both)
-        end do
+        call write_law(points, now, kept, set, free, s, both)
         call factorise_general(s, pivot, ok)
         if (.not. ok) return
         call solve_factorised(s, pivot, both)
@@ -140,17 +136,66 @@ contains
     end associate
   end subroutine solve_law
 
-  !> The rows of one point in its branch of the law.
-  subroutine write_law(mu, now, kept, set, free, i, s, both)
-    real(wp), intent(in) :: mu               !! [-]
+  !> The matrix and the right-hand side with each point in its branch of the law.
+  subroutine write_law(points, now, kept, set, free, s, both)
+    type(contact_points_t), intent(in) :: points
     type(iterate_t), intent(in) :: now
     type(kept_t), intent(in) :: kept         !! where all its points stick
     type(set_t), intent(in) :: set           !! its y is there
+    real(wp), intent(in) :: free(:, :)       !! (3,n_points) y without changes of reactions [force]
+    real(wp), allocatable, intent(out) :: s(:, :)
+    real(wp), intent(inout) :: both(:)       !! those of points are set
+    real(wp), dimension(3, 3, points%n) :: by_r, by_x
+    real(wp) :: off(3)
+    integer :: a, b, i, l, row(3, points%n)
+
+    row = kept%maker%system%row - kept%maker%system%n_free
+    do i = 1, points%n
+      if (.not. any(row(:, i) > 0)) cycle
+      call find_branch(points%mu(i), now, set, free(:, i), i, by_r(:, :, i), by_x(:, :, i), off)
+      do a = 1, 3
+        if (row(a, i) > 0) both(row(a, i)) = off(a)
+      end do
+    end do
+    s = kept%schur
+    do l = 1, size(s, 2)
+      do i = 1, points%n
+        do a = 1, 3
+          if (row(a, i) <= 0) cycle
+          s(row(a, i), l) = 0.0_wp
+          do b = 1, 3
+            if (row(b, i) > 0) s(row(a, i), l) = s(row(a, i), l) + by_x(a, b, i)* &
+              kept%schur(row(b, i), l)
+          end do
+        end do
+      end do
+    end do
+    do i = 1, points%n
+      do a = 1, 3
+        if (row(a, i) <= 0) cycle
+        do b = 1, 3
+          if (row(b, i) <= 0) cycle
+          associate (of => s(row(a, i), row(b, i)))
+            of = of - by_r(a, b, i) + by_x(a, b, i)*set%on_reactions
+          end associate
+        end do
+        associate (of => s(row(a, i), row(a, i)))
+          of = of - set%on_reactions
+        end associate
+      end do
+    end do
+  end subroutine write_law
+
+  !> Derivatives of what a point is off the law by, of its reaction and of y, and what it is off by.
+  pure subroutine find_branch(mu, now, set, free, i, by_r, by_x, off)
+    real(wp), intent(in) :: mu               !! [-]
+    type(iterate_t), intent(in) :: now
+    type(set_t), intent(in) :: set           !! its y is there
     real(wp), intent(in) :: free(3)          !! of y, without changes of reactions [force]
-    integer, intent(in) :: i
-    real(wp), intent(inout) :: s(:, :), both(:) !! matrix and right-hand side
-    real(wp) :: by_r(3, 3), by_x(3, 3), off(3), p(3)
-    integer :: a, b, row(3)
+    integer, intent(in) :: i                 !! point
+    real(wp), intent(out) :: by_r(3, 3), by_x(3, 3), off(3) !! [-], [-], [force]
+    real(wp) :: p(3)
+    integer :: a
 
     associate (r => now%reaction(:, i))
       by_r = 0.0_wp
@@ -168,19 +213,6 @@ contains
         off = r - p + matmul(by_x, set%y(:, i) - free)
       end if
     end associate
-    row = kept%maker%system%row(:, i) - kept%maker%system%n_free
-    do a = 1, 3
-      if (row(a) <= 0) cycle
-      both(row(a)) = off(a)
-      s(row(a), :) = 0.0_wp
-      do b = 1, 3
-        if (row(b) <= 0) cycle
-        if (abs(by_x(a, b)) > 0.0_wp) s(row(a), :) = s(row(a), :) + by_x(a, b)* &
-          kept%schur(row(b), :)
-        s(row(a), row(b)) = s(row(a), row(b)) - by_r(a, b) + by_x(a, b)*set%on_reactions
-      end do
-      s(row(a), row(a)) = s(row(a), row(a)) - set%on_reactions
-    end do
-  end subroutine write_law
+  end subroutine find_branch
 
 end module settle_points_mod
