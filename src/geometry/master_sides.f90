@@ -3,8 +3,7 @@
 !>
 !> Normals and gaps before faces are means over what a node faces. Across a concave edge such a mean
 !> bars neither face: of a floor and a wall it has one normal between both. Across a step the mean,
-!> of weights of both signs, is below 0 where all is apart; between bodies steps come about as they
-!> move. docs/theory.md (11.16).
+!> of weights of both signs, is below 0 where all is apart. docs/theory.md (11.16).
 module master_sides_mod
   use kinds_mod, only: wp
   use growing_lists_mod, only: append
@@ -53,23 +52,19 @@ contains
   !> there are as few sides as that takes, and sides need not be connected. A piece that is smaller
   !> than a slave's face is no side, but behind a step: rows of its own would be means over what
   !> nodes hardly see.
-  subroutine find_sides(faces, x, side, least, longest, body)
+  subroutine find_sides(faces, x, side, least, longest)
     integer, intent(in) :: faces(:, :)          !! (4,n_faces) nodes; the fourth is 0 in a triangle
     real(wp), intent(in) :: x(:, :)             !! (3,n_nodes) [length]
     integer, allocatable, intent(out) :: side(:) !! (n_faces)
     real(wp), intent(in), optional :: least     !! area of a slave's face; default: 0 [length^2]
     real(wp), intent(in), optional :: longest
     !! of the slave's faces, between two corners; left out: steps divide nothing [length]
-    integer, intent(in), optional :: body(:)    !! (n_faces) what each is of; left out: all of one
     type(joints_t) :: joints
     type(forest_t) :: forest
-    integer :: part_of(size(faces, 2))
 
     allocate (side(size(faces, 2)), source=1)
-    part_of = 1
-    if (present(body)) part_of = body
-    call find_joints(faces, x, part_of, joints)
-    if (present(longest)) call add_steps(faces, x, part_of, longest, joints)
+    call find_joints(faces, x, joints)
+    if (present(longest)) call add_steps(faces, x, longest, joints)
     if (.not. any(joints%joint(3, :joints%n) < 0)) return
     call join_faces(size(faces, 2), joints, forest)
     if (present(least)) call absorb_small(faces, x, joints, least, forest)
@@ -77,11 +72,9 @@ contains
   end subroutine find_sides
 
   !> Find all pairs of faces that meet: at an edge of both, or where an edge of one is on the other.
-  !> Bodies meet at concave edges alone: others part where they move.
-  subroutine find_joints(faces, x, body, joints)
+  subroutine find_joints(faces, x, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
-    integer, intent(in) :: body(:)        !! as of find_sides
     type(joints_t), intent(out) :: joints
     integer, allocatable :: edge(:, :)    !! (4,n_edges) its ends, the face, its place there
     integer, allocatable :: first(:)      !! (n_edges) the first one that has the same ends
@@ -110,12 +103,10 @@ contains
         if (joints%joint(3, joints%n) >= 30) then
           if (turn_in(edge(3:, k), edge(3:, i))) joints%joint(3, joints%n) = concave
         end if
-        call part_bodies(body, joints)
         k = before(k)
       end do
     end do
-    call join_open_edges(faces, x, normal, edge(3:, pack([(i, i=1, size(first))], is_open)), body, &
-      joints)
+    call join_open_edges(faces, x, normal, edge(3:, pack([(i, i=1, size(first))], is_open)), joints)
 
   contains
 
@@ -132,22 +123,11 @@ contains
 
   end subroutine find_joints
 
-  !> Take the last pair away where two bodies do not meet at a concave edge.
-  pure subroutine part_bodies(body, joints)
-    integer, intent(in) :: body(:)        !! as of find_sides
-    type(joints_t), intent(inout) :: joints
-
-    associate (last => joints%joint(:, joints%n))
-      if (last(3) /= concave .and. body(last(1)) /= body(last(2))) joints%n = joints%n - 1
-    end associate
-  end subroutine part_bodies
-
-  !> Add faces that look the same way and lie behind each other, or are of two bodies, near enough
-  !> for a slave's face to see both: borders of what is joined across edges of 30 degrees or less.
-  subroutine add_steps(faces, x, body, longest, joints)
+  !> Add faces that look the same way and lie behind each other, near enough for a slave's face to
+  !> see both: borders of what is joined across edges of 30 degrees or less.
+  subroutine add_steps(faces, x, longest, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
-    integer, intent(in) :: body(:)        !! as of find_sides
     real(wp), intent(in) :: longest       !! as of find_sides [length]
     type(joints_t), intent(inout) :: joints
     type(forest_t) :: patches
@@ -188,9 +168,7 @@ contains
           if (g <= f .or. root(g) == root(f) .or. n_joined(g) >= count(faces(:, g) > 0)) cycle
           ! One of a patch is enough.
           if (last(root(g)) == f .or. dot_product(normal(:, f), normal(:, g)) < alike) cycle
-          if (body(f) == body(g)) then
-            if (min(height_over(f, g), height_over(g, f)) <= flush*longest) cycle
-          end if
+          if (min(height_over(f, g), height_over(g, f)) <= flush*longest) cycle
           call append(joints%joint, joints%n, [f, g, step])
           last(root(g)) = f
         end associate
@@ -238,12 +216,11 @@ contains
 
   !> Add faces with an edge that is no other's, and those on which its middle lies: meshes on both
   !> sides of an edge may differ, and a wall may stand on the middle of a face.
-  pure subroutine join_open_edges(faces, x, normal, open, body, joints)
+  pure subroutine join_open_edges(faces, x, normal, open, joints)
     integer, intent(in) :: faces(:, :)
     real(wp), intent(in) :: x(:, :)       !! [length]
     real(wp), intent(in) :: normal(:, :)  !! (3,n_faces) outward [-]
     integer, intent(in) :: open(:, :)     !! (2,n) a face, the place of the edge there
-    integer, intent(in) :: body(:)        !! as of find_sides
     type(joints_t), intent(inout) :: joints
     type(face_grid_t) :: grid
     integer, allocatable :: near(:)
@@ -271,7 +248,6 @@ contains
           if (is_at_rim) turns_in = turns_in .and. dot_product(n, arm) > folded*norm2(arm)
           call append(joints%joint, joints%n, [open(1, i), near(k), merge(concave, &
             angle_between(n, m), turns_in)])
-          call part_bodies(body, joints)
         end associate
       end do
     end do

@@ -370,8 +370,7 @@ contains
           call split_faces(scene%surfaces(of%master_surface)%faces, scene%mesh%connectivity, &
             parts, whole)
           call measure_faces(scene, of%surface, area, longest)
-          call find_sides(parts, scene%mesh%coordinates, side, area, longest, &
-            scene%mesh%body(parts(1, :)))
+          call find_sides(parts, scene%mesh%coordinates, side, area, longest)
           side = pack(side, [whole(:size(whole) - 1) /= whole(2:), .true.])
         else
           cycle
