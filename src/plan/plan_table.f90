@@ -333,7 +333,7 @@ contains
       if (size(kept) < b - a + 1) words = words//' of '//to_text(b - a + 1)// &
         ' (the others cannot reach it)'
       if (sides > 1) words = words//' before '//to_text(sides)// &
-        ' sides of the master, which concave edges, steps or bodies divide'
+        ' sides of the master, which concave edges or steps divide'
       if (size(kept) == 0) return
       if (mu > 0.0_wp) words = words//friction_in_words(scene%pairs(i)%law, mu)
       if (mu <= 0.0_wp) words = words//', frictionless'

@@ -349,8 +349,9 @@ def seen_of(polygon, there, m, n, plane, face, other, warp, covers):
     own = set(face), set(other)
     warp = max(warp, float(np.abs((there - middle) @ m).max()))
     pieces, doubtful = divided([polygon], covers[0].regions(polygon, heights, own, warp))
-    seen, _ = divided(doubtful, covers[1].regions(polygon, heights, own, warp))
-    return pieces + seen
+    seen, hidden = divided(doubtful, covers[1].regions(polygon, heights, own, warp))
+    # What is in one piece has no corners inside.
+    return pieces + seen if hidden else [polygon]
 
 
 def integrate(flat, polygon, seen):
