@@ -161,7 +161,8 @@ def drawn_table(drawn):
         if row.compared:
             outcome += (f"; CalculiX ({taken(row.their_seconds)} s): contact {shown(row.contact)}, "
                         f"displacements {shown(row.displacement)}")
-        lines.append([f"`{row.deck}`", outcome.replace("|", "/")])
+        name = "/".join(row.deck.split("/")[-2:])
+        lines.append([f"`{name}`", outcome.replace("|", "/")])
     return table(["deck", "outcome"], lines)
 
 
@@ -179,7 +180,8 @@ def draw(drawn):
         "the decks with static steps alone, a `*CONTACT PAIR`, `*TIE` or `*SURFACE INTERACTION`,",
         "and elements C3D, CPE, CPS or CAX (or includes), that are not in the collection above;",
         "then the fourth of each, and so on. Meshes that decks include and repositories lack were",
-        "made by cgx where their examples have its input. Runs may take 60 s.", "",
+        "made by cgx where their examples have its input. Runs may take 60 s. Decks are named by",
+        "their last folder; `studies/data/public_draw.csv` has the whole paths.", "",
         f"{len(plain)} are accepted, {len(accepted) - len(plain)} more with an option;",
         f"{sum(row.ours == 'solved' for row in accepted)} of these are solved.",
     ]

@@ -25,7 +25,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import asdict, dataclass, fields
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -116,8 +116,8 @@ def checked(program, deck, option=""):
     """Return "accepted", or the first message of a deck that is refused."""
     try:
         done = subprocess.run(
-            [program, "--check", *option.split(), deck.name], cwd=deck.parent, capture_output=True, text=True,
-            errors="replace", timeout=CHECK_LIMIT, check=False,
+            [program, "--check", *option.split(), deck.name], cwd=deck.parent,
+            capture_output=True, text=True, errors="replace", timeout=CHECK_LIMIT, check=False,
         )
     except subprocess.TimeoutExpired:
         return f"not checked within {CHECK_LIMIT} s"
@@ -310,7 +310,7 @@ def study_draw(folder, program, options, rows):
             continue
         deck = folder / repository.replace("/", "+", 1) / path
         row = Drawn(path, source=repository, commit=commit,
-                    day=datetime.now(timezone.utc).date().isoformat())
+                    day=datetime.now(UTC).date().isoformat())
         row.check = checked(program, deck)
         if "--elastic" in row.check and checked(program, deck, "--elastic") == "accepted":
             row.check, row.option = "accepted", "--elastic"
