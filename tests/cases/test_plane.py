@@ -386,8 +386,9 @@ class Refused(Case):
 
     def test_places(self):
         """Nodes off the plane z = 0, and at negative radii."""
-        deck = self.deck()
-        self.refused(deck.replace("2, 0.5, 0.0, 0.", "2, 0.5, 0.0, 0.1"), "z = 0")
+        profile = "*SURFACE, TYPE=SEGMENTS, NAME=T\nSTART, -1., 0.\nLINE, 0., 0.\nLINE, 1., -1.\n"
+        for deck in (self.deck(), self.deck(more=profile)):
+            self.refused(deck.replace("2, 0.5, 0.0, 0.", "2, 0.5, 0.0, 0.1"), "z = 0")
         self.refused(self.deck("CAX4").replace("1, 0.0, 0.0", "1, -0.1, 0.0"), "negative radius")
 
     def test_thickness(self):

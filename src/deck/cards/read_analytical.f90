@@ -194,6 +194,7 @@ contains
       end associate
     end if
     if (mesh%plane /= solids) then
+      if (.not. allocated(mesh%copies)) return ! after a mistake
       made = facets_beside_plane(mesh, profile%polygon, origin - mesh%origin, axes)
     else if (sweep == about_axis) then
       made = turn_about_axis(profile%polygon, origin - mesh%origin, axes(:, 3), facets_about)
