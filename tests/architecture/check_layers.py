@@ -22,7 +22,9 @@ from pathlib import Path
 MAIN = "app/main.f90"
 # What a room, or a file, sees of another room: these files and no more.
 SEES_ONLY = {
-    ("contact/solvers", "model"): {"model/controls.f90", "model/increment_report.f90"},
+    ("contact/solvers", "model"): {
+        "model/controls.f90", "model/friction_laws.f90", "model/increment_report.f90",
+    },
     # one list for deck and command line
     ("console", "deck/cards"): {"deck/cards/solver_options.f90"},
     ("output", "geometry"): {"geometry/obstacle_shapes.f90"},
@@ -37,6 +39,7 @@ WORDS = {
         "geometry/obstacle_shapes.f90",
         "certificate/obstacle_gaps.f90",  # of its own: it shares nothing
         "deck/cards/read_analytical.f90", "deck/cards/read_obstacles.f90",
+        "deck/cards/read_gap_elements.f90",  # a node before a plane through another
     },
     # contact points are placed pair by pair: all else asks a placement
     "locate_point": {

@@ -268,7 +268,7 @@ class CheckLayers(unittest.TestCase):
         )
 
     def test_what_a_room_sees_of_another(self) -> None:
-        seen = "model/controls.f90, model/increment_report.f90"
+        seen = "model/controls.f90, model/friction_laws.f90, model/increment_report.f90"
         only = f"contact/solvers may use of model only {seen}"
         use = "  use mesh_mod, only: mesh_t"
         self.plant("contact/solvers/solve", use, f"use of mesh_mod: {only}")
