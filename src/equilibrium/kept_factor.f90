@@ -62,7 +62,9 @@ module kept_factor_mod
   !> rigid motions R of which nothing but points and weak springs s hold:
   !>
   !>     M = [ K_0 + s  -B^T ]      S = [ Z - X K_0^-1 (-B^T)    X (R - K_0^-1 s R) ]
-  !>         [ X         Z   ]          [ R^T (-B^T)             R^T s R            ]
+  !>         [ X         Z   ]          [ R^T (-B^T)             R^T (s + T) R      ]
+  !>
+  !> T is what forces of loads and reactions change by as bodies turn.
   type, extends(linear_map_t) :: kept_t
     type(step_maker_t), pointer :: maker => null() !! K_0^-1, R, s; the matrix of now
     type(columns_t) :: force, law          !! -B^T, by rows of the interface; X by its columns
@@ -185,6 +187,11 @@ contains
           associate (row => kept%schur(a%row(k) - n, m + 1:))
             row = row + a%value(k)*maker%motion(a%column(k), :)
           end associate
+        else
+          do j = 1, n_motions
+            kept%schur(m + 1:, m + j) = kept%schur(m + 1:, m + j) + maker%motion(a%row(k), :)* &
+              a%value(k)*maker%motion(a%column(k), j)
+          end do
         end if
       end do
       kept%force%row = kept%force%row - inner

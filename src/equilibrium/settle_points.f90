@@ -42,7 +42,8 @@ contains
     associate (system => maker%system)
       closed = set
       closed%slides = [(.false., i=1, points%n)]
-      system%is_whole = .false.
+      ! What turns of obstacles' normals make of reactions holds rigid motions, a pendulum's alone.
+      system%is_whole = size(maker%motion, 2) > 0
       do round = 1, most_rounds
         call make_rows(scene, points, task, now, closed%presses, .false., maker%changes, &
           system%rows)

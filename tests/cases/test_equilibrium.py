@@ -267,6 +267,14 @@ class FreeBodies(TogetherCase):
                 found = result.pairs[f"BEAM-ZMIN:{roller}"].resultant[-1, 2]
                 np.testing.assert_allclose(found, force, rtol=0.01)
 
+    def test_a_pendulum(self):
+        """A bar in a pipe without friction: that it swings is resisted by its weight alone, by what
+        normals turn with it."""
+        text = (INPUT / "pipe.inp").read_text().replace(
+            "*STEP\n", "*BODY SOLVER, TANGENT=NEWTON\n*STEP, NLGEOM\n")
+        force = self.solved(text, name="pipe")
+        np.testing.assert_allclose(force[-1], [0, 0, 12], atol=1e-6)
+
     def test_a_body_hangs(self):
         """Of a plane that it touches, by points that stay closed and pull."""
         text = CUBE.format(kind="C3D8", gap=0.0, law="*ELASTIC\n5000., 0.3")
