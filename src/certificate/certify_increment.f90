@@ -53,7 +53,7 @@ contains
     type(contact_fields_t) :: contact
     type(contact_points_t) :: known
     type(increment_forces_t) :: forces
-    integer :: folded_point
+    integer :: folded_point, torn_point
 
     forces%imposed_t = imposed
     call find_stress_forces(scene%mesh, scene%materials, new%displacement, old%displacement, forces)
@@ -85,13 +85,14 @@ contains
     call face_obstacles(scene, known, old, new, contact)
     call find_closed(scene, known, old, contact)
     call turn_inner_sides(scene, known, new%displacement, contact)
-    call face_surfaces(scene, known, old, new, contact, folded_point)
+    call face_surfaces(scene, known, old, new, contact, folded_point, torn_point)
     call face_nothing(known, contact)
     call weigh_friction(scene, new%step, contact, known)
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
     certificate%folded_point = folded_point
+    certificate%torn_point = torn_point
   end function certify_increment
 
 end module certify_increment_mod

@@ -30,17 +30,18 @@ module facing_surfaces_mod
 contains
 
   !> Hold all points before surfaces and facets against places.
-  pure subroutine face_surfaces(scene, points, old, new, contact, folded_point)
+  pure subroutine face_surfaces(scene, points, old, new, contact, folded_point, torn_point)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     type(contact_fields_t), intent(inout) :: contact
-    integer, intent(out) :: folded_point !! as of certificate_t
+    integer, intent(out) :: folded_point, torn_point !! as of certificate_t
     type(two_sides_t) :: sides, sides_before
     type(rows_t) :: rows, rows_before
     integer :: pair, side
 
     folded_point = 0
+    torn_point = 0
     do pair = 1, size(scene%pairs)
       if (points%first(pair + 1) == points%first(pair) .or. is_pair_removed(points, pair)) cycle
       if (.not. points%on_surface(points%first(pair))) cycle
@@ -50,7 +51,7 @@ contains
         call integrate(sides, rows)
         if (folded_point == 0 .and. any(rows%folds)) folded_point = sides%first - 1 + &
           findloc(rows%folds, .true., dim=1)
-        call compare(scene, points, old, new, sides, rows, contact)
+        call compare(scene, points, old, new, sides, rows, contact, torn_point)
         if (scene%finite_strain .and. scene%pairs(pair)%master == 0) then
           call put_together(scene, points, pair, side, old, sides_before)
           call integrate(sides_before, rows_before)
@@ -171,18 +172,19 @@ contains
   end function is_left
 
   !> Hold the rows of a side against those of the increment.
-  pure subroutine compare(scene, points, old, new, sides, rows, contact)
+  pure subroutine compare(scene, points, old, new, sides, rows, contact, torn_point)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: old, new
     type(two_sides_t), intent(in) :: sides
     type(rows_t), intent(in) :: rows
     type(contact_fields_t), intent(inout) :: contact
+    integer, intent(inout) :: torn_point !! as of certificate_t: the first one is kept
     type(weights_t) :: found
     type(edge_middles_t) :: middles
     real(wp) :: normal(3), arm(3), motion(3), gap, area, changed, weight(scene%mesh%n_nodes)
     real(wp) :: counts
-    logical :: left(size(sides%x, 2)), differs(size(sides%x, 2))
+    logical :: left(size(sides%x, 2)), differs(size(sides%x, 2)), presses
     integer :: first, last, i, n
 
     first = sides%first
@@ -201,7 +203,23 @@ contains
       associate (here => i - first + 1, whole => rows%whole(i - first + 1))
         found%first(here) = n + 1
         area = rows%area(here)
-        if (left(here) .or. .not. whole > 0.0_wp) cycle
+        if (.not. whole > 0.0_wp) cycle
+        presses = any(abs(new%reaction(:, i)) > 0.0_wp)
+        if (left(here)) then
+          ! Across a step no mean is one of contact, whichever row makes it.
+          if (.not. rows%is_torn(here) .or. area <= counts*whole .or. .not. is_covered(points, &
+            contact%weights, i)) cycle
+          if (allocated(points%is_joined)) then
+            if (points%is_joined(i)) cycle
+          end if
+          if (presses) then
+            contact%gap(i) = contact%gap(i) + sqrt(area)
+          else if (.not. sides%stays) then
+            contact%gap(i) = min(contact%gap(i), rows%nearest(here) + points%extra_gap(i))
+          end if
+          call note_torn(i, presses, contact%gap(i), torn_point)
+          cycle
+        end if
         normal = rows%normal(:, here)
         where (is_across(points, i)) normal = 0.0_wp
         if (is_covered(points, contact%weights, i)) then
@@ -223,9 +241,9 @@ contains
         motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
         if (.not. sides%stays) arm = arm + lift_alone(points, sides, middles, i, new%displacement)
         gap = dot_product(normal, arm)
-        gap = gap + lift_of_guess(rows, here, gap, any(abs(new%reaction(:, i)) > 0.0_wp)) + &
-          points%extra_gap(i)
+        gap = gap + lift_of_guess(rows, here, gap, presses) + points%extra_gap(i)
         if (sides%stays) gap = gap + dot_product(normal, motion)
+        if (rows%is_torn(here)) call note_torn(i, presses, gap, torn_point)
         call find_change(found, here, contact%weights, i, weight, changed)
         differs(here) = differs(here) .or. norm2(normal - contact%frame(:, 1, i)) > of_quadrature &
           .or. abs(gap - contact%gap(i)) > of_quadrature*sqrt(area) .or. &
@@ -243,6 +261,16 @@ contains
     found%first(size(left) + 1) = n + 1
     if (any(differs)) call put_rows(first, differs, found, contact%weights)
   end subroutine compare
+
+  !> Keep the first point to which a mean over a step matters.
+  pure subroutine note_torn(i, presses, gap, torn_point)
+    integer, intent(in) :: i             !! point
+    logical, intent(in) :: presses
+    real(wp), intent(in) :: gap          !! [length]
+    integer, intent(inout) :: torn_point !! 0: none yet
+
+    if (torn_point == 0 .and. (presses .or. gap < 0.0_wp)) torn_point = i
+  end subroutine note_torn
 
   !> Hold slips at finite strain against how far what a point faces has gone over the master, at
   !> the places of the end. docs/theory.md (11.18).

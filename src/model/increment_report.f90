@@ -50,6 +50,9 @@ module increment_report_mod
     real(wp) :: dissipation = 0.0_wp  !! work that friction does instead of losing it
     integer  :: folded_point = 0
     !! a face of its node, or one before it, is folded: no integral over it means anything; 0: none
+    integer  :: torn_point = 0
+    !! it presses, or is inside, where its mean is over both faces of a step or a concave edge; 0:
+    !! none
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it

@@ -4,6 +4,7 @@ module refuse_unsolved_mod
   use resource_limits_mod, only: has_memory
   use errors_mod, only: error_t, raise, exit_not_solved
   use text_mod, only: to_text, counted
+  use sorting_mod, only: sort_unique
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
   use bodies_mod, only: is_linear
@@ -145,7 +146,7 @@ contains
       if (report%converged) then
         words = 'not certified, '//certificate_in_words(report%certificate)//', allowed '// &
           to_text(10.0_wp*choices%tolerance)//' (condition of the stiffness at least '// &
-          to_text(condition, 2)//')'//inaccurate()
+          to_text(condition, 2)//')'//torn_in_words(scene, plan%points, report)//inaccurate()
       else
         words = unreached()
       end if
@@ -318,6 +319,41 @@ contains
         'friction there may be no solution'
     end associate
   end function wedge_in_words
+
+  !> What to do where the mean gap of a point is over both faces of a step, or of a concave edge;
+  !> '' where that of none is.
+  pure function torn_in_words(scene, points, report) result(words)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(increment_report_t), intent(in) :: report
+    character(:), allocatable :: words
+    integer, allocatable :: of_point(:), of_master(:) !! bodies
+    integer :: point, pair
+
+    words = ''
+    point = report%certificate%torn_point
+    if (point == 0) return
+    pair = points%pair(point)
+    words = ': '//node_name(scene, points, point)//' of '// &
+      scene%surfaces(scene%pairs(pair)%surface)%name//' faces both sides of a step or of a '// &
+      'concave edge of its master, and a mean over both is no contact: '
+    allocate (of_point(0), of_master(0))
+    if (scene%pairs(pair)%master == 0) then
+      associate (weights => report%contact%weights)
+        of_point = scene%mesh%body(weights%node(weights%first(point):weights%first(point + 1) - 1))
+      end associate
+      of_master = scene%mesh%body(scene%surfaces(scene%pairs(pair)%master_surface)%nodes)
+      call sort_unique(of_point)
+      call sort_unique(of_master)
+    end if
+    if (size(of_point) > 1) then
+      words = words//'the master '//master_name(scene, pair)//' has '// &
+        to_text(size(of_master))//' bodies that part: give each a pair of its own'
+    else
+      words = words//'use smaller faces of the slave there, or give each side of '// &
+        master_name(scene, pair)//' a pair of its own'
+    end if
+  end function torn_in_words
 
   !> "node 17", of a contact point.
   pure function node_name(scene, points, point) result(name)

@@ -251,6 +251,24 @@ class ApartAndTouching(unittest.TestCase):
                 self.assertEqual(np.abs(forces[0]).max() > 1, gap == 0)
                 self.assertLess(np.abs(forces[0] - forces[1]).max(), 1e-7)
 
+    def test_a_step_that_comes_about(self):
+        """A floor sinks beside the block that a plate lies on: no mean over both is certified."""
+        step = "*BOUNDARY\nATOP, 1, 2\nBLOW, 1, 3\nCLOW, 1, 2\nCLOW, 3, 3, -0.2\n"
+        step += "ATOP, 3, 3, -0.002\n"
+        for of_plate in ("A", "A, S1"):
+            plate, floor = Bar("A", 101, (2, 1, 0.5), n=2), Bar("C", 201, (3, 2, 1))
+            block = Bar("B", 1, (3, 2, 1))
+            plate.x[:, 2] += 0.25
+            block.x += (-0.6, 0.2, -0.5)
+            floor.x += (2.4, 0.2, -0.5)
+            plate.faces, block.faces = of_plate, "B, S2\nC, S2"
+            text = deck(plate, block, step)
+            text = text.replace("*SURFACE, NAME=SB", floor.cards() + "*SURFACE, NAME=SB")
+            with self.subTest(slave=of_plate):
+                run = Run(text, name="step")
+                self.assertEqual(run.status, 2, run.output + run.errors)
+                self.assertIn("SB has 2 bodies that part: give each a pair of its own", run.errors)
+
     def test_a_thin_plate(self):
         """The top of the block and the underside of the plate do not see each other."""
         plate, block = Bar("B", 1, (2, 2, 0.02), n=4), Bar("A", 101, (1, 1, 0.3))
