@@ -478,7 +478,8 @@ class Deck:
         """
         self.card("MATERIAL", NAME=_name(name))
         words, *options = (word.strip() for word in law.split(","))
-        given = dict(option.split("=") for option in options)
+        pairs = (option.partition("=") for option in options if option)
+        given = {key.strip(): value.strip() or True for key, _, value in pairs}
         lines = [parameters[k : k + 8] for k in range(0, len(parameters), 8)]
         self.card("HYPERELASTIC", lines, {words: True, **given})
         if density is not None:

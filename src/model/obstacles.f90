@@ -27,6 +27,7 @@ module obstacles_mod
     logical  :: inner = .false.      !! sphere and cylinder: the body lies inside
     integer  :: ref_node = 0         !! node that the obstacle moves with; 0: it is at rest
     logical  :: is_on_body = .false. !! its reference node is one of a body, as of a gap
+    logical  :: is_of_gap = .false.  !! it stops one node, all others may pass it
     logical  :: turns = .false.      !! a step prescribes rotations other than 0
     real(wp), allocatable :: corner(:, :) !! (3,n_corners) facets: where their corners are [length]
     integer,  allocatable :: facet(:, :)

@@ -51,6 +51,15 @@ class Checked(unittest.TestCase):
         (error,) = self.errors(BLOCK + STEP.format("A-ZMAX, 1, 3\n*CLOAD\n999, 4, 1."))
         self.assertEqual(error, "node 999 is not defined")
 
+    def test_shortened_options(self):
+        """Of three letters, told by their whole name as the docs write it."""
+        deck = BLOCK + "*FRICTION, SLI=0.1\n0.2\n" + FLOOR + STEP.format("A-ZMAX, 1, 3")
+        run = Run(deck, name="words")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("SLI of *FRICTION is read as SLIP TOLERANCE\n", run.output + run.errors)
+        (error,) = self.errors(deck.replace("SLI=", "SL="))
+        self.assertIn("unknown parameter 'SL'", error)
+
     def test_a_mean_that_is_prescribed(self):
         coupling = (
             "*NODE\n9000, 0.5, 0.5, 1.5\n"

@@ -62,6 +62,11 @@ class BetweenBodies(unittest.TestCase):
         for data, swapped in (("0.06,", False), ("0.06, 0., 0., 7.", False), ("0.06,", True)):
             self.check(in_a_row(data, swapped), 0.06)
 
+    def test_other_nodes_may_pass_it(self):
+        """Its direction is skew, so its bodies have nodes behind a plane through a node."""
+        result = solved(self, in_a_row("0.03, 1., 0., 1."))
+        self.assertNotIn("without contact", result.output)
+
     def test_overlaps_press_at_once(self):
         """A clearance below 0 drives the bodies apart."""
         self.check(in_a_row("-0.04, 0., 0., 1."), -0.04)

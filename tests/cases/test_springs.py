@@ -533,10 +533,12 @@ class Tables(unittest.TestCase):
             (text("1., -1.\n3., 1."), "has a force of 2 at elongation 0"),
             (text("0., 0."), "needs two lines at least"),
             (text("1., -1.\n-1., 1."), "never rise"),
+            (text(good).replace(", NONLINEAR", ""), "is a *SPRING, NONLINEAR"),
         ):
             run = Run(deck_text, name="deck")
             self.assertEqual(run.status, 1, words)
             self.assertIn(words, run.errors)
+            self.assertEqual(run.errors.count("error:"), 1, run.errors)
         run = Run(text(good), name="deck")
         self.assertEqual(run.status, 0, run.errors)
 

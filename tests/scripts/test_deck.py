@@ -250,6 +250,12 @@ class AsText(WithFolder):
                 with deck.step():
                     pass
 
+    def test_options_of_rubber(self):
+        deck = bipot.Deck("Seal", name="seal")
+        deck.rubber("SEAL", "POLYNOMIAL , N = 1", 0.4, 0.1, 0.02).rubber("FOOT", "YEOH, ", 1.0)
+        self.assertIn("*HYPERELASTIC, POLYNOMIAL, N=1\n0.4, 0.1, 0.02\n", deck.text())
+        self.assertIn("*HYPERELASTIC, YEOH\n1.0\n", deck.text())
+
     def test_names_with_blanks_and_commas(self):
         deck = bipot.Deck("Names", name="names")
         points, elements = synthetic_result.element_mesh(1, 1, 1)

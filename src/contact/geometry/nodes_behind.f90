@@ -42,7 +42,7 @@ contains
       associate (master => scene%pairs(pair)%master, u => state%displacement, &
                  slave => scene%surfaces(scene%pairs(pair)%surface)%nodes)
         if (master == 0 .or. has_meshed_master(scene, pair)) cycle
-        if (is_pair_removed(points, pair)) cycle
+        if (scene%obstacles(master)%is_of_gap .or. is_pair_removed(points, pair)) cycle
         if (any(abs(points%extra_gap(points%first(pair):points%first(pair + 1) - 1)) > 0.0_wp)) then
           cycle
         end if

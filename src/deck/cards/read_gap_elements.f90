@@ -235,6 +235,7 @@ contains
                  pair => all_pairs(size(pairs) + i))
         plane%name = to_text(model%mesh%node_id(gap%master))
         plane%kind = obstacle_plane
+        plane%is_of_gap = .true.
         plane%ref_node = gap%master
         plane%normal = gap%normal
         plane%point = model%mesh%coordinates(:, gap%slave) - gap%clearance*gap%normal

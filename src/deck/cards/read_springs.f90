@@ -171,10 +171,12 @@ contains
     call real_field(reader, fields, 1, 'the stiffness', law%stiffness, each)
     if (each .and. .not. law%stiffness > 0.0_wp) then
       call report(reader, fields%start, 'the stiffness of a spring must be positive, not '// &
-        quoted(field_text(reader, fields, 1)))
+        quoted(field_text(reader, fields, 1)), 'a table of forces and elongations is a '// &
+        '*SPRING, NONLINEAR')
       each = .false.
     end if
     ok = ok .and. each
+    if (.not. ok) return
     if (.not. (is_empty_field(fields, 2) .and. is_empty_field(fields, 3))) call note(reader, &
       'a frequency or temperature behind the stiffness of *SPRING is ignored')
     call next_data_line(reader, card, fields, found, 3, 'the stiffness')

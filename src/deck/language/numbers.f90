@@ -101,7 +101,7 @@ contains
     if (negative) value = -value
   end subroutine read_real
 
-  !> Take a number between 0 and `below`, neither included.
+  !> Take a number between 0 and `below`, neither included; no number is above the largest.
   pure subroutine take_positive(text, below, value, wanted)
     character(*), intent(in) :: text
     real(wp), intent(in) :: below
@@ -115,7 +115,7 @@ contains
     if (status == number_ok .and. number > 0.0_wp .and. number < below) then
       value = number
     else
-      wanted = 'a number above 0 and below '//to_text(below)
+      wanted = 'a number above 0 and below '//to_text(min(below, largest_number))
     end if
   end subroutine take_positive
 

@@ -155,7 +155,8 @@ contains
     character(:), allocatable, intent(inout) :: name !! upper case, without blanks
     type(rule_t) :: rule
     type(item_t), allocatable :: read(:), ignored(:)
-    character(:), allocatable :: whole
+    character(:), allocatable :: whole !! as `name`
+    character(:), allocatable :: words !! as the table has it
     integer :: i
 
     rule = rule_of(keyword)
@@ -164,30 +165,34 @@ contains
     call split_items(rule%ignored, ignored)
     do i = 1, size(read) + size(ignored)
       if (i <= size(read)) then
-        call compare(squeeze(read(i)%name))
+        call compare(read(i)%name)
       else
-        call compare(squeeze(ignored(i - size(read))%name))
+        call compare(ignored(i - size(read))%name)
       end if
       if (allocated(whole)) then
         if (whole == '') return
       end if
     end do
     if (.not. allocated(whole)) return
-    if (whole /= name) call note(reader, name//' of *'//keyword//' is read as '//whole)
+    if (whole /= name) call note(reader, name//' of *'//keyword//' is read as '//words)
     name = whole
 
   contains
 
     !> Take an option that begins with the name; of two the one that begins the other (FREQUENCY of
     !> FREQUENCYF), none where neither does.
-    subroutine compare(candidate)
-      character(*), intent(in) :: candidate
+    subroutine compare(option)
+      character(*), intent(in) :: option
+      character(:), allocatable :: candidate
 
+      candidate = squeeze(option)
       if (index(candidate, name) /= 1) return
       if (.not. allocated(whole)) then
         whole = candidate
+        words = option
       else if (index(whole, candidate) == 1) then
         whole = candidate
+        words = option
       else if (index(candidate, whole) /= 1) then
         whole = ''
       end if
