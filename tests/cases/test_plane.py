@@ -253,7 +253,12 @@ class Axisymmetric(Case):
             with self.subTest(kind), self.solve(deck).result() as result:
                 x, u = result.points, result.field("displacement")
                 exact = [radial, along, radial] * x
-                np.testing.assert_allclose(u, exact, atol=1e-4 if kind == "CAX8R" else 1e-6)
+                np.testing.assert_allclose(u, exact, atol=1e-5 if kind == "CAX8R" else 1e-6)
+                # A wedge of second order has bent edges in the plane of the floor.
+                contact = result.pairs[0]
+                area = result.file[f"/contact/{contact.name}/covered_area"][-1]
+                p = contact.reaction[-1][:, 0] / area
+                np.testing.assert_allclose(p, p.mean(), rtol=3e-3 if kind == "CAX8R" else 1e-6)
 
     def test_ring_on_a_rigid_shaft(self):
         """The pressure of an interference of 0.01 is 5.2448, its force that times the bore."""

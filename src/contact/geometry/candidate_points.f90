@@ -62,8 +62,10 @@ contains
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call find_edges(scene, pair, ends, alpha)
         call find_areas(scene%mesh, surface, ends, alpha, area)
-        is_bent = .not. is_before_faces(scene%pairs(pair), scene%obstacles) .and. &
-          any_bent(scene%mesh%coordinates, surface%nodes, ends)
+        is_bent = has_fixed_normals(scene, pair) .and. .not. is_before_faces(scene%pairs(pair), &
+          scene%obstacles)
+        if (is_bent) is_bent = any_bent(scene%mesh%coordinates, surface%nodes, ends, &
+          scene%obstacles(scene%pairs(pair)%master)%normal)
         begin = slot
         do side = 1, n_sides(points, pair)
           slot = begin
@@ -254,11 +256,12 @@ contains
     end do
   end subroutine find_edges
 
-  !> Whether an edge is bent: where its middle touches a plane its ends may not.
-  pure logical function any_bent(x, nodes, ends)
+  !> Whether an edge is bent along a plane's normal: where its middle touches it its ends may not.
+  pure logical function any_bent(x, nodes, ends, normal)
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     integer, intent(in) :: nodes(:)      !! of a surface
     integer, intent(in) :: ends(:, :)    !! as of find_edges
+    real(wp), intent(in) :: normal(3)    !! of the plane [-]
     real(wp), parameter :: straight = 1.0e-9_wp !! digits of decks [-]
     integer :: i
 
@@ -266,8 +269,8 @@ contains
     do i = 1, size(nodes)
       if (ends(1, nodes(i)) == 0) cycle
       associate (one => x(:, ends(1, nodes(i))), other => x(:, ends(2, nodes(i))))
-        any_bent = any_bent .or. norm2(x(:, nodes(i)) - 0.5_wp*(one + other)) > straight* &
-          norm2(one - other)
+        any_bent = any_bent .or. abs(dot_product(normal, x(:, nodes(i)) - 0.5_wp*(one + &
+          other))) > straight*norm2(one - other)
       end associate
     end do
   end function any_bent
