@@ -65,7 +65,7 @@ contains
         is_bent = has_fixed_normals(scene, pair) .and. .not. is_before_faces(scene%pairs(pair), &
           scene%obstacles)
         if (is_bent) is_bent = any_bent(scene%mesh%coordinates, surface%nodes, ends, &
-          scene%obstacles(scene%pairs(pair)%master)%normal)
+          scene%obstacles(scene%pairs(pair)%master)%normal, scene%finite_strain)
         begin = slot
         do side = 1, n_sides(points, pair)
           slot = begin
@@ -256,21 +256,25 @@ contains
     end do
   end subroutine find_edges
 
-  !> Whether an edge is bent along a plane's normal: where its middle touches it its ends may not.
-  pure logical function any_bent(x, nodes, ends, normal)
+  !> Whether an edge is bent: where its middle touches a plane its ends may not. At finite strain
+  !> this asks for a bend along the plane's normal: a round rim is as flat as the plane.
+  pure logical function any_bent(x, nodes, ends, normal, along_normal)
     real(wp), intent(in) :: x(:, :)      !! (3,n_nodes) [length]
     integer, intent(in) :: nodes(:)      !! of a surface
     integer, intent(in) :: ends(:, :)    !! as of find_edges
     real(wp), intent(in) :: normal(3)    !! of the plane [-]
+    logical, intent(in) :: along_normal
     real(wp), parameter :: straight = 1.0e-9_wp !! digits of decks [-]
+    real(wp) :: bend(3)                  !! [length]
     integer :: i
 
     any_bent = .false.
     do i = 1, size(nodes)
       if (ends(1, nodes(i)) == 0) cycle
       associate (one => x(:, ends(1, nodes(i))), other => x(:, ends(2, nodes(i))))
-        any_bent = any_bent .or. abs(dot_product(normal, x(:, nodes(i)) - 0.5_wp*(one + &
-          other))) > straight*norm2(one - other)
+        bend = x(:, nodes(i)) - 0.5_wp*(one + other)
+        if (along_normal) bend = dot_product(normal, bend)*normal
+        any_bent = any_bent .or. norm2(bend) > straight*norm2(one - other)
       end associate
     end do
   end function any_bent

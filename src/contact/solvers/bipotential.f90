@@ -16,7 +16,7 @@ contains
   !> x_t/|x_t|).
   !>
   !> The coefficient is the one that belongs to r_n. [JFT07] eqs. (9) and (10), docs/theory.md
-  !> (3.4), (3.12) and (4.5).
+  !> (3.4), (3.13) and (4.5).
   pure subroutine bipotential_residual(point, r, x, z, dz_dr, dz_dx)
     type(local_point_t), intent(in) :: point
     real(wp), intent(in)  :: r(3)        !! reaction [force]

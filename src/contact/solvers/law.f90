@@ -134,7 +134,7 @@ contains
   end function pull_derivative
 
   !> What the projection of the prediction r - rho x* changes by with the coefficient of friction.
-  !> docs/theory.md (4.5).
+  !> docs/theory.md (4.7).
   pure function change_with_coefficient(mu, stays, rho, r, x, p, status) result(d)
     real(wp), intent(in) :: mu      !! friction coefficient, mu >= 0 [-]
     logical,  intent(in) :: stays   !! closed

@@ -125,6 +125,11 @@ contains
     ! Driven along both tangents there is nothing to find: r_t = -c/s.
     if (high <= 0.0_wp) then
       call find_radius(slide%point, slide%r_free, radius, slope)
+      if (radius <= 0.0_wp) then
+        ! A table of friction without any at this pressure.
+        r = [slide%r_free, 0.0_wp, 0.0_wp]
+        return
+      end if
       high = norm2(slide%c)/radius
     end if
     do

@@ -277,7 +277,7 @@ contains
     x(2:, :) = x(2:, :) + problem%driven
   end function unpack_gaps
 
-  !> The coefficient that belongs to a normal reaction. docs/theory.md (3.12).
+  !> The coefficient that belongs to a normal reaction. docs/theory.md (3.13).
   pure real(wp) function mu_at(problem, i, r_n) result(mu)
     type(contact_problem_t), intent(in) :: problem
     integer, intent(in) :: i        !! point
