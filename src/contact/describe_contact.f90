@@ -7,7 +7,8 @@ module describe_contact_mod
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t, status_open, status_stick, &
     status_slide
-  use problem_mod, only: natural_map, find_largest_friction
+  use friction_laws_mod, only: largest_friction
+  use problem_mod, only: natural_map
   use placement_mod, only: placement_t, no_gap, place, find_partly_covered
   use transfer_mod, only: relative_motion, gap_at
   use condensed_contact_mod, only: condensed_contact_t, contact_group_t
@@ -130,7 +131,7 @@ contains
       call natural_map(group%problem, x, r, z, status)
       do i = 1, size(status)
         if (status(i) /= status_open .or. .not. r(1, i) > 0.0_wp) cycle
-        call find_largest_friction(group%problem, i, r(1, i), radius, slope)
+        call largest_friction(group%problem%mu(i), group%problem%law, i, r(1, i), radius, slope)
         status(i) = merge(status_stick, status_slide, norm2(r(2:, i)) < radius)
       end do
     end associate

@@ -6,7 +6,7 @@ module iterate_mod
   use scene_mod, only: scene_t
   use candidate_points_mod, only: take_deformed_areas
   use contact_points_mod, only: contact_points_t, is_covered, laws_of_points
-  use friction_laws_mod, only: friction_law_t, bound_friction
+  use friction_laws_mod, only: friction_law_t, largest_friction
   use state_mod, only: state_t, modes_t
   use increment_forces_mod, only: increment_forces_t
   use bodies_mod, only: find_internal_force
@@ -24,7 +24,7 @@ module iterate_mod
   private
 
   public :: task_t, iterate_t, look_at, world_reactions, local_reactions, set_reactions, &
-    is_closed, is_beyond, law_error, find_radius
+    is_closed, is_beyond, law_error
 
   !> What an increment's equilibrium is sought for; nothing changes it.
   type :: task_t
@@ -210,25 +210,9 @@ contains
     real(wp), intent(in) :: y(3)       !! [force]
     real(wp) :: radius, slope
 
-    call find_radius(mu, now%law, i, y(1), radius, slope)
+    call largest_friction(mu, now%law, i, y(1), radius, slope)
     is_beyond = y(1) < 0.0_wp .or. norm2(y(2:)) > radius
   end function is_beyond
-
-  !> The largest friction of a point at a normal reaction, and its slope. docs/theory.md (3.12).
-  pure subroutine find_radius(mu, law, i, r_n, radius, slope)
-    real(wp), intent(in) :: mu                             !! [-]
-    type(friction_law_t), allocatable, intent(in) :: law(:) !! (n_points) of the iterate
-    integer, intent(in) :: i                               !! point
-    real(wp), intent(in)  :: r_n                           !! [force]
-    real(wp), intent(out) :: radius, slope                 !! [force], [-]
-
-    radius = mu*max(0.0_wp, r_n)
-    slope = mu
-    if (.not. allocated(law)) return
-    call bound_friction(law(i), r_n, radius, slope)
-    radius = mu*radius
-    slope = mu*slope
-  end subroutine find_radius
 
   !> What a point's reaction is off the law by: r - P(r - rho x), P on the friction of its own
   !> normal reaction; where it is driven the friction is against its slip. One that stays closed may
@@ -244,7 +228,7 @@ contains
     associate (r => now%reaction(:, i), x => now%x(:, i), has => now%has(:, i), &
                is_driven => now%is_driven(i))
       y = merge(r - rho*x, 0.0_wp, has)
-      call find_radius(mu, now%law, i, y(1), radius, slope)
+      call largest_friction(mu, now%law, i, y(1), radius, slope)
       if (.not. stays) y(1) = max(0.0_wp, y(1))
       if (is_driven) y(2:) = -x(2:)
       size_y = norm2(y(2:))

@@ -18,7 +18,8 @@ module linearise_mod
     mean_stiffnesses
   use point_rows_mod, only: point_row_t
   use transfer_mod, only: nodal_forces
-  use iterate_mod, only: task_t, iterate_t, world_reactions, find_radius
+  use friction_laws_mod, only: largest_friction
+  use iterate_mod, only: task_t, iterate_t, world_reactions
   implicit none
   private
 
@@ -381,7 +382,7 @@ contains
     end do
     p = y
     if (.not. slides) return
-    call find_radius(mu, now%law, i, y(1), radius, slope)
+    call largest_friction(mu, now%law, i, y(1), radius, slope)
     size_y = norm2(y(2:))
     t = 0.0_wp
     if (size_y > 0.0_wp) t = y(2:)/size_y
@@ -407,7 +408,7 @@ contains
     integer :: a
 
     associate (r => now%reaction(:, i), x => now%x(:, i))
-      call find_radius(mu, now%law, i, r(1), radius, slope)
+      call largest_friction(mu, now%law, i, r(1), radius, slope)
       length = norm2(x(2:))
       t = x(2:)/length
       by_r = 0.0_wp

@@ -5,7 +5,8 @@ module friction_laws_mod
   implicit none
   private
 
-  public :: friction_law_t, is_constant, of_area, bound_friction, share_of_friction, are_same_laws
+  public :: friction_law_t, is_constant, of_area, bound_friction, largest_friction, &
+    share_of_friction, are_same_laws
 
   !> The largest friction of a point is its largest coefficient mu times `bound_friction`:
   !> |r_t| <= mu min(share(r_n) r_n, most). Of a pair in pressures, of a point in forces: these
@@ -54,6 +55,23 @@ contains
     bound = law%most
     slope = 0.0_wp
   end subroutine bound_friction
+
+  !> The largest friction of a point at a normal reaction, and its slope. docs/theory.md (3.12).
+  pure subroutine largest_friction(mu, laws, i, r_n, radius, slope)
+    real(wp), intent(in) :: mu                              !! its largest coefficient [-]
+    type(friction_law_t), allocatable, intent(in) :: laws(:)
+    !! (n_points) not allocated: coefficients are the same at all pressures
+    integer, intent(in) :: i                                !! the point
+    real(wp), intent(in)  :: r_n                            !! [force]
+    real(wp), intent(out) :: radius, slope                  !! [force], [-]
+
+    radius = mu*max(0.0_wp, r_n)
+    slope = mu
+    if (.not. allocated(laws)) return
+    call bound_friction(laws(i), r_n, radius, slope)
+    radius = mu*radius
+    slope = mu*slope
+  end subroutine largest_friction
 
   !> The coefficient that belongs to a normal reaction, over mu, and what it changes by: with it the
   !> largest friction is a cone's.

@@ -8,8 +8,8 @@ module contact_in_parts_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t
   use increment_report_mod, only: ended_unbalanced
-  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows, &
-    find_largest_friction
+  use friction_laws_mod, only: largest_friction
+  use problem_mod, only: contact_problem_t, contact_report_t, pack_rows, unpack_rows
   use whole_newton_mod, only: bodies_t, solve_with_body
   use body_map_mod, only: body_map_t
   implicit none
@@ -109,7 +109,7 @@ contains
     x = -x - unpack_rows(problem, x_free)
     do i = 1, problem%n_points
       if (r(1, i) > 0.0_wp .or. problem%stays(i)) then
-        call find_largest_friction(problem, i, r(1, i), limit, slope)
+        call largest_friction(problem%mu(i), problem%law, i, r(1, i), limit, slope)
         tangential = norm2(r(2:, i))
         if (tangential > limit) r(2:, i) = limit/tangential*r(2:, i)
       else

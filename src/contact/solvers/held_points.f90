@@ -2,8 +2,8 @@
 !> what the reactions of the others follow. docs/theory.md (4.17).
 module held_points_mod
   use kinds_mod, only: wp
-  use problem_mod, only: contact_problem_t, pack_rows, unpack_rows, &
-    find_largest_friction
+  use friction_laws_mod, only: largest_friction
+  use problem_mod, only: contact_problem_t, pack_rows, unpack_rows
   use newton_iterate_mod, only: iterate_t
   implicit none
   private
@@ -38,7 +38,7 @@ contains
     x = unpack_rows(problem, at%x)
     z = 0.0_wp
     do i = 1, problem%n_points
-      call find_largest_friction(problem, i, r(1, i), radius, slope)
+      call largest_friction(problem%mu(i), problem%law, i, r(1, i), radius, slope)
       associate (rho => problem%rho_global([1, 2, 2], i))
         p = 0.0_wp
         if (r(1, i) > 0.0_wp .or. problem%stays(i)) then

@@ -190,7 +190,7 @@ contains
     dr = -solve_2x2(m, r(2:), s)
     size_t = norm2(r(2:))
     call find_radius(slide%point, r(1), radius, change)
-    if (r(1) < 0.0_wp) radius = change*r(1) ! straight on: no kink at the root of a steep cone
+    if (r(1) < 0.0_wp) radius = change*r(1) ! goes on straight: no kink near the root for a large mu
     h = size_t - radius
     dh = change*dot_product(slide%slope, dr)
     if (size_t > 0.0_wp) dh = dh + dot_product(r(2:)/size_t, dr)

@@ -7,7 +7,7 @@ module problem_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: largest_eigenvalue
   use controls_mod, only: solver_none
-  use friction_laws_mod, only: friction_law_t, bound_friction, share_of_friction
+  use friction_laws_mod, only: friction_law_t, largest_friction, share_of_friction
   use increment_report_mod, only: ended_well
   use near_stiffness_mod, only: near_stiffness_t, find_near
   use couplings_mod, only: couplings_t
@@ -20,8 +20,7 @@ module problem_mod
 
   public :: contact_problem_t, contact_report_t, make_problem, is_made_of, pack_rows, &
     unpack_rows, unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
-    rough_product_with_w, natural_map, force_scale, measure, project_reactions, mu_at, &
-    find_largest_friction
+    rough_product_with_w, natural_map, force_scale, measure, project_reactions, mu_at
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
@@ -290,22 +289,6 @@ contains
     mu = share*mu
   end function mu_at
 
-  !> The largest friction at a normal reaction, and its slope. docs/theory.md (3.12).
-  pure subroutine find_largest_friction(problem, i, r_n, radius, slope)
-    type(contact_problem_t), intent(in) :: problem
-    integer, intent(in) :: i        !! point
-    real(wp), intent(in)  :: r_n    !! normal reaction [force]
-    real(wp), intent(out) :: radius !! [force]
-    real(wp), intent(out) :: slope  !! [-]
-
-    radius = problem%mu(i)*max(0.0_wp, r_n)
-    slope = problem%mu(i)
-    if (.not. allocated(problem%law)) return
-    call bound_friction(problem%law(i), r_n, radius, slope)
-    radius = problem%mu(i)*radius
-    slope = problem%mu(i)*slope
-  end subroutine find_largest_friction
-
   !> Friction along driven tangents, which follows from the normal reaction and the slip. It has no
   !> part in W r. docs/theory.md (3.8).
   pure subroutine add_driven_friction(problem, x, r)
@@ -397,7 +380,7 @@ contains
     do i = 1, problem%n_points
       call project_on_cone(mu_at(problem, i, r(1, i)), r(:, i), p(:, i), status)
       if (allocated(problem%law)) then
-        call find_largest_friction(problem, i, p(1, i), radius, slope)
+        call largest_friction(problem%mu(i), problem%law, i, p(1, i), radius, slope)
         call project_on_disc(radius, p(2:, i), tangential, inside)
         p(2:, i) = tangential
       end if
