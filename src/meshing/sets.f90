@@ -6,12 +6,13 @@ module sets_mod
   use kinds_mod, only: wp
   use lookup_mod, only: find_id, find_name, name_lookup_t
   use mesh_draft_mod, only: find_elements, is_of_block, mesh_draft_t, set_of_nodes, with_copies
+  use options_mod, only: card_t, name_option, option_position
   use sorting_mod, only: sort_unique
   use text_mod, only: string_t, to_text
   implicit none
   private
 
-  public :: set_t, set_list_t, model_t, find_set, report_unknown, referenced_nodes
+  public :: set_t, set_list_t, model_t, find_set, find_elset, report_unknown, referenced_nodes
   public :: referenced_elements, finish, with_twins, extend_marks
 
   !> A set. Only the first card of a name holds it; later ones add to that.
@@ -168,6 +169,22 @@ contains
 
     found = find_name(sets%lookup, sets%names, name)
   end function find_set
+
+  !> The element set that ELSET= of a card names; 0: a mistake was reported.
+  subroutine find_elset(reader, card, sets, name, set)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(set_list_t), intent(in) :: sets
+    character(:), allocatable, intent(out) :: name
+    integer, intent(out) :: set
+    logical :: ok
+
+    set = 0
+    call name_option(reader, card, 'ELSET', .true., name, ok)
+    if (.not. ok) return
+    set = find_set(sets, name)
+    if (set == 0) call report_unknown(reader, sets, option_position(card, 'ELSET'), name)
+  end subroutine find_elset
 
   !> Report that there is no set `name`, with the nearest name there is.
   subroutine report_unknown(reader, sets, position, name)

@@ -14,9 +14,9 @@ module read_gap_elements_mod
   use lookup_mod, only: find_id
   use mesh_draft_mod, only: gap_uni, is_of_block, solids
   use obstacles_mod, only: obstacle_plane, obstacle_t
-  use options_mod, only: allow_options, card_t, name_option, open_card, option_position
+  use options_mod, only: allow_options, card_t, open_card, option_position
   use scene_mod, only: contact_pair_t
-  use sets_mod, only: find_set, model_t, report_unknown
+  use sets_mod, only: find_elset, model_t
   use surface_list_mod, only: add_surface_of_node, surface_list_t
   use text_mod, only: to_text
   implicit none
@@ -94,14 +94,9 @@ contains
 
     allocate (members(0))
     call allow_options(reader, card)
-    call name_option(reader, card, 'ELSET', .true., name, ok)
-    if (.not. ok) return
-    set = find_set(model%element_sets, name)
+    call find_elset(reader, card, model%element_sets, name, set)
     ok = set > 0
-    if (.not. ok) then
-      call report_unknown(reader, model%element_sets, option_position(card, 'ELSET'), name)
-      return
-    end if
+    if (.not. ok) return
     associate (of => model%element_sets%list(set))
       ok = of%n == 0 .and. of%n_skipped > 0
       if (ok) ok = all(model%mesh%skipped_kind(of%skipped(:of%n_skipped)) == gap_uni)

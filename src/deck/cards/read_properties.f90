@@ -22,7 +22,7 @@ module read_properties_mod
     has_option, integer_option, name_option, open_card, option_position
   use new_law_mod, only: new_law, other_law
   use scene_mod, only: material_t
-  use sets_mod, only: find_set, model_t, report_unknown
+  use sets_mod, only: find_elset, model_t
   use text_mod, only: one_of, to_text
   implicit none
   private
@@ -517,14 +517,8 @@ contains
       end if
       call end_data(reader, card, fields, '*SOLID SECTION has one data line at most')
     end if
-    call name_option(reader, card, 'ELSET', .true., name, ok)
-    set = 0
+    call find_elset(reader, card, model%element_sets, name, set)
     name_of_set = name
-    if (ok) then
-      set = find_set(model%element_sets, name)
-      if (set == 0) call report_unknown(reader, model%element_sets, &
-        option_position(card, 'ELSET'), name)
-    end if
     if (set == 0) any_unknown = .true.
     call name_option(reader, card, 'MATERIAL', .true., name, ok)
     this = -1 ! so that the elements count as having a section

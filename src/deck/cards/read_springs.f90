@@ -21,9 +21,8 @@ module read_springs_mod
   use mesh_draft_mod, only: is_of_block, is_spring, mesh_draft_t, solids, spring_1, spring_2, &
     spring_a
   use mesh_mod, only: mesh_t
-  use options_mod, only: allow_options, card_t, flag_option, name_option, open_card, &
-    option_position
-  use sets_mod, only: find_set, model_t, report_unknown
+  use options_mod, only: allow_options, card_t, flag_option, open_card, option_position
+  use sets_mod, only: find_elset, model_t
   use spring_elements_mod, only: add_spring_element, force_table_t, spring_elements_t
   use text_mod, only: to_text
   implicit none
@@ -100,14 +99,9 @@ contains
     allocate (members(0))
     kind = 0
     call allow_options(reader, card)
-    call name_option(reader, card, 'ELSET', .true., name, ok)
-    if (.not. ok) return
-    set = find_set(model%element_sets, name)
+    call find_elset(reader, card, model%element_sets, name, set)
     ok = set > 0
-    if (.not. ok) then
-      call report_unknown(reader, model%element_sets, option_position(card, 'ELSET'), name)
-      return
-    end if
+    if (.not. ok) return
     associate (of => model%element_sets%list(set))
       if (of%n_skipped > 0) members = of%skipped(:of%n_skipped)
       ok = of%n == 0 .and. size(members) > 0
