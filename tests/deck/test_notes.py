@@ -58,8 +58,9 @@ class Notes(unittest.TestCase):
 
     def test_numbers_that_friction_would_depend_on(self):
         card = "NAME=I\n*FRICTION\n0.1, 1000., 0., 0.\n"
-        self.assertIn("the stick slope of *FRICTION is ignored",
-                      self.plan(("NAME=I\n", card)))
+        plan = self.plan(("NAME=I\n", card))
+        self.assertIn("the stick slope of *FRICTION is ignored", plan)
+        self.assertIn("the temperature of *FRICTION is ignored", plan)
 
     def with_output(self, cards):
         """Plan the deck with output cards in its step."""

@@ -199,8 +199,10 @@ contains
         'nothing, pressure')
       ok = .false.
     end if
-    if (.not. is_empty_field(fields, 4)) call real_field(reader, fields, 4, 'a temperature, '// &
-      'which is ignored', other, is_number)
+    if (.not. is_empty_field(fields, 4)) then
+      call real_field(reader, fields, 4, 'a temperature, which is ignored', other, is_number)
+      call note(reader, 'the temperature of *FRICTION is ignored: friction does not depend on it')
+    end if
     if (ok .and. size(pressure) > 0) then
       ok = p > pressure(size(pressure))
       if (.not. ok) call report(reader, field_position(reader, fields, 3), 'the pressures of '// &
