@@ -122,17 +122,12 @@ contains
     type(transforms_t), intent(inout) :: transforms
     type(load_step_t), intent(inout) :: steps(:)
     logical :: leaves(size(transforms%of_node))
-    integer :: step
 
     leaves = .false.
     leaves(:size(model%mesh%hangs)) = model%mesh%hangs
     leaves = leaves .and. transforms%of_node > 0
     where (leaves) transforms%of_node = 0
-    do step = 1, size(steps)
-      associate (boundary => steps(step)%boundary)
-        steps(step)%boundary = pack(boundary, .not. leaves(boundary%node))
-      end associate
-    end do
+    call leave_out_supports(leaves, steps)
   end subroutine leave_out_hanging
 
   !> Supports along local directions at the first side of a sector, where its partner is held alike
@@ -144,7 +139,7 @@ contains
     type(load_step_t), intent(inout) :: steps(:)
     logical :: leaves(size(transforms%of_node))
     real(wp) :: turn(3, 3), axes(3, 3), of_partner(3, 3)
-    integer :: c, k, partner, step
+    integer :: c, k, partner
     logical :: ok(2)
 
     leaves = .false.
@@ -165,12 +160,21 @@ contains
           of_partner)) <= apart .and. are_held_alike(steps, all%node(c), partner)
       end do
     end associate
+    call leave_out_supports(leaves, steps)
+  end subroutine leave_out_sides
+
+  !> Take away what supports prescribe of some nodes.
+  pure subroutine leave_out_supports(leaves, steps)
+    logical, intent(in) :: leaves(:)             !! (n_nodes)
+    type(load_step_t), intent(inout) :: steps(:)
+    integer :: step
+
     do step = 1, size(steps)
       associate (boundary => steps(step)%boundary)
         steps(step)%boundary = pack(boundary, .not. leaves(boundary%node))
       end associate
     end do
-  end subroutine leave_out_sides
+  end subroutine leave_out_supports
 
   !> Whether all steps prescribe the same of two nodes, degree by degree.
   pure logical function are_held_alike(steps, one, other) result(alike)

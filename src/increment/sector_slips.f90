@@ -34,20 +34,20 @@ contains
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: displacement(:, :) !! (3,n_nodes) [length]
     type(sides_t) :: sides
-    real(wp) :: way
+    real(wp) :: way, at_rest(3, scene%mesh%n_nodes)
     logical :: is_master(scene%mesh%n_nodes)
     integer :: pair, i
 
     sides = find_sides_of_sector(scene)
     if (size(sides%node, 2) == 0) return
+    at_rest = 0.0_wp
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master_surface == 0 .or. scene%pairs(pair)%small_sliding) cycle
       is_master = .false.
       is_master(scene%surfaces(scene%pairs(pair)%master_surface)%nodes) = .true.
       if (.not. (any(is_master(sides%node(1, :))) .and. any(is_master(sides%node(2, :))))) cycle
       do i = points%first(pair), points%first(pair + 1) - 1
-        way = beyond(points%node(i), displacement) - max(0.0_wp, beyond(points%node(i), &
-          0.0_wp*displacement))
+        way = beyond(points%node(i), displacement) - max(0.0_wp, beyond(points%node(i), at_rest))
         if (way <= past%share*sides%angle) cycle
         past%share = way/sides%angle
         past%point = i
