@@ -92,7 +92,7 @@ module shared_faces_mod
     !! how much of it counts as turned to the slave: all up to 30 degrees, nothing from 45 on [-]
     integer :: piece = 0           !! of the slave face
     integer :: seen = 0            !! piece of the master
-    real(wp) :: plane(3) = 0.0_wp  !! its height over that of the slave, and slopes [length, -]
+    real(wp) :: plane(3) = 0.0_wp  !! height above the plane of the slave, and slopes [length, -]
     type(shared_t) :: shared
   end type part_t
 

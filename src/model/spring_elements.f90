@@ -99,7 +99,7 @@ contains
     if (springs%n > 0) n = count(springs%id(:springs%n) > 0)
   end function listed_springs
 
-  !> Some springs of a part of a mesh.
+  !> Some springs of a part of a mesh. Parts are linear: tables stay behind.
   pure type(spring_elements_t) function some_springs(springs, list, number) result(some)
     type(spring_elements_t), intent(in) :: springs
     integer, intent(in) :: list(:)   !! of springs
