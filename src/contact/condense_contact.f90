@@ -218,7 +218,8 @@ contains
   !> them, which the softness has no part in; what it leaves of gaps is taken out by solving again
   !> about the reactions found (solve_reactions_mod). docs/theory.md (11.20).
   subroutine soften(softness, row, group, compliance, nearby, block)
-    real(wp), intent(in) :: softness                   !! beside what gives way the most [-]
+    real(wp), intent(in) :: softness
+    !! beside what the points of a combination give way by, of that which does the least [-]
     integer, intent(in) :: row(:, :)                   !! (3,n_points) 0 where there is none
     type(contact_group_t), intent(inout) :: group      !! gets the softness
     type(compliance_t), intent(inout) :: compliance    !! over the rows [length/force]
@@ -226,19 +227,30 @@ contains
     !! of the active points: what is soft is all that holds these combinations
     real(wp), intent(inout), optional :: block(:, :, :)
     !! (3,3,n_points) what stands for W_ii, of a map [length/force]
-    real(wp) :: along(3, size(group%null, 2))
+    real(wp), parameter :: nothing = 1.0e-9_wp !! of the largest: gives way by rounding [-]
+    real(wp) :: along(3, size(group%null, 2)), own(size(group%null, 1))
+    real(wp) :: of_combination(size(group%null, 2))
     integer :: k, a
 
     group%softness = 0.0_wp
     if (size(group%null, 2) == 0) return
     if (present(block)) then
-      group%flexibility = maxval([(block(a, a, group%active), a=1, 3)])
+      do k = 1, size(group%active)
+        do a = 1, 3
+          associate (here => row(a, group%active(k)))
+            if (here > 0) own(here) = block(a, a, group%active(k))
+          end associate
+        end do
+      end do
     else
-      group%flexibility = maxval(diagonal_of(compliance))
+      own = diagonal_of(compliance)
     end if
+    group%flexibility = maxval(own)
     ! Of bodies that do not give way any.
     if (.not. group%flexibility > 0.0_wp) group%flexibility = 1.0_wp
-    group%softness = group%flexibility*softness
+    of_combination = matmul(own, group%null**2)
+    group%softness = softness*min(group%flexibility, minval(of_combination, mask=of_combination > &
+      nothing*group%flexibility))
     call add_square(compliance, group%softness, group%null)
     if (.not. present(nearby)) return
     do k = 1, size(group%active)

@@ -9,8 +9,8 @@ module crowded_nodes_mod
   use kinds_mod, only: wp
   use controls_mod, only: contact_controls_t
   use compliance_mod, only: is_map, get_column, get_rows
-  use problem_mod, only: contact_problem_t, contact_report_t, make_problem, pack_rows, &
-    unpack_rows, measure
+  use problem_mod, only: contact_problem_t, contact_report_t, make_problem, copy_laws, &
+    pack_rows, unpack_rows, measure
   use solve_mod, only: solve_contact
   implicit none
   private
@@ -106,10 +106,7 @@ contains
     end do
     call get_rows(problem%compliance, rows, w)
     call make_problem(row, problem%mu(those), w, some)
-    some%stays = problem%stays(those)
-    some%driven = problem%driven(:, those)
-    if (allocated(problem%law)) some%law = problem%law(those)
-    some%is_proximal = problem%is_proximal
+    call copy_laws(problem, those, some)
     allocate (r_some, source=r(:, those))
     call solve_contact(some, x_free(rows), controls, r_some, report)
     r = 0.0_wp

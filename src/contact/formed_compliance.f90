@@ -4,7 +4,7 @@ module formed_compliance_mod
   use kinds_mod, only: wp, i8
   use resource_limits_mod, only: has_memory
   use compliance_mod, only: compliance_t, take_matrix, get_matrix, is_map
-  use problem_mod, only: contact_problem_t, make_problem
+  use problem_mod, only: contact_problem_t, make_problem, copy_laws
   use floating_mod, only: free_the_motions
   use condensed_contact_mod, only: contact_group_t
   implicit none
@@ -21,15 +21,14 @@ contains
     type(contact_problem_t), intent(out) :: dense
     logical, intent(out) :: formed !! false: there is no memory for it
     real(wp), allocatable :: w(:, :)
+    integer :: i
 
     formed = has_memory(dense_bytes(problem%n_rows))
     if (.not. formed) return
     allocate (w(problem%n_rows, problem%n_rows))
     call get_matrix(problem%compliance, w)
     call make_problem(problem%row, problem%mu, w, dense)
-    dense%driven = problem%driven
-    if (allocated(problem%law)) dense%law = problem%law
-    dense%is_proximal = problem%is_proximal
+    call copy_laws(problem, [(i, i=1, problem%n_points)], dense)
   end subroutine form_compliance
 
   !> The problem of a group that was solved together with the displacements, with its compliance as
@@ -40,6 +39,7 @@ contains
     type(contact_problem_t) :: dense
     type(compliance_t) :: compliance
     real(wp), allocatable :: w(:, :), g(:, :)
+    integer :: i
 
     formed = .not. is_map(group%problem%compliance) ! by an increment before
     if (formed) return
@@ -51,9 +51,7 @@ contains
     g = group%floating%g
     call free_the_motions(g, group%undeformed_g, compliance, group%floating)
     call make_problem(group%problem%row, group%problem%mu, compliance, dense)
-    dense%driven = group%problem%driven
-    if (allocated(group%problem%law)) dense%law = group%problem%law
-    dense%is_proximal = .true.
+    call copy_laws(group%problem, [(i, i=1, dense%n_points)], dense)
     group%problem = dense
   end subroutine form_floating
 

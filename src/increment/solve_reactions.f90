@@ -112,6 +112,7 @@ contains
       call gaps_without_contact(points, trial, old, group, start, x, r)
       x_free = pack_rows(group%problem, x)
       group%problem%stays = stays(group%active)
+      group%problem%began = norm2(old%reaction(:, group%active))
       call laws_of_points(points, group%active, trial%placement%covered_area, group%problem%law)
       group%problem%driven = driven_slips(scene, group%problem, x, max(maxval(norm2(trial%u_free - &
         old%displacement, dim=1)), maxval(norm2(trial%placement%drag, dim=1))), &
@@ -266,7 +267,8 @@ contains
         ! then these reactions grow by the same little in each round.
         report%converged = group%softness*norm2(found - centre) <= controls%tolerance* &
           group%flexibility*norm2(found)
-        if (.not. report%converged) report%ending = ended_diverging
+        if (.not. report%converged) report%ending = merge(ended_at_limit, ended_diverging, &
+          norm2(found - centre) < last)
         exit rounds
       end if
       last = norm2(found - centre)

@@ -124,8 +124,8 @@ class Kept(Judged):
 
     def test_decks_without_separation(self):
         # 106: a block that slides where nothing presses; all its forces are rounding. 71111: small
-        # sliding of faces that are covered in part.
-        self.judge("closed", "--only", "106", "71111")
+        # sliding of faces that are covered in part. 81053: a pull that is taken off.
+        self.judge("closed", "--only", "106", "71111", "81053")
 
 
 @unittest.skipUnless(LONG or not RELEASE, "the Debug tree judges them")

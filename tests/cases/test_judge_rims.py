@@ -401,7 +401,8 @@ class Decks(unittest.TestCase):
         # 219: a crack that opens again, with small sliding and meshes that do not match. 224: all
         # points slide at first, and a search leaps past where four of them stick. 326: a small tool
         # that presses a corner in by four times its radius. 70013: one that goes past a corner.
-        done = judge_decks("rims", "--only", "219", "224", "326", "70013")
+        # 72153: points beside a tie, which give way by a thousandth of what others do.
+        done = judge_decks("rims", "--only", "219", "224", "326", "70013", "72153")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_random_decks(self):

@@ -178,6 +178,7 @@ class Judge:
         self.body_rows = scene.tied_bodies()
         self.added = scene.added_gaps()
         self.pressed_before = np.zeros_like(scene.points)
+        self.farthest = 0.0  # of any increment so far: none later is measured by less
         self.closed = {}  # by pair: which points of surfaces without separation have touched
         self.freedom = None
         self.worst = {}
@@ -304,7 +305,8 @@ class Judge:
         before_it, self.pressed_before = LET_GO * self.pressed_before, pressed
         spread = max(np.ptp(u[rows], axis=0).max() for rows in self.body_rows)
         length = max(np.linalg.norm(u - before, axis=1).max(), spread, self.moved_alone(pressed))
-        self.least = NOTHING * scene.elements().node_size().max() * length
+        self.farthest = max(self.farthest, length)
+        self.least = NOTHING * scene.elements().node_size().max() * self.farthest
         force = max(force, self.least)
 
         # What the rounding of places before surfaces makes of forces, where nothing is loaded.
@@ -317,7 +319,7 @@ class Judge:
             for rows in self.body_rows
         ]
         self.check_equilibrium(row, far, residual, held, acting, force)
-        self.check_stored_forces(row, u, residual, held, pressed, force)
+        self.check_stored_forces(row, far, residual, held, pressed, force)
         shift = u if scene.finite else np.zeros_like(u)
         dead = self.path.loads(time, dead=True)
         self.check_bodies(row, far, (loads, pressed, -joined), dead, before_it, shift)
@@ -334,14 +336,15 @@ class Judge:
         self.check_contact(row, points, scale, length)
 
     def check_supports(self, row, u, supports):
-        """|u - u_prescribed| <= 16 eps max(|u_prescribed|, size of the body)."""
+        """|u - u_prescribed| <= 16 eps max(|u| of the node, |u_prescribed|, size of the body)."""
         sizes = np.full(len(u), np.inf)
         for rows in self.body_rows:
             sizes[rows] = np.ptp(self.scene.points[rows], axis=0).max()
         if np.isinf(sizes).any():
             sizes[np.isinf(sizes)] = max(sizes[np.isfinite(sizes)])
         for (node, dof), (value, size, doubt) in supports.items():
-            allowed = 16 * EPS * max(size, sizes[node]) + doubt
+            # Of a node that is held along a direction of its own the others round it.
+            allowed = 16 * EPS * max(size, sizes[node], np.abs(u[node]).max()) + doubt
             self.note("prescribed displacement off by", row, abs(u[node, dof] - value), allowed,
                       f"at node {self.scene.ids[node]}, dof {dof + 1}")  # fmt: skip
 
@@ -424,7 +427,7 @@ class Judge:
         force = np.einsum("pk,pki->pi", read("reaction"), frame)
         slip = np.einsum("pk,pki->pi", read("slip_increment"), frame[:, 1:])
         told = (gap, slip, frame[:, 0], read("covered_area"))
-        self.keep_joined(surface, placed, u, before, rows[none], told)
+        self.keep_joined(surface, placed, u, before, rows[none], still, told)
         gap = np.where(has_row, gap, 0.0)
         obstacle = None if pair.obstacle is None else scene.obstacles[pair.obstacle]
         if obstacle is None:
@@ -522,7 +525,7 @@ class Judge:
                       f"at node {self.scene.ids[rows[at]]}")  # fmt: skip
         return still, none, placed
 
-    def keep_joined(self, surface, placed, u, before, none, told):
+    def keep_joined(self, surface, placed, u, before, none, still, told):
         """Points that constraints join keep weights and normals of the undeformed mesh, perhaps.
 
         Or they face one node alone that has nearly all of them. Whatever explains best what the
@@ -548,7 +551,8 @@ class Judge:
             whole = apart + (beyond if surface.pair.small else 0.0)
             own = np.einsum("pi,pi->p", of.normal, whole) + self.added[rows]
             slip = across((u - before)[rows] - weights @ (u - before), of.normal)
-            off = np.abs(gaps - own) / length + np.abs(slips - slip).max(axis=1) / length
+            slid = np.where(still, 0.0, np.abs(slips - slip)).max(axis=1)
+            off = np.abs(gaps - own) / length + slid / length
             off = off + np.abs(normals - of.normal).max(axis=1)
             off = off + np.abs(areas - of.covered) / placed.area
             if best is None:
@@ -758,10 +762,10 @@ class Judge:
         return (off(held[rows].ravel()) <= 64 * EPS * largest
                 and off(everything) <= self.allowed * largest)  # fmt: skip
 
-    def check_stored_forces(self, row, u, residual, held, pressed, force):
+    def check_stored_forces(self, row, far, residual, held, pressed, force):
         """Forces of supports and of contact in the file are those found here."""
         stored = self.stored
-        rounding = self.joints.spread(self.scene.elements().rounding(u))
+        rounding = self.joints.spread(self.scene.elements().rounding(far))
         rounding = 2 * self.ties.spread(rounding)[:, None]
         allowed = self.allowed * max(force, np.abs(stored.supports[row]).max(initial=0)) + rounding
         allowed = allowed + self.tie_doubt

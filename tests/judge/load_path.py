@@ -7,6 +7,10 @@ from scenes import EPS
 def amplitude_at(amplitude, time):
     """(value, steepest slope around `time`) of a table; constant outside."""
     times, values = (np.asarray(a, dtype=float) for a in amplitude)
+    # Beside a jump what a time is rounded by is a load.
+    nearest = times[np.abs(times - time).argmin()]
+    if abs(nearest - time) <= 8 * EPS * np.abs(times).max():
+        time = nearest
     value = float(np.interp(time, times, values))
     if len(times) == 1:
         return value, 0.0

@@ -27,6 +27,7 @@ weights are those of its own cuts and quadrature, so that places and forces are 
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -116,10 +117,12 @@ def judge(scene, path):
             combination, own_gap, normal = before_obstacle(
                 scene, rows, u[k], scene.free_motion(k, tie), told_gap[k], length
             )
+        # What both sides' weights are wrong by counts by their sizes.
+        many = np.maximum(1.0, np.abs(combination).sum(axis=1) / 2)
         own_way = combination @ (u[k] - before)
         nodal = combination.T @ force
         note(k, "without a row", np.linalg.norm(force[~on], axis=1).max(initial=0.0), largest)
-        note(k, "stored gap", np.abs(own_gap - told_gap[k])[on].max(), length, rough)
+        note(k, "stored gap", (np.abs(own_gap - told_gap[k]) / many)[on].max(), length, rough)
         note(k, "normal", np.abs(normal - frame[k][:, 0])[on].max(), 1.0, rough)
         slip = np.einsum("pki,pi->pk", frame[k][:, 1:], own_way)
         note(k, "stored slip", np.abs(slip - told_slip[k])[on].max(), length, rough)
@@ -135,9 +138,10 @@ def judge(scene, path):
         if between:
             note(k, "action and reaction", np.abs(pressed[k].sum(axis=0)).max(), largest)
         press, size = reaction[k][:, 0], np.linalg.norm(reaction[k][:, 1:], axis=1)
-        note(k, "penetration", max(0.0, -own_gap[on].min()), length, rough)
+        note(k, "penetration", max(0.0, -(own_gap / many)[on].min()), length, rough)
         note(k, "adhesion", max(0.0, -press.min()), largest)
-        note(k, "complementarity", np.abs(own_gap * press)[on].max(), largest * length, rough)
+        note(k, "complementarity", np.abs(own_gap * press / many)[on].max(), largest * length,
+             rough)
         note(k, "cone", max(0.0, (size - scene.mu * press).max()), largest)
         law = scene.mu * press * np.linalg.norm(told_slip[k], axis=1)
         law = law + np.einsum("pk,pk->p", reaction[k][:, 1:], told_slip[k])
@@ -234,7 +238,10 @@ def judge_seed(seed, family, options):
         deck.write_text(scene.deck())
         done = subprocess.run(
             [options.program, deck.name, "--quiet"], cwd=folder, capture_output=True, text=True,
-            timeout=options.limit, check=False, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            timeout=20 * options.limit, check=False,
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            preexec_fn=lambda: resource.setrlimit(
+                resource.RLIMIT_CPU, (int(options.limit), int(options.limit) + 1)),
         )  # fmt: skip
         if done.returncode != 0:
             outcome = "broken"
@@ -259,7 +266,7 @@ def main():
                         help="of decks, the seeds in turn; default: all")  # fmt: skip
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks")
     parser.add_argument("--keep", type=Path, help="where decks are run")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds that a run may take")
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds of the processor")
     parser.add_argument("--bipot", dest="program",
                         default=os.environ.get("BIPOT", str(ROOT / "build" / "bipot")))  # fmt: skip
     options = parser.parse_args()

@@ -20,13 +20,14 @@ module problem_mod
 
   public :: contact_problem_t, contact_report_t, make_problem, is_made_of, pack_rows, &
     unpack_rows, unpack_gaps, add_driven_friction, relative_gaps, product_with_w, &
-    rough_product_with_w, natural_map, force_scale, measure, project_reactions, mu_at
+    rough_product_with_w, natural_map, copy_laws, force_scale, measure, project_reactions, mu_at
 
   !> What stays while the points keep their frames; r and x_free come as arguments, packed by rows.
   type :: contact_problem_t
     integer :: n_points = 0
     integer :: n_rows = 0
     logical :: is_proximal = .false. !! x_free holds a proximal term and says nothing of forces
+    real(wp) :: began = 0.0_wp !! |r| of the points at the end of the increment before [force]
     integer,  allocatable :: row(:, :) !! (3,n_points) row of each component, 0 where there is none
     real(wp), allocatable :: mu(:)          !! (n_points) the largest [-]
     type(friction_law_t), allocatable :: law(:)
@@ -388,8 +389,21 @@ contains
     end do
   end function project_reactions
 
-  !> The force that residuals are measured by: the largest of |r|, |r at the start| and |P_K(-rho
-  !> x*_free)|, the last not where x_free holds a proximal term.
+  !> The laws of some points of a problem, as those of another.
+  pure subroutine copy_laws(problem, those, some)
+    type(contact_problem_t), intent(in) :: problem
+    integer, intent(in) :: those(:)              !! (n_points of `some`) points of `problem`
+    type(contact_problem_t), intent(inout) :: some !! of make_problem
+
+    some%stays = problem%stays(those)
+    some%driven = problem%driven(:, those)
+    if (allocated(problem%law)) some%law = problem%law(those)
+    some%is_proximal = problem%is_proximal
+    some%began = problem%began
+  end subroutine copy_laws
+
+  !> The force that residuals are measured by: the largest of |r|, |r at the start|, |r| of the
+  !> increment before and |P_K(-rho x*_free)|, the last not where x_free holds a proximal term.
   pure function force_scale(problem, x_free, r, r_start) result(scale)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:, :)          !! (3,n_points) [length]
@@ -399,7 +413,7 @@ contains
     real(wp) :: p(3), z(3, problem%n_points)
     integer :: i, status
 
-    scale = max(norm2(r), norm2(r_start))
+    scale = max(norm2(r), norm2(r_start), problem%began)
     if (problem%is_proximal) return
     do i = 1, problem%n_points
       call project_prediction(mu_at(problem, i, 0.0_wp), problem%stays(i), problem%rho_map(i), &
@@ -414,7 +428,7 @@ contains
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)      !! (n_rows) [length]
     real(wp), intent(in) :: x(:), r(:)     !! (n_rows) x = W r + x_free [length], [force]
-    real(wp), intent(in) :: r_start(:, :)  !! (3,n_points) when the increment began [force]
+    real(wp), intent(in) :: r_start(:, :)  !! (3,n_points) that the solver began with [force]
     type(contact_report_t), intent(inout) :: report
     real(wp), dimension(3, problem%n_points) :: r_points, x_points, z
     integer :: status(problem%n_points)
