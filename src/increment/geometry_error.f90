@@ -1,6 +1,7 @@
 !> Errors of the contact forces that the geometry of faces makes where meshes do not match, and
-!> that no recovery of stresses sees: faces that are entered between their nodes, edges of one side
-!> within faces of the other, flat faces that stand for arcs.
+!> that no recovery of stresses sees: faces that round obstacles enter between their nodes, or that
+!> stay flat where the bodies have bent, edges of the master within faces of the slave, flat faces
+!> that stand for arcs.
 !>
 !> Each is what the forces change by where the points have the gaps that the faces would have: a
 !> solution of the last contact problem. docs/theory.md (10.23), (10.24), (10.31).
@@ -34,19 +35,21 @@ contains
     real(wp), intent(in) :: depth(:)      !! (n_points) as of entries_t [length]
     type(increment_report_t), intent(inout) :: report !! gets the errors
     real(wp), parameter :: clear = 10.0_wp !! times what gaps are solved to: a depth [-]
-    real(wp) :: entered(points%n)          !! depths that are more than that [length]
+    real(wp), parameter :: least = 1.0e-6_wp !! of the largest displacement: rounding is less [-]
+    real(wp), dimension(points%n) :: of_mesh, between !! [length]
 
-    entered = merge(depth, 0.0_wp, depth > clear*report%certificate%penetration* &
-      maxval(abs(state%displacement)))
     associate (errors => report%errors, contact => report%contact)
       errors%between_nodes = 0.0_wp
       errors%at_edges = 0.0_wp
       errors%of_facets = 0.0_wp
       if (any(contact%reaction(1, :) > 0.0_wp)) then
-        call enter_faces()
+        call gaps_of_arcs(scene, points, solver%first_gap, state, of_mesh, between)
+        where (.not. points%on_surface) between = -depth
+        where (abs(between) <= max(least, clear*report%certificate%penetration)* &
+          maxval(abs(state%displacement))) between = 0.0_wp
+        errors%between_nodes = change_by(between)
+        errors%of_facets = change_by(of_mesh)
         call open_edges()
-        if (any(points%on_surface)) errors%of_facets = change_by(gaps_of_arcs(scene, points, &
-          solver%first_gap, state))
       end if
       errors%geometry = errors%between_nodes + errors%at_edges + errors%of_facets
       if (min(errors%between_nodes, errors%at_edges, errors%of_facets) < 0.0_wp) errors%geometry = &
@@ -54,17 +57,6 @@ contains
     end associate
 
   contains
-
-    !> Faces that are entered. Nodes before a round obstacle miss what lies between them. A mean gap
-    !> before faces is as often too large as too small: of both the smaller change.
-    subroutine enter_faces()
-      if (.not. any(entered > 0.0_wp)) return
-      associate (error => report%errors%between_nodes)
-        error = change_by(-entered)
-        if (error < 0.0_wp .or. .not. any(entered > 0.0_wp .and. points%on_surface)) return
-        error = min(error, abs(change_by(merge(entered, -entered, points%on_surface))))
-      end associate
-    end subroutine enter_faces
 
     !> Edges of the master within faces of the slave: the points that press beyond them act as if
     !> the edge were at their nodes, and without them as if it were at the next ones.

@@ -63,7 +63,8 @@ module increment_report_mod
     real(wp) :: mesh = -1.0_wp       !! of the stresses by recovery, a part of the energy
     real(wp) :: geometry = -1.0_wp
     !! of faces where meshes do not match, the sum of the three that follow
-    real(wp) :: between_nodes = -1.0_wp !! faces that are entered between their nodes
+    real(wp) :: between_nodes = -1.0_wp
+    !! faces that are entered between their nodes, or stay flat where bodies bend
     real(wp) :: at_edges = -1.0_wp   !! edges of one side within faces of the other
     real(wp) :: of_facets = -1.0_wp  !! flat faces that stand for arcs
     real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition

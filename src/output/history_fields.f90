@@ -126,8 +126,8 @@ contains
         'the stresses', e%mesh)
       call ratio('error/geometry', 'change of the contact resultants by the geometry of faces '// &
         'where meshes do not match, at the end of a step: the sum of the next three', e%geometry)
-      call ratio('error/between_nodes', 'of it by faces that are entered between their nodes', &
-        e%between_nodes)
+      call ratio('error/between_nodes', 'of it by faces that are entered between their nodes, '// &
+        'or stay flat where bodies bend', e%between_nodes)
       call ratio('error/at_edges', 'of it by edges of one side within faces of the other', &
         e%at_edges)
       call ratio('error/of_facets', 'of it by flat faces that stand for arcs', e%of_facets)

@@ -305,7 +305,8 @@ class OneMesh(unittest.TestCase):
                     with run.result() as result:
                         told = result.history("error/total")[-1]
                     self.assertGreater(told, abs(found / true - 1) / 2 - 0.02)
-        run = Run(PUNCH.format(pair=pair), "--refine", "0", *ASKED, "0.1", name="punch")
+        text = PUNCH.format(pair="A-ZMAX, B-ZMIN")
+        run = Run(text, "--refine", "0", *ASKED, "0.1", name="punch", a=0.8, b=1.2)
         self.assertEqual(run.status, 2, run.output)
         self.assertIn("the geometry of faces makes", run.output)
 

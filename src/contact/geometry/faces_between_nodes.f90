@@ -45,9 +45,8 @@ module faces_between_nodes_mod
     !! of what smaller increments may meet; depth 0: none
     real(wp) :: work = 0.0_wp     !! |sum int p g^- dA| [energy]
     real(wp), allocatable :: depth(:)
-    !! (n_points) how deep the faces about a point are entered at the end: before round obstacles of
-    !! points that press, the deepest place, or of faces all of whose nodes press the mean; before
-    !! faces the least gap, as far as a face is [length]
+    !! (n_points) how deep the faces about a point that presses are in a round obstacle at the end:
+    !! the deepest place, or of faces all of whose nodes press the mean [length]
     logical, allocatable :: is_seen(:)
     !! (n_obstacles) nodes have touched the obstacle since it got into the faces that it is in
   end type entries_t

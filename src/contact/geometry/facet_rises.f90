@@ -34,59 +34,64 @@ module facet_rises_mod
 contains
 
   !> How much larger the mean gaps of the points would be between the arcs that flat faces stand
-  !> for; 0 of points whose gap the deck has closed in the mean (ADJUST), or given (*CLEARANCE).
-  function gaps_of_arcs(scene, points, first_gap, state) result(change)
+  !> for: those of the mesh, 0 of points whose gap the deck has closed in the mean (ADJUST), or
+  !> given (*CLEARANCE), and beyond them those that the bodies have bent to.
+  subroutine gaps_of_arcs(scene, points, first_gap, state, of_mesh, of_bending)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     real(wp), intent(in) :: first_gap(:) !! (n_points) of the undeformed mesh [length]
     type(state_t), intent(in) :: state   !! where the surfaces are
-    real(wp) :: change(points%n)         !! [length]
-    type(smooth_faces_t) :: slave, master
+    real(wp), intent(out) :: of_mesh(:), of_bending(:) !! (n_points) [length]
+    type(smooth_faces_t) :: slave, master, bent_slave, bent_master
     type(obstacle_t) :: now
     real(wp), allocatable :: places(:, :)
     integer, allocatable :: corners(:, :), of_side(:), rows(:)
-    real(wp) :: of_slave, largest, of_mesh(points%n)
+    real(wp) :: largest, at_first(points%n), x(3, scene%mesh%n_nodes)
     integer :: pair, side, first, last, i
 
-    change = 0.0_wp
+    of_mesh = 0.0_wp
+    of_bending = 0.0_wp
+    x = scene%mesh%coordinates + state%displacement
     ! What *CONTACT GAP adds is of the bodies, not of their faces.
-    of_mesh = first_gap - points%extra_gap
-    if (allocated(points%constant_gap)) of_mesh = first_gap - points%constant_gap
+    at_first = first_gap - points%extra_gap
+    if (allocated(points%constant_gap)) at_first = first_gap - points%constant_gap
     do pair = 1, size(scene%pairs)
       associate (of => scene%pairs(pair))
-        if (.not. is_before_faces(of, scene%obstacles) .or. of%has_clearance) cycle
+        if (.not. is_before_faces(of, scene%obstacles)) cycle
         if (is_pair_removed(points, pair)) cycle
-        slave = smooth_faces_of(flat_faces(scene, of%surface), scene%mesh%coordinates)
-        of_slave = largest_rise(slave)
+        corners = flat_faces(scene, of%surface)
+        slave = smooth_faces_of(corners, scene%mesh%coordinates)
+        bent_slave = smooth_faces_of(corners, x, slave%normal)
         if (of%master == 0) then
           corners = flat_faces(scene, of%master_surface)
           master = smooth_faces_of(corners, scene%mesh%coordinates)
+          places = x
+          bent_master = smooth_faces_of(corners, places, master%normal)
         else
           corners = scene%obstacles(of%master)%facet
-          master = smooth_faces_of(corners, scene%obstacles(of%master)%corner)
-        end if
-        largest = max(of_slave, largest_rise(master))
-        if (.not. largest > 0.0_wp) cycle
-        if (of%master == 0) then
-          places = scene%mesh%coordinates + state%displacement
-        else
           now = as_turned(scene, of%master, state%rotation)
           places = now%corner + spread(shift_of(now, state%displacement), 2, size(now%corner, 2))
+          master = smooth_faces_of(corners, places)
+          bent_master = master
         end if
+        largest = max(largest_rise(slave), largest_rise(master))
         do side = 1, n_sides(points, pair)
           call faces_of_side(points, pair, side, of_side)
           if (.not. allocated(of_side)) of_side = [(i, i=1, size(corners, 2))]
           call find_side_points(points, pair, side, first, last)
           rows = spread(0, 1, scene%mesh%n_nodes)
           rows(points%node(first:last)) = [(i, i=1, last - first + 1)]
-          change(first:last) = mean_rises(slave, scene%mesh%coordinates + state%displacement, &
-            rows, last - first + 1, part_of(master, of_side), places)
-          where (abs(of_mesh(first:last)) <= rounding*largest .or. first_gap(first:last) >= &
-            no_gap) change(first:last) = 0.0_wp
+          associate (n => last - first + 1)
+            of_mesh(first:last) = mean_rises(slave, x, rows, n, part_of(master, of_side), places)
+            of_bending(first:last) = mean_rises(bent_slave, x, rows, n, part_of(bent_master, &
+              of_side), places) - of_mesh(first:last)
+          end associate
+          where (abs(at_first(first:last)) <= rounding*largest .or. first_gap(first:last) >= &
+            no_gap .or. of%has_clearance) of_mesh(first:last) = 0.0_wp
         end do
       end associate
     end do
-  end function gaps_of_arcs
+  end subroutine gaps_of_arcs
 
   !> The faces of a surface that are flat: none where they have mid-side nodes, which say how they
   !> bend.

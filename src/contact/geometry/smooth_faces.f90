@@ -59,11 +59,13 @@ contains
   end function make_smooth_faces
 
   !> Faces over any list of places.
-  pure type(smooth_faces_t) function smooth_faces_of(corners, places) result(faces)
+  pure type(smooth_faces_t) function smooth_faces_of(corners, places, meant) result(faces)
     integer, intent(in) :: corners(:, :)  !! (4,n_faces) as of smooth_faces_t, or 0 behind triangles
     real(wp), intent(in) :: places(:, :)  !! (3,n) [length]
+    real(wp), intent(in), optional :: meant(:, :)
+    !! (3,n_faces) normals that say which faces are one surface, in the place of theirs
     type(lists_t) :: at !! the faces at each node
-    real(wp) :: x(3, face_corners)
+    real(wp) :: x(3, face_corners), of_surface(3, size(corners, 2))
     integer :: f, n_faces
 
     n_faces = size(corners, 2)
@@ -77,8 +79,10 @@ contains
       faces%half(:, f) = 0.5_wp*norm2(cshift(x, 1, dim=2) - x, dim=1)
     end do
     at = columns_with(corners, size(places, 2))
+    of_surface = faces%normal
+    if (present(meant)) of_surface = meant
     do f = 1, n_faces
-      call bend_edges(places, faces, f, at)
+      call bend_edges(places, of_surface, faces, f, at)
     end do
   end function smooth_faces_of
 
@@ -86,8 +90,9 @@ contains
   !>
   !> Where the surface ends at a node, across the edge, its normal there says nothing about the
   !> edge: the arc is then as bent at that end as at the other.
-  pure subroutine bend_edges(places, faces, f, at)
+  pure subroutine bend_edges(places, of_surface, faces, f, at)
     real(wp), intent(in) :: places(:, :) !! (3,n) of the nodes [length]
+    real(wp), intent(in) :: of_surface(:, :) !! (3,n_faces) normals: far apart another surface
     type(smooth_faces_t), intent(inout) :: faces !! gets bulge(:, :, f)
     integer, intent(in) :: f
     type(lists_t), intent(in) :: at              !! the faces at each node
@@ -164,7 +169,7 @@ contains
       n = 0.0_wp
       do i = at%first(node), at%first(node + 1) - 1
         g = at%item(i)
-        if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
+        if (dot_product(of_surface(:, g), of_surface(:, f)) < sharp) cycle
         j = findloc(faces%nodes(:, g), node, dim=1)
         one = places(:, faces%nodes(next(j, corners_of(g)), g)) - places(:, node)
         other = places(:, faces%nodes(last(j, corners_of(g)), g)) - places(:, node)
@@ -182,7 +187,7 @@ contains
       do i = at%first(one), at%first(one + 1) - 1
         g = at%item(i)
         if (g == f) cycle
-        if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
+        if (dot_product(of_surface(:, g), of_surface(:, f)) < sharp) cycle
         if (any(faces%nodes(:, g) == other)) has_neighbour = .true.
       end do
     end function has_neighbour
@@ -196,7 +201,7 @@ contains
       lies_behind = .false.
       do i = at%first(node), at%first(node + 1) - 1
         associate (g => at%item(i))
-          if (dot_product(faces%normal(:, g), faces%normal(:, f)) < sharp) cycle
+          if (dot_product(of_surface(:, g), of_surface(:, f)) < sharp) cycle
           associate (corners => faces%nodes(:corners_of(g), g))
             if (dot_product(sum(places(:, corners), 2)/size(corners) - places(:, node), &
               direction) < 0.0_wp) lies_behind = .true.

@@ -54,8 +54,8 @@ contains
     end do
   end subroutine find_unfelt_overlap
 
-  !> Add the overlaps of faces between their nodes, in contact or not: the deepest, those about each
-  !> point, and the contact energy that they leave out. docs/theory.md (10.8).
+  !> Add the overlaps of faces between their nodes, in contact or not: the deepest, and the contact
+  !> energy that they leave out. docs/theory.md (10.8).
   !>
   !> The overlap of two polygons that fit into each other, a pin and its hole, is taken off and has
   !> no energy. With small sliding overlaps are not followed.
@@ -66,7 +66,7 @@ contains
     real(wp), intent(in) :: fit(:)                !! (n_pairs) of `fits_of_pairs` [length]
     real(wp), intent(in) :: allowed               !! what is no overlap [length]
     real(wp), intent(in) :: rounding              !! of places: what has no depth [length]
-    type(entries_t), intent(inout) :: entries     !! gets `at_end`, `depth` and `work`
+    type(entries_t), intent(inout) :: entries     !! gets `at_end` and `work`
     type(face_entry_t), allocatable :: dents(:)
     logical, allocatable :: near(:)
     real(wp) :: beyond, work, deepest
@@ -86,11 +86,6 @@ contains
         if (dents(i)%depth > allowed + fit(pair) .and. dents(i)%depth - fit(pair) > &
           entries%at_end%depth) entries%at_end = face_entry_t(dents(i)%depth - fit(pair), pair, &
           dents(i)%nodes)
-      end do
-      if (.not. deepest > 0.0_wp) cycle
-      do i = points%first(pair), points%first(pair + 1) - 1
-        if (contact%least_gap(i) < 0.5_wp*no_gap) entries%depth(i) = min(max(0.0_wp, &
-          -contact%least_gap(i)), deepest)
       end do
       if (.not. deepest > allowed) cycle
       if (fit(pair) > 0.0_wp) cycle
