@@ -16,6 +16,7 @@ module deformed_forces_mod
   use second_order_forces_mod, only: deformed_forces_of_second_order, areas_of_second_order
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
+  use element_laws_mod, only: law_at
   use state_mod, only: state_t
   use elasticity_mod, only: thermal_stress_of
   use strain_measures_mod, only: deformation_of, growth_of
@@ -79,7 +80,7 @@ contains
       end if
       deformed = deform(place, moved, c, local)
       of_modes = 0.0_wp
-      associate (law => materials(mesh%material(e))%law)
+      associate (law => law_at(mesh, materials, e))
         select case (mesh%element_kind(e))
         case (kind_c3d8i)
           call find_forces_with_modes(place, moved, deformed, state%modes%amplitude(:, :, e), law, &
@@ -96,7 +97,7 @@ contains
       associate (sums => forces%of_elements, body => mesh%body(nodes(1)))
         ! What would hold a warmer element in its shape is a measure where nothing else acts.
         sums%largest(body) = max(sums%largest(body), maxval(norm2(of_element, dim=1)), &
-          abs(thermal_stress_of(c, materials(mesh%material(e))%law%elastic))* &
+          maxval(abs(thermal_stress_of(c, materials(mesh%material(e))%law%elastic)))* &
           maxval(norm2(areas_of(place), dim=1)))
         sums%on_modes(body) = max(sums%on_modes(body), maxval(norm2(of_modes, dim=1)) - &
           maxval(forces%rounding(nodes)))
@@ -114,12 +115,13 @@ contains
     type(increment_forces_t), intent(inout) :: forces
 
     associate (nodes => nodes_of_element(mesh%connectivity, e), cell => mesh%connectivity%cell(e), &
-               law => materials(mesh%material(e))%law)
+               law => law_at(mesh, materials, e))
       associate (f => deformed_forces_of_second_order(cell, mesh%coordinates(:, nodes), &
                  state%displacement(:, nodes), c, law), &
                  largest => forces%of_elements%largest(mesh%body(nodes(1))))
         forces%internal(:, nodes) = forces%internal(:, nodes) + f
-        largest = max(largest, maxval(norm2(f, dim=1)), abs(thermal_stress_of(c, law%elastic))* &
+        largest = max(largest, maxval(norm2(f, dim=1)), maxval(abs(thermal_stress_of(c, &
+          law%elastic)))* &
           maxval(norm2(areas_of_second_order(cell, mesh%coordinates(:, nodes)), dim=1)))
       end associate
     end associate

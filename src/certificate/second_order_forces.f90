@@ -8,13 +8,14 @@
 module second_order_forces_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells
-  use cell_shapes_mod, only: shape_gradients_at
+  use cell_shapes_mod, only: shape_functions, shape_gradients_at
   use connectivity_mod, only: nodes_of_element
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use small_matrix_mod, only: cross
   use strain_measures_mod, only: deformation_of
   use material_law_mod, only: law_t, finite_stress
+  use anisotropic_stress_mod, only: contract, elasticity_tensor, goes_around, middle_of
   use increment_forces_mod, only: increment_forces_t
   implicit none
   private
@@ -34,11 +35,19 @@ contains
     real(wp), parameter :: operations = 64.0_wp ! rounded ones that add up in a nodal force
     real(wp), allocatable :: x(:, :), v(:, :), slope(:, :), f(:, :)
     real(wp) :: a(3, 3), b(3, 3), along(3, 3), h(3, 3), stress(3, 3), volume, energy, stiffness
+    real(wp) :: c(3, 3, 3, 3), modulus
     integer :: g, i, n, body
 
     associate (cell => cells(mesh%connectivity%cell(e)), nodes => nodes_of_element( &
                mesh%connectivity, e), elastic => materials(mesh%material(e))%law%elastic)
       n = cell%n_nodes
+      if (elastic%is_isotropic) then
+        modulus = abs(elastic%lambda) + 2.0_wp*elastic%shear
+        c = 0.0_wp
+      else
+        c = elasticity_tensor(mesh, materials(mesh%material(e)), e, middle_of(mesh, e))
+        modulus = maxval(abs(c))
+      end if
       allocate (x, source=from_middle(mesh%coordinates(:, nodes), cell%n_corners))
       allocate (v, source=from_middle(u(:, nodes), cell%n_corners))
       allocate (slope(3, n), f(3, n), source=0.0_wp)
@@ -51,16 +60,23 @@ contains
         b = cofactors(a)
         volume = dot_product(a(:, 1), b(:, 1))
         h = matmul(along, transpose(b))/volume
-        stress = elastic%shear*(h + transpose(h))
-        do i = 1, 3
-          stress(i, i) = stress(i, i) + elastic%lambda*(h(1, 1) + h(2, 2) + h(3, 3))
-        end do
+        if (elastic%is_isotropic) then
+          stress = elastic%shear*(h + transpose(h))
+          do i = 1, 3
+            stress(i, i) = stress(i, i) + elastic%lambda*(h(1, 1) + h(2, 2) + h(3, 3))
+          end do
+        else
+          if (goes_around(mesh, materials(mesh%material(e)))) c = elasticity_tensor(mesh, &
+            materials(mesh%material(e)), e, matmul(mesh%coordinates(:, nodes), &
+            shape_functions(cell, cell%point(:, g))))
+          stress = contract(c, h)
+        end if
         energy = energy + 0.5_wp*cell%weight(g)*volume*sum(stress*h)
         f = f + cell%weight(g)*matmul(stress, matmul(b, slope))
         stiffness = stiffness + cell%weight(g)*sum(matmul(b, slope)**2)/volume
       end do
       ! The mean over the nodes of what each has by itself.
-      stiffness = (abs(elastic%lambda) + 2.0_wp*elastic%shear)*stiffness/real(n, wp)
+      stiffness = modulus*stiffness/real(n, wp)
       forces%internal(:, nodes) = forces%internal(:, nodes) + f
       forces%stiffness(nodes) = forces%stiffness(nodes) + stiffness
       forces%rounding(nodes) = forces%rounding(nodes) + operations*epsilon(1.0_wp)*stiffness* &

@@ -17,6 +17,7 @@ module stress_forces_mod
   use scene_mod, only: material_t
   use increment_forces_mod, only: increment_forces_t
   use second_order_forces_mod, only: add_second_order_forces
+  use anisotropic_stress_mod, only: contract, elasticity_tensor, goes_around
   implicit none
   private
 
@@ -40,7 +41,10 @@ module stress_forces_mod
   type :: batch_t
     integer :: n = 0                        !! elements in it
     integer :: node(8, lanes) = 0
-    real(wp) :: lambda(lanes) = 0.0_wp, shear(lanes) = 0.0_wp !! [force/length^2]
+    logical :: is_isotropic = .true.        !! all of them, or none
+    logical :: is_averaged = .false.        !! their dilatation
+    real(wp) :: lambda(lanes) = 0.0_wp, shear(lanes) = 0.0_wp !! then [force/length^2]
+    real(wp) :: c(3, 3, 3, 3, 8, lanes) = 0.0_wp !! else, at the points [force/length^2]
     real(wp) :: x(lanes, 3, 4, 3) = 0.0_wp  !! dx/dxi_j: component, edge, j [length]
     real(wp) :: u(lanes, 3, 4, 3) = 0.0_wp  !! du/dxi_j [length]
     real(wp) :: b(lanes, 3, 3, 8) = 0.0_wp  !! cofactors: component, j, point [length^2]
@@ -84,6 +88,8 @@ contains
       do while (next <= mesh%n_elements .and. next < e + lanes)
         if (mesh%element_kind(next) /= mesh%element_kind(e)) exit
         if (has_middles(mesh%connectivity%cell(next))) exit
+        if (materials(mesh%material(next))%law%elastic%is_isotropic .neqv. &
+          materials(mesh%material(e))%law%elastic%is_isotropic) exit
         next = next + 1
       end do
       call gather(mesh, materials, u, e, next - e, batch)
@@ -110,16 +116,28 @@ contains
     real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) [length]
     integer, intent(in) :: first, n        !! elements
     type(batch_t), intent(inout) :: batch
-    integer :: l, e, k, j, a, b
+    integer :: l, e, k, j, a, b, g
 
     batch%n = n
+    batch%is_averaged = .false.
     do l = 1, lanes
       e = first + min(l, n) - 1
       batch%node(:, l) = nodes_of_hexahedron(mesh%connectivity, e)
       associate (elastic => materials(mesh%material(e))%law%elastic)
+        batch%is_isotropic = elastic%is_isotropic
         batch%lambda(l) = elastic%lambda
         batch%shear(l) = elastic%shear
       end associate
+      if (.not. batch%is_isotropic) then
+        do g = 1, 8
+          if (g > 1 .and. .not. goes_around(mesh, materials(mesh%material(e)))) then
+            batch%c(:, :, :, :, g, l) = batch%c(:, :, :, :, 1, l)
+          else
+            batch%c(:, :, :, :, g, l) = elasticity_tensor(mesh, materials(mesh%material(e)), e, &
+              point_of(mesh%coordinates(:, batch%node(:, l)), side(g, :)/sqrt(3.0_wp)))
+          end if
+        end do
+      end if
       do j = 1, 3
         do k = 1, 4
           a = batch%node(from(k, j), l)
@@ -134,17 +152,33 @@ contains
     call to_points(batch%u)
   end subroutine gather
 
+  !> A place in an element.
+  pure function point_of(x, xi) result(place)
+    real(wp), intent(in) :: x(3, 8)  !! nodes [length]
+    real(wp), intent(in) :: xi(3)    !! natural coordinates [-]
+    real(wp) :: place(3)             !! [length]
+    real(wp) :: upper(3, 4)
+
+    upper = 0.5_wp*((1.0_wp - xi(3))*x(:, :4) + (1.0_wp + xi(3))*x(:, 5:))
+    place = 0.25_wp*((1.0_wp - xi(2))*((1.0_wp - xi(1))*upper(:, 1) + (1.0_wp + xi(1))* &
+      upper(:, 2)) + (1.0_wp + xi(2))*((1.0_wp - xi(1))*upper(:, 4) + (1.0_wp + xi(1))* &
+      upper(:, 3)))
+  end function point_of
+
   !> The cofactors of the centre's Jacobian, and the stiffness of a node that these make:
-  !> (|lambda| + 2 G) int |g_a|^2 dV with this Jacobian, the mean over the nodes.
+  !> (|lambda| + 2 G) int |g_a|^2 dV with this Jacobian, the mean over the nodes; the largest number
+  !> of C in the place of these constants where the material is not isotropic.
   pure subroutine find_centre(batch)
     type(batch_t), intent(inout) :: batch !! derivatives at the edges
-    real(wp) :: a(lanes, 3, 3), determinant(lanes)
+    real(wp) :: a(lanes, 3, 3), determinant(lanes), modulus(lanes)
 
+    modulus = abs(batch%lambda) + 2.0_wp*batch%shear
+    if (.not. batch%is_isotropic) modulus = maxval(reshape(abs(batch%c), [648, lanes]), &
+      dim=1)
     a = 0.25_wp*(batch%x(:, :, 1, :) + batch%x(:, :, 2, :) + batch%x(:, :, 3, :) + &
       batch%x(:, :, 4, :))
     call find_cofactors(a(:, :, 1), a(:, :, 2), a(:, :, 3), batch%centre, determinant)
-    batch%stiffness = (abs(batch%lambda) + 2.0_wp*batch%shear)*(2.0_wp/9.0_wp)* &
-      sum(sum(batch%centre**2, dim=3), dim=2)/determinant
+    batch%stiffness = modulus*(2.0_wp/9.0_wp)*sum(sum(batch%centre**2, dim=3), dim=2)/determinant
   end subroutine find_centre
 
   !> Derivatives at the edges become those at the points of the quadrature, two of which share one.
@@ -234,6 +268,7 @@ contains
     real(wp) :: mean(lanes), dilatation(lanes, 8)
     integer :: g, i
 
+    batch%is_averaged = .true.
     dilatation = batch%strain(:, 1, :) + batch%strain(:, 2, :) + batch%strain(:, 3, :)
     mean = sum(batch%volume*dilatation, dim=2)/sum(batch%volume, dim=2)
     do g = 1, 8
@@ -250,7 +285,8 @@ contains
   !>
   !>     sum over i of A_ki (lambda c_k c_i^T + G (c_i c_k^T + c_i.c_k I)) beta_i = -S_k c_k,
   !>
-  !> A_ki = sum over the points of s_k s_i/j, S_k that of the stresses without modes.
+  !> A_ki = sum over the points of s_k s_i/j, S_k that of the stresses without modes; the sums of
+  !> s_k s_i/j c_k C c_i in the place of A_ki and brackets where the material is not isotropic.
   pure subroutine add_modes(batch)
     type(batch_t), intent(inout) :: batch
     real(wp) :: a(lanes, 3, 3)       !! A_ki [1/length^3]
@@ -269,8 +305,10 @@ contains
         end do
       end do
     end do
+    if (.not. batch%is_isotropic) call find_modes(batch, k_modes, beta)
     associate (c => batch%centre, lambda => batch%lambda, shear => batch%shear)
       do k = 1, 3
+        if (.not. batch%is_isotropic) exit
         trace = lambda*(e(:, 1, k) + e(:, 2, k) + e(:, 3, k))
         beta(:, 3*k - 2) = -(trace + 2.0_wp*shear*e(:, 1, k))*c(:, 1, k) - &
           2.0_wp*shear*(e(:, 4, k)*c(:, 2, k) + e(:, 6, k)*c(:, 3, k))
@@ -311,6 +349,47 @@ contains
     end associate
   end subroutine add_modes
 
+  !> The equations of the modes where the material is not isotropic.
+  pure subroutine find_modes(batch, k_modes, beta)
+    type(batch_t), intent(in) :: batch
+    real(wp), intent(out) :: k_modes(lanes, 9, 9) !! the lower triangle of blocks
+    real(wp), intent(out) :: beta(lanes, 9)       !! right-hand sides
+    real(wp) :: stress(3, 3), by_mode(3, 3)
+    integer :: l, k, i, q, g
+
+    k_modes = 0.0_wp
+    beta = 0.0_wp
+    do l = 1, lanes
+      do g = 1, 8
+        associate (c => batch%centre(l, :, :), tensor => batch%c(:, :, :, :, g, l))
+          stress = contract(tensor, as_matrix(batch%strain(l, :, g)))
+          do k = 1, 3
+            beta(l, 3*k - 2:3*k) = beta(l, 3*k - 2:3*k) - side(g, k)*matmul(stress, c(:, k))
+          end do
+          do i = 1, 3
+            do q = 1, 3
+              by_mode = 0.0_wp
+              by_mode(q, :) = side(g, i)/batch%volume(l, g)*c(:, i)
+              stress = contract(tensor, by_mode)
+              do k = i, 3
+                k_modes(l, 3*k - 2:3*k, 3*i - 3 + q) = k_modes(l, 3*k - 2:3*k, 3*i - 3 + q) + &
+                  side(g, k)*matmul(stress, c(:, k))
+              end do
+            end do
+          end do
+        end associate
+      end do
+    end do
+  end subroutine find_modes
+
+  !> A tensor of its six components.
+  pure function as_matrix(six) result(matrix)
+    real(wp), intent(in) :: six(6) !! XX YY ZZ XY YZ XZ
+    real(wp) :: matrix(3, 3)
+
+    matrix = reshape(six([1, 4, 6, 4, 2, 5, 6, 5, 3]), [3, 3])
+  end function as_matrix
+
   !> Solve symmetric positive definite systems by Cholesky's factors, lower triangle given.
   pure subroutine solve_positive(k, b)
     real(wp), intent(inout) :: k(lanes, 9, 9) !! its lower triangle becomes the factor
@@ -345,22 +424,48 @@ contains
   !> Stresses, what they do along the edges, and the energy of the strains.
   pure subroutine find_forces(batch)
     type(batch_t), intent(inout) :: batch
-    real(wp) :: stress(lanes, 6)
+    real(wp) :: stress(lanes, 6, 8)
     integer :: g, j
 
     batch%force = 0.0_wp
     batch%energy = 0.0_wp
     do g = 1, 8
-      call find_stress(batch%lambda, batch%shear, batch%strain(:, :, g), batch%volume(:, g), &
-        stress, batch%energy)
+      if (batch%is_isotropic) then
+        call find_stress(batch%lambda, batch%shear, batch%strain(:, :, g), batch%volume(:, g), &
+          stress(:, :, g), batch%energy)
+      else
+        call find_anisotropic_stress(batch%c(:, :, :, :, g, :), batch%strain(:, :, g), &
+          batch%volume(:, g), stress(:, :, g), batch%energy)
+      end if
+    end do
+    ! What works on the mean dilatation is the mean pressure; of isotropic materials all are that.
+    if (batch%is_averaged .and. .not. batch%is_isotropic) call average_pressure(batch%volume, &
+      stress)
+    do g = 1, 8
       do j = 1, 3
-        call add_force(stress, batch%b(:, :, j, g), batch%force(:, :, edge_of(g, j), j))
+        call add_force(stress(:, :, g), batch%b(:, :, j, g), batch%force(:, :, edge_of(g, j), j))
       end do
     end do
     ! From the points back to the edges: the map of `to_points` is symmetric.
     call to_points(batch%force)
     batch%force = 0.5_wp*batch%force
   end subroutine find_forces
+
+  !> The mean of the pressure at all points.
+  pure subroutine average_pressure(volume, stress)
+    real(wp), intent(in) :: volume(lanes, 8)
+    real(wp), intent(inout) :: stress(lanes, 6, 8)
+    real(wp) :: mean(lanes), trace(lanes, 8)
+    integer :: g, i
+
+    trace = stress(:, 1, :) + stress(:, 2, :) + stress(:, 3, :)
+    mean = sum(volume*trace, dim=2)/sum(volume, dim=2)
+    do g = 1, 8
+      do i = 1, 3
+        stress(:, i, g) = stress(:, i, g) + (mean - trace(:, g))/3.0_wp
+      end do
+    end do
+  end subroutine average_pressure
 
   !> The stress at a point, and half its work on the strain.
   pure subroutine find_stress(lambda, shear, strain, volume, stress, energy)
@@ -384,6 +489,22 @@ contains
         + stress(l, 5)*strain(l, 5) + stress(l, 6)*strain(l, 6)))
     end do
   end subroutine find_stress
+
+  !> The same where the material is not isotropic.
+  pure subroutine find_anisotropic_stress(c, strain, volume, stress, energy)
+    real(wp), intent(in) :: c(3, 3, 3, 3, lanes), strain(lanes, 6), volume(lanes)
+    real(wp), intent(out) :: stress(lanes, 6)
+    real(wp), intent(inout) :: energy(lanes)
+    real(wp) :: s(3, 3), of_point(3, 3)
+    integer :: l
+
+    do l = 1, lanes
+      of_point = as_matrix(strain(l, :))
+      s = contract(c(:, :, :, :, l), of_point)
+      stress(l, :) = [s(1, 1), s(2, 2), s(3, 3), s(1, 2), s(2, 3), s(1, 3)]
+      energy(l) = energy(l) + 0.5_wp*volume(l)*sum(s*of_point)
+    end do
+  end subroutine find_anisotropic_stress
 
   !> Add sigma b.
   pure subroutine add_force(stress, b, force)

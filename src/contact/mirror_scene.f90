@@ -102,8 +102,9 @@ contains
     if (any([(allocated(scene%pairs(k)%left_open), k=1, size(scene%pairs))])) return
     if (scene%constraints%n > 0 .or. scene%mesh%springs%n > 0 .or. allocated(scene%local_axes) &
       .or. allocated(scene%rotations) .or. size(scene%gaps) > 0 .or. &
-      any(scene%obstacles%is_on_body) .or. &
-      scene%mesh%sector_angle > 0.0_wp) return
+      any(scene%obstacles%is_on_body) .or. scene%mesh%sector_angle > 0.0_wp) return
+    ! The images of axes aslant are others.
+    if (any(.not. scene%materials%law%elastic%is_isotropic)) return
     associate (x => scene%mesh%coordinates(axis, scene%mesh%element_nodes))
       mirror%place = 0.5_wp*(minval(x) + maxval(x))
     end associate

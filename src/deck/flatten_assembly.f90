@@ -94,7 +94,7 @@ contains
           select case (keyword)
           case ('PARAMETER', 'NODE', 'ELEMENT', 'NSET', 'ELSET', 'SURFACE', 'SOLID SECTION', &
                 'RIGID BODY', 'COUPLING', 'KINEMATIC', 'DISTRIBUTING', 'TIE', 'SPRING', &
-                'GAP')
+                'GAP', 'ORIENTATION')
             cycle
           case default
             call open_card(reader, k, card)
@@ -289,6 +289,8 @@ contains
         text = text//one%text(done + 1:one%length - 1)
         if (place%keyword == 'NODE' .and. .not. is_header .and. change%instance > 0) then
           call move_node(assembly%instances(change%instance), text)
+        else if (place%keyword == 'ORIENTATION' .and. line == place%first) then
+          if (change%instance > 0) call move_axes(assembly%instances(change%instance), text)
         end if
         call put(reader, line, text, flat)
         if (any_mistakes(reader%diagnostics)) return
@@ -313,7 +315,7 @@ contains
       else if (change%is_copy) then
         select case (name)
         case ('NSET', 'ELSET', 'PINNSET', 'TIENSET', 'NAME', 'SURFACE', 'CONSTRAINTNAME', &
-              'ANALYTICALSURFACE')
+              'ANALYTICALSURFACE', 'ORIENTATION')
           changed = option(:equal)//inner_name(option(equal + 1:))
         case ('REFNODE', 'ROTNODE')
           changed = option(:equal)//reference(option(equal + 1:))
@@ -478,6 +480,42 @@ contains
     text = text(:pieces%last(1))//', '//number_text(x(1))//', '//number_text(x(2))//', '// &
       number_text(x(3))//rest
   end subroutine move_node
+
+  !> Move the points of an *ORIENTATION, the origin with them. A line that is none stays, and is
+  !> reported later.
+  subroutine move_axes(instance, text)
+    type(instance_t), intent(in) :: instance
+    character(:), allocatable, intent(inout) :: text
+    type(source_t) :: one
+    type(pieces_t) :: pieces
+    integer :: j, first
+
+    if (.not. instance%moves) return
+    call add_line(one, text, 0, 0)
+    call split_line(one, 1, pieces)
+    if (pieces%n < 6 .or. pieces%n > 9) return
+    call add_line(one, text//repeat(',', 9 - pieces%n), 0, 0)
+    call split_line(one, 2, pieces)
+    text = ''
+    do j = 1, 3
+      first = pieces%first(3*j - 2)
+      call move_point(one%text(first:pieces%last(3*j)))
+    end do
+
+  contains
+
+    !> Add a moved point to the line.
+    subroutine move_point(point)
+      character(*), intent(in) :: point
+      character(:), allocatable :: line
+
+      line = '1, '//point
+      call move_node(instance, line)
+      if (len(text) > 0) text = text//', '
+      text = text//line(index(line, ',') + 1:)
+    end subroutine move_point
+
+  end subroutine move_axes
 
   !> Take one line of the deck, with the values of its parameters, and cut it into pieces.
   subroutine load_line(reader, line, one, pieces, keep)

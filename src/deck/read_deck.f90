@@ -209,7 +209,7 @@ contains
     if (present(mesh_size)) draft%mesh_size = mesh_size
     call read_mesh(reader, draft, scene, flat)
     call read_materials(reader, scene%materials, materials)
-    call read_sections(reader, draft%model, materials, draft%material)
+    call read_sections(reader, draft%model, materials, scene%materials, draft%material)
     call check_locking(reader, draft%model%mesh, scene%materials, draft%material)
     call find_weights(scene%materials, draft%material, draft%model%weighs)
     call read_surfaces_and_joints(reader, draft, scene)
@@ -516,6 +516,9 @@ contains
         '--nlgeom no runs the deck by small strain')
       return
     end if
+    if (any(.not. scene%materials(scene%mesh%material)%law%elastic%is_isotropic)) call note( &
+      reader, 'NLGEOM: of materials that are not isotropic it is not checked whether they lose '// &
+      'their ellipticity, stretched far')
     if (has_card(reader, 'EQUATION')) call note(reader, 'NLGEOM: *EQUATION joins displacements '// &
       'along fixed directions and does not turn with the body')
     if (has_card(reader, 'PRE-TENSION SECTION')) call note(reader, 'NLGEOM: the normal of a '// &

@@ -6,7 +6,8 @@ module bending_stiffness_mod
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8, kind_c3d8i
   use scene_mod, only: material_t
-  use elasticity_mod, only: stress_of
+  use elasticity_mod, only: elasticity_t, stress_of
+  use element_laws_mod, only: elasticity_at
   use hexahedron8_mod, only: jacobian_determinants
   use elements_mod, only: gauss_strain
   implicit none
@@ -30,7 +31,7 @@ contains
     do e = 1, mesh%n_elements
       if (mesh%element_kind(e) /= kind_c3d8 .or. mesh%connectivity%cell(e) /= hexahedron_8) cycle
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      energy = energy + energies_of(materials(mesh%material(e)), mesh%coordinates(:, nodes), &
+      energy = energy + energies_of(elasticity_at(mesh, materials, e), mesh%coordinates(:, nodes), &
         u(:, nodes))
     end do
     share = 0.0_wp
@@ -38,8 +39,8 @@ contains
   end function parasitic_share
 
   !> Strain energy of a hexahedron with incompatible modes, and without.
-  pure function energies_of(material, x, u) result(energy)
-    type(material_t), intent(in) :: material
+  pure function energies_of(elastic, x, u) result(energy)
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
     real(wp) :: energy(2)
     integer, parameter :: kinds(2) = [kind_c3d8i, kind_c3d8]
@@ -48,8 +49,8 @@ contains
 
     weight = jacobian_determinants(x)
     do i = 1, 2
-      strain = gauss_strain(kinds(i), x, u, material%law%elastic)
-      stress = stress_of(strain, material%law%elastic)
+      strain = gauss_strain(kinds(i), x, u, elastic)
+      stress = stress_of(strain, elastic)
       energy(i) = 0.5_wp*dot_product(weight(:8), sum(stress(:3, :)*strain(:3, :), dim=1) + &
         2.0_wp*sum(stress(4:, :)*strain(4:, :), dim=1))
     end do

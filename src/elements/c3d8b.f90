@@ -8,8 +8,8 @@
 !> Rice (1974), T.J.R. Hughes (1980), docs/theory.md (8.8) to (8.10).
 module c3d8b_mod
   use kinds_mod, only: wp
-  use elasticity_mod, only: elasticity_t
-  use hexahedron8_mod, only: shape_gradients, strain_of, force_of, isotropic_stiffness
+  use elasticity_mod, only: elasticity_t, bulk_modulus, matrix_of
+  use hexahedron8_mod, only: shape_gradients, strain_of, force_of, elastic_stiffness, strain_matrix
   implicit none
   private
 
@@ -18,19 +18,31 @@ module c3d8b_mod
 contains
 
   !> Stiffness of the element: deviatoric part as in C3D8, volumetric part of the mean dilatation.
+  !> Where the material is not isotropic the two go together.
   pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
-    real(wp) :: gradient(3, 8, 8), weight(8), mean(24), bulk
-    integer :: j
+    real(wp) :: gradient(3, 8, 8), weight(8), mean(24), bulk, c(6, 6), strain(6, 24)
+    integer :: g, j
 
     call shape_gradients(x, gradient, weight)
-    ! With lambda = -2 G/3 the isotropic material resists the deviator alone.
-    k = isotropic_stiffness(8, 8, gradient, weight, elasticity_t(-2.0_wp*elastic%shear/3.0_wp, &
-      elastic%shear))
     mean = reshape(mean_gradient(gradient, weight), [24])
-    bulk = (elastic%lambda + 2.0_wp*elastic%shear/3.0_wp)*sum(weight)
+    if (.not. elastic(1)%is_isotropic) then
+      k = 0.0_wp
+      do g = 1, 8
+        strain = strain_matrix(8, gradient(:, :, g))
+        strain(:3, :) = strain(:3, :) + spread((mean - reshape(gradient(:, :, g), [24]))/3.0_wp, &
+          1, 3)
+        c = weight(g)*matrix_of(elastic(min(g, size(elastic))))
+        k = k + matmul(transpose(strain), matmul(c, strain))
+      end do
+      return
+    end if
+    ! With lambda = -2 G/3 the isotropic material resists the deviator alone.
+    k = elastic_stiffness(8, 8, gradient, weight, [elasticity_t( &
+      -2.0_wp*elastic(1)%shear/3.0_wp, elastic(1)%shear)])
+    bulk = bulk_modulus(elastic(1))*sum(weight)
     do j = 1, 24
       k(:, j) = k(:, j) + bulk*mean(j)*mean
     end do

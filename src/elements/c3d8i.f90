@@ -13,7 +13,7 @@ module c3d8i_mod
   use small_matrix_mod, only: determinant, inverse
   use elasticity_mod, only: elasticity_t, stress_of
   use hexahedron8_mod, only: shape_gradients, centre_jacobian, strain_of, mode_strain_of, &
-    force_of, isotropic_stiffness, xi_node, eta_node, zeta_node, gauss
+    force_of, elastic_stiffness, xi_node, eta_node, zeta_node, gauss
   implicit none
   private
 
@@ -24,7 +24,7 @@ contains
   !> Stiffness of the element, the incompatible modes condensed.
   pure function stiffness(x, elastic) result(k)
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
     real(wp) :: gradient(3, 8, 8), mode(3, 3, 8), all_gradients(3, 11, 8), weight(8)
     real(wp) :: full(33, 33)
@@ -34,7 +34,7 @@ contains
     call mode_gradients(x, weight, mode)
     all_gradients(:, :3, :) = mode
     all_gradients(:, 4:, :) = gradient
-    full = isotropic_stiffness(11, 8, all_gradients, weight, elastic)
+    full = elastic_stiffness(11, 8, all_gradients, weight, elastic)
     do i = 1, 9
       do j = i + 1, 33
         full(i + 1:, j) = full(i + 1:, j) - full(i + 1:, i)*(full(i, j)/full(i, i))
@@ -46,7 +46,7 @@ contains
   !> The strain with the alpha for which the modes' forces vanish.
   pure function relaxed_strain(x, inverse_jacobian, weight, u, elastic) result(strain)
     real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8)
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: strain(6, 8)
     real(wp) :: mode(3, 3, 8)
 
@@ -60,12 +60,12 @@ contains
     real(wp), intent(in) :: mode(3, 3, 8) !! as of mode_gradients [1/length]
     real(wp), intent(in) :: weight(8)     !! [length^3]
     real(wp), intent(in) :: strain(6, 8)  !! at the Gauss points, without the modes [-]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: alpha(3, 3)               !! component, mode [length]
     real(wp) :: k(9, 9), b(9)
 
     b = -reshape(force_of(3, mode, weight, stress_of(strain, elastic)), [9])
-    k = isotropic_stiffness(3, 8, mode, weight, elastic)
+    k = elastic_stiffness(3, 8, mode, weight, elastic)
     call solve_modes(k, b)
     alpha = reshape(b, [3, 3])
   end function mode_amplitudes

@@ -11,6 +11,8 @@ module congruent_forces_mod
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t, deck_rounding
   use scene_mod, only: material_t
+  use element_laws_mod, only: elasticity_at, varies
+  use elasticity_mod, only: elasticity_t
   use hexahedron8_mod, only: along_edges, xi_node, eta_node, zeta_node
   use elements_mod, only: nodal_force
   use second_order_mod, only: force_of_second_order => nodal_force
@@ -28,6 +30,7 @@ module congruent_forces_mod
   !> A shape, kind and material of elements.
   type :: shape_t
     integer :: kind = 0, material = 0
+    type(elasticity_t) :: elastic(1)              !! of the material [force/length^2]
     integer :: n_met = 0                          !! elements so far
     integer :: n_waiting = 0                      !! of them, for their forces
     real(wp) :: corners(3, 8) = 0.0_wp            !! less the first [length]
@@ -57,12 +60,17 @@ contains
         associate (all_nodes => nodes_of_element(mesh%connectivity, e))
           f(:, all_nodes) = f(:, all_nodes) + force_of_second_order(mesh%connectivity%cell(e), &
             mesh%coordinates(:, all_nodes), u(:, all_nodes), &
-            materials(mesh%material(e))%law%elastic)
+            elasticity_at(mesh, materials, e))
         end associate
         cycle
       end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
+      if (varies(mesh, materials(mesh%material(e)))) then
+        force = nodal_force(mesh%element_kind(e), x, u(:, nodes), elasticity_at(mesh, materials, e))
+        call add_at_nodes(nodes, force, f)
+        cycle
+      end if
       i = place_of(shapes(:n), mesh%element_kind(e), mesh%material(e), x, rounding)
       if (i == 0) then
         i = next
@@ -71,17 +79,18 @@ contains
         call finish(shapes(i), f)
         shapes(i)%kind = mesh%element_kind(e)
         shapes(i)%material = mesh%material(e)
+        shapes(i)%elastic = elasticity_at(mesh, materials, e)
         shapes(i)%n_met = 0
         shapes(i)%corners = x - spread(x(:, 1), 2, 8)
       end if
       associate (shape => shapes(i))
         shape%n_met = shape%n_met + 1
         if (shape%n_met < often) then
-          force = force_of_element(shape, materials, x, u(:, nodes))
+          force = nodal_force(shape%kind, x, u(:, nodes), shape%elastic)
           call add_at_nodes(nodes, force, f)
           cycle
         end if
-        if (shape%n_met == often) call find_forces(materials, x, shape)
+        if (shape%n_met == often) call find_forces(x, shape)
         shape%n_waiting = shape%n_waiting + 1
         shape%nodes(:, shape%n_waiting) = nodes
         shape%u(:, shape%n_waiting) = factors_of(u(:, nodes))
@@ -116,19 +125,8 @@ contains
     end do
   end function place_of
 
-  !> Forces of an element of that kind and material by itself.
-  pure function force_of_element(shape, materials, x, u) result(force)
-    type(shape_t), intent(in) :: shape
-    type(material_t), intent(in) :: materials(:)
-    real(wp), intent(in) :: x(3, 8), u(3, 8) !! [length]
-    real(wp) :: force(3, 8)                  !! [force]
-
-    force = nodal_force(shape%kind, x, u, materials(shape%material)%law%elastic)
-  end function force_of_element
-
   !> Forces of the trilinear displacements, from the stresses that these cause.
-  pure subroutine find_forces(materials, x, shape)
-    type(material_t), intent(in) :: materials(:)
+  pure subroutine find_forces(x, shape)
     real(wp), intent(in) :: x(3, 8)        !! [length]
     type(shape_t), intent(inout) :: shape  !! gets its forces
     real(wp) :: unit(3, 8), trilinear(8, n_factors/3)
@@ -145,7 +143,8 @@ contains
       do i = 1, 3
         unit = 0.0_wp
         unit(i, :) = trilinear(:, k)
-        shape%force(:, 3*k - 3 + i) = reshape(force_of_element(shape, materials, x, unit), [24])
+        shape%force(:, 3*k - 3 + i) = reshape(nodal_force(shape%kind, x, unit, &
+          shape%elastic), [24])
       end do
     end do
   end subroutine find_forces

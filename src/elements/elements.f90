@@ -22,7 +22,7 @@ contains
   pure function stiffness(kind, x, elastic) result(k)
     integer,  intent(in) :: kind          !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8)       !! nodes [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: k(24, 24)                 !! node by node, x y z [force/length]
 
     select case (kind)
@@ -42,7 +42,7 @@ contains
   pure function nodal_force(kind, x, u, elastic) result(f)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: f(3, 8)                      !! [force]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8), stress(6, 8)
 
@@ -59,7 +59,7 @@ contains
   pure function gauss_strain(kind, x, u, elastic) result(strain)
     integer,  intent(in) :: kind             !! kind_c3d8 or its kin
     real(wp), intent(in) :: x(3, 8), u(3, 8) !! nodes and their displacements [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: strain(6, 8)                 !! XX YY ZZ XY YZ XZ, shear as tensor [-]
     real(wp) :: gradient(3, 8, 8), weight(8), inverse_jacobian(3, 3, 8)
 
@@ -71,7 +71,7 @@ contains
   pure function strain_at_points(kind, x, inverse_jacobian, weight, u, elastic) result(strain)
     integer,  intent(in) :: kind
     real(wp), intent(in) :: x(3, 8), inverse_jacobian(3, 3, 8), weight(8), u(3, 8)
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: strain(6, 8)
 
     select case (kind)

@@ -3,7 +3,8 @@
 module expansion_mod
   use kinds_mod, only: wp, i8
   use elasticity_mod, only: thermal_stress_of
-  use cells_mod, only: has_middles
+  use element_laws_mod, only: elasticity_at
+  use cells_mod, only: has_middles, most_points
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, material_t
@@ -122,16 +123,23 @@ contains
     real(wp), intent(in) :: free        !! [-]
     real(wp), allocatable :: f(:, :)    !! (3,n) at nodes_of_kernel [force]
     type(second_order_t) :: element
-    real(wp) :: gradient(3, 8, 8), weight(8), stress
+    real(wp) :: gradient(3, 8, 8), weight(8), stress(3, 3, most_points)
     integer :: g
 
-    stress = thermal_stress_of(free, materials(mesh%material(e))%law%elastic)
+    associate (elastic => elasticity_at(mesh, materials, e))
+      do g = 1, size(elastic)
+        associate (six => thermal_stress_of(free, elastic(g)))
+          stress(:, :, g) = reshape(six([1, 4, 6, 4, 2, 5, 6, 5, 3]), [3, 3])
+        end associate
+      end do
+      if (size(elastic) == 1) stress = spread(stress(:, :, 1), 3, most_points)
+    end associate
     if (has_middles(mesh%connectivity%cell(e))) then
       associate (nodes => nodes_of_element(mesh%connectivity, e))
         call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), element)
         allocate (f(3, size(nodes)), source=0.0_wp)
         do g = 1, element%n_points
-          f = f + stress*element%weight(g)*element%gradient(:, :size(nodes), g)
+          f = f + matmul(stress(:, :, g), element%weight(g)*element%gradient(:, :size(nodes), g))
         end do
       end associate
       return
@@ -140,11 +148,11 @@ contains
     call shape_gradients(mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, e)), gradient, &
       weight)
     do g = 1, 8
-      f = f + stress*weight(g)*gradient(:, :, g)
+      f = f + matmul(stress(:, :, g), weight(g)*gradient(:, :, g))
     end do
   end function element_thermal_force
 
-  !> The energy of these stresses in elements that cannot expand, 1/2 int 3 stress alpha dT dV.
+  !> The energy of these stresses in elements that cannot expand, 1/2 int tr(stress) alpha dT dV.
   pure real(wp) function thermal_energy(mesh, materials, free) result(energy)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
@@ -154,8 +162,10 @@ contains
     energy = 0.0_wp
     do e = 1, mesh%n_elements
       if (.not. abs(free(e)) > 0.0_wp) cycle
-      energy = energy + 1.5_wp*thermal_stress_of(free(e), &
-        materials(mesh%material(e))%law%elastic)*free(e)*element_volume(mesh, e)
+      ! However C is turned, I : C : I stays.
+      associate (stress => thermal_stress_of(free(e), materials(mesh%material(e))%law%elastic))
+        energy = energy + 0.5_wp*sum(stress(:3))*free(e)*element_volume(mesh, e)
+      end associate
     end do
   end function thermal_energy
 

@@ -6,6 +6,7 @@ module finite_forces_mod
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8i
   use scene_mod, only: material_t
+  use element_laws_mod, only: law_at
   use state_mod, only: modes_t
   use small_matrix_mod, only: inverse
   use strain_measures_mod, only: growth_of, deformation_of, green_strain, logarithmic_strain
@@ -73,7 +74,7 @@ contains
             f = 0.0_wp
             return
           end if
-          f(:, its) = f(:, its) + force_of(of_second_order, h, materials(mesh%material(e))%law)
+          f(:, its) = f(:, its) + force_of(of_second_order, h, law_at(mesh, materials, e))
         end associate
         cycle
       end if
@@ -82,7 +83,7 @@ contains
       moved = u(:, nodes)
       call expand_freely(free(e), x, moved)
       call finite_element(mesh%element_kind(e), x, moved, element)
-      associate (law => materials(mesh%material(e))%law)
+      associate (law => law_at(mesh, materials, e))
         if (mesh%element_kind(e) == kind_c3d8i) then
           is_whole = any(abs(modes%inverse(:, :, e)) > 0.0_wp)
           if (is_whole) call relax_modes(element, law, modes%amplitude(:, :, e), &
@@ -136,7 +137,7 @@ contains
         return
       end if
     end if
-    call find_modes(x, moved, materials(mesh%material(e))%law, modes, inverse_stiffness, is_found)
+    call find_modes(x, moved, law_at(mesh, materials, e), modes, inverse_stiffness, is_found)
     if (.not. is_found) modes = 0.0_wp
   end subroutine find_element
 
@@ -175,7 +176,7 @@ contains
       if (has_middles(mesh%connectivity%cell(e))) then
         call find_second_order(mesh, free(e), u, e, of_second_order, h)
         energy = energy + energy_of_second_order(of_second_order, h, &
-          materials(mesh%material(e))%law)
+          law_at(mesh, materials, e))
         cycle
       end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
@@ -184,7 +185,7 @@ contains
       call expand_freely(free(e), x, moved)
       call finite_element(mesh%element_kind(e), x, moved, element)
       if (allocated(modes%amplitude)) of_element = modes%amplitude(:, :, e)
-      energy = energy + energy_of(element, of_element, materials(mesh%material(e))%law)
+      energy = energy + energy_of(element, of_element, law_at(mesh, materials, e))
     end do
   end function finite_strain_energy
 
@@ -215,7 +216,7 @@ contains
         weight = element%weight
       end if
       of_element = 0.0_wp
-      associate (law => materials(mesh%material(e))%law)
+      associate (law => law_at(mesh, materials, e))
         do g = 1, size(weight)
           of_element = of_element + weight(g)*(finite_energy(law, h(:, :, g)) - &
             sum(finite_stress(law, h(:, :, g))*deformation_of(h(:, :, g)))/3.0_wp)
@@ -248,11 +249,11 @@ contains
     negative = 0
     if (has_middles(mesh%connectivity%cell(e))) then
       call find_second_order(mesh, tangent%free(e), tangent%at, e, of_second_order, h)
-      k = tangent_of_second_order(of_second_order, h, materials(mesh%material(e))%law)
+      k = tangent_of_second_order(of_second_order, h, law_at(mesh, materials, e))
     else
       call find_element(mesh, materials, tangent%free(e), tangent%at, e, element, modes, &
         tangent%modes)
-      call tangent_of(element, modes, materials(mesh%material(e))%law, k, negative)
+      call tangent_of(element, modes, law_at(mesh, materials, e), k, negative)
     end if
     if (present(n_negative)) n_negative = negative
     if (tangent%projection > 0.0_wp) call project(tangent%projection, k)
@@ -397,7 +398,7 @@ contains
       of_law = elastic_gradients(mesh, materials, free, u, e)
       h = of_law
       do g = 1, size(h, 3)
-        p(:, :, g) = finite_stress(materials(mesh%material(e))%law, h(:, :, g))
+        p(:, :, g) = finite_stress(law_at(mesh, materials, e), h(:, :, g))
       end do
       return
     end if
@@ -405,7 +406,7 @@ contains
     of_law = gradients_of_law(element, modes)
     h = element%h
     if (element%kind == kind_c3d8i) h = of_law
-    p = stresses_of(element, modes, materials(mesh%material(e))%law)
+    p = stresses_of(element, modes, law_at(mesh, materials, e))
   end subroutine find_stresses
 
   !> The six components of a symmetric tensor.

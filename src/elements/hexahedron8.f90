@@ -1,5 +1,4 @@
-!> What all 8-node hexahedra share: trilinear shape functions, 2x2x2 Gauss points, isotropic
-!> material.
+!> What all 8-node hexahedra share: trilinear shape functions, 2x2x2 Gauss points.
 !>
 !>        8-------7        zeta
 !>       /|      /|         |  eta
@@ -12,7 +11,7 @@
 !> strains are tensor components (half of the engineering ones). docs/theory.md, section 8.
 module hexahedron8_mod
   use kinds_mod, only: wp
-  use elasticity_mod, only: elasticity_t
+  use elasticity_mod, only: elasticity_t, matrix_of
   use small_matrix_mod, only: determinant, inverse
   implicit none
   private
@@ -22,7 +21,7 @@ module hexahedron8_mod
   public :: along_edges
   public :: stiffness_length
   public :: displacement_gradients, strain_of, mode_strain_of, force_of
-  public :: isotropic_stiffness
+  public :: elastic_stiffness, strain_matrix
   public :: volume_mean, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
 
@@ -266,17 +265,27 @@ contains
     end do
   end function force_of
 
-  !> K_ab = int lambda g_a g_b^T + G (g_b g_a^T + g_a.g_b I), for any set of shape functions.
-  pure function isotropic_stiffness(n, n_points, gradient, weight, elastic) result(k)
+  !> K_ab = int lambda g_a g_b^T + G (g_b g_a^T + g_a.g_b I), for any set of shape functions; (8.51)
+  !> where the material is not isotropic.
+  pure function elastic_stiffness(n, n_points, gradient, weight, elastic) result(k)
     integer,  intent(in) :: n                 !! shape functions
     integer,  intent(in) :: n_points          !! Gauss points
     real(wp), intent(in) :: gradient(3*n, n_points) !! gradients at the Gauss points [1/length]
     real(wp), intent(in) :: weight(n_points)  !! [length^3]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: k(3*n, 3*n)                   !! node by node, x y z [force/length]
-    real(wp) :: moment(3*n, 3*n), block(3, 3), trace
+    real(wp) :: moment(3*n, 3*n), block(3, 3), trace, c(6, 6), strain(6, 3*n)
     integer :: g, a, b, i, j
 
+    if (.not. elastic(1)%is_isotropic) then
+      k = 0.0_wp
+      do g = 1, n_points
+        strain = strain_matrix(n, gradient(:, g))
+        c = weight(g)*matrix_of(elastic(min(g, size(elastic))))
+        k = k + matmul(transpose(strain), matmul(c, strain))
+      end do
+      return
+    end if
     ! All products g_a g_b^T summed over the points first: the material enters once a pair of nodes.
     moment = 0.0_wp
     do g = 1, n_points
@@ -289,8 +298,8 @@ contains
     do b = 1, n
       do a = 1, b
         block = moment(3*a - 2:3*a, 3*b - 2:3*b)
-        trace = elastic%shear*(block(1, 1) + block(2, 2) + block(3, 3))
-        block = elastic%lambda*block + elastic%shear*transpose(block)
+        trace = elastic(1)%shear*(block(1, 1) + block(2, 2) + block(3, 3))
+        block = elastic(1)%lambda*block + elastic(1)%shear*transpose(block)
         do i = 1, 3
           block(i, i) = block(i, i) + trace
         end do
@@ -298,7 +307,27 @@ contains
         k(3*b - 2:3*b, 3*a - 2:3*a) = transpose(block)
       end do
     end do
-  end function isotropic_stiffness
+  end function elastic_stiffness
+
+  !> B: the engineering strains of the factors of shape functions.
+  pure function strain_matrix(n, gradient) result(b)
+    integer,  intent(in) :: n              !! shape functions
+    real(wp), intent(in) :: gradient(3, n) !! at a point [1/length]
+    real(wp) :: b(6, 3*n)                  !! XX YY ZZ XY YZ XZ by function, x y z [1/length]
+    integer :: a
+
+    b = 0.0_wp
+    do a = 1, n
+      associate (of => b(:, 3*a - 2:3*a), d => gradient(:, a))
+        of(1, 1) = d(1)
+        of(2, 2) = d(2)
+        of(3, 3) = d(3)
+        of(4, :2) = [d(2), d(1)]
+        of(5, 2:) = [d(3), d(2)]
+        of(6, [1, 3]) = [d(3), d(1)]
+      end associate
+    end do
+  end function strain_matrix
 
   ! ------------------------------------------------------------------ fields
 

@@ -5,6 +5,7 @@ module law_limits_mod
   use connectivity_mod, only: nodes_of_hexahedron
   use mesh_mod, only: mesh_t, kind_c3d8
   use scene_mod, only: material_t
+  use element_laws_mod, only: law_at
   use ellipticity_mod, only: principal_stretches, is_elliptic, elliptic_reach
   use finite_forces_mod, only: elastic_gradients
   use inverted_elements_mod, only: gradient_bound
@@ -22,12 +23,12 @@ module law_limits_mod
 contains
 
   !> How large grad u may be for a material to need no look: its law is strongly elliptic and within
-  !> its usual stretches.
+  !> its usual stretches. The ellipticity of laws that are not isotropic is not looked at.
   pure elemental real(wp) function find_limits(material) result(limit)
     type(material_t), intent(in) :: material
 
-    limit = min(elliptic_reach(material%law), 1.0_wp - material%law%usual_from, &
-      material%law%usual_to - 1.0_wp)
+    limit = min(1.0_wp - material%law%usual_from, material%law%usual_to - 1.0_wp)
+    if (material%law%elastic%is_isotropic) limit = min(limit, elliptic_reach(material%law))
   end function find_limits
 
   !> The points that are stretched most where a law has lost its ellipticity, and of those beyond
@@ -47,7 +48,7 @@ contains
     allocate (h(3, 3, 8))
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      associate (law => materials(mesh%material(e))%law, within => limit(mesh%material(e)), &
+      associate (law => law_at(mesh, materials, e), within => limit(mesh%material(e)), &
         bound => gradient_bound(reach(:, e), u(:, nodes)))
         ! Edges between corners say nothing of modes, mean dilatations and mid-side nodes.
         if (mesh%element_kind(e) == kind_c3d8 .and. .not. has_middles(mesh%connectivity%cell(e)) &
@@ -57,6 +58,7 @@ contains
           stretch = principal_stretches(h(:, :, g))
           if (maxval(abs(stretch - 1.0_wp)) < within) cycle
           if (stretch(1) > law%usual_to .or. stretch(3) < law%usual_from) call take(unusual)
+          if (.not. law%elastic%is_isotropic) cycle
           if (.not. is_elliptic(law, stretch)) call take(lost)
         end do
       end associate

@@ -9,7 +9,8 @@ module mesh_fields_mod
   use state_mod, only: state_t
   use step_fields_mod, only: tensor_field_t
   use small_matrix_mod, only: largest_eigenvalue
-  use elasticity_mod, only: stress_of, thermal_stress_of
+  use elasticity_mod, only: stress_of
+  use element_laws_mod, only: elasticity_at
   use hexahedron8_mod, only: volume_mean, extrapolate_to_nodes, centre_gradient
   use elements_mod, only: gauss_strain
   use finite_forces_mod, only: finite_tensors, undeformed_tensors
@@ -81,15 +82,14 @@ contains
       end if
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       x = mesh%coordinates(:, nodes)
-      associate (elastic => materials(mesh%material(e))%law%elastic)
+      associate (elastic => elasticity_at(mesh, materials, e))
         if (takes_undeformed) then
           call undeformed_tensors(mesh, materials, free(e), u, e, values, stresses)
         else if (is_finite) then
           call finite_tensors(mesh, materials, free(e), u, e, values, stresses)
         else
           values = gauss_strain(mesh%element_kind(e), x, u(:, nodes), elastic)
-          stresses = stress_of(values, elastic)
-          stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
+          stresses = stress_of(values, elastic, free(e))
         end if
       end associate
       call store_element(e, nodes, place, x, values, strain)
@@ -107,7 +107,7 @@ contains
       real(wp), allocatable :: strains(:, :), stresses(:, :)
 
       associate (its => nodes_of_element(mesh%connectivity, e), &
-                 elastic => materials(mesh%material(e))%law%elastic)
+                 elastic => elasticity_at(mesh, materials, e))
         call second_order(mesh%connectivity%cell(e), mesh%coordinates(:, its), element)
         allocate (strains(6, element%n_points), stresses(6, element%n_points))
         if (takes_undeformed) then
@@ -116,8 +116,7 @@ contains
           call finite_tensors(mesh, materials, free(e), u, e, strains, stresses)
         else
           strains = strain_of(element, u(:, its))
-          stresses = stress_of(strains, elastic)
-          stresses(:3, :) = stresses(:3, :) - thermal_stress_of(free(e), elastic)
+          stresses = stress_of(strains, elastic, free(e))
         end if
       end associate
       call store_points(mesh, element, e, place, strains, strain)

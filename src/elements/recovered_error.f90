@@ -10,9 +10,10 @@ module recovered_error_mod
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
-  use elasticity_mod, only: elasticity_t, stress_of, thermal_stress_of, complementary_energy
+  use elasticity_mod, only: stress_of, complementary_energy
   use small_matrix_mod, only: determinant
   use strain_measures_mod, only: growth_of
+  use element_laws_mod, only: elasticity_at, elasticity_at_points, law_at
   use material_law_mod, only: law_t, finite_stress, finite_energy
   use logarithmic_stress_mod, only: logarithmic_stress, energy_of_change
   use hexahedron8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
@@ -61,23 +62,24 @@ contains
     call make_samples(mesh, materials, u, free, is_finite, samples)
     energy = 0.0_wp
     do material = 1, size(materials)
-      associate (law => materials(material)%law)
-        do e = 1, mesh%n_elements
-          if (mesh%material(e) /= material .or. has_middles(mesh%connectivity%cell(e))) cycle
+      do e = 1, mesh%n_elements
+        if (mesh%material(e) /= material .or. has_middles(mesh%connectivity%cell(e))) cycle
+        associate (elastic => elasticity_at(mesh, materials, e))
           nodes = nodes_of_hexahedron(mesh%connectivity, e)
           if (is_finite) then
             call logarithmic_stresses(mesh, materials, free(e), u, e, gradient(:, :, :, e), &
               stress(:, :8, e))
           else
             stress(:, :8, e) = stress_of(gauss_strain(mesh%element_kind(e), &
-              mesh%coordinates(:, nodes), u(:, nodes), law%elastic), law%elastic)
-            stress(:3, :8, e) = stress(:3, :8, e) - thermal_stress_of(free(e), law%elastic)
+              mesh%coordinates(:, nodes), u(:, nodes), elastic), elastic, free(e))
           end if
           means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :8, e))
-        end do
-        call recover_at_nodes(mesh, material, means, smooth, samples)
-        do e = 1, mesh%n_elements
-          if (mesh%material(e) /= material) cycle
+        end associate
+      end do
+      call recover_at_nodes(mesh, material, means, smooth, samples)
+      do e = 1, mesh%n_elements
+        if (mesh%material(e) /= material) cycle
+        associate (law => law_at(mesh, materials, e), elastic => elasticity_at(mesh, materials, e))
           if (has_middles(mesh%connectivity%cell(e))) then
             call add_second_order(e, law)
             cycle
@@ -89,12 +91,12 @@ contains
             call add_finite_energies(law, gradient(:, :, :, e), weight(:8), &
               interpolate(smooth(:, nodes)) - stress(:, :8, e), energy, of_elements(e))
           else
-            energy = energy + complementary_energy(stress(:, :8, e), weight(:8), law%elastic)
+            energy = energy + complementary_energy(stress(:, :8, e), weight(:8), elastic)
             of_elements(e) = complementary_energy(interpolate(smooth(:, nodes)) - &
-              stress(:, :8, e), weight(:8), law%elastic)
+              stress(:, :8, e), weight(:8), elastic)
           end if
-        end do
-      end associate
+        end associate
+      end do
     end do
     relative = 0.0_wp
     if (energy > rounding*thermal_energy(mesh, materials, free)) relative = sum(of_elements)/energy
@@ -124,9 +126,11 @@ contains
           call add_finite_energies(law, h, (1.0_wp + free(e))**3*element%weight(:n_dense), &
             smoothed - found, energy, of_elements(e))
         else
-          found = stress_at(element, u(:, its), free(e), law%elastic)
-          energy = energy + complementary_energy(found, element%weight, law%elastic)
-          of_elements(e) = complementary_energy(smoothed - found, element%weight, law%elastic)
+          associate (elastic => elasticity_at_points(mesh, materials, e, point))
+            found = stress_of(strain_of(element, u(:, its)), elastic, free(e))
+            energy = energy + complementary_energy(found, element%weight, elastic)
+            of_elements(e) = complementary_energy(smoothed - found, element%weight, elastic)
+          end associate
         end if
       end associate
     end subroutine add_second_order
@@ -167,10 +171,10 @@ contains
           cells(rule)%weight(:n), element)
         if (is_finite) then
           call find_logarithmic(element, mesh%coordinates(:, its), u(:, its), free(e), &
-            materials(mesh%material(e))%law, h(:, :, :n), samples%stress(:, before + 1:before + n))
+            law_at(mesh, materials, e), h(:, :, :n), samples%stress(:, before + 1:before + n))
         else
-          samples%stress(:, before + 1:before + n) = stress_at(element, u(:, its), free(e), &
-            materials(mesh%material(e))%law%elastic)
+          samples%stress(:, before + 1:before + n) = stress_of(strain_of(element, u(:, its)), &
+            elasticity_at_points(mesh, materials, e, cells(rule)%point(:, :n)), free(e))
         end if
         do g = 1, n
           samples%place(:, before + g) = matmul(mesh%coordinates(:, its), &
@@ -197,18 +201,6 @@ contains
       end do
     end associate
   end subroutine dense_quadrature
-
-  !> Stresses at the points of an element of second order, thermal expansion included.
-  pure function stress_at(element, u, free, elastic) result(stress)
-    type(second_order_t), intent(in) :: element
-    real(wp), intent(in) :: u(:, :)           !! (3,n_nodes) [length]
-    real(wp), intent(in) :: free              !! [-]
-    type(elasticity_t), intent(in) :: elastic
-    real(wp) :: stress(6, element%n_points)   !! [force/length^2]
-
-    stress = stress_of(strain_of(element, u), elastic)
-    stress(:3, :) = stress(:3, :) - thermal_stress_of(free, elastic)
-  end function stress_at
 
   !> At the points of an element of second order: the gradients of its displacement from where it
   !> has expanded freely, and the stresses that work on its logarithmic strains. Between nodes and

@@ -10,7 +10,7 @@ module second_order_mod
   use cells_mod, only: cells, most_nodes, most_points
   use cell_shapes_mod, only: shape_functions, shape_gradients_at
   use elasticity_mod, only: elasticity_t, stress_of
-  use hexahedron8_mod, only: isotropic_stiffness
+  use hexahedron8_mod, only: elastic_stiffness
   use small_matrix_mod, only: determinant, inverse, solve_small
   implicit none
   private
@@ -180,13 +180,13 @@ contains
   pure function stiffness(cell, x, elastic) result(k)
     integer,  intent(in) :: cell      !! row of the table of cells
     real(wp), intent(in) :: x(:, :)   !! (3,n_nodes) [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: k(3*size(x, 2), 3*size(x, 2)) !! node by node, x y z [force/length]
     type(second_order_t) :: element
 
     call second_order(cell, x, element)
     associate (n => element%n_nodes, points => element%n_points)
-      k = isotropic_stiffness(n, points, reshape(element%gradient(:, :n, :points), [3*n, points]), &
+      k = elastic_stiffness(n, points, reshape(element%gradient(:, :n, :points), [3*n, points]), &
         element%weight(:points), elastic)
     end associate
   end function stiffness
@@ -195,7 +195,7 @@ contains
   pure function nodal_force(cell, x, u, elastic) result(f)
     integer,  intent(in) :: cell               !! row of the table of cells
     real(wp), intent(in) :: x(:, :), u(:, :)   !! (3,n_nodes) nodes, their displacements [length]
-    type(elasticity_t), intent(in) :: elastic
+    type(elasticity_t), intent(in) :: elastic(:) !! one, or one a point
     real(wp) :: f(3, size(x, 2))               !! [force]
     type(second_order_t) :: element
 

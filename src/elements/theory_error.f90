@@ -7,6 +7,7 @@ module theory_error_mod
   use mesh_mod, only: mesh_t, kind_c3d8i, kind_c3d8b
   use scene_mod, only: material_t
   use elasticity_mod, only: constrained_modulus, stress_of
+  use element_laws_mod, only: law_at
   use material_law_mod, only: law_t, finite_stress
   use hexahedron8_mod, only: shape_gradients, strain_of, mode_strain_of, stiffness_length
   use c3d8b_mod, only: mean_dilatation_strain
@@ -62,7 +63,7 @@ contains
     do e = 1, mesh%n_elements
       nodes = nodes_of_hexahedron(mesh%connectivity, e)
       body = mesh%body(nodes(1))
-      associate (law => materials(mesh%material(e))%law)
+      associate (law => law_at(mesh, materials, e))
         if (has_middles(mesh%connectivity%cell(e))) then
           associate (all_nodes => nodes_of_element(mesh%connectivity, e))
             call find_works_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, &
@@ -138,10 +139,10 @@ contains
     if (kind == kind_c3d8i) call mode_gradients(from, weight, mode)
     call find_strain(u, strain, modes)
     call find_strain(v, by_strain, by_modes)
-    work = work_of(weight, stress_of(by_strain, law%elastic), by_strain)
+    work = work_of(weight, stress_of(by_strain, [law%elastic]), by_strain)
     call finite_force(kind, (1.0_wp + growth)*from, u, modes, law, finite, of_modes)
     change = sum(v*finite) + sum(by_modes*of_modes) - work_of(weight, stress_of(strain, &
-      law%elastic), by_strain)
+      [law%elastic]), by_strain)
 
   contains
 
@@ -152,7 +153,7 @@ contains
 
       strain = strain_of(inverse_jacobian, u)
       if (kind == kind_c3d8i) then
-        modes = mode_amplitudes(mode, weight, strain, law%elastic)
+        modes = mode_amplitudes(mode, weight, strain, [law%elastic])
         strain = strain + mode_strain_of(3, mode, modes)
       else if (kind == kind_c3d8b) then
         strain = mean_dilatation_strain(inverse_jacobian, weight, u)
@@ -177,9 +178,10 @@ contains
     from = x - spread(x(:, 1), 2, size(x, 2))
     call second_order(cell, from, element)
     allocate (by_strain, source=strain_of_second_order(element, v))
-    work = work_of(element%weight(:element%n_points), stress_of(by_strain, law%elastic), by_strain)
-    change = -work_of(element%weight(:element%n_points), stress_of(strain_of_second_order(element, &
-      u), law%elastic), by_strain)
+    work = work_of(element%weight(:element%n_points), stress_of(by_strain, [law%elastic]), &
+      by_strain)
+    change = -work_of(element%weight(:element%n_points), stress_of(strain_of_second_order( &
+      element, u), [law%elastic]), by_strain)
     call second_order(cell, (1.0_wp + growth)*from, element)
     allocate (h, source=displacement_gradients(element, u))
     allocate (by, source=displacement_gradients(element, v))

@@ -7,6 +7,7 @@ module assembly_mod
   use mesh_mod, only: mesh_t, deck_rounding
   use linked_nodes_mod, only: nodes_with_constraints
   use scene_mod, only: material_t
+  use element_laws_mod, only: elasticity_at, varies
   use elements_mod, only: stiffness
   use second_order_mod, only: stiffness_of_second_order => stiffness
   use finite_forces_mod, only: tangent_t, element_tangent
@@ -127,7 +128,7 @@ contains
         call element_tangent(mesh, materials, tangent, e, ke)
       else
         ke = stiffness_of_second_order(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), &
-          materials(mesh%material(e))%law%elastic)
+          elasticity_at(mesh, materials, e))
       end if
       call add_element(nodes, ke)
     end subroutine add_second_order
@@ -256,6 +257,11 @@ contains
     ! Elements near the origin carry the rounding of edges far away; not so much that it is felt.
     rounding = 4.0_wp*epsilon(1.0_wp)*maxval(abs(x))
     rounding = max(rounding, min(known%rounding, negligible*maxval(abs(shape))))
+    if (varies(mesh, materials(mesh%material(e)))) then
+      ke = stiffness(mesh%element_kind(e), x, elasticity_at(mesh, materials, e))
+      known%n_computed = known%n_computed + 1
+      return
+    end if
     do i = 1, known%n
       if (known%kind(i) /= mesh%element_kind(e)) cycle
       if (known%material(i) /= mesh%material(e)) cycle
@@ -263,7 +269,7 @@ contains
       ke = known%ke(:, :, i)
       return
     end do
-    ke = stiffness(mesh%element_kind(e), x, materials(mesh%material(e))%law%elastic)
+    ke = stiffness(mesh%element_kind(e), x, elasticity_at(mesh, materials, e))
     known%n_computed = known%n_computed + 1
     i = known%next
     known%n = max(known%n, i)

@@ -24,6 +24,7 @@ module mesh_parts_mod
   public :: elements_of_rank, cut_part, send_part, receive_part
 
   integer, parameter :: n_sizes = 8
+  integer, parameter :: numbers_of_material = 51
   !! nodes, elements, unknowns of the whole mesh, materials, constraints and their masters, nodes of
   !! elements, springs
 
@@ -149,6 +150,7 @@ contains
     part%n_elements = size(elements)
     part%coordinates = mesh%coordinates(:, used)
     part%origin = mesh%origin
+    part%sector_angle = mesh%sector_angle
     part%connectivity = some_elements(mesh%connectivity, elements)
     part%connectivity%node = number(part%connectivity%node)
     part%element_kind = mesh%element_kind(elements)
@@ -163,8 +165,7 @@ contains
     type(material_t), intent(in) :: materials(:)
     type(dof_map_t), intent(in) :: part_map
     integer, intent(in) :: rank
-
-    integer :: n, n_masters
+    integer :: i, n, n_masters
 
     n = part_map%constraints%n
     n_masters = 0
@@ -177,9 +178,10 @@ contains
     call send_integers(part%n_elements, part%material, rank)
     call send_integers(3*part%n_nodes, numbers_of(part_map), rank)
     call send_reals(3*part%n_nodes, part%coordinates, rank)
-    call send_reals(3, part%origin, rank)
-    call send_reals(size(materials), materials%law%elastic%lambda, rank)
-    call send_reals(size(materials), materials%law%elastic%shear, rank)
+    call send_reals(4, [part%origin, part%sector_angle], rank)
+    do i = 1, size(materials)
+      call send_reals(numbers_of_material, numbers_of_its_law(materials(i)), rank)
+    end do
     if (part%springs%n > 0) then
       associate (springs => part%springs)
         call send_integers(springs%n + 1, springs%first(:springs%n + 1), rank)
@@ -231,14 +233,15 @@ contains
     integer :: sizes(n_sizes)
     type(constraints_t) :: active
     integer, allocatable :: equation(:, :), cell(:), node(:)
-    real(wp), allocatable :: numbers(:)
+    real(wp) :: numbers(numbers_of_material)
+    integer :: i
 
     call receive_integers(n_sizes, sizes)
     part%n_nodes = sizes(1)
     part%n_elements = sizes(2)
     allocate (cell(part%n_elements), node(sizes(7)), part%element_kind(part%n_elements), &
       part%material(part%n_elements), equation(3, part%n_nodes), &
-      part%coordinates(3, part%n_nodes), materials(sizes(4)), numbers(sizes(4)))
+      part%coordinates(3, part%n_nodes), materials(sizes(4)))
     call receive_integers(part%n_elements, cell)
     call receive_integers(size(node), node)
     part%connectivity = make_connectivity(cell, node)
@@ -246,11 +249,13 @@ contains
     call receive_integers(part%n_elements, part%material)
     call receive_integers(3*part%n_nodes, equation)
     call receive_reals(3*part%n_nodes, part%coordinates)
-    call receive_reals(3, part%origin)
-    call receive_reals(size(materials), numbers)
-    materials%law%elastic%lambda = numbers
-    call receive_reals(size(materials), numbers)
-    materials%law%elastic%shear = numbers
+    call receive_reals(4, numbers(:4))
+    part%origin = numbers(:3)
+    part%sector_angle = numbers(4)
+    do i = 1, size(materials)
+      call receive_reals(numbers_of_material, numbers)
+      call take_law(numbers, materials(i))
+    end do
     if (sizes(8) > 0) call receive_springs(sizes(8), part%springs)
     if (sizes(5) > 0) then
       associate (n => sizes(5), n_masters => sizes(6))
@@ -267,6 +272,38 @@ contains
     end if
     part_map = map_of_numbers(equation, sizes(3), 0, active)
   end subroutine receive_part
+
+  !> What stiffness needs of a material.
+  pure function numbers_of_its_law(material) result(numbers)
+    type(material_t), intent(in) :: material
+    real(wp) :: numbers(numbers_of_material)
+
+    associate (elastic => material%law%elastic, orientation => material%orientation)
+      numbers = [elastic%lambda, elastic%shear, merge(1.0_wp, 0.0_wp, elastic%is_isotropic), &
+        reshape(elastic%c, [size(elastic%c)]), real([orientation%kind, &
+        orientation%turned_about], wp), orientation%angle, orientation%a, orientation%b, &
+        orientation%origin]
+    end associate
+  end function numbers_of_its_law
+
+  !> Take what these numbers say.
+  pure subroutine take_law(numbers, material)
+    real(wp), intent(in) :: numbers(numbers_of_material)
+    type(material_t), intent(inout) :: material
+
+    associate (elastic => material%law%elastic, orientation => material%orientation)
+      elastic%lambda = numbers(1)
+      elastic%shear = numbers(2)
+      elastic%is_isotropic = numbers(3) > 0.5_wp
+      elastic%c = reshape(numbers(4:39), [6, 6])
+      orientation%kind = nint(numbers(40))
+      orientation%turned_about = nint(numbers(41))
+      orientation%angle = numbers(42)
+      orientation%a = numbers(43:45)
+      orientation%b = numbers(46:48)
+      orientation%origin = numbers(49:51)
+    end associate
+  end subroutine take_law
 
   subroutine receive_springs(n, springs)
     integer, intent(in) :: n

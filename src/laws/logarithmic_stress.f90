@@ -53,7 +53,7 @@ contains
   end function logarithmic_stress
 
   !> Twice the energy of a small change of T, dT : (dT/d ln U)^-1 : dT. Where the law has no
-  !> positive stiffness against ln U, that of small strain takes its place.
+  !> positive stiffness against ln U, or is not isotropic, that of small strain takes its place.
   function energy_of_change(law, h, change) result(energy)
     type(law_t), intent(in) :: law
     real(wp), intent(in) :: h(3, 3)      !! of which the tangent is, det(I + H) > 0 [-]
@@ -66,6 +66,10 @@ contains
     type(stretches_t) :: of
     integer :: i, j, k
 
+    if (.not. law%elastic%is_isotropic) then
+      energy = energy_at_small_strain()
+      return
+    end if
     of = stretches_of(h)
     principal = matmul(transpose(of%axis), matmul(change, of%axis))
     stretched = 0.0_wp
@@ -98,9 +102,16 @@ contains
       energy = dot_product(t, matmul(inverse(stiffness), t)) + 2.0_wp*sum([principal(2, 3), &
         principal(3, 1), principal(1, 2)]**2/twice_shear)
     else
-      energy = complementary_energy(reshape([change(1, 1), change(2, 2), change(3, 3), &
-        change(1, 2), change(2, 3), change(1, 3)], [6, 1]), [1.0_wp], law%elastic)
+      energy = energy_at_small_strain()
     end if
+
+  contains
+
+    real(wp) function energy_at_small_strain()
+      energy_at_small_strain = complementary_energy(reshape([change(1, 1), change(2, 2), &
+        change(3, 3), change(1, 2), change(2, 3), change(1, 3)], [6, 1]), [1.0_wp], [law%elastic])
+    end function energy_at_small_strain
+
   end function energy_of_change
 
 end module logarithmic_stress_mod

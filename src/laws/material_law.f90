@@ -10,7 +10,7 @@ module material_law_mod
 
   public :: law_t, most_constants, finite_stress, finite_energy, finite_tangent
 
-  integer, parameter :: most_constants = 7 !! of any law
+  integer, parameter :: most_constants = 21 !! of any law
   integer, parameter :: longest_words = 160
 
   !> A law with its constants.

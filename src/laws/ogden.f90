@@ -13,7 +13,9 @@ module ogden_mod
   implicit none
   private
 
-  public :: first_piola, energy, tangent, elastic_part
+  public :: first_piola, energy, tangent, elastic_part, last
+
+  integer, parameter :: last = 7 !! constant: D1, behind those of three terms
 
   !> What the law needs of a deformation: C = sum (1 + 2 e_i) N_i (x) N_i.
   type :: stretches_t
@@ -48,8 +50,8 @@ contains
     integer :: p
 
     of = stretches_of(h)
-    w = of%growth**2/constants(size(constants))
-    do p = 1, size(constants) - 1, 2
+    w = of%growth**2/constants(last)
+    do p = 1, last - 1, 2
       w = w + 2.0_wp*constants(p)*sum(of%log**2*beyond_linear(constants(p + 1)*of%log))
     end do
   end function energy
@@ -103,8 +105,8 @@ contains
     real(wp), intent(in) :: constants(:)
     !! mu_p [force/length^2] and alpha_p [-] in turn, 0 where there are fewer; D1 [length^2/force]
 
-    elastic%shear = sum(constants(:size(constants) - 1:2))
-    elastic%lambda = 2.0_wp/constants(size(constants)) - 2.0_wp*elastic%shear/3.0_wp
+    elastic%shear = sum(constants(:last - 1:2))
+    elastic%lambda = 2.0_wp/constants(last) - 2.0_wp*elastic%shear/3.0_wp
   end function elastic_part
 
   !> The principal stretches of a displacement gradient. Of E, so that small strains lose no digits.
@@ -128,8 +130,8 @@ contains
     real(wp) :: power(3)
     integer :: p
 
-    t = 2.0_wp/constants(size(constants))*of%growth*(1.0_wp + of%growth)
-    do p = 1, size(constants) - 1, 2
+    t = 2.0_wp/constants(last)*of%growth*(1.0_wp + of%growth)
+    do p = 1, last - 1, 2
       power = 2.0_wp*constants(p)*of%log*exp_ratio(constants(p + 1)*of%log)
       t = t + power - sum(power)/3.0_wp
     end do
@@ -143,8 +145,8 @@ contains
     real(wp) :: power(3)
     integer :: p, i, j
 
-    slope = 2.0_wp/constants(size(constants))*(1.0_wp + of%growth)*(1.0_wp + 2.0_wp*of%growth)
-    do p = 1, size(constants) - 1, 2
+    slope = 2.0_wp/constants(last)*(1.0_wp + of%growth)*(1.0_wp + 2.0_wp*of%growth)
+    do p = 1, last - 1, 2
       power = 2.0_wp*constants(p)*exp(constants(p + 1)*of%log)
       do j = 1, 3
         do i = 1, 3
@@ -175,7 +177,7 @@ contains
         x = 2.0_wp*(of%strain(i) - of%strain(j))/squared(j)
         ratio = log_ratio(x)
         part = 0.0_wp
-        do p = 1, size(constants) - 1, 2
+        do p = 1, last - 1, 2
           associate (mu => constants(p), alpha => constants(p + 1))
             part = part + 2.0_wp*mu*exp(alpha*of%log(j))*ratio*exp_ratio(0.5_wp*alpha*x*ratio)
           end associate

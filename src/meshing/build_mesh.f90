@@ -171,7 +171,8 @@ contains
         if (material(e) < 1 .or. draft%element_kind(e) /= kind_c3d8) cycle
         if (noise_from(cell) >= never) cycle
         associate (elastic => materials(material(e))%law%elastic)
-          if (.not. elastic%shear > 0.0_wp) cycle ! its numbers could not be read
+          ! Without a Poisson's ratio, or its numbers could not be read.
+          if (.not. elastic%is_isotropic .or. .not. elastic%shear > 0.0_wp) cycle
           poisson = 0.5_wp*elastic%lambda/(elastic%lambda + elastic%shear)
         end associate
         if (.not. poisson > stiff) cycle

@@ -2,6 +2,7 @@
 module finite_strain_limits_mod
   use kinds_mod, only: wp
   use controls_mod, only: compliance_products, is_exact
+  use element_laws_mod, only: varies
   use scene_mod, only: scene_t
   use text_mod, only: to_text
   use grips_mod, only: is_grip, is_turning, is_turning_mean, is_held_at_0
@@ -18,7 +19,7 @@ contains
   pure function beyond_finite_strain(scene) result(what)
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: what
-    integer :: beyond
+    integer :: beyond, i
 
     what = ''
     beyond = turning_coupling(scene)
@@ -28,6 +29,9 @@ contains
       what = 'SMALL SLIDING between surfaces of elements'
     else if (spring_that_turns(scene)) then
       what = 'springs of rotations, dofs 4 to 6 (*SPRING)'
+    else if (any([(varies(scene%mesh, scene%materials(i)), i=1, size(scene%materials))])) then
+      what = 'materials that are not isotropic along axes that go around: cylindrical ones '// &
+        '(*ORIENTATION), and those of axisymmetric elements'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (scene%contact%compliance == compliance_products .and. .not. &

@@ -11,6 +11,7 @@ module scene_mod
   use obstacles_mod, only: obstacle_t, ref_nodes
   use friction_laws_mod, only: friction_law_t
   use loads_mod, only: amplitude_t, load_step_t
+  use orientations_mod, only: orientation_t
   use controls_mod, only: contact_controls_t, output_controls_t, precision_controls_t, &
     accuracy_controls_t
   implicit none
@@ -24,6 +25,7 @@ module scene_mod
   type :: material_t
     character(:), allocatable :: name
     type(law_t) :: law
+    type(orientation_t) :: orientation !! of its axes, where the law is not isotropic
     real(wp) :: density = 0.0_wp   !! > 0 where gravity acts, 0 where not given [mass/length^3]
     real(wp) :: expansion = 0.0_wp !! coefficient of thermal expansion [1/temperature]
     real(wp) :: yield = 0.0_wp

@@ -89,6 +89,8 @@ contains
       allocate (part%coordinates(3, size(nodes)), part%element_kind(n), part%material(n))
       part%connectivity%node = [(i, i=1, size(nodes))]
       part%coordinates = mesh%coordinates(:, nodes)
+      part%origin = mesh%origin
+      part%sector_angle = mesh%sector_angle
       part%element_kind = mesh%element_kind(asked%members)
       part%material = mesh%material(asked%members)
       call find_free_strain(source%scene, source%state%step, source%state%position, free)

@@ -9,6 +9,7 @@ module estimate_time_mod
   use cells_mod, only: hexahedron_nodes
   use connectivity_mod, only: nodes_of_hexahedron
   use scene_mod, only: scene_t
+  use element_laws_mod, only: elasticity_at
   use elements_mod, only: stiffness, nodal_force
   use bodies_mod, only: find_internal_force
   use state_mod, only: modes_t
@@ -234,7 +235,7 @@ contains
     stiffness_time = 0.0_wp
     force_time = 0.0_wp
     if (scene%mesh%n_elements == 0) return
-    associate (mesh => scene%mesh, elastic => scene%materials(scene%mesh%material(1))%law%elastic)
+    associate (mesh => scene%mesh, elastic => elasticity_at(scene%mesh, scene%materials, 1))
       x = mesh%coordinates(:, nodes_of_hexahedron(mesh%connectivity, 1))
       u = 0.0_wp
       start = cpu_seconds()

@@ -3,6 +3,8 @@
 !>     *MATERIAL, NAME=STEEL
 !>     *ELASTIC
 !>     210000., 0.3                  Young's modulus > 0, Poisson's ratio between -1 and 0.5
+!>     *ELASTIC, TYPE=ENGINEERING CONSTANTS
+!>     11000., 900., 500., 0.4, 0.4, 0.5, 800., 700., 90.
 !>     *DENSITY
 !>     7.8e-9
 !>     *EXPANSION
@@ -16,11 +18,16 @@ module read_properties_mod
   use fields_mod, only: any_number, end_data, field_position, field_text, fields_t, &
     is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
+  use connectivity_mod, only: nodes_of_element
   use mesh_draft_mod, only: refused_element, solids
   use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, integer_option, name_option, open_card, option_position
   use new_law_mod, only: new_law, other_law
+  use orientations_mod, only: directions_at, no_orientation, orientation_t
+  use read_anisotropic_mod, only: read_anisotropic
+  use read_constants_mod, only: read_constants, skip_temperature
+  use read_orientations_mod, only: list_orientations, orientations_t, take_orientation
   use scene_mod, only: material_t
   use sets_mod, only: find_elset, model_t
   use text_mod, only: one_of, to_text
@@ -158,7 +165,7 @@ contains
       'of '//to_text(material%yield, 4)//': --elastic')
   end subroutine read_yield
 
-  !> *ELASTIC[, TYPE=ISOTROPIC][, LAW=SVK|NEO HOOKE]: E, nu
+  !> *ELASTIC[, TYPE=ISOTROPIC][, LAW=SVK|NEO HOOKE]: E, nu; other types have more constants.
   subroutine read_elastic(reader, card, material)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
@@ -177,6 +184,13 @@ contains
     kind = 1
     call choice_option(reader, card, 'TYPE', kind, ok)
     if (has_option(card, 'TYPE') .and. .not. ok) return ! its lines have other constants
+    if (kind > 2) then
+      if (has_option(card, 'LAW')) call report(reader, option_position(card, 'LAW'), 'LAW '// &
+        'applies to isotropic materials: others have one law, linear between their strain and '// &
+        'stress')
+      call read_anisotropic(reader, card, kind/2, material%law)
+      return
+    end if
     call next_data_line(reader, card, fields, found, 3, 'E and nu (and one temperature)')
     if (.not. found) then
       call report(reader, card%position, '*ELASTIC needs a data line: E, nu')
@@ -340,76 +354,6 @@ contains
     end if
   end subroutine read_hyperfoam
 
-  !> The constants of a law, eight on a line. Those that may be left out are 0.
-  subroutine read_constants(reader, card, symbols, n_needed, fields, constants, is_read)
-    type(reader_t), intent(inout) :: reader
-    type(card_t), intent(in) :: card
-    character(*), intent(in) :: symbols(:)
-    integer, intent(in) :: n_needed           !! on the first line
-    type(fields_t), intent(out) :: fields     !! of the first line
-    real(wp), intent(out) :: constants(:)     !! one for each symbol
-    logical, intent(out) :: is_read           !! all of them are numbers, and 0 where they must be
-    integer, parameter :: most = 8            ! numbers on a line
-    type(fields_t) :: line
-    character(:), allocatable :: names
-    integer :: i, at
-    logical :: found, ok
-
-    constants = 0.0_wp
-    names = trim(symbols(1))
-    do i = 2, n_needed
-      names = names//', '//trim(symbols(i))
-    end do
-    is_read = .true.
-    do i = 1, size(symbols) + 1
-      at = mod(i - 1, most) + 1
-      if (at == 1) then
-        call next_data_line(reader, card, line, found, min(most, size(symbols) + 2 - i), names// &
-          ' (and one temperature)')
-        if (i == 1) then
-          fields = line
-          if (.not. found) call report(reader, card%position, '*'//card%keyword// &
-            ' needs a data line: '//names)
-          is_read = found
-        end if
-        if (.not. found) return
-      end if
-      if (i > size(symbols)) then
-        call skip_temperature(reader, line, at)
-      else if (i <= n_needed .or. .not. is_empty_field(line, at)) then
-        call real_field(reader, line, at, trim(symbols(i)), constants(i), ok)
-        is_read = is_read .and. ok
-        if (ok .and. i > n_needed .and. abs(constants(i)) > 0.0_wp) call report(reader, &
-          field_position(reader, line, at), trim(symbols(i))//' must be 0 or left out, not '// &
-          quoted(field_text(reader, line, at)))
-      end if
-    end do
-    call end_data(reader, card, line, &
-      'properties that depend on temperature are not available: one line '//names)
-  end subroutine read_constants
-
-  !> One temperature behind a constant changes nothing. Behind a number without a point it may be
-  !> the fraction of a decimal comma, as in 7,85e-9.
-  subroutine skip_temperature(reader, fields, i)
-    type(reader_t), intent(inout) :: reader
-    type(fields_t), intent(in) :: fields
-    integer, intent(in) :: i !! where it stands
-    real(wp) :: temperature
-    logical :: ok
-
-    if (is_empty_field(fields, i)) return
-    call real_field(reader, fields, i, 'a temperature, which is ignored', temperature, ok)
-    if (.not. ok .or. is_empty_field(fields, i - 1)) return
-    if (verify(field_text(reader, fields, i - 1), '+-0123456789') == 0) then
-      call report(reader, field_position(reader, fields, i - 1), quoted(field_text(reader, &
-        fields, i - 1))//' and '//quoted(field_text(reader, fields, i))//': a number with a '// &
-        'decimal comma, or a number and a temperature?', 'use a decimal point: 0.3, or 1. for 1')
-    else
-      call note(reader, 'temperatures behind constants of materials are ignored: one line '// &
-        'holds at all temperatures')
-    end if
-  end subroutine skip_temperature
-
   !> *DENSITY: a number greater than 0.
   subroutine read_density(reader, card, density)
     type(reader_t), intent(inout) :: reader
@@ -459,22 +403,34 @@ contains
   end subroutine read_expansion
 
   !> *SOLID SECTION, ELSET=set, MATERIAL=name: the material of every element.
-  subroutine read_sections(reader, model, materials, material)
+  subroutine read_sections(reader, model, names, materials, material)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
-    type(name_table_t), intent(in) :: materials
+    type(name_table_t), intent(in) :: names !! of the materials
+    type(material_t), allocatable, intent(inout) :: materials(:)
+    !! one with axes follows for each orientation that it has
     integer, allocatable, intent(out) :: material(:) !! (n_elements) index, 0 where there is none
     type(card_t) :: card
+    type(orientations_t) :: orientations
     integer :: k, e, first, without
     logical :: any_unknown
 
     allocate (material(model%mesh%n_elements), source=0)
     any_unknown = .false.
+    call list_orientations(reader, orientations)
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
       call open_card(reader, k, card)
-      call read_section(reader, model, card, materials, material, any_unknown)
+      call read_section(reader, model, card, names, materials, orientations, material, &
+        any_unknown)
     end do
+    associate (of => orientations%of)
+      materials = [materials(:names%n), (with_axes(materials(of(1, e)), orientations%list( &
+        of(2, e))), e=1, size(of, 2))]
+    end associate
+    call refuse_without_directions(reader, model, materials, material)
+    if (orientations%names%n > 0 .and. .not. any(orientations%is_read)) call note(reader, &
+      '*ORIENTATION is ignored: materials are isotropic, and stresses are written in x, y, z')
     ! Where a section names no known set, its elements are not the mistake.
     if (any_unknown) return
     first = 0
@@ -494,11 +450,46 @@ contains
     end if
   end subroutine read_sections
 
-  subroutine read_section(reader, model, card, materials, material, any_unknown)
+  !> A material along axes of its own.
+  pure type(material_t) function with_axes(material, orientation)
+    type(material_t), intent(in) :: material
+    type(orientation_t), intent(in) :: orientation
+
+    with_axes = material
+    with_axes%orientation = orientation
+  end function with_axes
+
+  !> Report elements in whose middle no direction is radial.
+  subroutine refuse_without_directions(reader, model, materials, material)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(material_t), intent(in) :: materials(:)
+    integer, intent(in) :: material(:)
+    integer :: e
+
+    do e = 1, size(material)
+      if (material(e) < 1) cycle
+      associate (of => materials(material(e)), its => nodes_of_element( &
+        model%mesh%connectivity, e))
+        if (of%orientation%kind == no_orientation) cycle
+        if (norm2(directions_at(of%orientation, model%mesh%origin + sum(model%mesh%coordinates(:, &
+          its), dim=2)/real(size(its), wp))) > 0.0_wp) cycle
+      end associate
+      call report(reader, model%mesh%element_position(e), 'the middle of element '// &
+        to_text(model%mesh%element_id(e))//' lies on the axis of its ORIENTATION: there no '// &
+        'direction is radial')
+      return
+    end do
+  end subroutine refuse_without_directions
+
+  subroutine read_section(reader, model, card, names, materials, orientations, material, &
+      any_unknown)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(card_t), intent(in) :: card
-    type(name_table_t), intent(in) :: materials
+    type(name_table_t), intent(in) :: names
+    type(material_t), intent(in) :: materials(:)
+    type(orientations_t), intent(inout) :: orientations
     integer, intent(inout) :: material(:)
     logical, intent(inout) :: any_unknown !! set where the section's elements are not known
     character(:), allocatable :: name, name_of_set
@@ -523,9 +514,10 @@ contains
     call name_option(reader, card, 'MATERIAL', .true., name, ok)
     this = -1 ! so that the elements count as having a section
     if (ok) then
-      call find_named(reader, materials, option_position(card, 'MATERIAL'), name, this)
+      call find_named(reader, names, option_position(card, 'MATERIAL'), name, this)
       if (this == 0) this = -1
     end if
+    if (this > 0) call take_axes(reader, model, card, materials, orientations, this)
     if (set == 0) return
     if (.not. allocated(model%element_sets%list(set)%members)) return
     if (model%element_sets%list(set)%n == 0 .and. has_others(model, set)) then
@@ -555,6 +547,44 @@ contains
       ' gives elements another material than a section before, '//to_text(n_again)// &
       ', the first is element '//to_text(model%mesh%element_id(first))//': the last section counts')
   end subroutine read_section
+
+  !> The axes of a section's material: its number becomes that of the material along them.
+  subroutine take_axes(reader, model, card, materials, orientations, this)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(card_t), intent(in) :: card
+    type(material_t), intent(in) :: materials(:)
+    type(orientations_t), intent(inout) :: orientations
+    integer, intent(inout) :: this
+    character(:), allocatable :: name
+    integer :: orientation, i
+    logical :: ok
+
+    if (.not. has_option(card, 'ORIENTATION')) then
+      if (.not. materials(this)%law%elastic%is_isotropic) call note(reader, 'the axes 1, 2, 3 '// &
+        'of material '//quoted(materials(this)%name)//' are x, y, z: its *SOLID SECTION has no '// &
+        'ORIENTATION')
+      return
+    end if
+    if (materials(this)%law%elastic%is_isotropic) then
+      call note(reader, 'ORIENTATION of *SOLID SECTION is ignored: material '// &
+        quoted(materials(this)%name)//' is isotropic')
+      return
+    end if
+    call name_option(reader, card, 'ORIENTATION', .true., name, ok)
+    if (.not. ok) return
+    call take_orientation(reader, orientations, model%mesh%plane, option_position(card, &
+      'ORIENTATION'), name, orientation)
+    if (orientation == 0) return
+    associate (of => orientations%of)
+      do i = 1, size(of, 2)
+        if (all(of(:, i) == [this, orientation])) exit
+      end do
+    end associate
+    if (i > size(orientations%of, 2)) orientations%of = reshape([orientations%of, &
+      [this, orientation]], [2, i])
+    this = size(materials) + i
+  end subroutine take_axes
 
   !> Whether a set has elements that are skipped, but for those of types that were refused.
   pure logical function has_others(model, set)

@@ -104,8 +104,12 @@ module deck_table_mod
     rule_t('RIGID BODY', in_model, is_read, 'ELSET=name, NSET=name, PIN NSET=name, '// &
     'TIE NSET=name, ANALYTICAL SURFACE=name, REF NODE=id, ROT NODE=id', 'ISOTHERMAL'), &
     rule_t('MATERIAL', in_model, is_read, 'NAME=name!'), &
-    rule_t('ELASTIC', in_model, is_read, 'TYPE=ISOTROPIC|ISO, LAW=SVK|NEO HOOKE', &
-    data='modulus, ratio, temperature'), &
+    rule_t('ELASTIC', in_model, is_read, 'TYPE=ISOTROPIC|ISO|ENGINEERING CONSTANTS|'// &
+    'ORTHOTROPIC|ORTHO|ANISOTROPIC|ANISO, LAW=SVK|NEO HOOKE', &
+    data='modulus, ratio, temperature; or 9 or 21 constants, 8 on a line'), &
+    rule_t('ORIENTATION', in_model, is_read, 'NAME=name!, SYSTEM=RECTANGULAR|CYLINDRICAL, '// &
+    'DEFINITION=COORDINATES', 'LOCAL DIRECTIONS', 'xa, ya, za, xb, yb, zb, xc, yc, zc; axis, '// &
+    'degrees'), &
     rule_t('HYPERELASTIC', in_model, is_read, 'NEO HOOKE, MOONEY-RIVLIN, YEOH, OGDEN, '// &
     'POLYNOMIAL, REDUCED POLYNOMIAL, N=count:1', data='constants of the law'), &
     rule_t('HYPERFOAM', in_model, is_read, 'N=count:1', data='mu, alpha, nu'), &
@@ -114,8 +118,8 @@ module deck_table_mod
     rule_t('DENSITY', in_model, is_read, data='density, temperature'), &
     rule_t('EXPANSION', in_model, is_read, 'TYPE=ISO|ISOTROPIC', 'ZERO', &
     'coefficient, temperature'), &
-    rule_t('SOLID SECTION', in_model, is_read, 'ELSET=name!, MATERIAL=name!', &
-    'CONTROLS, ORIENTATION', 'thickness'), &
+    rule_t('SOLID SECTION', in_model, is_read, 'ELSET=name!, MATERIAL=name!, ORIENTATION=name', &
+    'CONTROLS', 'thickness'), &
     rule_t('SURFACE INTERACTION', in_model, is_read, 'NAME=name!', data='thickness'), &
     rule_t('FRICTION', in_model, is_read, 'ROUGH, TAUMAX=stress', &
     ignored='SLIP TOLERANCE, ELASTIC SLIP, LAGRANGE', &
@@ -236,9 +240,7 @@ module deck_table_mod
     rule_t('SPECIFIC GAS CONSTANT', anywhere, is_ignored), &
     rule_t('PHYSICAL CONSTANTS', anywhere, is_ignored), &
     rule_t('MAGNETIC PERMEABILITY', anywhere, is_ignored), &
-    rule_t('ELECTRICAL CONDUCTIVITY', anywhere, is_ignored), &
-    rule_t('ORIENTATION', anywhere, is_ignored, &
-    remark='materials are isotropic, and stresses are written in x, y, z')]
+    rule_t('ELECTRICAL CONDUCTIVITY', anywhere, is_ignored)]
 
   type(rule_t), parameter :: cards_missing(*) = [ &
     rule_t('CONTACT', anywhere, is_missing, &
