@@ -24,8 +24,12 @@ from finite_elements import (
     BLATZ_KO,
     MOONEY_RIVLIN,
     NEO_HOOKE,
+    OGDEN,
     ST_VENANT,
+    YEOH,
     FiniteElements,
+    ogden_terms,
+    yeoh_terms,
 )
 from finite_refusals import confirm_finite
 from finite_scenes import turn_side
@@ -119,7 +123,10 @@ class InternalForces(unittest.TestCase):
 class FiniteForces(unittest.TestCase):
     """The judge's elements at finite strain."""
 
-    LAWS = ((ST_VENANT, 0.0), (NEO_HOOKE, 0.0), (MOONEY_RIVLIN, 0.4), (BLATZ_KO, 0.0))
+    LAWS = (
+        (ST_VENANT, 0.0), (NEO_HOOKE, 0.0), (MOONEY_RIVLIN, 0.4), (BLATZ_KO, 0.0), (YEOH, 0.4),
+        (OGDEN, 0.4),
+    )
 
     def elements(self, law, x=None):
         """One element; of all laws lambda = G = 400."""
@@ -135,11 +142,20 @@ class FiniteForces(unittest.TestCase):
             k = stretch**2 - 1
             first = stretch ** (-5 / 3) * 2 * k / 3
             second = stretch ** (-7 / 3) * 2 * k / 3
+            longer = np.log1p(stretch - 1)
+            x = 3 * np.expm1(-2 / 3 * longer) + k * stretch ** (-2 / 3)
+            c20, c30 = yeoh_terms(0.4)
+            principal = sum(
+                4 * mu / (3 * a) * (np.expm1(2 * a / 3 * longer) - np.expm1(-a / 3 * longer))
+                for mu, a in ogden_terms(0.4)
+            )
             expected = {
                 ST_VENANT: (lame + 2 * shear) / 2 * k * stretch,
                 NEO_HOOKE: shear * first + bulk * (stretch - 1),
                 MOONEY_RIVLIN: shear * (0.6 * first + 0.4 * second) + bulk * (stretch - 1),
                 BLATZ_KO: shear * (1 - stretch**-3),
+                YEOH: shear * (1 + 2 * c20 * x + 3 * c30 * x**2) * first + bulk * (stretch - 1),
+                OGDEN: shear * principal / stretch + bulk * (stretch - 1),
             }
             for law in self.LAWS:
                 u = np.zeros((8, 3))

@@ -10,7 +10,7 @@ from program import LONG, SOURCE
 sys.path.insert(0, str(SOURCE / "tests" / "judge"))
 
 from body_scenes import random_bodies
-from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, ST_VENANT
+from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, OGDEN, ST_VENANT, YEOH
 from finite_scenes import random_finite
 from random_scenes import random_scene
 from scenes import deck_of
@@ -27,7 +27,7 @@ class Seeds(unittest.TestCase):
         self.assertEqual(deck_of(random_finite(11)), deck_of(random_finite(11)))
         scenes = [random_finite(seed) for seed in range(100)]
         self.assertEqual({s.materials[m].law for s in scenes for m in s.material},
-                         {ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO})  # fmt: skip
+                         {ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO, YEOH, OGDEN})  # fmt: skip
         self.assertEqual({o.kind for s in scenes for o in s.obstacles},
                          {"PLANE", "SPHERE", "CYLINDER", "FACETS", "STL"})  # fmt: skip
         self.assertEqual(len({s.kind for s in scenes}), 8)

@@ -1,9 +1,9 @@
 """Elements of eight nodes at finite strain: forces are derivatives of the energy, by complex steps.
 
 No stress is computed: the energy of an element is written in the principal invariants of
-`C - I = F^T F - I`, and its derivative along a displacement is the imaginary part of the energy at
-a place that is moved by `i h`, over `h`; nothing is subtracted, so `h` may be so small that no
-digit is lost.
+`C - I = F^T F - I`, Ogden's in its eigenvalues, and its derivative along a displacement is the
+imaginary part of the energy at a place that is moved by `i h`, over `h`; nothing is subtracted, so
+`h` may be so small that no digit is lost.
 """
 
 import math
@@ -11,8 +11,8 @@ import math
 import numpy as np
 from elements import REAL, Elements
 
-ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO = (
-    "ST VENANT", "NEO HOOKE", "MOONEY-RIVLIN", "BLATZ-KO",
+ST_VENANT, NEO_HOOKE, MOONEY_RIVLIN, BLATZ_KO, YEOH, OGDEN = (
+    "ST VENANT", "NEO HOOKE", "MOONEY-RIVLIN", "BLATZ-KO", "YEOH", "OGDEN",
 )  # fmt: skip
 LITTLE = REAL(1e-300)  # what its square leaves at rest is 0 in double precision
 BANDS = 400  # directions on a sphere: 0.1 apart
@@ -64,6 +64,24 @@ def logarithm_rest(x):
     return np.where(np.abs(x) < 0.3, near, x - np.log1p(x))
 
 
+def yeoh_terms(share):
+    """C20 and C30 of Yeoh's law over C10."""
+    return -share / 4, share / 6
+
+
+def ogden_terms(share):
+    """(mu over their sum, alpha) of Ogden's law with two terms, one of them negative."""
+    return (1 + share, 2.6), (-share, -1.5)
+
+
+def principal_values(c):
+    """The eigenvalues of symmetric matrices (..., 3, 3), whose imaginary part is a step."""
+    values, axes = np.linalg.eigh(np.asarray(c.real, dtype=float))
+    if not np.iscomplexobj(c):
+        return values
+    return values + 1j * np.einsum("...ki,...kl,...li->...i", axes, c.imag, axes)
+
+
 def energy_density(law, share, lame, shear, h):
     """Energy of an undeformed unit volume at displacement gradients (..., 3, 3).
 
@@ -88,15 +106,25 @@ def energy_density(law, share, lame, shear, h):
         of_inverse = 3 * rest(-2 * log_change) + (2 * i1 + i2) * grown(-2 * log_change)
         return shear / 2 * (of_inverse + i2 + 2 * rest(log_change) + 2 * left)
     bulk = lame + 2 * shear / 3
+    volume = bulk / 2 * grown(log_change) ** 2
+    if law == OGDEN:
+        c = h + np.swapaxes(h, -1, -2) + np.einsum("...ki,...kj->...ij", h, h)
+        logs = stepped(np.log1p, lambda x: 1 / (1 + x), principal_values(c)) / 2
+        logs = logs - log_change[..., None] / 3
+        terms = [2 * mu / alpha**2 * rest(alpha * logs) for mu, alpha in ogden_terms(share)]
+        return shear * sum(terms).sum(axis=-1) + volume
     t = -2 * log_change / 3
     first = 3 * rest(t) + i1 * grown(t) + left
+    if law == YEOH:
+        c20, c30 = yeoh_terms(share)
+        return shear / 2 * (first + c20 * first**2 + c30 * first**3) + volume
     second = 3 * rest(2 * t) + (2 * i1 + i2) * grown(2 * t) + 2 * left + i2
     isochoric = (1 - share) * first + share * second
-    return shear / 2 * isochoric + bulk / 2 * grown(log_change) ** 2
+    return shear / 2 * isochoric + volume
 
 
 class FiniteElements(Elements):
-    """Elements C3D8; `laws` [(name, share of C01)] one an element."""
+    """Elements C3D8; `laws` [(name, share)] one an element."""
 
     def __init__(self, points, nodes, types, young, poisson, laws):
         if set(types) != {"C3D8"}:

@@ -2,7 +2,7 @@
 
 import numpy as np
 from body_scenes import Stack, rough, sheet
-from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, ST_VENANT
+from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, OGDEN, ST_VENANT, YEOH
 from obstacles import rotation
 from random_scenes import Builder
 from scenes import CYLINDER, FACETS, PLANE, SPHERE, STL, Boundary, Force, Pressure
@@ -10,7 +10,8 @@ from scenes import CYLINDER, FACETS, PLANE, SPHERE, STL, Boundary, Force, Pressu
 
 def material_of(b, young, depth):
     """A law, and the depth (of the height) that it is asked to bear."""
-    law = b.pick(NEO_HOOKE, ST_VENANT, MOONEY_RIVLIN, BLATZ_KO, p=[0.4, 0.2, 0.2, 0.2])
+    laws = (NEO_HOOKE, YEOH, OGDEN, ST_VENANT, MOONEY_RIVLIN, BLATZ_KO)
+    law = b.pick(*laws, p=[0.2, 0.1, 0.1, 0.2, 0.2, 0.2])
     poisson = 0.25 if law == BLATZ_KO else b.pick(0.3, 0.0, 0.45, p=[0.6, 0.2, 0.2])
     if law == ST_VENANT:
         # Where it is pressed it holds no farther.
@@ -19,7 +20,7 @@ def material_of(b, young, depth):
     index = b.material(young, poisson)
     one = b.scene.materials[index]
     one.law = law
-    one.share = round(b.between(0.1, 0.6), 2) if law == MOONEY_RIVLIN else 0.0
+    one.share = round(b.between(0.1, 0.6), 2) if law == MOONEY_RIVLIN else 0.4
     return index, depth
 
 

@@ -5,7 +5,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from elements import FACES, Elements
-from finite_elements import BLATZ_KO, MOONEY_RIVLIN, NEO_HOOKE, ST_VENANT, FiniteElements
+from finite_elements import (
+    BLATZ_KO,
+    MOONEY_RIVLIN,
+    NEO_HOOKE,
+    OGDEN,
+    ST_VENANT,
+    YEOH,
+    FiniteElements,
+    ogden_terms,
+    yeoh_terms,
+)
 
 PLANE, SPHERE, CYLINDER = "PLANE", "SPHERE", "CYLINDER"
 FACETS, STL = "FACETS", "STL"
@@ -17,7 +27,7 @@ class Material:
     """A material; `density` None where nothing has weight.
 
     At finite strain `young` and `poisson` are those of small strain, and `share` is the part of
-    `C01` in `C10 + C01`.
+    `C01` in `C10 + C01`; Yeoh's and Ogden's laws make their constants of it.
     """
 
     young: float
@@ -35,6 +45,12 @@ class Material:
             values = [shear / 2, compliance]
         elif self.law == MOONEY_RIVLIN:
             values = [(1 - self.share) * shear / 2, self.share * shear / 2, compliance]
+        elif self.law == YEOH:
+            values = [shear / 2, *(shear / 2 * c for c in yeoh_terms(self.share)), compliance]
+        elif self.law == OGDEN:
+            terms = ogden_terms(self.share)
+            values = [v for mu, alpha in terms for v in (shear * mu, alpha)] + [compliance]
+            return ["*HYPERELASTIC, OGDEN, N=2", ", ".join(number(v) for v in values)]
         elif self.law == BLATZ_KO:
             return ["*HYPERFOAM, N=1", f"{number(shear)}, -2., 0.25"]
         else:

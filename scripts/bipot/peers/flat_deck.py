@@ -37,6 +37,9 @@ class DeckError(Exception):
     """The deck holds something that has no place in a flat scene."""
 
 
+CONSTANTS_A_TERM = {"OGDEN": 3, "YEOH": 2, "REDUCED POLYNOMIAL": 2}  # of *HYPERELASTIC
+
+
 @dataclass
 class Card:
     """A keyword line with its data lines, parameters put in."""
@@ -264,13 +267,14 @@ class Scene:
             for name, (found, corners) in self.elements.items():
                 if found == kind:
                     yield f"{name}, " + ", ".join(map(str, corners))
-        for k, (name, cards) in enumerate(self.materials.items()):
-            yield f"*MATERIAL, NAME=MATERIAL{k + 1}"
+        for i, (name, cards) in enumerate(self.materials.items(), 1):
+            yield f"*MATERIAL, NAME=MATERIAL{i}"
             for keyword, words in cards.items():
-                yield from (f"*{keyword}", ", ".join(words))
+                yield f"*{keyword}"
+                yield from (", ".join(words[k : k + 8]) for k in range(0, len(words), 8))
             ids = [e for e, material in self.material_of.items() if material == name]
-            yield from id_lines(f"*ELSET, ELSET=MADEOF{k + 1}", ids)
-            yield f"*SOLID SECTION, ELSET=MADEOF{k + 1}, MATERIAL=MATERIAL{k + 1}"
+            yield from id_lines(f"*ELSET, ELSET=MADEOF{i}", ids)
+            yield f"*SOLID SECTION, ELSET=MADEOF{i}, MATERIAL=MATERIAL{i}"
         for name, numbers in self.amplitudes.items():
             yield f"*AMPLITUDE, NAME={name}"
             yield from (f"{t:.12g}, {f:.12g}" for t, f in zip(numbers[::2], numbers[1::2],
@@ -407,10 +411,13 @@ def read_flat(program, path, overrides):
                 material[card.keyword] = [f"{number(word):.12g}" for word in words]
             case "HYPERELASTIC":
                 law = next(word for word in card.options if word != "N")
-                if law not in ("NEO HOOKE", "MOONEY-RIVLIN"):
-                    raise DeckError(f"*HYPERELASTIC, {law} has no translation")
-                words = [word for row in card.rows for word in row if word]
-                material[f"HYPERELASTIC, {law}"] = [f"{number(word):.12g}" for word in words]
+                n = int(card.options.get("N", 3 if law == "YEOH" else 1))
+                words = [f"{number(word):.12g}" for row in card.rows for word in row if word]
+                if law in CONSTANTS_A_TERM:
+                    # D2 and D3 are 0 or left out here: no such term. In ccx 0 is a stiff one, and
+                    # as many lines are read as all constants have.
+                    words = words[: (CONSTANTS_A_TERM[law] - 1) * n + 1] + ["1e30"] * (n - 1)
+                material[f"HYPERELASTIC, {law}" + f", N={n}" * ("N" in card.options)] = words
             case "SOLID SECTION":
                 scene.sections.append((card.name("ELSET"), card.name("MATERIAL")))
             case "OBSTACLE":

@@ -228,10 +228,17 @@ def young_modulus(cards):
     """Return Young's modulus at small strain of a material's cards."""
     if "ELASTIC" in cards:
         return float(cards["ELASTIC"][0])
-    *shear, compliance = next(
-        map(float, words) for keyword, words in cards.items() if keyword.startswith("HYPERELASTIC")
-    )
-    shear, bulk = 2 * sum(shear), 2 / compliance
+    law, words = next(item for item in cards.items() if item[0].startswith("HYPERELASTIC"))
+    constants = [float(word) for word in words]
+    n = int(law.split("N=")[1]) if "N=" in law else 1
+    if "OGDEN" in law:
+        shear, at = sum(constants[: 2 * n : 2]), 2 * n
+    elif "YEOH" in law or "REDUCED" in law:
+        shear, at = 2 * constants[0], 3 if "YEOH" in law else n
+    else:
+        at = 1 if "NEO" in law else 2
+        shear = 2 * sum(constants[:at])
+    bulk = 2 / constants[at]
     return 9 * bulk * shear / (3 * bulk + shear)
 
 
