@@ -7,10 +7,11 @@ module kept_factor_mod
   use dense_mod, only: solve_factorised
   use block_diagonal_mod, only: add_column, times_blocks
   use anderson_mod, only: anderson_t
+  use rotations_mod, only: fit_motion, rotation_matrix
   use scene_mod, only: scene_t
   use turning_couplings_mod, only: has_turning_unknowns
   use rigid_modes_mod, only: free_motions_t, add_motions
-  use dof_map_mod, only: equations_of, unknowns_of
+  use dof_map_mod, only: dof_map_t, equations_of, unknowns_of, can_turn
   use assembly_mod, only: triplets_t
   use stiffness_inverse_mod, only: stiffness_inverse_t
   use linearisation_mod, only: linearisation_t
@@ -38,8 +39,10 @@ module kept_factor_mod
     type(bodies_stiffness_t) :: stiffness
     type(stiffness_inverse_t), pointer :: inverse => null() !! K_0^-1
     logical :: has_factor = .false.
-    integer, allocatable :: equation(:)
-    !! (n_free) what each unknown is of the factor that is there, 0: a pin
+    integer, allocatable :: equation(:, :)
+    !! (3,n_free) the factor's unknowns of each unknown's node, 0: a pin
+    real(wp), allocatable :: along(:, :)
+    !! (3,n_free) each unknown along their axes, which have turned with the body [-]
     real(wp), allocatable :: motion(:, :)  !! (n_free,n_motions) that pins stand for [-]
     real(wp), allocatable :: sag(:, :)
     !! (n,n_motions) of the factor's unknowns by forces of `holding` times each motion [-]
@@ -50,6 +53,9 @@ module kept_factor_mod
     type(anderson_t) :: memory             !! of steps in a row by the factor alone
     real(wp), allocatable :: softness(:)   !! (n_points) lengths of forces there [length/force]
   end type step_maker_t
+
+  real(wp), parameter :: least_turn = 0.01_wp
+  !! of a body since its factor was made: less, and solutions are nearly as good without it [-]
 
   !> Entries of a block of the matrix, column by column.
   type :: columns_t
@@ -84,24 +90,29 @@ contains
     type(linearisation_t), intent(in) :: body
     type(step_maker_t), intent(out) :: maker
     type(free_motions_t) :: motions
-    real(wp) :: moved(3, size(now%u, 2)), alone(body%motions%n)
-    integer :: node, i, of(3), of_factor(3)
+    real(wp) :: moved(3, size(now%u, 2)), alone(body%motions%n), turn(3, 3, 0:scene%mesh%n_bodies)
+    integer :: node, i, of(3), of_factor(3), n_found
 
     maker%inverse => body%inverse
     call number_unknowns(scene, task, now, maker%unknowns)
     if (has_turning_unknowns(scene) .or. .not. allocated(body%diagonal)) return
     associate (map => maker%unknowns%map, its => body%inverse%map)
       if (.not. body%inverse%is_condensed .or. map%n_free /= its%n_free + body%motions%n) return
-      allocate (maker%equation(map%n_free), source=0)
+      allocate (maker%equation(3, map%n_free), maker%along(3, map%n_free))
+      turn = turns_since(scene, map, body, now%u)
+      n_found = 0
       do node = 1, size(now%u, 2)
         of = equations_of(map, node)
         of_factor = equations_of(its, node)
+        n_found = n_found + count(of > 0 .and. of_factor > 0)
         do i = 1, 3
-          if (of(i) > 0) maker%equation(of(i)) = of_factor(i)
+          if (of(i) == 0) cycle
+          maker%equation(:, of(i)) = of_factor
+          maker%along(:, of(i)) = turn(i, :, scene%mesh%body(node))
         end do
       end do
-      maker%has_factor = count(maker%equation > 0) == its%n_free .and. .not. &
-        allocated(body%inverse%failure)
+      where (maker%equation == 0) maker%along = 0.0_wp
+      maker%has_factor = n_found == its%n_free .and. .not. allocated(body%inverse%failure)
       motions = body%motions
       motions%place = scene%mesh%coordinates + now%u
       allocate (maker%motion(map%n_free, motions%n))
@@ -118,6 +129,33 @@ contains
       maker%unknowns%map, maker%diagonal), maker)
   end subroutine begin_steps
 
+  !> How bodies have turned since their factor was made, where what is prescribed of them and joins
+  !> them allows that: the law is objective, and the tangent of a body that turns as a whole turns
+  !> with it. docs/theory.md (8.36).
+  function turns_since(scene, map, body, u) result(turn)
+    type(scene_t), intent(in) :: scene
+    type(dof_map_t), intent(in) :: map       !! of all that can move, nothing pinned
+    type(linearisation_t), intent(in) :: body
+    real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) [length]
+    real(wp) :: turn(3, 3, 0:scene%mesh%n_bodies) !! [-]
+    real(wp) :: none(3, 3), since(3, 3), shift(3)
+    integer, allocatable :: nodes(:)
+    integer :: b, i
+    logical :: is_found
+
+    none = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+    turn = spread(none, 3, size(turn, 3))
+    if (.not. allocated(body%tangent)) return
+    do b = 1, scene%mesh%n_bodies
+      nodes = pack([(i, i=1, size(u, 2))], scene%mesh%body == b)
+      if (.not. can_turn(map, nodes)) cycle
+      associate (x => scene%mesh%coordinates(:, nodes))
+        call fit_motion(x + body%tangent%at(:, nodes), x + u(:, nodes), since, shift, is_found)
+      end associate
+      if (is_found .and. any(abs(since - none) > least_turn)) turn(:, :, b) = since
+    end do
+  end function turns_since
+
   !> What bodies bend by where each of their rigid motions is held back.
   subroutine find_sag(held, maker)
     real(wp), intent(in) :: held(:)        !! (n_free) [force/length]
@@ -127,10 +165,10 @@ contains
     integer :: i
 
     associate (inverse => maker%inverse, n_motions => size(maker%motion, 2))
-      allocate (maker%sag(inverse%map%n_free, n_motions), source=0.0_wp)
+      allocate (maker%sag(inverse%map%n_free, n_motions))
       allocate (at_interface(inverse%map%n_interface, n_motions))
-      do i = 1, size(held)
-        if (maker%equation(i) > 0) maker%sag(maker%equation(i), :) = held(i)*maker%motion(i, :)
+      do i = 1, n_motions
+        call to_factor(maker, held*maker%motion(:, i), maker%sag(:, i))
       end do
       call inverse%factor%condense(maker%sag, at_interface, error)
       do i = 1, n_motions
@@ -144,6 +182,22 @@ contains
       maker%sag(inverse%map%n_free - inverse%map%n_interface + 1:, :) = at_interface
     end associate
   end subroutine find_sag
+
+  !> Forces on the unknowns as forces on those of the factor.
+  pure subroutine to_factor(maker, b, of_factor)
+    type(step_maker_t), intent(in) :: maker
+    real(wp), intent(in) :: b(:)             !! (n_free), or more [force]
+    real(wp), intent(out) :: of_factor(:)    !! of the factor's unknowns [force]
+    integer :: i, k
+
+    of_factor = 0.0_wp
+    do i = 1, size(maker%equation, 2)
+      do k = 1, 3
+        if (maker%equation(k, i) > 0) of_factor(maker%equation(k, i)) = &
+          of_factor(maker%equation(k, i)) + maker%along(k, i)*b(i)
+      end do
+    end do
+  end subroutine to_factor
 
   !> The points of now with the factor that is there.
   subroutine keep_points(maker, kept, ok)
@@ -218,23 +272,29 @@ contains
       type(triplets_t), intent(in) :: a
       logical, intent(in) :: is_there(:)
       logical, intent(in) :: by_rows
-      integer, allocatable :: entry(:), point(:), of_body(:)
-      integer :: i
+      integer, allocatable :: entry(:), point(:), of_body(:), along(:)
+      integer :: i, k
 
       entry = pack([(i, i=1, size(is_there))], is_there)
+      entry = reshape(spread(entry, 1, 3), [3*size(entry)])
+      along = [((k, k=1, 3), i=1, size(entry)/3)]
       point = a%column(entry)
       of_body = a%row(entry)
       if (by_rows) then
         point = a%row(entry)
         of_body = a%column(entry)
       end if
-      of_body = maker%equation(of_body)
-      entry = pack(entry, of_body > 0)
-      point = pack(point, of_body > 0) - maker%system%n_free
-      of_body = pack(of_body, of_body > 0)
-      block%list = lists_by_key(point, a%n - maker%system%n_free)
-      block%row = of_body(block%list%item)
-      block%value = a%value(entry(block%list%item))
+      associate (factor => [(maker%along(along(i), of_body(i)), i=1, size(entry))], &
+        equation => [(maker%equation(along(i), of_body(i)), i=1, size(entry))])
+        associate (counts => equation > 0 .and. abs(factor) > 0.0_wp)
+          block%list = lists_by_key(pack(point, counts) - maker%system%n_free, a%n - &
+            maker%system%n_free)
+          block%row = pack(equation, counts)
+          block%row = block%row(block%list%item)
+          block%value = pack(factor*a%value(entry), counts)
+          block%value = block%value(block%list%item)
+        end associate
+      end associate
     end function columns_of
 
   end subroutine keep_points
@@ -248,7 +308,7 @@ contains
     integer :: n
     logical :: ok
 
-    n = size(kept%maker%equation)
+    n = size(kept%maker%equation, 2)
     call give_way(kept%maker, b, of_bodies, moved, ok)
     if (.not. ok) then
       x = 0.0_wp*b
@@ -269,15 +329,12 @@ contains
     logical, intent(out) :: ok               !! no failure, here or before
     real(wp), allocatable :: at_interface(:, :)
     type(error_t), allocatable :: error
-    integer :: i
 
     associate (inverse => maker%inverse)
       ok = .not. allocated(inverse%failure)
       if (.not. ok) return
       allocate (of_bodies(inverse%map%n_free, 1), at_interface(inverse%map%n_interface, 1))
-      do i = 1, size(maker%equation)
-        if (maker%equation(i) > 0) of_bodies(maker%equation(i), 1) = b(i)
-      end do
+      call to_factor(maker, b, of_bodies(:, 1))
       call inverse%factor%condense(of_bodies, at_interface, error)
       ok = .not. allocated(error)
       if (ok) then
@@ -313,8 +370,8 @@ contains
     integer :: n, m, i, j, k
 
     associate (inverse => kept%maker%inverse, equation => kept%maker%equation, &
-      motion => kept%maker%motion)
-      n = size(equation)
+      along => kept%maker%along, motion => kept%maker%motion)
+      n = size(equation, 2)
       m = size(both) - size(motion, 2)
       allocate (x(n + m), source=0.0_wp)
       allocate (at_interface(size(moved), 1), source=0.0_wp)
@@ -339,7 +396,9 @@ contains
           both(m + 1:))
       end if
       do i = 1, n
-        if (equation(i) > 0) x(i) = x(i) + of_bodies(equation(i), 1)
+        do k = 1, 3
+          if (equation(k, i) > 0) x(i) = x(i) + along(k, i)*of_bodies(equation(k, i), 1)
+        end do
       end do
       x(n + 1:) = both(:m)
     end associate

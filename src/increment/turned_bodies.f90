@@ -142,18 +142,20 @@ contains
   end subroutine turn_supported
 
   !> Begin where supports have turned bodies to, with their displacements and reactions turned.
-  subroutine begin_where_turned(scene, points, forces, motions, new)
+  subroutine begin_where_turned(scene, points, forces, motions, new, has_turned)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(increment_forces_t), intent(in) :: forces
     type(free_motions_t), intent(in) :: motions
     type(state_t), intent(inout) :: new
+    logical, intent(out) :: has_turned
     real(wp) :: turn(3, 3), none(3, 3), shift(3)
     integer, allocatable :: nodes(:), held(:)
     integer :: b, i
     logical :: is_found
 
     none = rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+    has_turned = .false.
     do b = 1, scene%mesh%n_bodies
       call list_supported(scene, forces%prescribed, motions, b, nodes, held)
       associate (x => scene%mesh%coordinates, u => new%displacement)
@@ -162,6 +164,7 @@ contains
         if (.not. (is_found .and. any(abs(turn - none) > negligible))) cycle
         call move(scene, nodes, turn, shift, u)
       end associate
+      has_turned = .true.
       do i = 1, points%n
         if (scene%mesh%body(points%node(i)) == b) new%reaction(:, i) = matmul(turn, &
           new%reaction(:, i))

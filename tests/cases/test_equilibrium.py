@@ -353,6 +353,25 @@ class Steps(TogetherCase):
         self.assertLessEqual(tangents["serves"].max(), 1)
         np.testing.assert_array_equal(tangents["each"], iterations["each"])
 
+    def test_the_factor_turns_with_the_body(self):
+        """A bar of rubber is turned all the way round on a plate, 30 degrees an increment. Once
+        all of it slides each increment is the one before, turned: few iterations, one factor."""
+        text = (INPUT / "grip.inp").read_text().replace(
+            "*STEP", "*BODY SOLVER, TANGENT=<tangent>\n*STEP", 1).replace(
+            "*PARAMETER\n", "*PARAMETER\ntangent = KEPT\n", 1)
+        moments = {}
+        for tangent in ("KEPT", "NEWTON"):
+            run = Run(text, name="grip", tangent=tangent, n=2, tolerance=1e-10)
+            self.assertEqual(run.status, 0, run.errors)
+            with run.result() as result:
+                moments[tangent] = result.pairs[0].moment[-1]
+                if tangent == "NEWTON":
+                    self.assertLessEqual(
+                        result.history("newton_raphson_iterations")[-8:].max(), 6)
+                    self.assertLessEqual(result.history("tangents").sum(), 1)
+        np.testing.assert_allclose(moments["NEWTON"], moments["KEPT"], rtol=0,
+                                   atol=1e-8 * abs(moments["KEPT"]).max())
+
 
 class Surfaces(TogetherCase):
     """Faces of one body before those of another one."""
