@@ -17,6 +17,7 @@ module read_deck_mod
   use errors_mod, only: error_t
   use flat_deck_mod, only: flat_deck
   use found_faces_mod, only: found_faces
+  use general_pairs_mod, only: general_contact_t
   use generate_mesh_mod, only: generate_mesh
   use flatten_assembly_mod, only: flatten_assembly
   use kinds_mod, only: i8, wp
@@ -33,6 +34,9 @@ module read_deck_mod
   use read_amplitudes_mod, only: amplitude_list_t, read_amplitudes
   use read_block_mod, only: read_block
   use read_contact_mod, only: read_contact
+  use read_general_contact_mod, only: bodies_in_contact, is_general_contact, &
+    read_general_contact
+  use read_interactions_mod, only: interactions_t, read_interactions
   use read_controls_mod, only: read_contact_controls, read_output_controls
   use read_foundations_mod, only: read_foundations
   use read_gap_elements_mod, only: gap_element_t, make_gap_pairs, read_gap_elements
@@ -81,6 +85,7 @@ module read_deck_mod
   use sets_mod, only: model_t
   use spring_elements_mod, only: spring_elements_t
   use text_mod, only: string_t, to_text
+  use trim_pairs_mod, only: trim_pairs
   use ties_mod, only: tie_t, make_constraints, move_tied_nodes, note_held, refuse_tied_pairs
   use read_units_mod, only: read_units
   use turns_mod, only: largest_turn, turn_allowed
@@ -299,6 +304,8 @@ contains
     type(draft_t), intent(inout) :: draft
     type(scene_t), intent(inout) :: scene
     type(adjust_t), allocatable :: adjusts(:)
+    type(interactions_t) :: interactions
+    type(general_contact_t) :: contact
 
     associate (model => draft%model, equations => draft%equations, surfaces => draft%surfaces)
       call read_transforms(reader, model, draft%transforms)
@@ -312,7 +319,8 @@ contains
       call read_surfaces(reader, model, surfaces)
       if (.not. any_mistakes(reader%diagnostics)) call find_skin(model%mesh)
       call keep_named_sets(reader, model, surfaces, scene)
-      call make_obstacles(reader, model, draft%bodies, surfaces, scene%obstacles)
+      call make_obstacles(reader, model, is_general_contact(reader), draft%bodies, surfaces, &
+        scene%obstacles)
       call check_even(reader, model%mesh, scene%obstacles)
       call read_ties(reader, model, surfaces, draft%obstacles, draft%ties)
       call find_coupled_surfaces(reader, model, surfaces, draft%couplings)
@@ -321,8 +329,13 @@ contains
         call move_tied_nodes(reader, model, surfaces%list(:surfaces%n), draft%ties)
         call place_hanging(model%mesh)
       end if
-      call read_contact(reader, model, surfaces, scene%obstacles, draft%obstacles, scene%pairs, &
-        adjusts)
+      call read_interactions(reader, interactions)
+      call read_contact(reader, model, surfaces, scene%obstacles, draft%obstacles, interactions, &
+        scene%pairs, adjusts)
+      if (is_general_contact(reader) .and. allocated(model%mesh%piece)) contact = &
+        bodies_in_contact(model, scene%materials(draft%material), draft%bodies, draft%ties%slave)
+      call read_general_contact(reader, model, contact, scene%obstacles, interactions, surfaces, &
+        scene%pairs, adjusts)
       call read_surface_behavior(reader)
       if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
         surfaces%list(:surfaces%n), [scene%pairs%surface, draft%ties%slave], draft%refinements)
@@ -369,6 +382,8 @@ contains
       scene%accuracy%keeps_small_strain = reader%keeps_small_strain
       if (.not. any_mistakes(reader%diagnostics)) call strengthen_reduced(reader, model%mesh, &
         scene%steps, scene%constraints)
+      if (.not. any_mistakes(reader%diagnostics)) call trim_pairs(model, scene%finite_strain, &
+        scene%amplitudes, scene%obstacles, draft%surfaces, scene%pairs, scene%steps)
       if (.not. any_mistakes(reader%diagnostics)) then
         scene%blocks = free_blocks(reader, model, scene%steps)
         call add_links(reader, model, scene%constraints, scene%steps, equations)

@@ -23,7 +23,7 @@ module adjust_mod
   use scene_mod, only: contact_pair_t, region_t
   use sets_mod, only: find_set, model_t, report_unknown
   use surfaces_mod, only: surface_t, all_nodes_of, find_middles
-  use text_mod, only: to_text
+  use text_mod, only: counted, to_text
   implicit none
   private
 
@@ -42,6 +42,7 @@ module adjust_mod
     real(wp) :: distance = 0.0_wp   !! largest gap that is closed [length]
     integer  :: position = 0        !! in the deck
     integer  :: pair = 0            !! index of the pair
+    logical  :: is_general = .false. !! no card asks for it: general contact removes overlaps
   end type adjust_t
 
 contains
@@ -105,7 +106,7 @@ contains
       end if
       call choose_nodes(model, surfaces(pairs(p)%surface)%nodes, obstacles(pairs(p)%master), &
         adjusts(p), placed(p)%elements)
-      call place_nodes(reader, model, obstacles(pairs(p)%master), pairs(p)%name, p, &
+      call place_nodes(reader, model, obstacles(pairs(p)%master), pairs(p)%name, adjusts(p), &
         placed(p)%elements, mover)
     end do
     call check_elements(reader, model, pairs, adjusts, mover)
@@ -113,12 +114,24 @@ contains
       if (.not. adjusts(p)%wanted .or. .not. any(mover > p)) cycle
       if (is_before_faces(pairs(p), obstacles)) then
         call note_left(reader, model, gaps_to_surface(model, surfaces, obstacles, pairs(p), &
-          placed(p)%elements), pairs(p)%name, placed(p)%elements)
+          placed(p)%elements), title(p), placed(p)%elements)
       else
         call note_left(reader, model, gaps_to_obstacle(model, obstacles(pairs(p)%master), &
-          placed(p)%elements), pairs(p)%name, placed(p)%elements)
+          placed(p)%elements), title(p), placed(p)%elements)
       end if
     end do
+
+  contains
+
+    !> What moves the nodes of a pair, for notes.
+    pure function title(p)
+      integer, intent(in) :: p
+      character(:), allocatable :: title
+
+      title = 'ADJUST of '//pairs(p)%name
+      if (adjusts(p)%is_general) title = 'general contact of '//pairs(p)%name
+    end function title
+
   end subroutine adjust_nodes
 
   !> The slave nodes that are near enough, or in the set.
@@ -148,12 +161,12 @@ contains
   end subroutine choose_nodes
 
   !> Move nodes onto the obstacle along its normal.
-  subroutine place_nodes(reader, model, obstacle, pair, p, nodes, mover)
+  subroutine place_nodes(reader, model, obstacle, pair, adjust, nodes, mover)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(inout) :: model
     type(obstacle_t), intent(in) :: obstacle
     character(*), intent(in) :: pair      !! its name
-    integer, intent(in) :: p              !! its number
+    type(adjust_t), intent(in) :: adjust  !! what it asks for
     integer, intent(in) :: nodes(:)
     integer, intent(inout) :: mover(:)    !! (n_nodes) the last pair that moved the node
     real(wp) :: x(3), gap, normal(3), move, farthest
@@ -171,11 +184,11 @@ contains
       move = norm2(x - model%mesh%coordinates(:, nodes(i)))
       if (move <= rounding*size_of(obstacle, x)) cycle
       model%mesh%coordinates(:, nodes(i)) = x
-      mover(nodes(i)) = p
+      mover(nodes(i)) = adjust%pair
       n = n + 1
       farthest = max(farthest, move)
     end do
-    call note_moves(reader, pair, n, farthest)
+    call note_moves(reader, pair, adjust%is_general, n, farthest)
   end subroutine place_nodes
 
   !> Report an element that the moved nodes turned inside out, one of each pair.
@@ -190,9 +203,17 @@ contains
     inverted = first_inverted(model%mesh%coordinates, model%mesh%connectivity, &
       model%mesh%n_elements, mover, size(pairs))
     do p = 1, size(pairs)
-      if (inverted(p) > 0 .and. keep_reading(reader)) call report(reader, adjusts(p)%position, &
-        'ADJUST of '//pairs(p)%name//' turns element '//to_text(model%mesh%element_id( &
-        inverted(p)))//' inside out: move the body nearer to the master')
+      if (inverted(p) == 0 .or. .not. keep_reading(reader)) cycle
+      if (adjusts(p)%is_general) then
+        call report(reader, adjusts(p)%position, 'the overlap of '//pairs(p)%name//' in the '// &
+          'mesh cannot be removed without strain: element '//to_text(model%mesh%element_id( &
+          inverted(p)))//' would be turned inside out', 'move the bodies apart, or name what '// &
+          'may overlap by *CONTACT EXCLUSIONS')
+      else
+        call report(reader, adjusts(p)%position, 'ADJUST of '//pairs(p)%name//' turns '// &
+          'element '//to_text(model%mesh%element_id(inverted(p)))//' inside out: move the body '// &
+          'nearer to the master')
+      end if
     end do
   end subroutine check_elements
 
@@ -257,7 +278,7 @@ contains
         farthest = max(farthest, move)
       end do
     end associate
-    call note_moves(reader, pairs(adjust%pair)%name, n, farthest)
+    call note_moves(reader, pairs(adjust%pair)%name, adjust%is_general, n, farthest)
   end subroutine place_on_surface
 
   !> The gaps of slave nodes before a surface, as far as it covers them.
@@ -345,13 +366,18 @@ contains
   end function gaps_to_obstacle
 
   !> Note how many nodes a pair moved, and how far.
-  subroutine note_moves(reader, pair, n, farthest)
+  subroutine note_moves(reader, pair, is_general, n, farthest)
     type(reader_t), intent(inout) :: reader
     character(*), intent(in) :: pair       !! its name
+    logical, intent(in) :: is_general      !! no card asked for it
     integer, intent(in) :: n
     real(wp), intent(in) :: farthest       !! [length]
 
-    if (n == 0) then
+    if (is_general) then
+      if (n > 0) call note(reader, 'general contact removes the overlap of '//pair//' in the '// &
+        'mesh without strain: '//counted(n, 'node')//' moved, by '//to_text(farthest, 3)// &
+        ' at most')
+    else if (n == 0) then
       call note(reader, 'ADJUST of '//pair//' moved no node')
     else
       call note(reader, 'ADJUST of '//pair//' moved '//to_text(n)//' nodes, by '// &
@@ -360,11 +386,11 @@ contains
   end subroutine note_moves
 
   !> Note the nodes that a later pair moved off this pair's master.
-  subroutine note_left(reader, model, gap, pair, nodes)
+  subroutine note_left(reader, model, gap, title, nodes)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     real(wp), intent(in) :: gap(:)    !! (n) of the nodes [length]
-    character(*), intent(in) :: pair
+    character(*), intent(in) :: title  !! what moved them
     integer, intent(in) :: nodes(:)
     real(wp) :: largest
     integer :: i, n
@@ -376,7 +402,7 @@ contains
       n = n + 1
       largest = max(largest, abs(gap(i)))
     end do
-    if (n > 0) call note(reader, 'ADJUST of '//pair//': later pairs moved '//to_text(n)// &
+    if (n > 0) call note(reader, title//': later pairs moved '//to_text(n)// &
       ' of its nodes off the master again, by '//to_text(largest, 3)//' at most')
   end subroutine note_left
 

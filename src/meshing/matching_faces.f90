@@ -17,7 +17,8 @@ module matching_faces_mod
   implicit none
   private
 
-  public :: check_matching, strengthen_reduced, outer_faces, find_skin
+  public :: check_matching, strengthen_reduced, outer_faces, find_skin, skin_faces, &
+    held_throughout
 
 contains
 
@@ -143,24 +144,33 @@ contains
     type(mesh_draft_t), intent(inout) :: draft !! gets skin, piece
     type(mesh_t) :: mesh
     integer, allocatable :: whole(:)
-    logical, allocatable :: is_outer(:, :)     !! (6,n_elements)
-    integer :: e, f
 
     if (draft%n_elements == 0) return
-    if (allocated(draft%outside)) then
-      is_outer = draft%outside(:, :draft%n_elements)
-    else
-      is_outer = outer_faces(draft)
-    end if
-    if (draft%plane /= solids) is_outer(:2, :) = .false.
-    call split_faces(reshape([((pack([e, f], is_outer(f, e)), f=1, 6), e=1, draft%n_elements)], &
-      [2, count(is_outer)]), draft%connectivity, draft%skin, whole)
+    call split_faces(skin_faces(draft), draft%connectivity, draft%skin, whole)
     mesh%n_nodes = draft%n_nodes
     mesh%n_elements = draft%n_elements
     mesh%connectivity = draft%connectivity
     call find_bodies(mesh)
     call move_alloc(mesh%piece, draft%piece)
   end subroutine find_skin
+
+  !> The outer faces of all bodies, by element: those of the deck's elements, of a plane without its
+  !> two sides.
+  pure function skin_faces(draft) result(faces)
+    type(mesh_draft_t), intent(in) :: draft
+    integer, allocatable :: faces(:, :)     !! (2,n) element, face 1..6
+    logical, allocatable :: is_outer(:, :)  !! (6,n_elements)
+    integer :: e, f
+
+    if (allocated(draft%outside)) then
+      is_outer = draft%outside(:, :draft%n_elements)
+    else
+      is_outer = outer_faces(draft)
+    end if
+    if (draft%plane /= solids) is_outer(:2, :) = .false.
+    faces = reshape([((pack([e, f], is_outer(f, e)), f=1, 6), e=1, draft%n_elements)], &
+      [2, count(is_outer)])
+  end function skin_faces
 
   !> All faces, and which of them no two elements have.
   pure subroutine list_faces(mesh, key, of_face, is_outer)

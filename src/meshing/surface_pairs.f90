@@ -16,13 +16,14 @@ module surface_pairs_mod
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
+  use sorting_mod, only: sort_unique
   use surface_list_mod, only: add_faces, add_surface_of_faces, find_faces_of_nodes, surface_list_t
   use surfaces_mod, only: all_nodes_of, bare_nodes, nodes_of, surface_t
   use text_mod, only: counted, to_text
   implicit none
   private
 
-  public :: check_surface_pair, check_obstacle_pair
+  public :: check_surface_pair, check_obstacle_pair, check_general_pair
 
   real(wp), parameter :: much_coarser = 1.5_wp !! edges of slave faces over those of the master [-]
 
@@ -60,6 +61,100 @@ contains
     end associate
     if (.not. ok) pair%master_surface = 0
   end subroutine check_surface_pair
+
+  !> How deep the surfaces of a pair of general contact are in each other in the mesh. Report where
+  !> there is no way out: `pair` loses its master then. Surfaces that never get to each other are no
+  !> mistake.
+  subroutine check_general_pair(reader, model, surfaces, shapes, position, pair)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(in) :: surfaces
+    type(obstacle_t), intent(in) :: shapes(:)
+    integer, intent(in) :: position      !! of the card in the deck
+    type(contact_pair_t), intent(inout) :: pair
+    type(facet_pair_t) :: now
+    type(mortar_t) :: mortar
+    logical :: ok
+
+    ok = .true.
+    pair%overlap = 0.0_wp
+    associate (slave => surfaces%list(pair%surface), mesh => model%mesh)
+      if (pair%master_surface > 0) then
+        call find_overlap(model, slave, surfaces%list(pair%master_surface), pair%overlap, &
+          mortar%trapped)
+        ok = pair%overlap > 0.0_wp .or. .not. mortar%trapped < huge(1.0_wp)
+        if (ok) return
+        call report(reader, position, quoted(slave%name)//' is inside '//quoted(surfaces%list( &
+          pair%master_surface)%name)//' without a way out: no face there is opposite one of '// &
+          'the other body by which they could part (opposite ones are '// &
+          to_text(mortar%trapped, 3)//' deep or deeper)', &
+          'name what may overlap by *CONTACT EXCLUSIONS')
+        pair%master_surface = 0
+      else if (is_meshed(shapes(pair%master))) then
+        now = join_facets(slave_t(all_nodes_of(slave%faces, mesh%connectivity), slave%nodes), &
+          mesh%coordinates(:, :mesh%n_nodes), shapes(pair%master), [0.0_wp, 0.0_wp, 0.0_wp])
+        call face_facets(now, reach_of_facets(now), mortar, behind=0.999_wp*thickness(model, &
+          [slave%nodes(1)]))
+        if (any(mortar%area > 0.0_wp)) pair%overlap = max(0.0_wp, -minval(mortar%least_gap, &
+          mask=mortar%area > 0.0_wp))
+      else
+        call check_side(reader, model, slave, shapes(pair%master), position, ok)
+        if (.not. ok) pair%master = 0
+      end if
+    end associate
+  end subroutine check_general_pair
+
+  !> How deep a surface is in another, at most, of the faces where the boxes of both meet.
+  subroutine find_overlap(model, slave, master, overlap, trapped)
+    type(model_t), intent(in) :: model
+    type(surface_t), intent(in) :: slave, master
+    real(wp), intent(out) :: overlap !! by faces that have a way out; 0: none [length]
+    real(wp), intent(out) :: trapped !! by those that have none, at least; huge: none [length]
+    real(wp), parameter :: rounding = 1.0e-12_wp !! of a length [-]
+    integer, allocatable :: slaves(:, :), masters(:, :), nodes(:)
+    type(mortar_t) :: mortar
+    real(wp) :: low(3), high(3)
+    integer :: i
+
+    overlap = 0.0_wp
+    trapped = huge(1.0_wp)
+    associate (x => model%mesh%coordinates(:, :model%mesh%n_nodes))
+      do i = 1, 3
+        low(i) = max(minval(x(i, slave%nodes)), minval(x(i, master%nodes)))
+        high(i) = min(maxval(x(i, slave%nodes)), maxval(x(i, master%nodes)))
+      end do
+      if (any(high - low <= rounding*maxval(abs([low, high])))) return
+      slaves = meeting(slave)
+      masters = meeting(master)
+      if (size(slaves) == 0 .or. size(masters) == 0) return
+      nodes = pack(slaves, slaves > 0)
+      call sort_unique(nodes)
+      call make_mortar(slave_t(slaves, nodes, skin=model%mesh%skin, piece=model%mesh%piece, &
+        asks_way_out=.true.), masters, x, norm2(high - low), mortar)
+      overlap = max(0.0_wp, -minval(mortar%least_gap))
+      trapped = mortar%trapped
+    end associate
+
+  contains
+
+    !> The faces of a surface that meet the box.
+    function meeting(surface) result(faces)
+      type(surface_t), intent(in) :: surface
+      integer, allocatable :: faces(:, :)
+      logical, allocatable :: meets(:)
+      integer :: f
+
+      faces = all_nodes_of(surface%faces, model%mesh%connectivity)
+      allocate (meets(size(faces, 2)))
+      do f = 1, size(faces, 2)
+        associate (its => model%mesh%coordinates(:, faces(:count(faces(:, f) > 0), f)))
+          meets(f) = all(maxval(its, 2) >= low .and. minval(its, 2) <= high)
+        end associate
+      end do
+      faces = faces(:, pack([(f, f=1, size(meets))], meets))
+    end function meeting
+
+  end subroutine find_overlap
 
   !> Report what keeps a surface from being the slave before an obstacle: `pair` loses its master
   !> then.

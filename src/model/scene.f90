@@ -72,6 +72,7 @@ module scene_mod
     real(wp) :: clearance = 0.0_wp
     !! of *CLEARANCE: in place of the gaps of the mesh; below 0 an overlap [length]
     character(:), allocatable :: interaction !! name of the surface interaction
+    logical :: is_general = .false.   !! general contact made it
     integer, allocatable :: left_open(:)
     !! nodes on faces of the slave that are no slaves, and stay open; not allocated: none
   end type contact_pair_t

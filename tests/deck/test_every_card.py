@@ -144,6 +144,13 @@ PLATE, SPOS
 0.3, 1e5, 20., 5.
 *CONTACT PAIR, INTERACTION=DRY
 FOOT, GROUND
+*CONTACT
+*CONTACT INCLUSIONS
+ONE-XMAX, TWO-XMIN
+*CONTACT EXCLUSIONS
+ONE-XMAX, TWO-XMIN
+*CONTACT PROPERTY ASSIGNMENT
+ONE-XMAX, TWO-XMIN, DRY
 *TIE, NAME=JOINT, ADJUST=YES, POSITION TOLERANCE=0.1
 SIDE, BODY-XMIN
 *EQUATION
@@ -248,7 +255,7 @@ MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
 PLACES = {"anywhere": "anywhere", "model": "before the first step", "step": "in a step"}
 # Cards that DECK has not: they are checked, and change nothing.
-UNTRIED = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR"}
+UNTRIED = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR", "CONTACT INITIALIZATION DATA"}
 
 # Cards whose lines are titles, and those whose lines are lists of names, of any length.
 TITLES = ("HEADING", "STEP")

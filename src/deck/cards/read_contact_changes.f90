@@ -14,7 +14,7 @@ module read_contact_changes_mod
   use loads_mod, only: friction_t, load_step_t, pair_change_t
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
     name_option, open_card, option_position
-  use read_contact_mod, only: read_friction
+  use read_interactions_mod, only: read_friction
   use read_gaps_mod, only: find_pair
   use scene_mod, only: contact_pair_t
   implicit none

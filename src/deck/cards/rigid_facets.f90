@@ -2,13 +2,16 @@
 module rigid_facets_mod
   use cards_mod, only: keep_reading, note, reader_t, report, report_missing_element
   use diagnostics_mod, only: quoted
+  use equal_columns_mod, only: number_columns
   use facet_shape_mod, only: facet_is_flat
+  use kinds_mod, only: wp
   use lookup_mod, only: find_id
   use mesh_draft_mod, only: is_connector, mesh_draft_t, no_facet, not_a_coordinate, &
     refused_element, rigid_facet, shell_facet
   use obstacles_mod, only: obstacle_of_facets, obstacle_t
   use read_rigid_bodies_mod, only: rigid_bodies_t
   use sets_mod, only: find_set, model_t, report_unknown
+  use small_matrix_mod, only: cross
   use surface_list_mod, only: has_facets, surface_list_t
   use text_mod, only: to_text
   implicit none
@@ -158,14 +161,17 @@ contains
       to_text(draft%skipped_id(first))//')')
   end subroutine report_left
 
-  !> Append an obstacle for each surface of facets.
-  subroutine make_obstacles(reader, model, bodies, surfaces, obstacles)
+  !> Append an obstacle for each surface of facets. Where everything outside may touch, closed
+  !> facets that no surface has are obstacles, too.
+  subroutine make_obstacles(reader, model, takes_all, bodies, surfaces, obstacles)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
+    logical, intent(in) :: takes_all
     type(rigid_bodies_t), intent(inout) :: bodies
     type(surface_list_t), intent(inout) :: surfaces !! get their obstacles
     type(obstacle_t), allocatable, intent(inout) :: obstacles(:)
     type(obstacle_t), allocatable :: all(:)
+    integer, allocatable :: sides(:, :)
     integer :: k, n, i, b
     logical :: ok
 
@@ -173,7 +179,7 @@ contains
     do k = 1, surfaces%n
       if (has_facets(surfaces, k)) n = n + 1
     end do
-    allocate (all(size(obstacles) + n))
+    allocate (all(size(obstacles) + n + size(bodies%list)))
     n = size(obstacles)
     do i = 1, n
       all(i) = obstacles(i)
@@ -188,23 +194,75 @@ contains
       end if
       bodies%list(b)%is_seen = .true.
       surfaces%obstacle(k) = n
-      all(n) = obstacle_of_sides(model%mesh, bodies, surfaces, k, bodies%list(b)%ref_node)
+      all(n) = obstacle_of_sides(model%mesh, bodies, surfaces%list(k)%name, &
+        surfaces%sides(k)%facet, bodies%list(b)%ref_node)
       i = size(surfaces%sides(k)%facet, 2) - size(all(n)%facet, 2)
       if (i > 0) call note(reader, to_text(i)//' facets of surface '// &
         quoted(surfaces%list(k)%name)//' repeat others and count once')
     end do
-    call move_alloc(all, obstacles)
     do b = 1, size(bodies%list)
       if (bodies%list(b)%is_seen .or. len(bodies%list(b)%set) == 0 .or. &
         bodies%list(b)%is_solid) cycle
       if (.not. any(bodies%of_facet == b)) cycle ! was reported
       if (any(surfaces%flawed(:surfaces%n))) cycle
+      if (takes_all) then
+        call find_outside(model%mesh, bodies, b, sides)
+        if (size(sides, 2) > 0) then
+          n = n + 1
+          all(n) = obstacle_of_sides(model%mesh, bodies, bodies%list(b)%set, sides, &
+            bodies%list(b)%ref_node)
+          cycle
+        end if
+      end if
       call report(reader, bodies%list(b)%position, 'no *SURFACE has facets of rigid body '// &
-        quoted(bodies%list(b)%set)//': it can touch nothing', &
+        quoted(bodies%list(b)%set)//trim(merge(', and they are not closed', repeat(' ', 25), &
+        takes_all))//': it can touch nothing', &
         'a surface of a rigid body: *SURFACE, NAME=name with the line '//bodies%list(b)%set// &
         ', SPOS')
     end do
+    all = all(:n)
+    call move_alloc(all, obstacles)
   end subroutine make_obstacles
+
+  !> The outer sides of the facets of a rigid body that are closed and all turned outwards, or all
+  !> inwards: each edge is of two of them, once in each direction.
+  subroutine find_outside(draft, bodies, b, sides)
+    type(mesh_draft_t), intent(in) :: draft
+    type(rigid_bodies_t), intent(in) :: bodies
+    integer, intent(in) :: b
+    integer, allocatable, intent(out) :: sides(:, :) !! (2,n) as of sides_t; none: they are not so
+    integer, allocatable :: facets(:), edge(:, :), first(:)
+    integer :: i, k, n, m
+    real(wp) :: volume
+
+    allocate (sides(2, 0))
+    facets = pack([(i, i=1, size(bodies%of_facet))], bodies%of_facet == b)
+    allocate (edge(2, 8*size(facets)))
+    m = 0
+    volume = 0.0_wp
+    do i = 1, size(facets)
+      associate (node => bodies%node(:, facets(i)))
+        n = count(node > 0)
+        do k = 1, n
+          m = m + 1
+          edge(:, m) = [node(k), node(1 + mod(k, n))]
+        end do
+        do k = 3, n
+          associate (a => draft%coordinates(:, node(1)), c => draft%coordinates(:, node(k - 1)), &
+                     d => draft%coordinates(:, node(k)))
+            volume = volume + dot_product(a, cross(c, d))
+          end associate
+        end do
+      end associate
+    end do
+    edge(:, m + 1:2*m) = edge([2, 1], :m)
+    call number_columns(edge(:, :2*m), first)
+    do i = 1, m
+      if (first(i) /= i .or. first(m + i) > m) return
+    end do
+    sides = reshape([(facets(i), merge(1, 2, volume > 0.0_wp), i=1, size(facets))], &
+      [2, size(facets)])
+  end subroutine find_outside
 
   !> The rigid body whose facets a surface has.
   subroutine find_body(reader, model, bodies, surfaces, k, b, ok)
@@ -244,36 +302,33 @@ contains
   end subroutine find_body
 
   !> The facets of a surface, turned to its side, with corners of their own.
-  type(obstacle_t) function obstacle_of_sides(draft, bodies, surfaces, k, ref_node) result(obstacle)
+  type(obstacle_t) function obstacle_of_sides(draft, bodies, name, sides, ref_node) result(obstacle)
     type(mesh_draft_t), intent(in) :: draft
     type(rigid_bodies_t), intent(in) :: bodies
-    type(surface_list_t), intent(in) :: surfaces
-    integer, intent(in) :: k          !! the surface
+    character(*), intent(in) :: name
+    integer, intent(in) :: sides(:, :) !! (2,n) as of sides_t
     integer, intent(in) :: ref_node
     integer, allocatable :: corner_of(:), nodes(:), facet(:, :)
     integer :: i, a, n, corners, node(4)
 
-    associate (sides => surfaces%sides(k)%facet)
-      allocate (corner_of(draft%n_nodes), source=0)
-      allocate (nodes(4*size(sides, 2)))
-      allocate (facet(4, size(sides, 2)), source=0)
-      n = 0
-      do i = 1, size(sides, 2)
-        node = bodies%node(:, sides(1, i))
-        corners = count(node > 0)
-        if (sides(2, i) == 2) node(:corners) = node(corners:1:-1)
-        do a = 1, corners
-          if (corner_of(node(a)) == 0) then
-            n = n + 1
-            nodes(n) = node(a)
-            corner_of(node(a)) = n
-          end if
-          facet(a, i) = corner_of(node(a))
-        end do
+    allocate (corner_of(draft%n_nodes), source=0)
+    allocate (nodes(4*size(sides, 2)))
+    allocate (facet(4, size(sides, 2)), source=0)
+    n = 0
+    do i = 1, size(sides, 2)
+      node = bodies%node(:, sides(1, i))
+      corners = count(node > 0)
+      if (sides(2, i) == 2) node(:corners) = node(corners:1:-1)
+      do a = 1, corners
+        if (corner_of(node(a)) == 0) then
+          n = n + 1
+          nodes(n) = node(a)
+          corner_of(node(a)) = n
+        end if
+        facet(a, i) = corner_of(node(a))
       end do
-    end associate
-    obstacle = obstacle_of_facets(surfaces%list(k)%name, draft%coordinates(:, nodes(:n)), facet, &
-      ref_node)
+    end do
+    obstacle = obstacle_of_facets(name, draft%coordinates(:, nodes(:n)), facet, ref_node)
   end function obstacle_of_sides
 
 end module rigid_facets_mod

@@ -127,6 +127,14 @@ module deck_table_mod
     rule_t('CONTACT PAIR', anywhere, is_read, 'INTERACTION=name!, ADJUST=distance or set, '// &
     'SMALL SLIDING, TIED', 'TYPE, MECHANICAL CONSTRAINT, CPSET, OP, NO THICKNESS, TRACKING, '// &
     'GEOMETRIC CORRECTION, SUPPLEMENTARY CONSTRAINTS, SMOOTH, EXTENSION ZONE', 'slave, master'), &
+    rule_t('CONTACT', in_model, is_read), &
+    rule_t('CONTACT INCLUSIONS', in_model, is_read, 'ALL EXTERIOR', data='surface, surface'), &
+    rule_t('CONTACT EXCLUSIONS', in_model, is_read, data='surface, surface'), &
+    rule_t('CONTACT PROPERTY ASSIGNMENT', in_model, is_read, &
+    data='surface, surface, interaction'), &
+    rule_t('CONTACT INITIALIZATION DATA', in_model, is_checked, &
+    'NAME=name, INTERFERENCE FIT, INITIAL CLEARANCE=gap, SEARCH ABOVE=distance', &
+    'SEARCH BELOW'), &
     rule_t('TIE', in_model, is_read, 'NAME=name, POSITION TOLERANCE=distance, ADJUST=YES|NO, '// &
     'CYCLIC SYMMETRY', &
     'TYPE, NO ROTATION, CONSTRAINT RATIO, NO THICKNESS', 'slave, master'), &
@@ -214,6 +222,12 @@ module deck_table_mod
     remark='contact is exact here, and needs no stabilization'), &
     rule_t('CONTACT STABILIZATION', anywhere, is_ignored, &
     remark='bodies are found in equilibrium without artificial damping'), &
+    rule_t('CONTACT INITIALIZATION ASSIGNMENT', anywhere, is_ignored, &
+    remark='overlaps of the mesh are removed without strain'), &
+    rule_t('CONTACT FORMULATION', anywhere, is_ignored, &
+    remark='of two bodies the finer mesh is the slave'), &
+    rule_t('CONTACT CONTROLS ASSIGNMENT', anywhere, is_ignored, &
+    remark='contact is exact here, and needs no stabilization'), &
     rule_t('SOLUTION TECHNIQUE', anywhere, is_ignored), &
     rule_t('SECTION CONTROLS', anywhere, is_ignored, &
     remark='no element here has hourglass modes'), &
@@ -243,8 +257,6 @@ module deck_table_mod
     rule_t('ELECTRICAL CONDUCTIVITY', anywhere, is_ignored)]
 
   type(rule_t), parameter :: cards_missing(*) = [ &
-    rule_t('CONTACT', anywhere, is_missing, &
-    remark='name each pair of surfaces: *CONTACT PAIR, INTERACTION=name'), &
     rule_t('NO ANALYSIS', anywhere, is_missing, &
     remark='bipot DECK --plan reads a deck and computes nothing'), &
     rule_t('REFINE MESH', anywhere, is_missing, remark='*REFINE and --refine cut elements'), &
@@ -257,18 +269,6 @@ module deck_table_mod
     rule_t('ANISOTROPIC HYPERELASTIC', anywhere, is_missing, &
     remark='the laws of *HYPERELASTIC and *HYPERFOAM are isotropic'), &
     rule_t('NMAP', anywhere, is_missing, remark='write the coordinates as they are'), &
-    rule_t('CONTACT INCLUSIONS', anywhere, is_missing, &
-    remark='name each pair of surfaces: *CONTACT PAIR, INTERACTION=name'), &
-    rule_t('CONTACT EXCLUSIONS', anywhere, is_missing, &
-    remark='name each pair of surfaces: *CONTACT PAIR, INTERACTION=name'), &
-    rule_t('CONTACT PROPERTY ASSIGNMENT', anywhere, is_missing, &
-    remark='each *CONTACT PAIR names its *SURFACE INTERACTION'), &
-    rule_t('CONTACT INITIALIZATION DATA', anywhere, is_missing, &
-    remark='*CONTACT PAIR, ADJUST= and *CLEARANCE place surfaces'), &
-    rule_t('CONTACT INITIALIZATION ASSIGNMENT', anywhere, is_missing, &
-    remark='*CONTACT PAIR, ADJUST= and *CLEARANCE place surfaces'), &
-    rule_t('CONTACT FORMULATION', anywhere, is_missing, &
-    remark='the first surface of a *CONTACT PAIR is the slave'), &
     rule_t('SURFACE PROPERTY ASSIGNMENT', anywhere, is_missing, &
     remark='surfaces are those of their elements'), &
     rule_t('EMBEDDED ELEMENT', anywhere, is_missing, remark='*TIE joins surfaces'), &

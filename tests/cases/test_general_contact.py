@@ -1,0 +1,240 @@
+"""General contact: the pairs that *CONTACT makes are those that one would write by hand."""
+
+import re
+import unittest
+
+import numpy as np
+from program import INPUT, Run
+
+PAIR = re.compile(r"\*CONTACT PAIR, INTERACTION=([A-Z]+).*\n((?:[^*\n].*\n)+)")
+GENERAL = "*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n"
+
+
+def pairs_of(text):
+    """Return the pairs of a deck: interaction, slave, master."""
+    return [
+        (interaction, *(word.strip() for word in line.split(",")))
+        for interaction, lines in PAIR.findall(text) for line in lines.splitlines()
+    ]
+
+
+def without_pairs(text):
+    """Return a deck without its pairs, with a mark where the first was."""
+    return PAIR.sub("", PAIR.sub("@@\n", text, count=1))
+
+
+def by_hand(text, names):
+    """Return the deck with the roles that general contact gives the bodies of its pairs."""
+    cards = ""
+    for interaction, slave, master in pairs_of(text):
+        bodies = [(one.split("-")[0], other.split("-")[0])
+                  for one, other in (name.split(":") for name in names)]
+        if (master.split("-")[0], slave.split("-")[0]) in bodies:
+            slave, master = master, slave
+        cards += f"*CONTACT PAIR, INTERACTION={interaction}, ADJUST=0\n{slave}, {master}\n"
+    return without_pairs(text).replace("@@\n", cards)
+
+
+def general(text):
+    """Return the deck with general contact: each pair's interaction for its surfaces."""
+    cards = GENERAL + "*CONTACT PROPERTY ASSIGNMENT\n"
+    cards += f", , {pairs_of(text)[0][0]}\n"
+    cards += "".join(f"{slave}, {master}, {interaction}\n"
+                     for interaction, slave, master in pairs_of(text)[1:]
+                     if interaction != pairs_of(text)[0][0])
+    return without_pairs(text).replace("@@\n", cards)
+
+
+BLOCKS = """\
+*BLOCK, NAME=LOW, ELSET=LOW, NX=3, NY=3, NZ=2
+0., 0., 0., 3., 3., 1.
+*BLOCK, NAME=UP, ELSET=UP, NX=2, NY=2, NZ=2
+0.5, 0.5, {height}, 1.5, 1.5, 1.
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*ELSET, ELSET=ALL
+LOW, UP
+*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.2
+*SURFACE INTERACTION, NAME=ROUGH
+*FRICTION, ROUGH
+{cards}*BOUNDARY
+LOW-ZMIN, 1, 3
+UP-ZMAX, 1, 2
+*STEP
+*STATIC
+1., 1.
+*DSLOAD
+UP-ZMAX, P, {pressure}
+*END STEP
+"""
+PROPERTY = "*CONTACT PROPERTY ASSIGNMENT\n, , DRY\n"
+
+
+class General(unittest.TestCase):
+    def run_deck(self, deck, **settings):
+        run = Run(deck, name="deck", **settings)
+        self.assertEqual(run.status, 0, run.errors + run.output)
+        result = run.result()
+        self.addCleanup(result.close)
+        self.assertTrue(result.history("certified").all())
+        return result, run
+
+    def blocks(self, cards, height="1.", pressure=10):
+        return self.run_deck(BLOCKS.format(cards=cards, height=height, pressure=pressure))
+
+    def test_is_the_pairs_written_by_hand(self):
+        """To 1e-9 of the largest displacement; the meshes are those of the example decks."""
+        for name in ("stack", "foundation", "bolt", "cylinder", "punch"):
+            with self.subTest(deck=name):
+                text = (INPUT / f"{name}.inp").read_text()
+                text = text.replace("meshes/", f"{INPUT}/meshes/")
+                whole, _ = self.run_deck(general(text), tolerance=1e-12)
+                names = list(whole.pairs)
+                hand, _ = self.run_deck(by_hand(text, names), tolerance=1e-12)
+                u, v = whole.field("displacement"), hand.field("displacement")
+                self.assertLess(abs(u - v).max(), 1e-9 * abs(v).max())
+
+    def test_an_interference_by_the_name_of_the_pair(self):
+        """Rings pressed into each other by a clearance below 0, as two surfaces by hand."""
+        text = (INPUT / "press.inp").read_text().replace("meshes/", f"{INPUT}/meshes/")
+        text = re.sub(r"\*CONTACT GAP\n.*\n", "", text)
+        clearance = "*CLEARANCE, SLAVE={}, MASTER={}, VALUE=-0.0025\n*CONTACT SOLVER"
+        whole, _ = self.run_deck(
+            general(text).replace("*CONTACT SOLVER", clearance.format("HUB", "RING")),
+            tolerance=1e-12)
+        hand, _ = self.run_deck(
+            by_hand(text, ["HUB:RING"]).replace("*CONTACT SOLVER", clearance.format(
+                "HUB-OUT", "RING-IN")), tolerance=1e-12)
+        u, v = whole.field("displacement"), hand.field("displacement")
+        self.assertGreater(abs(v).max(), 1e-4)
+        self.assertLess(abs(u - v).max(), 1e-9 * abs(v).max())
+
+    def test_the_last_property_that_fits_wins_and_without_one_nothing_rubs(self):
+        for cards, mu in (
+            (GENERAL, 0.0),
+            (GENERAL + PROPERTY, 0.2),
+            (GENERAL + PROPERTY + "UP-ZMIN, LOW-ZMAX, ROUGH\n", 1000.0),
+            (GENERAL + "*CONTACT PROPERTY ASSIGNMENT\nUP-ZMIN, LOW-ZMAX, ROUGH\n, , DRY\n", 0.2),
+        ):
+            with self.subTest(cards=cards):
+                result, run = self.blocks(cards)
+                (pair,) = result.pairs
+                self.assertEqual(result.pairs[pair].friction_coefficient, mu)
+                self.assertEqual("is frictionless" in run.output, mu == 0)
+
+    def test_overlaps_are_removed_without_strain(self):
+        """By what the blocks overlap; nothing presses but the load of 2.25 times 10."""
+        result, run = self.blocks(GENERAL + PROPERTY, height="0.98")
+        self.assertRegex(run.output, "removes the overlap of LOW:UP in the mesh without strain: "
+                         "[0-9]+ nodes moved, by 0.02 at most")
+        self.assertAlmostEqual(abs(result.pairs["LOW:UP"].resultant[-1][2]), 22.5, delta=1e-6)
+
+    def test_what_is_excluded_does_not_touch(self):
+        for cards, pairs in (
+            ("*CONTACT EXCLUSIONS\nLOW-ZMAX, UP-ZMIN\n", 0),
+            ("*CONTACT EXCLUSIONS\n, UP-ZMIN\n", 0),
+            ("*CONTACT EXCLUSIONS\n, UP-ZMAX\n", 1),
+        ):
+            with self.subTest(cards=cards):
+                run = Run(BLOCKS.format(cards=GENERAL + cards, height="1.", pressure=10),
+                          "--plan", name="deck")
+                self.assertEqual(run.status, 0, run.errors)
+                self.assertEqual("LOW:UP" in run.output, pairs == 1, run.output)
+
+    def test_a_pair_by_hand_wins_for_its_faces(self):
+        result, _ = self.blocks(
+            GENERAL + PROPERTY + "*CONTACT PAIR, INTERACTION=ROUGH\nUP-ZMIN, LOW-ZMAX\n")
+        self.assertEqual(list(result.pairs), ["UP-ZMIN:LOW-ZMAX"])
+
+    def test_inclusions_name_surfaces_and_obstacles(self):
+        floor = "*OBSTACLE, NAME=FLOOR, TYPE=PLANE\n0., 0., 0., 0., 0., 1.\n"
+        for lines, names in (
+            ("UP-ZMIN, LOW-ZMAX\n", ["LOW:UP"]),
+            ("LOW-ZMIN, FLOOR\n", ["LOW:FLOOR"]),
+            (", \n", ["LOW:UP", "LOW:FLOOR"]),
+        ):
+            with self.subTest(lines=lines):
+                run = Run(BLOCKS.format(cards=floor + "*CONTACT\n*CONTACT INCLUSIONS\n" + lines,
+                                        height="1.", pressure=10), "--plan", name="deck")
+                self.assertEqual(run.status, 0, run.errors)
+                for name in ("LOW:UP", "LOW:FLOOR"):
+                    self.assertEqual(name in run.output, name in names, run.output)
+
+    def test_roles_stay_under_refinement(self):
+        """The upper block has the larger elements in the deck, and the smaller ones refined."""
+        cards = GENERAL + PROPERTY + "*REFINE, ELSET=UP, TIMES=2\n"
+        for deck in (GENERAL + PROPERTY, cards):
+            run = Run(BLOCKS.format(cards=deck, height="1.", pressure=10), "--plan", name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertIn("LOW:UP", run.output)
+
+    def test_closed_facets_of_a_rigid_body_need_no_surface(self):
+        """A rigid box under the block carries its load; an open one is a mistake that says so."""
+        box = ("*NODE\n9001, -5., -5., -2.\n9002, 5., -5., -2.\n9003, 5., 5., -2.\n"
+               "9004, -5., 5., -2.\n9005, -5., -5., -1.\n9006, 5., -5., -1.\n9007, 5., 5., -1.\n"
+               "9008, -5., 5., -1.\n9009, 0., 0., -3.\n*ELEMENT, TYPE=R3D4, ELSET=BOX\n"
+               "9001, 9001, 9004, 9003, 9002\n9002, 9005, 9006, 9007, 9008\n"
+               "9003, 9001, 9002, 9006, 9005\n9004, 9002, 9003, 9007, 9006\n"
+               "9005, 9003, 9004, 9008, 9007\n9006, 9004, 9001, 9005, 9008\n"
+               "*RIGID BODY, ELSET=BOX, REF NODE=9009\n")
+        deck = ("*BLOCK, NAME=B, ELSET=B, NX=2, NY=2, NZ=2\n0., 0., -1., 1., 1., 1.\n" + box +
+                "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*SOLID SECTION, ELSET=B, "
+                "MATERIAL=STEEL\n*BOUNDARY\nB-ZMAX, 1, 2\n9009, 1, 3\n" + GENERAL +
+                "*STEP\n*STATIC\n1., 1.\n*DSLOAD\nB-ZMAX, P, 10.\n*END STEP\n")
+        result, _ = self.run_deck(deck)
+        np.testing.assert_allclose(result.pairs["B:BOX"].normal_force[-1], [0, 0, 10], atol=1e-6)
+        run = Run(deck.replace("9002, 9005, 9006, 9007, 9008\n", ""), "--plan", name="deck")
+        self.assertEqual(run.status, 1)
+        self.assertIn("they are not closed", run.errors)
+
+    def test_slices_in_plane_strain(self):
+        """Two plates of CPE4: the pair by hand, and the ends of the slice touch nothing."""
+        nodes = elements = ""
+        for body, (x, y, w, n) in enumerate(((0.0, 0.0, 3.0, 3), (0.75, 1.0, 1.5, 2))):
+            first = 100 * body
+            for j in range(3):
+                for i in range(n + 1):
+                    nodes += f"{first + j * (n + 1) + i + 1}, {x + w * i / n}, {y + j / 2}\n"
+            elements += f"*ELEMENT, TYPE=CPE4, ELSET={'AB'[body]}\n"
+            for j in range(2):
+                for i in range(n):
+                    a = first + j * (n + 1) + i + 1
+                    elements += f"{first + j * n + i + 1}, {a}, {a + 1}, {a + n + 2}, {a + n + 1}\n"
+        deck = ("*NODE\n" + nodes + elements + "*ELSET, ELSET=ALL\nA, B\n*MATERIAL, NAME=M\n"
+                "*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=ALL, MATERIAL=M\n*SURFACE, NAME=TOP\n"
+                "A, S3\n*SURFACE, NAME=FOOT\n101, S1\n102, S1\n*SURFACE INTERACTION, NAME=DRY\n"
+                "*FRICTION\n0.2\n*NSET, NSET=BASE\n1, 2, 3, 4\n*NSET, NSET=HEAD\n107, 108, 109\n"
+                "{}*BOUNDARY\nBASE, 1, 2\n*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nHEAD, 1, 1, 0.001\n"
+                "HEAD, 2, 2, -0.01\n*END STEP\n")
+        top = deck.replace("A, S3\n", "4, S3\n5, S3\n6, S3\n")
+        whole, _ = self.run_deck(top.format(GENERAL + PROPERTY))
+        self.assertEqual(list(whole.pairs), ["A:B"])
+        hand, _ = self.run_deck(top.format("*CONTACT PAIR, INTERACTION=DRY\nTOP, FOOT\n"))
+        u, v = whole.field("displacement"), hand.field("displacement")
+        self.assertLess(abs(u - v).max(), 1e-9 * abs(v).max())
+
+    def test_mistakes(self):
+        for cards, part in (
+            ("*CONTACT\n", "needs a *CONTACT INCLUSIONS"),
+            ("*CONTACT INCLUSIONS, ALL EXTERIOR\n", "belongs below *CONTACT"),
+            ("*CONTACT\n*CONTACT INCLUSIONS\n", "needs data lines"),
+            (GENERAL + "*CONTACT EXCLUSIONS\nUP-ZMIN, NOWHERE\n", "'NOWHERE' is not defined"),
+            (GENERAL + "*CONTACT PROPERTY ASSIGNMENT\n, , WET\n", "'WET' is not defined"),
+            (GENERAL + "*CONTACT PROPERTY ASSIGNMENT\n, \n", "expected a surface interaction"),
+            (GENERAL + "*CONTACT INITIALIZATION DATA, NAME=A, INTERFERENCE FIT\n",
+             "INTERFERENCE FIT of *CONTACT INITIALIZATION DATA is not available"),
+        ):
+            with self.subTest(cards=cards):
+                run = Run(BLOCKS.format(cards=cards, height="1.", pressure=10), "--plan",
+                          name="deck")
+                self.assertEqual(run.status, 1)
+                self.assertEqual(run.errors.count("error:"), 1, run.errors)
+                self.assertIn(part, run.errors)
+
+
+if __name__ == "__main__":
+    unittest.main()
