@@ -37,6 +37,7 @@ contains
     real(wp), parameter :: clear = 10.0_wp !! times what gaps are solved to: a depth [-]
     real(wp), parameter :: least = 1.0e-6_wp !! of the largest displacement: rounding is less [-]
     real(wp), dimension(points%n) :: of_mesh, between !! [length]
+    logical :: is_stiffer
 
     associate (errors => report%errors, contact => report%contact)
       errors%between_nodes = 0.0_wp
@@ -47,7 +48,9 @@ contains
         where (.not. points%on_surface) between = -depth
         where (abs(between) <= max(least, clear*report%certificate%penetration)* &
           maxval(abs(state%displacement))) between = 0.0_wp
-        errors%between_nodes = change_by(between)
+        errors%between_nodes = change_by(between, is_stiffer)
+        if (is_stiffer .and. .not. any(points%on_surface .and. abs(between) > 0.0_wp)) &
+          errors%too_soft = errors%between_nodes
         errors%of_facets = change_by(of_mesh)
         call open_edges()
       end if
@@ -76,19 +79,26 @@ contains
 
     !> What other gaps change of the resultants of the pairs, normal forces or friction, beside the
     !> largest; negative where that is not known.
-    real(wp) function change_by(gaps) result(change)
+    real(wp) function change_by(gaps, is_stiffer) result(change)
       real(wp), intent(in) :: gaps(:) !! (n_points) added [length]
+      logical, intent(out), optional :: is_stiffer !! known, and no pair is pressed less
       type(contact_fields_t) :: other
       logical :: is_known
+      integer :: p
 
       change = 0.0_wp
+      if (present(is_stiffer)) is_stiffer = .false.
       if (.not. any(abs(gaps) > 0.0_wp)) return
       other%frame = report%contact%frame
       allocate (other%reaction, mold=report%contact%reaction)
       call react_to_gaps(scene, solver, size(report%x_free), report%contact, gaps, &
         other%reaction, is_known)
       change = -1.0_wp
-      if (is_known) change = apart(points, report%contact, other)
+      if (.not. is_known) return
+      change = apart(points, report%contact, other)
+      if (present(is_stiffer)) is_stiffer = all([(sum(other%reaction(1, points%first(p): &
+        points%first(p + 1) - 1)) >= sum(report%contact%reaction(1, points%first(p): &
+        points%first(p + 1) - 1)), p=1, size(points%first) - 1)])
     end function change_by
 
   end subroutine estimate_geometry

@@ -67,6 +67,10 @@ module increment_report_mod
     !! faces that are entered between their nodes, or stay flat where bodies bend
     real(wp) :: at_edges = -1.0_wp   !! edges of one side within faces of the other
     real(wp) :: of_facets = -1.0_wp  !! flat faces that stand for arcs
+    real(wp) :: too_stiff = -1.0_wp
+    !! of mesh, what makes bodies surely too stiff; negative where its sign is not known
+    real(wp) :: too_soft = 0.0_wp
+    !! of between_nodes, round obstacles that are let in: surely too soft
     real(wp) :: arithmetic = -1.0_wp !! forces out of balance, and rounding times the condition
     real(wp) :: theory = -1.0_wp
     !! what finite strain would change: in no sum; huge: not known
@@ -177,16 +181,25 @@ contains
 
   !> The parts together but the theory's: the error of the small-strain solution. Negative where
   !> mesh, load steps or geometry are not estimated. The stress recovery that mesh is found by does
-  !> not see the geometry, nor the other way round: signs are as often opposite as equal.
-  !> docs/theory.md section 10.
+  !> not see the geometry, nor the other way round: signs are as often opposite as equal. Where they
+  !> are known to be opposite the difference counts, or a quarter of the larger, by which it may be
+  !> wrong itself. docs/theory.md section 10.
   pure real(wp) function total_error(errors) result(total)
     type(error_parts_t), intent(in) :: errors
+    real(wp), parameter :: doubt = 0.25_wp !! of an estimate [-]
+    real(wp) :: mesh, geometry
 
     total = -1.0_wp
     if (min(errors%contact, errors%load_steps, errors%mesh, errors%geometry, errors%arithmetic) < &
       0.0_wp) return
-    total = errors%contact + errors%load_steps + norm2([errors%mesh, errors%geometry]) + &
-      errors%arithmetic
+    mesh = errors%mesh
+    geometry = errors%geometry
+    if (errors%too_stiff >= 0.0_wp .and. errors%too_soft > 0.0_wp) then
+      mesh = max(abs(errors%too_stiff - errors%too_soft), doubt*max(errors%too_stiff, &
+        errors%too_soft))
+      geometry = geometry - errors%too_soft
+    end if
+    total = errors%contact + errors%load_steps + norm2([mesh, geometry]) + errors%arithmetic
   end function total_error
 
   !> The error of small strain as users get it: a bound above 1 says nothing. Huge: not known.

@@ -143,7 +143,8 @@ contains
       call ratio('error/law', 'what the law that *ELASTIC leaves open makes at finite strain', &
         e%law)
       call ratio('error/total', 'contact, load steps, arithmetic, and the root of the '// &
-        'squares of mesh and geometry', total_error(e))
+        'squares of mesh and geometry, or what is left where these have opposite signs', &
+        total_error(e))
     end associate
     call get_fields(list, fields)
 

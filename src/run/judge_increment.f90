@@ -9,6 +9,8 @@ module judge_increment_mod
   use step_contact_mod, only: added_in
   use placement_mod, only: placement_t, place_all
   use plan_mod, only: plan_t
+  use cells_mod, only: hexahedron_20_of_14, hexahedron_20_reduced
+  use mesh_mod, only: mesh_t, kind_c3d8
   use mesh_size_mod, only: relative_size
   use increments_mod, only: increment_t, is_extra
   use state_mod, only: state_t
@@ -434,12 +436,22 @@ contains
       progress%coarse, report)
     if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
       plan%points, new, report)
+    if (is_conforming(scene%mesh)) report%errors%too_stiff = report%errors%mesh
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
     call measure_deformation(scene, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors
+
+  !> Whether displacements are continuous and energies fully integrated: no element is softer than
+  !> its body then.
+  pure logical function is_conforming(mesh)
+    type(mesh_t), intent(in) :: mesh
+
+    is_conforming = all(mesh%element_kind == kind_c3d8 .and. mesh%connectivity%cell /= &
+      hexahedron_20_reduced .and. mesh%connectivity%cell /= hexahedron_20_of_14)
+  end function is_conforming
 
   !> How far small strain is from finite strain, at the end of a *STEP: bounded, or by runs that go
   !> beside this one.
