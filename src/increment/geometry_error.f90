@@ -49,8 +49,8 @@ contains
         where (abs(between) <= max(least, clear*report%certificate%penetration)* &
           maxval(abs(state%displacement))) between = 0.0_wp
         errors%between_nodes = change_by(between, is_stiffer)
-        if (is_stiffer .and. .not. any(points%on_surface .and. abs(between) > 0.0_wp)) &
-          errors%too_soft = errors%between_nodes
+        if (is_stiffer) is_stiffer = .not. any(points%on_surface .and. abs(between) > 0.0_wp)
+        if (is_stiffer) errors%too_soft = errors%between_nodes
         errors%of_facets = change_by(of_mesh)
         call open_edges()
       end if
