@@ -27,6 +27,10 @@ CUBE = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1,
 SIMPLEX = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 PRISM = [(0, 0, -1), (1, 0, -1), (0, 1, -1), (0, 0, 1), (1, 0, 1), (0, 1, 1)]
 CORNERS = {8: CUBE, 20: CUBE, 4: SIMPLEX, 10: SIMPLEX, 6: PRISM, 15: PRISM}
+# All nodes of a pyramid with 13: the first two coordinates go across the square from side to side
+# at each height, and the third from 0 at the apex to 1 at the square.
+CONE = [(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1), (0, 0, 0), (0, -1, 1), (1, 0, 1), (0, 1, 1),
+        (-1, 0, 1), (-1, -1, 0.5), (1, -1, 0.5), (1, 1, 0.5), (-1, 1, 0.5)]  # fmt: skip
 SQUARE = [(a, b) for a in (0, 1) for b in (0, 1)]
 TRIANGLE = [(0, 0), (1, 0), (0, 1)]
 TRIANGLE2 = [*TRIANGLE, (2, 0), (1, 1), (0, 2)]
@@ -39,6 +43,8 @@ MONOMIALS = {
     8: list(np.ndindex(2, 2, 2)),
     # The power of what is squared alone counts: serendipity.
     20: [e for e in np.ndindex(3, 3, 3) if sum(k for k in e if k > 1) <= 2],
+    13: [(0, 0, 0), *((*e, c) for c in (1, 2) for e in SQUARE),
+         *((*e, 2) for e in ((2, 0), (0, 2), (2, 1), (1, 2)))],
 }
 ON_THE_FACE = 1e-6  # how far outside a point still belongs to an element, in natural coordinates
 MOST_STEPS = 30  # of Newton's method for natural coordinates
@@ -80,7 +86,7 @@ class Path:
             if self._allowed is not None:
                 chosen = np.isin(rows, self._allowed)
                 rows, of_cell = rows[chosen], of_cell[chosen]
-            # A pyramid is the hexahedron whose upper corners are in one place.
+            # A pyramid of 5 nodes is the hexahedron whose upper corners are in one place.
             if of_cell.shape[1] == 5:
                 of_cell = of_cell[:, [0, 1, 2, 3, 4, 4, 4, 4]]
             for point, near in enumerate(self._near(of_cell)):
@@ -191,6 +197,8 @@ def path_of(
 
 def node_places(size: int) -> Array:
     """Return the natural coordinates of the nodes of a cell with so many: (size, 3)."""
+    if size == len(CONE):
+        return np.array(CONE, float)
     corners = np.array(CORNERS[size], float)
     middles = [corners[list(edge)].mean(axis=0) for edge in CELLS[size].edges]
     return np.concatenate([corners, middles])[:size]
@@ -244,6 +252,7 @@ def natural_coordinates(corners: Array, point: Array) -> tuple[Array, Array]:
     sides = {
         8: [-1 - natural, natural - 1], 4: [-natural, (a + b + c - 1)[:, None]],
         6: [-natural[:, :2], (a + b - 1)[:, None], np.abs(c)[:, None] - 1],
+        5: [np.abs(natural[:, :2]) - 1, -c[:, None], c[:, None] - 1],
     }[CELLS[size].corners]
     outside = np.concatenate(sides, axis=1).max(axis=1)
     return natural, np.where(missed > ON_THE_FACE, np.inf, np.maximum(outside, 0))

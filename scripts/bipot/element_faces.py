@@ -50,6 +50,7 @@ PYRAMID = Cell(
 # By the number of nodes: no two cells have as many.
 CELLS = {
     8: HEXAHEDRON, 20: HEXAHEDRON, 4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 5: PYRAMID,
+    13: PYRAMID,
 }
 FACE_NODES = 8  # of a face, at most
 

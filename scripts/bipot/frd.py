@@ -26,6 +26,7 @@ Array = NDArray[Any]
 # a cell of second order stand before those of the top.
 CELLS = {
     12: (1, range(8)), 13: (2, range(6)), 14: (1, [0, 1, 2, 3, 4, 4, 4, 4]), 10: (3, range(4)),
+    27: (4, [0, 1, 2, 3, 4, 4, 4, 4, *range(5, 13), 4, 4, 4, 4]),
     25: (4, [*range(12), *range(16, 20), *range(12, 16)]),
     26: (5, [*range(9), *range(12, 15), *range(9, 12)]), 24: (6, range(10)),
     5: (7, range(3)), 22: (8, range(6)), 9: (9, range(4)), 23: (10, range(8)),

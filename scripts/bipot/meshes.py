@@ -35,20 +35,16 @@ FROM_VOXEL = [0, 1, 3, 2, 4, 5, 7, 6]
 TYPES = {
     "hexahedron": ("C3D8", "C3D8I", "C3D8B"), "hexahedron20": ("C3D20", "C3D20R"),
     "tetra": ("C3D4",), "tetra10": ("C3D10",), "wedge": ("C3D6",), "wedge15": ("C3D15",),
-    "pyramid": ("C3D5",),
+    "pyramid": ("C3D5",), "pyramid13": ("C3D13",),
 }
 # Likewise of plane meshes, behind CPE, CPS or CAX.
 PLANE_TYPES = {
     "triangle": ("3",), "quad": ("4", "4B"), "triangle6": ("6",), "quad8": ("8", "8R"),
 }
 INCOMPLETE = "in Gmsh, Mesh.SecondOrderIncomplete = 1 leaves out the nodes within faces and solids"
-NO_PYRAMIDS = (
-    "there is no element of second order for them: in Gmsh, Mesh.ElementOrder = 1, or no recombined"
-    " surfaces beside tetrahedra"
-)
 ADVICE = {
     "hexahedron27": INCOMPLETE, "hexahedron24": INCOMPLETE, "wedge18": INCOMPLETE,
-    "pyramid14": NO_PYRAMIDS, "pyramid13": NO_PYRAMIDS,
+    "pyramid14": INCOMPLETE,
 }
 HIGHER = "in Gmsh, Mesh.ElementOrder = 1 or 2"
 
@@ -156,15 +152,15 @@ def _cells_of(source: Any, plane: bool) -> _Cells:
     kind, shape = elements.dtype, elements.shape
     names = {
         8: "hexahedron", 20: "hexahedron20", 4: "tetra", 10: "tetra10", 6: "wedge", 15: "wedge15",
-        5: "pyramid",
+        5: "pyramid", 13: "pyramid13",
     }
     if plane:
         names = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
     name = names.get(shape[1] if len(shape) == 2 else 0)
     if name is None or not np.issubdtype(kind, np.integer):
         raise MeshError(
-            "elements are rows of as many whole numbers as they have nodes (4, 5, 6, 8, 10, 15 or"
-            f" 20), not {kind} {shape}"
+            "elements are rows of as many whole numbers as they have nodes (4, 5, 6, 8, 10, 13,"
+            f" 15 or 20), not {kind} {shape}"
         )
     return _Cells(np.asarray(points, float), [(name, elements)], {}, {})
 

@@ -4,7 +4,9 @@
 !> the cell is made of. A mid-side node of an edge between corners i and j, which differ in one
 !> simplex, has 4 times the product of both in that simplex, and a corner of a cell with mid-side
 !> nodes its linear function less half of those of its edges (serendipity). The cone over a square
-!> has the functions of the square, smaller towards the apex.
+!> has the functions of the square, smaller towards the apex; with mid-side nodes they contain all
+!> polynomials of second degree (G. Bedrosian, Shape functions and integration formulas for
+!> three-dimensional finite element analysis, Int. J. Numer. Meth. Eng. 35, 1992).
 !> docs/theory.md, section 8.
 module cell_shapes_mod
   use kinds_mod, only: wp
@@ -40,13 +42,32 @@ contains
     type(cell_t), intent(in) :: cell
     real(wp), intent(in)  :: place(3)
     real(wp), intent(out) :: n(:), gradient(:, :)
-    real(wp) :: value(3, cell%n_corners), slope(3, cell%n_corners)
-    integer :: a, i, node
+    integer :: i, k, node
 
     if (any(cell%factor == 0)) then
       call evaluate_cone(cell, place, n, gradient)
-      return
+    else
+      call evaluate_product(cell, place, n, gradient)
     end if
+    do i = 1, cell%n_nodes - cell%n_corners
+      node = cell%n_corners + i
+      do k = 1, 2
+        associate (corner => cell%edge(k, i))
+          n(corner) = n(corner) - 0.5_wp*n(node)
+          gradient(:, corner) = gradient(:, corner) - 0.5_wp*gradient(:, node)
+        end associate
+      end do
+    end do
+  end subroutine evaluate
+
+  !> Of a product of simplices: the linear functions of the corners, and those of the middles.
+  pure subroutine evaluate_product(cell, place, n, gradient)
+    type(cell_t), intent(in) :: cell
+    real(wp), intent(in)  :: place(3)
+    real(wp), intent(out) :: n(:), gradient(:, :)
+    real(wp) :: value(3, cell%n_corners), slope(3, cell%n_corners)
+    integer :: a, i, node
+
     do a = 1, cell%n_corners
       call find_barycentric(cell, cell%place(:, a), place, value(:, a), slope(:, a))
       call multiply(cell%factor, value(:, a), slope(:, a), n(a), gradient(:, a))
@@ -56,9 +77,6 @@ contains
       associate (one => cell%edge(1, i), other => cell%edge(2, i))
         call multiply_along_edge(cell%factor, value(:, [one, other]), slope(:, [one, other]), &
           differs(cell%place(:, one), cell%place(:, other)), n(node), gradient(:, node))
-        n([one, other]) = n([one, other]) - 0.5_wp*n(node)
-        gradient(:, one) = gradient(:, one) - 0.5_wp*gradient(:, node)
-        gradient(:, other) = gradient(:, other) - 0.5_wp*gradient(:, node)
       end associate
     end do
 
@@ -71,30 +89,51 @@ contains
       differs = cell%factor(maxloc(abs(one - other), dim=1))
     end function differs
 
-  end subroutine evaluate
+  end subroutine evaluate_product
 
-  !> Of the cone over a square, whose last node is the apex: N_a = s B_a(xi/s, eta/s), s = 1 - zeta,
-  !> of the bilinear B_a. At the apex gradients depend on the direction: they are those on the axis.
+  !> Likewise of the cone over a square, whose last corner is the apex. With s = 1 - zeta and the
+  !> bilinear B_a of the square, that of a corner is s B_a(xi/s, eta/s), of the middle of an edge to
+  !> the apex 4 zeta times that, and of an edge of the square s^2 times the square's own. At the
+  !> apex gradients depend on the direction: they are those on the axis.
   pure subroutine evaluate_cone(cell, place, n, gradient)
     type(cell_t), intent(in) :: cell
     real(wp), intent(in)  :: place(3)
     real(wp), intent(out) :: n(:), gradient(:, :)
-    real(wp) :: s, below(2), line(2)
-    integer :: a
+    real(wp) :: s, below(2), line(2, cell%n_corners - 1), along, across
+    integer :: a, i, k, node
 
     s = 1.0_wp - place(3)
     below = 0.0_wp
     if (abs(s) > 0.0_wp) below = place(:2)/s
     do a = 1, cell%n_corners - 1
       associate (corner => cell%place(:2, a))
-        line = 0.5_wp*(1.0_wp + below*corner)
-        n(a) = s*product(line)
-        gradient(:2, a) = 0.5_wp*corner*line([2, 1])
+        line(:, a) = 0.5_wp*(1.0_wp + below*corner)
+        n(a) = s*product(line(:, a))
+        gradient(:2, a) = 0.5_wp*corner*line([2, 1], a)
       end associate
-      gradient(3, a) = dot_product(below, gradient(:2, a)) - product(line)
+      gradient(3, a) = dot_product(below, gradient(:2, a)) - product(line(:, a))
     end do
     n(cell%n_corners) = place(3)
     gradient(:, cell%n_corners) = [0.0_wp, 0.0_wp, 1.0_wp]
+    do i = 1, cell%n_nodes - cell%n_corners
+      node = cell%n_corners + i
+      associate (one => cell%edge(1, i), other => cell%edge(2, i))
+        if (other == cell%n_corners) then
+          n(node) = 4.0_wp*place(3)*n(one)
+          gradient(:, node) = 4.0_wp*place(3)*gradient(:, one)
+          gradient(3, node) = gradient(3, node) + 4.0_wp*n(one)
+          cycle
+        end if
+        ! The edge is along coordinate k: a parabola along it, a line across.
+        k = maxloc(abs(cell%place(:2, one) - cell%place(:2, other)), dim=1)
+        along = 4.0_wp*line(k, one)*line(k, other)
+        across = line(3 - k, one)
+        n(node) = s**2*along*across
+        gradient(k, node) = -2.0_wp*s*below(k)*across
+        gradient(3 - k, node) = 0.5_wp*s*along*cell%place(3 - k, one)
+        gradient(3, node) = dot_product(below, gradient(:2, node)) - 2.0_wp*s*along*across
+      end associate
+    end do
   end subroutine evaluate_cone
 
   !> The barycentric coordinate of a corner in each simplex, and its slope along each coordinate.

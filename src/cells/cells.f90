@@ -24,7 +24,7 @@ module cells_mod
     has_middles, computed_as
   public :: hexahedron_nodes, hexahedron_points
   public :: hexahedron_8, hexahedron_20, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15, &
-    pyramid_5, hexahedron_20_reduced, hexahedron_20_of_14
+    pyramid_5, pyramid_13, hexahedron_20_reduced, hexahedron_20_of_14
 
   ! The room of lists is what a hexahedron with mid-side nodes takes. Rows of the table that have
   ! another do not compile.
@@ -61,6 +61,7 @@ module cells_mod
   integer, parameter :: tetrahedron_4 = 3, tetrahedron_10 = 4
   integer, parameter :: wedge_6 = 5, wedge_15 = 6, pyramid_5 = 7
   integer, parameter :: hexahedron_20_reduced = 8, hexahedron_20_of_14 = 9
+  integer, parameter :: pyramid_13 = 10
 
   real(wp), parameter :: none(1) = 0.0_wp
   real(wp), parameter :: half = 0.5_wp
@@ -83,9 +84,9 @@ module cells_mod
   integer, parameter :: faces_of_wedge(8, 6) = reshape([ &
     1, 3, 2, 9, 8, 7, 0, 0,   4, 5, 6, 10, 11, 12, 0, 0,   1, 2, 5, 4, 7, 14, 10, 13, &
     2, 3, 6, 5, 8, 15, 11, 14,  3, 1, 4, 6, 9, 13, 12, 15], [8, 6], pad=[0])
-  integer, parameter :: faces_of_pyramid(8, 6) = reshape([1, 4, 3, 2, 0, 0, 0, 0, &
-    1, 2, 5, 0, 0, 0, 0, 0,  2, 3, 5, 0, 0, 0, 0, 0,  3, 4, 5, 0, 0, 0, 0, 0, &
-    4, 1, 5, 0, 0, 0, 0, 0], [8, 6], pad=[0])
+  integer, parameter :: faces_of_pyramid(8, 6) = reshape([1, 4, 3, 2, 9, 8, 7, 6, &
+    1, 2, 5, 6, 11, 10, 0, 0,  2, 3, 5, 7, 12, 11, 0, 0,  3, 4, 5, 8, 13, 12, 0, 0, &
+    4, 1, 5, 9, 10, 13, 0, 0], [8, 6], pad=[0])
 
   ! Natural coordinates of the corners, and of all nodes: each middle is the mean of two corners.
   real(wp), parameter :: corners_of_hexahedron(3, 8) = reshape([real(wp) :: &
@@ -106,11 +107,16 @@ module cells_mod
   real(wp), parameter :: places_of_wedge(3, 20) = reshape([corners_of_wedge, &
     half*(corners_of_wedge(:, edges_of_wedge(1, :9)) + &
     corners_of_wedge(:, edges_of_wedge(2, :9)))], [3, 20], pad=none)
+  real(wp), parameter :: places_of_pyramid(3, 20) = reshape([corners_of_pyramid, &
+    half*(corners_of_pyramid(:, edges_of_pyramid(1, :8)) + &
+    corners_of_pyramid(:, edges_of_pyramid(2, :8)))], [3, 20], pad=none)
 
   ! Quadrature: Gauss's on lines, 3 or 6 points on triangles, 1 or 4 in a tetrahedron.
   ! Only rigid motions have no strain at these; at two points of the 6-node wedge another has none,
   ! and at 8 of the 20-node hexahedron six others, which elements around it may hold.
-  ! Pyramids have the points of the hexahedron that they are where its upper nodes are one.
+  ! Pyramids of 5 nodes have the points of the hexahedron that they are where its upper nodes are
+  ! one, those of 13 Gauss's on the square and on the way to the apex, there with s^2 in the
+  ! integral, s = 1 - zeta: the roots of s^2 - 4/3 s + 2/5.
   real(wp), parameter :: gauss_2 = 1.0_wp/sqrt(3.0_wp)
   real(wp), parameter :: gauss_3 = sqrt(0.6_wp)
   real(wp), parameter :: line_3(3) = [-gauss_3, 0.0_wp, gauss_3]
@@ -149,10 +155,18 @@ module cells_mod
   real(wp), parameter :: points_8(3, 8) = transpose(reshape([ &
     gauss_2*corners_of_hexahedron(1, :)*(1.0_wp - height_8), &
     gauss_2*corners_of_hexahedron(2, :)*(1.0_wp - height_8), height_8], [8, 3]))
+  real(wp), parameter :: root_of_cone = sqrt(2.0_wp/45.0_wp)
+  real(wp), parameter :: shrinks(18) = [spread(2.0_wp/3.0_wp + root_of_cone*[1, -1], 1, 9)]
+  real(wp), parameter :: points_of_cone(3, 18) = transpose(reshape([ &
+    shrinks*[spread(line_3, 2, 6)], shrinks*[spread(spread(line_3, 1, 3), 3, 2)], &
+    1.0_wp - shrinks], [18, 3]))
+  real(wp), parameter :: weights_of_cone(18) = [spread(line_weight_3, 2, 6)]* &
+    [spread(spread(line_weight_3, 1, 3), 3, 2)]* &
+    [spread(sixth + [1, -1]/(72.0_wp*root_of_cone), 1, 9)]
   real(wp), parameter :: near = (5.0_wp - sqrt(5.0_wp))/20.0_wp, far = 1.0_wp - 3.0_wp*near
 
   !> The table.
-  type(cell_t), parameter :: cells(9) = [ &
+  type(cell_t), parameter :: cells(10) = [ &
     cell_t('8-node hexahedron', 12, 8, 8, 12, 6, 8, [1, 2, 3], 3, &
       reshape(corners_of_hexahedron, [3, 20], pad=none), edges_of_hexahedron, spread(4, 1, 6), &
       merge(faces_of_hexahedron, 0, faces_of_hexahedron <= 8), &
@@ -182,7 +196,8 @@ module cells_mod
       reshape(points_18, [3, 27], pad=none), reshape(weights_18, [27], pad=none)), &
     cell_t('5-node pyramid', 14, 5, 5, 8, 5, 8, [1, 2, 0], 1, &
       reshape(corners_of_pyramid, [3, 20], pad=none), edges_of_pyramid, [4, 3, 3, 3, 3, 0], &
-      faces_of_pyramid, [1, 2, 3, 4, 5, 5, 5, 5], reshape(points_8, [3, 27], pad=none), &
+      merge(faces_of_pyramid, 0, faces_of_pyramid <= 5), [1, 2, 3, 4, 5, 5, 5, 5], &
+      reshape(points_8, [3, 27], pad=none), &
       reshape(half*(1.0_wp - height_8)**2, [27], pad=none)), &
     cell_t('20-node hexahedron', 25, 20, 8, 12, 6, 8, [1, 2, 3], 3, &
       places_of_hexahedron, edges_of_hexahedron, spread(4, 1, 6), &
@@ -192,7 +207,11 @@ module cells_mod
     cell_t('20-node hexahedron', 25, 20, 8, 12, 6, 14, [1, 2, 3], 5, &
       places_of_hexahedron, edges_of_hexahedron, spread(4, 1, 6), &
       faces_of_hexahedron, [1, 2, 3, 4, 5, 6, 7, 8], reshape(points_14, [3, 27], pad=none), &
-      reshape(weights_14, [27], pad=none))]
+      reshape(weights_14, [27], pad=none)), &
+    cell_t('13-node pyramid', 27, 13, 5, 8, 5, 18, [1, 2, 0], 3, &
+      places_of_pyramid, edges_of_pyramid, [4, 3, 3, 3, 3, 0], faces_of_pyramid, &
+      [1, 2, 3, 4, 5, 5, 5, 5], &
+      reshape(points_of_cone, [3, 27], pad=none), reshape(weights_of_cone, [27], pad=none))]
 
   ! What elements are computed as.
   integer, parameter :: hexahedron_nodes = cells(hexahedron_8)%n_nodes

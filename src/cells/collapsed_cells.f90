@@ -7,8 +7,8 @@
 !>      |/      |/            |/ \|
 !>      1-------2             1---2
 module collapsed_cells_mod
-  use cells_mod, only: cells, face_corners, has_middles, most_faces, most_nodes, pyramid_5, &
-    tetrahedron_10, tetrahedron_4, wedge_15, wedge_6
+  use cells_mod, only: cells, face_corners, has_middles, most_faces, most_nodes, pyramid_13, &
+    pyramid_5, tetrahedron_10, tetrahedron_4, wedge_15, wedge_6
   implicit none
   private
 
@@ -50,7 +50,7 @@ contains
         solid = merge(wedge_15, wedge_6, has_middles(cell))
         first = findloc(n_corners, 3, dim=1)
       else if (all([count(n_corners == 3), count(n_corners == 4)] == [4, 1])) then
-        if (.not. has_middles(cell)) solid = pyramid_5
+        solid = merge(pyramid_13, pyramid_5, has_middles(cell))
         first = findloc(n_corners, 4, dim=1)
       end if
       if (solid == 0) return

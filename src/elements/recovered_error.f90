@@ -6,7 +6,7 @@
 module recovered_error_mod
   use kinds_mod, only: wp
   use cells_mod, only: cells, has_middles, hexahedron_8, hexahedron_20, hexahedron_nodes, &
-    tetrahedron_10, wedge_6
+    pyramid_5, tetrahedron_10, wedge_6
   use connectivity_mod, only: nodes_of_element, nodes_of_hexahedron
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
@@ -30,7 +30,7 @@ module recovered_error_mod
 
   integer, parameter :: n_dense = cells(hexahedron_20)%n_points
   integer, parameter :: least_quadrature(size(cells)) = [0, hexahedron_8, 0, tetrahedron_10, 0, &
-    wedge_6, 0, hexahedron_8, hexahedron_8]
+    wedge_6, 0, hexahedron_8, hexahedron_8, pyramid_5]
   !! the cell that has it: 2 x 2 x 2 points, 4 of a tetrahedron, 3 x 2 of a wedge; 0: no mid-side
   !! nodes
 

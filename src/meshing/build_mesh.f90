@@ -21,14 +21,14 @@ module build_mesh_mod
 
   real(wp), parameter :: never = huge(1.0_wp)
   real(wp), parameter :: noise_from(size(cells)) = 1.0e-9_wp + [0.5_wp, 0.499_wp, 0.48_wp, never, &
-    0.49_wp, 0.495_wp, 0.49_wp, never, never]
+    0.49_wp, 0.495_wp, 0.49_wp, never, never, 0.495_wp]
   !! Poisson's ratio up to which the pressures of a flat block on a ball are off by at most a fifth
   !! of the largest in the mean, two elements across the radius of contact
   !! (tests/cases/test_locking.py has the block), of each cell with full integration of
   !! displacements alone; never: such elements do not lock. Those of the 8-node hexahedron, from
   !! 0.495 on, are left to the note. [-]
   character(*), parameter :: without_locking(size(cells)) = [character(14) :: 'C3D8B', 'C3D20R', &
-    'C3D10', '', 'C3D8B or C3D10', 'C3D10', 'C3D8B or C3D10', '', '']
+    'C3D10', '', 'C3D8B or C3D10', 'C3D10', 'C3D8B or C3D10', '', '', 'C3D10']
   !! solid elements to take in the place of those of a cell
 
 contains

@@ -5,7 +5,8 @@
 !> and loads that name the second then mean the first.
 module collapse_elements_mod
   use cards_mod, only: keep_reading, note, reader_t, report
-  use cells_mod, only: cells, has_middles, most_faces, most_nodes, pyramid_5, wedge_15, wedge_6
+  use cells_mod, only: cells, has_middles, most_faces, most_nodes, pyramid_13, pyramid_5, &
+    wedge_15, wedge_6
   use collapsed_cells_mod, only: collapse_cell
   use connectivity_mod, only: connectivity_t, make_connectivity, nodes_of_element
   use growing_lists_mod, only: append
@@ -147,9 +148,12 @@ contains
     integer :: solid, place(most_nodes), face_of(most_faces)
     integer :: e, k, n, n_nodes, n_faces, repeated, n_of(size(cells)), first
     integer, allocatable :: cell(:), node(:)
+    character(:), allocatable :: twice
 
     n = draft%n_elements
     if (n == 0) return
+    twice = ' twice'
+    if (allocated(draft%nodes%instead)) twice = twice//', or another in its place'
     n_of = 0
     n_faces = 0
     first = 0
@@ -164,7 +168,7 @@ contains
         if (solid == 0) then
           call report(reader, draft%element_position(e), 'element '// &
             to_text(draft%element_id(e))//' names node '//to_text(draft%node_id(nodes( &
-            repeated)))//' twice'//what_else(draft, e))
+            repeated)))//twice)
           draft%connectivity%node(draft%connectivity%first(e):draft%connectivity%first(e + 1) - &
             1) = nodes(1)
           cycle
@@ -251,32 +255,6 @@ contains
     place = 0
   end subroutine find_repeated
 
-  !> Why an element that names a node twice is no other cell.
-  function what_else(draft, e) result(words)
-    type(mesh_draft_t), intent(in) :: draft
-    integer, intent(in) :: e
-    character(:), allocatable :: words
-    integer :: solid, place(most_nodes), face_of(most_faces)
-
-    words = ''
-    if (allocated(draft%nodes%instead)) words = ', or another in its place'
-    associate (cell => draft%connectivity%cell(e), nodes => nodes_of_element(draft%connectivity, e))
-      if (draft%plane /= solids .or. .not. has_middles(cell)) return
-      associate (n => cells(cell)%n_corners)
-        call collapse_cell(cells_of_corners(n), nodes(:n), solid, place, face_of)
-      end associate
-      if (solid == pyramid_5) words = words//': it is a pyramid, which is not available with '// &
-        'mid-side nodes'
-    end associate
-  end function what_else
-
-  !> The cell without mid-side nodes that has so many corners.
-  pure integer function cells_of_corners(n) result(cell)
-    integer, intent(in) :: n
-
-    cell = findloc(cells%n_nodes, n, dim=1)
-  end function cells_of_corners
-
   !> How many wedges, pyramids and tetrahedra, or triangles.
   function in_words(n_of, plane) result(words)
     integer, intent(in) :: n_of(:) !! of each row of the table of cells
@@ -292,7 +270,7 @@ contains
       if (n_of(row) == 0) cycle
       name = merge('tetrahedron', 'tetrahedra ', n_of(row) == 1)
       if (row == wedge_6 .or. row == wedge_15) name = 'wedge'
-      if (row == pyramid_5) name = 'pyramid'
+      if (row == pyramid_5 .or. row == pyramid_13) name = 'pyramid'
       if (name(1:1) /= 't' .and. n_of(row) > 1) name = trim(name)//'s'
       if (words /= '') words = words//', '
       words = words//to_text(n_of(row))//' '//trim(name)

@@ -1,7 +1,7 @@
 !> The types of elements that a deck may have.
 module element_types_mod
   use cells_mod, only: hexahedron_8, hexahedron_20, hexahedron_20_of_14, hexahedron_20_reduced, &
-    pyramid_5, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15
+    pyramid_13, pyramid_5, tetrahedron_4, tetrahedron_10, wedge_6, wedge_15
   use mesh_mod, only: kind_c3d8, kind_c3d8b, kind_c3d8i
   implicit none
   private
@@ -22,6 +22,7 @@ module element_types_mod
     element_type_t('C3D5', kind_c3d8, pyramid_5), &
     element_type_t('C3D4', kind_c3d8, tetrahedron_4), &
     element_type_t('C3D10', kind_c3d8, tetrahedron_10), &
+    element_type_t('C3D13', kind_c3d8, pyramid_13), &
     element_type_t('C3D15', kind_c3d8, wedge_15), &
     element_type_t('C3D20', kind_c3d8, hexahedron_20), &
     element_type_t('C3D20R', kind_c3d8, hexahedron_20_reduced)]

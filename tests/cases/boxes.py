@@ -22,9 +22,10 @@ EDGES = {
     "C3D20": ("C3D8", ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4),
                        (1, 5), (2, 6), (3, 7))),
 }
+EDGES["C3D13"] = "C3D5", ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))
 EDGES["C3D20R"] = EDGES["C3D20"]
 VTK_TYPES = {"C3D8": 12, "C3D6": 13, "C3D5": 14, "C3D4": 10, "C3D10": 24, "C3D15": 26, "C3D20": 25,
-             "C3D20R": 25}
+             "C3D20R": 25, "C3D13": 27}
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 
 
@@ -68,6 +69,9 @@ def cut(kind, at):
     """
     if kind == "join":
         return joined()
+    if kind in ("join2", "corner2"):
+        second = {"C3D5": "C3D13", "C3D4": "C3D10"}
+        return tuple((second[name], cell) for name, cell in cut(kind[:-1], at))
     if kind == "corner":
         apex = CORNERS.index(tuple(i % 2 for i in at))
         return tuple(("C3D5", cell) for cell in pyramids(apex))

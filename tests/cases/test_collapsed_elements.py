@@ -19,6 +19,7 @@ CUBE = np.array(
 EDGES = {
     "hexahedron": "12 23 34 41 56 67 78 85 15 26 37 48",
     "wedge": "12 23 31 45 56 64 14 25 36",
+    "pyramid": "12 23 34 41 15 25 35 45",
     "tetrahedron": "12 23 31 14 24 34",
     "quadrilateral": "12 23 34 41",
     "triangle": "12 23 31",
@@ -41,8 +42,8 @@ AS_WRITTEN = {
 TYPES = {
     ("hexahedron", 1): "C3D8", ("wedge", 1): "C3D6", ("pyramid", 1): "C3D5",
     ("tetrahedron", 1): "C3D4", ("hexahedron", 2): "C3D20", ("wedge", 2): "C3D15",
-    ("tetrahedron", 2): "C3D10", ("quadrilateral", 1): "CPE4", ("triangle", 1): "CPE3",
-    ("quadrilateral", 2): "CPE8", ("triangle", 2): "CPE6",
+    ("pyramid", 2): "C3D13", ("tetrahedron", 2): "C3D10", ("quadrilateral", 1): "CPE4",
+    ("triangle", 1): "CPE3", ("quadrilateral", 2): "CPE8", ("triangle", 2): "CPE6",
 }
 TURNS = [
     [int(np.flatnonzero(((p - 0.5) @ turn + 0.5 == CUBE).all(axis=1))[0]) for p in CUBE]
@@ -230,6 +231,9 @@ class Collapsed(unittest.TestCase):
 
     def test_wedges_with_middles(self):
         self.check("wedge", 2, "and are taken as 4 wedges")
+
+    def test_pyramids_with_middles(self):
+        self.check("pyramid", 2, "12 elements name a node twice, and are taken as 12 pyramids")
 
     def test_tetrahedra_with_middles(self):
         self.check("tetrahedron", 2, "and are taken as 12 tetrahedra")

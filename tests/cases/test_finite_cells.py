@@ -10,7 +10,7 @@ from boxes import DRY, Box, BoxCase
 from finite_laws import NEO, SVK, E, cauchy_stress
 from scipy.optimize import brentq
 
-SECOND = ("C3D10", "C3D15", "C3D20", "C3D20R")
+SECOND = ("C3D10", "C3D13", "C3D15", "C3D20", "C3D20R")
 KINDS = ("C3D4", "C3D5", "C3D6", *SECOND)
 LAWS = {
     "svk": SVK,

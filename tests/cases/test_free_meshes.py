@@ -8,6 +8,7 @@ import unittest
 import numpy as np
 from boxes import (
     DRY,
+    EDGES,
     FLOOR,
     MATERIAL,
     POISSON,
@@ -27,7 +28,8 @@ class FreeMeshes(BoxCase):
         for kinds in (
             ("C3D4",), ("C3D6",), ("C3D8", "C3D6"), ("C3D5",), ("corner",), ("C3D8", "C3D5"),
             ("C3D6", "C3D5"), ("C3D8", "join", "C3D4"),
-            ("C3D10",), ("C3D15",), ("C3D20",), ("C3D20R",), ("C3D20", "C3D15"),
+            ("C3D10",), ("C3D15",), ("C3D20",), ("C3D20R",), ("C3D20", "C3D15"), ("corner2",),
+            ("C3D20", "join2", "C3D10"),
         ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (3, 3, 3), kinds)
@@ -46,6 +48,30 @@ class FreeMeshes(BoxCase):
                 types = result.file["VTKHDF/Types"][:]
                 counts = {VTK_TYPES[kind]: len(cells) for kind, cells in box.elements.items()}
                 self.assertEqual({int(t): int((types == t).sum()) for t in set(types)}, counts)
+
+    def test_displacements_of_second_degree_are_exact(self):
+        """Pure bending, prescribed on the surface: inner nodes follow, and stress is linear."""
+        for kinds in (("corner2",), ("C3D13",), ("C3D20", "join2", "C3D10")):
+            with self.subTest(kinds=kinds):
+                box = Box("B", (3, 2, 2), kinds, shift=0)
+                x, y, z = box.x.T
+                u = 0.01 * np.stack(
+                    [-x * z, POISSON * y * z, (x**2 + POISSON * (z**2 - y**2)) / 2], axis=1
+                )
+                outer = ((box.x < 1e-9) | (box.x > 1 - 1e-9)).any(axis=1)
+                self.assertTrue((~outer).any())
+                held = "".join(
+                    f"{box.first + a}, {i + 1}, {i + 1}, {u[a, i].item()!r}\n"
+                    for a in np.flatnonzero(outer) for i in range(3)
+                )
+                result = self.solve(
+                    box.cards() + MATERIAL + STEP + "*BOUNDARY\n" + held
+                    + "*EL FILE, POSITION=AVERAGED AT NODES\nS\n*END STEP\n"
+                )
+                np.testing.assert_allclose(result.field("displacement"), u, rtol=0, atol=1e-14)
+                stress = result.field("stress", on="nodes")
+                np.testing.assert_allclose(stress[:, 0], -0.01 * YOUNG * z, rtol=0, atol=1e-8)
+                np.testing.assert_allclose(stress[:, 1:], 0, rtol=0, atol=1e-8)
 
     def test_uniform_stress_between_bodies(self):
         """Slave and master faces are triangles that do not match."""
@@ -69,7 +95,7 @@ class FreeMeshes(BoxCase):
     def test_uniform_stress_across_a_tie(self):
         for kinds in (
             ("C3D4", "C3D4"), ("C3D6", "C3D8"), ("C3D8", "C3D4"), ("C3D5", "C3D8"),
-            ("corner", "C3D5"),
+            ("corner", "C3D5"), ("C3D13", "C3D8"),
         ):
             with self.subTest(kinds=kinds):
                 low = Box("LOW", (3, 3, 2), kinds[1:])
@@ -84,7 +110,7 @@ class FreeMeshes(BoxCase):
     def test_a_rise_of_temperature_strains_a_free_body(self):
         for kinds in (
             ("C3D4",), ("C3D6", "C3D8"), ("C3D5",), ("corner",), ("C3D10",), ("C3D20", "C3D15"),
-            ("C3D20R",),
+            ("C3D20R",), ("C3D13",),
         ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (2, 2, 2), kinds)
@@ -102,7 +128,7 @@ class FreeMeshes(BoxCase):
     def test_the_floor_carries_the_weight(self):
         for kinds in (
             ("C3D4",), ("C3D6",), ("C3D5",), ("corner",), ("C3D8", "join"), ("C3D10",),
-            ("C3D20R", "C3D15"), ("C3D20",),
+            ("C3D20R", "C3D15"), ("C3D20",), ("C3D13",),
         ):
             with self.subTest(kinds=kinds):
                 box = Box("B", (2, 3, 2), kinds, size=(1, 2, 3))
@@ -114,6 +140,22 @@ class FreeMeshes(BoxCase):
                 np.testing.assert_allclose(
                     result.pairs[0].resultant[-1], [0, 0, 6000.0 * 9.81], rtol=1e-9, atol=1e-6
                 )
+
+    def test_middles_of_a_pyramid_may_have_the_order_of_gmsh(self):
+        """One edge is bent: the sets of eight nodes are told apart by all of them."""
+        x = np.array([[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0], [0.5, 1, 2.0]])
+        x = np.concatenate([x, [x[list(edge)].mean(axis=0) for edge in EDGES["C3D13"][1]]])
+        x[12] += 0.1
+        results = []
+        for middles in (range(6, 14), (6, 9, 10, 7, 11, 8, 12, 13)):
+            deck = "*NODE\n" + "".join(f"{i}, {a}, {b}, {c}\n" for i, (a, b, c) in enumerate(x, 1))
+            deck += f"*ELEMENT, TYPE=C3D13, ELSET=B\n1, 1, 2, 3, 4, 5, {str([*middles])[1:-1]}\n"
+            deck += (
+                "*SOLID SECTION, ELSET=B, MATERIAL=STEEL\n" + MATERIAL + "*NSET, NSET=BASE\n"
+                "1, 2, 3, 4\n*BOUNDARY\nBASE, 1, 3\n" + STEP + "*CLOAD\n5, 1, 1.\n*END STEP\n"
+            )
+            results.append(self.solve(deck).field("displacement"))
+        np.testing.assert_allclose(results[0], results[1], rtol=1e-12)
 
     def test_faces_of_a_pyramid_have_the_numbers_of_the_page_of_decks(self):
         x = np.array([[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0], [0.5, 1, 2.0]])

@@ -14,6 +14,7 @@ FORCES = {
     "C3D4": {0.48: 1.32, 0.481: None},
     "C3D6": {0.49: 1.24, 0.491: None},
     "C3D8": {0.49: 1.18, 0.499: 1.85},
+    "C3D13": {0.495: 1.09, 0.496: None},
     "C3D15": {0.495: 1.11, 0.496: None},
     "C3D20": {0.499: 1.17, 0.4991: None},
     "C3D10": {0.4999: 1.12},
@@ -24,7 +25,7 @@ FORCES = {
 class Locking(BoxCase):
     def deck(self, kind, poisson):
         """Return the deck of a type."""
-        n = 4 if kind in ("C3D10", "C3D15", "C3D20", "C3D20R") else 8
+        n = 4 if kind in ("C3D10", "C3D13", "C3D15", "C3D20", "C3D20R") else 8
         box = Box("B", (n, n, n), ("C3D8" if kind == "C3D8B" else kind,), size=(4, 4, 4), shift=0)
         cards = box.cards()
         if kind == "C3D8B":

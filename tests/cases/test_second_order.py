@@ -9,7 +9,7 @@ import numpy as np
 from boxes import DRY, FLOOR, MATERIAL, STEP, Box, BoxCase, on_corner
 from program import Run
 
-KINDS = ("C3D10", "C3D15", "C3D20", "C3D20R")
+KINDS = ("C3D10", "C3D13", "C3D15", "C3D20", "C3D20R")
 ROUGH = "*SURFACE INTERACTION, NAME=DRY\n*FRICTION\n0.3\n"
 DRAGGED = (
     "*STEP\n*STATIC, DIRECT\n0.5, 1.\n*BOUNDARY\nB-Z1, 1, 2, 0.\nB-Z1, 3, 3, -0.1\n*END STEP\n"

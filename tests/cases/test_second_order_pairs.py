@@ -51,7 +51,9 @@ class SecondOrderPairs(BoxCase):
                 np.testing.assert_allclose(result.pairs[0].pressure[-1], PRESSURE, rtol=1e-9)
 
     def test_uniform_stress_over_areas_that_grow(self):
-        for kinds in (("C3D10", "C3D20R"), ("C3D20R", "C3D10"), ("C3D8", "C3D10")):
+        for kinds in (
+            ("C3D10", "C3D20R"), ("C3D20R", "C3D10"), ("C3D8", "C3D10"), ("corner2", "C3D13"),
+        ):
             with self.subTest(kinds=kinds):
                 result = self.solve(
                     self.bodies(kinds) + DRY + on_corner("LOW") + on_corner("UP") + "LOW-Z0, 3\n"
@@ -97,7 +99,9 @@ class SecondOrderPairs(BoxCase):
 
     def test_a_block_slides_over_the_edge_of_its_master(self):
         """Action is reaction, and friction that of Coulomb's law, with a share of a face beyond."""
-        for kinds in (("C3D10", "C3D20R"), ("C3D20R", "C3D10"), ("C3D8", "C3D10")):
+        for kinds in (
+            ("C3D10", "C3D20R"), ("C3D20R", "C3D10"), ("C3D8", "C3D10"), ("corner2", "C3D13"),
+        ):
             with self.subTest(kinds=kinds):
                 low = Box("LOW", (3, 3, 1), kinds[1:], size=(1.5, 1.5, 0.5))
                 up = Box("UP", (2, 2, 1), kinds[:1], low=(0.2, 0.2, 0.5), size=(1, 1, 0.5),

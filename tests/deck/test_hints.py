@@ -248,20 +248,23 @@ class Hints(unittest.TestCase):
         for kind, hint in (
             ("C3D10T", "C3D10 computes displacements"),
             ("C3D27", "C3D20 from Gmsh: Mesh.SecondOrderIncomplete=1"),
-            ("C3D13", "Mesh.ElementOrder=1, or no recombined surfaces"),
+            ("C3D14", "C3D13 from Gmsh: Mesh.SecondOrderIncomplete=1"),
             ("C3D8Q", "did you mean C3D8?"),
         ):
             with self.subTest(kind=kind):
                 self.refused(hint, mesh.format(kind),
                              message=f"element type '{kind}' is not available")
 
-    def test_wedges_of_eighteen_nodes(self):
-        """As Gmsh writes them: called C3D6, 16 numbers a line."""
+    def test_wedges_and_pyramids_with_nodes_within_faces(self):
+        """As Gmsh writes them: called C3D6 and C3D5, 16 numbers a line."""
         nodes = "".join(f"{i}, 0., 0., {i}.\n" for i in range(1, 19))
         first = ", ".join(map(str, [1, *range(1, 16)]))
-        mesh = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D6, ELSET=T\n{first},\n16, 17, 18\n" + DECK
-        self.refused("C3D15 from Gmsh: Mesh.SecondOrderIncomplete=1", mesh,
-                     message="an id and 6 nodes")
+        for kind, instead, n, lines in (
+            ("C3D6", "C3D15", 6, f"{first},\n16, 17, 18"), ("C3D5", "C3D13", 5, first[:-4]),
+        ):
+            mesh = f"*NODE\n{nodes}*ELEMENT, TYPE={kind}, ELSET=T\n{lines}\n" + DECK
+            self.refused(f"{instead} from Gmsh: Mesh.SecondOrderIncomplete=1", mesh,
+                         message=f"an id and {n} nodes")
 
 
 if __name__ == "__main__":

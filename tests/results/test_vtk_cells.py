@@ -22,7 +22,7 @@ if not MISSING_XDMF:
 
 MESHES = (
     ("C3D4",), ("C3D6",), ("C3D5",), ("C3D10",), ("C3D15",), ("C3D20",), ("C3D20R",),
-    ("C3D8", "C3D6"), ("C3D20", "C3D15"), ("C3D8", "join", "C3D4"),
+    ("C3D8", "C3D6"), ("C3D20", "C3D15"), ("C3D8", "join", "C3D4"), ("C3D13",),
 )  # fmt: skip
 
 

@@ -483,7 +483,7 @@ class Meshes(WithFolder):
                             )
 
     def test_every_kind_of_element_is_turned(self):
-        for kind in ("C3D4", "C3D6", "C3D5", "C3D10", "C3D15", "C3D20"):
+        for kind in ("C3D4", "C3D6", "C3D5", "C3D10", "C3D13", "C3D15", "C3D20"):
             box = Box("B", (1, 1, 1), (kind,))
             nodes = np.array([cell for _, *cell in box.elements[kind]]) - box.first
             mirrored = box.x * [1.0, -1.0, 1.0] + [0.0, 1.0, 0.0]
@@ -515,7 +515,8 @@ class Meshes(WithFolder):
         for kind, nodes, words in (
             ("hexahedron27", 27, "Mesh.SecondOrderIncomplete = 1"),
             ("wedge18", 18, "Mesh.SecondOrderIncomplete = 1"),
-            ("pyramid14", 14, "Mesh.ElementOrder = 1"), ("tetra20", 20, "ElementOrder = 1 or 2"),
+            ("pyramid14", 14, "Mesh.SecondOrderIncomplete = 1"),
+            ("tetra20", 20, "ElementOrder = 1 or 2"),
         ):
             mesh = meshio.Mesh(points, [(kind, np.arange(nodes)[None])])
             with self.assertRaisesRegex(bipot.MeshError, f"1 of kind {kind}: .*{words}"):

@@ -105,11 +105,16 @@ class Frd(unittest.TestCase):
                 self.assertFalse(values["CONTACT"][~foot].any())
 
     def test_the_command_writes_the_same(self):
-        box = Box("B", (1, 1, 1), ("C3D5",))  # pyramids: hexahedra whose upper corners are one
-        deck = box.cards() + SOFT + DRY + FLOOR + LOAD.format(on_corner("B") + FIELDS)
-        _, (_, elements, _), run = self.converted(deck)
-        for kind, members in elements.values():
-            self.assertEqual((kind, len(set(members))), (1, 5))
+        """Pyramids are hexahedra whose upper corners are one."""
+        for name, wanted in (("C3D13", (4, 13)), ("C3D5", (1, 5))):
+            box = Box("B", (1, 1, 1), (name,))
+            deck = box.cards() + SOFT + DRY + FLOOR + LOAD.format(on_corner("B") + FIELDS)
+            _, (nodes, elements, _), run = self.converted(deck)
+            for kind, members in elements.values():
+                self.assertEqual((kind, len(set(members))), wanted)
+                x = np.array([nodes[n] for n in members])
+                for k, (a, b) in MIDDLES.get(kind, {}).items():
+                    np.testing.assert_allclose(x[k], (x[a] + x[b]) / 2, atol=1e-6)
         wanted = (run.folder / "frd.frd").read_text()
         (run.folder / "frd.frd").unlink()
         command = [sys.executable, SOURCE / "scripts" / "show", "--frd", run.file]

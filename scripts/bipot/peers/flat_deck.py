@@ -21,7 +21,7 @@ from bipot.running import flat
 ELEMENTS = {"C3D8": "C3D8", "C3D8I": "C3D8I", "C3D8B": "C3D8B"} | dict.fromkeys(
     ("C3D8R", "C3D8H", "C3D8RH"), "C3D8"
 )
-OTHER_SOLIDS = ("C3D6", "C3D5", "C3D4", "C3D10", "C3D15", "C3D20", "C3D20R")
+OTHER_SOLIDS = ("C3D6", "C3D5", "C3D4", "C3D10", "C3D13", "C3D15", "C3D20", "C3D20R")
 HELD = {
     "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,), "XASYMM": (2, 3), "YASYMM": (1, 3),
     "ZASYMM": (1, 2), "PINNED": (1, 2, 3), "ENCASTRE": (1, 2, 3),

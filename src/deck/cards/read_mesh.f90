@@ -5,7 +5,7 @@
 !>     *ELEMENT, TYPE=C3D8, ELSET=BODY
 !>     1,  1, 2, 4, 3,  5, 6, 8, 7
 module read_mesh_mod
-  use cells_mod, only: cells, hexahedron_8, wedge_6, wedge_15
+  use cells_mod, only: cells, hexahedron_8, pyramid_13, pyramid_5, wedge_15, wedge_6
   use cards_mod, only: keep_reading, note, reader_t, report
   use collapse_elements_mod, only: collapse_elements, join_places
   use diagnostics_mod, only: guess, quoted
@@ -20,6 +20,7 @@ module read_mesh_mod
     not_a_coordinate, refused_element, reserve_elements, reserve_nodes, rigid_facet, &
     gap_uni, set_of_elements, set_of_nodes, shell_facet, solids, spring_1, spring_2, spring_a
   use mesh_mod, only: kind_c3d8
+  use order_middles_mod, only: order_middles
   use options_mod, only: allow_options, card_t, choice_option, has_option, name_option, &
     option_position
   use text_mod, only: as_list, one_of, string_t, to_text
@@ -254,6 +255,19 @@ contains
       == 1, i=1, size(beginnings))])
   end function is_of_other_field
 
+  !> What to mesh with where elements have more nodes than their type: Gmsh writes wedges of 18 and
+  !> pyramids of 14 nodes as types of first order.
+  pure function what_of_gmsh(cell, n_fields) result(words)
+    integer, intent(in) :: cell     !! row of the table of cells
+    integer, intent(in) :: n_fields !! of a line
+    character(:), allocatable :: words
+
+    words = ''
+    if (cell == wedge_6 .and. n_fields > cells(wedge_15)%n_nodes) words = 'C3D15'
+    if (cell == pyramid_5 .and. n_fields > cells(pyramid_13)%n_nodes) words = 'C3D13'
+    if (words /= '') words = '; '//words//' from Gmsh: '//no_inner_nodes
+  end function what_of_gmsh
+
   !> What to mesh with where a type of elements is not available.
   pure function what_instead(name, known) result(hint)
     character(*), intent(in) :: name !! of the type that is not available
@@ -263,8 +277,8 @@ contains
     select case (name)
     case ('C3D27', 'C3D27R', 'C3D27H')
       hint = 'C3D20 from Gmsh: '//no_inner_nodes
-    case ('C3D13', 'C3D14')
-      hint = 'in Gmsh Mesh.ElementOrder=1, or no recombined surfaces beside tetrahedra'
+    case ('C3D14')
+      hint = 'C3D13 from Gmsh: '//no_inner_nodes
     case ('C3D10T')
       hint = 'C3D10 computes displacements'
     case ('C3D15V', 'C3D18')
@@ -340,13 +354,7 @@ contains
       if (have == 0) then
         position = fields%start
         all_ok = .true.
-        ! Gmsh's wedges of 18 nodes are called so.
-        if (cell == wedge_6 .and. fields%n > cells(wedge_15)%n_nodes) then
-          call limit_fields(reader, fields, size(entries), what//'; C3D15 from Gmsh: '// &
-            no_inner_nodes)
-        else
-          call limit_fields(reader, fields, size(entries), what)
-        end if
+        call limit_fields(reader, fields, size(entries), what//what_of_gmsh(cell, fields%n))
       end if
       do i = 1, min(fields%n, size(entries) - have)
         if (have + i == 1) then
@@ -581,6 +589,7 @@ contains
       to_text(n_wrong - max_wrong)//' more elements name nodes that are not defined')
     if (draft%n_nodes == 0) call drop_elements(draft)
     call join_places(reader, draft)
+    call order_middles(draft)
     call collapse_elements(reader, draft)
   end subroutine connect_mesh
 
