@@ -87,7 +87,7 @@ contains
     call turn_inner_sides(scene, known, new%displacement, contact)
     call face_surfaces(scene, known, old, new, contact, folded_point, torn_point)
     call face_nothing(known, contact)
-    call weigh_friction(scene, new%step, contact, known)
+    call weigh_friction(scene, old, new, contact, known)
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))

@@ -5,6 +5,7 @@ module pairs_of_step_mod
   use friction_laws_mod, only: friction_law_t
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, is_covered
+  use increments_mod, only: whole_increment
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   implicit none
@@ -44,20 +45,23 @@ contains
     end do
   end subroutine take_pairs
 
-  !> Give the points the coefficients that belong to their reactions, where cards make friction
-  !> depend on the pressure: what they say of the force over the area of the point.
-  pure subroutine weigh_friction(scene, step, contact, points)
+  !> Give the points the coefficients that belong to their reactions and slips, where cards make
+  !> friction depend on the pressure, the force over the area of the point, or on the rate of slip,
+  !> that of the increment over its part of the step's period.
+  pure subroutine weigh_friction(scene, old, new, contact, points)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: step
-    type(contact_fields_t), intent(in) :: contact !! its reactions and areas
+    type(state_t), intent(in) :: old, new         !! before and after the increment
+    type(contact_fields_t), intent(in) :: contact !! its reactions, areas and slips
     type(contact_points_t), intent(inout) :: points
     type(friction_law_t) :: law
-    real(wp) :: pressure, part
+    real(wp) :: pressure, part, parts_of_period
     integer :: i, k, card
 
+    parts_of_period = real(new%position, wp)
+    if (old%step == new%step) parts_of_period = real(new%position - old%position, wp)
     do i = 1, points%n
       law = scene%pairs(points%pair(i))%law
-      do k = 1, step
+      do k = 1, new%step
         if (.not. allocated(scene%steps(k)%frictions)) cycle
         associate (cards => scene%steps(k)%frictions)
           do card = 1, size(cards)
@@ -83,6 +87,9 @@ contains
         end do
       end if
       if (law%most < huge(1.0_wp)) part = min(part, law%most/pressure)
+      if (law%decay > 0.0_wp) part = law%kinetic + (1.0_wp - law%kinetic)/exp(law%decay*norm2( &
+        contact%slip_increment(:, i))*real(scene%steps(new%step)%n_increments, wp)* &
+        real(whole_increment, wp)/(parts_of_period*scene%steps(new%step)%period))
       points%mu(i) = part*points%mu(i)
     end do
   end subroutine weigh_friction

@@ -45,6 +45,7 @@ module advance_mod
   use renew_tangent_mod, only: begin_with_tangent
   use turned_bodies_mod, only: begin_turned, end_turned
   use other_gaps_mod, only: x_free_of
+  use friction_by_rate_mod, only: depends_on_rate, find_coefficients, give_coefficients
   use balance_together_mod, only: is_together, reach_balance
   use path_balance_mod, only: work_on_overlaps
   use look_ahead_mod, only: ahead_t, can_look_ahead, is_ahead, look_ahead, take_foreseen, cut
@@ -54,6 +55,8 @@ module advance_mod
   public :: advance, advance_from, advance_along
 
   integer,  parameter :: max_attempts = 4                   !! with ever smaller residuals
+  integer,  parameter :: most_again = 200                   !! for coefficients to settle
+  real(wp), parameter :: settled = 0.1_wp                   !! of the tolerance: then they are
   real(wp), parameter :: smallest_tolerance = 1.0e-14_wp    !! that an attempt asks for [-]
 
 contains
@@ -87,7 +90,8 @@ contains
     type(state_t), intent(inout) :: new               !! where to start from; the end
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error  !! as of `advance`
-    type(contact_points_t) :: now !! with the extra gaps at the end of the increment
+    type(contact_points_t) :: now
+    !! with the extra gaps at the end of the increment, and the coefficients that its slips have
     type(trial_t) :: trial
     type(increment_report_t) :: none
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
@@ -128,6 +132,7 @@ contains
       call mark_end(increment, new)
       new%reaction = reaction
       report = none
+      now%mu = points%mu
       call complete(scene, now, solver, old, trial, new, report, error)
     end if
     call end_turned(scene, now, solver)
@@ -150,6 +155,7 @@ contains
     type(state_t), intent(out) :: new
     type(increment_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
+    type(contact_points_t) :: now
     type(increment_t) :: increment
     type(trial_t) :: trial
     real(wp) :: clock
@@ -164,11 +170,12 @@ contains
       if (allocated(error)) return
     end if
     clock = wall_seconds()
+    now = points
     call begin_trial(scene, points, solver, old, increment, trial)
     new = old
     call mark_end(increment, new)
     call take_foreseen(points, ahead, increment, solver, trial, new%reaction, report)
-    call complete(scene, points, solver, old, trial, new, report, error)
+    call complete(scene, now, solver, old, trial, new, report, error)
     new%trend = trend_of(increment, old%reaction, new%reaction)
     report%wall_time = report%wall_time + wall_seconds() - clock
     ! What was corrected was not what those after it began from.
@@ -178,7 +185,7 @@ contains
   !> From the loads of an increment, and perhaps its first reactions, to its end.
   subroutine complete(scene, points, solver, old, trial, new, report, error)
     type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
+    type(contact_points_t), intent(inout) :: points !! coefficients at rest; those of the slips
     type(step_solver_t), intent(inout) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial
@@ -187,9 +194,15 @@ contains
     type(error_t), allocatable, intent(out) :: error !! as of `advance`
     type(state_t) :: before
     type(increment_report_t) :: of_before
-    integer :: i
+    real(wp) :: largest(points%n), apart
+    integer :: i, n_again
 
-    attempts: do i = 1, max_attempts
+    largest = points%mu
+    if (depends_on_rate(points)) call give_coefficients(points, solver%contact)
+    n_again = 0
+    i = 0
+    attempts: do while (i < max_attempts)
+      i = i + 1
       ! 2. to 5. Equilibrium
       if (i == 1 .and. solver%choices%precision%renews_tangent .and. .not. is_together(scene, &
         solver)) call begin_with_tangent(scene, points, solver, old, trial, report, error)
@@ -226,6 +239,16 @@ contains
       if (.not. is_linear(scene)) then
         where (.not. points%on_surface) report%contact%covered_area = areas_at(scene, points, &
           new%displacement)
+      end if
+      if (depends_on_rate(points) .and. n_again < most_again) then
+        call find_coefficients(points, largest, report%contact, trial%duration, apart)
+        if (apart > settled*trial%controls%tolerance) then
+          call give_coefficients(points, solver%contact)
+          trial%placed_at = new%displacement
+          n_again = n_again + 1
+          i = i - 1
+          cycle attempts
+        end if
       end if
       call find_redundant(solver%contact, 10.0_wp*solver%choices%tolerance* &
         maxval(abs(new%displacement)) + rounding_of_places(scene, new%displacement), report%contact)

@@ -31,6 +31,7 @@ module look_ahead_mod
   use condensed_contact_mod, only: count_rows, neutral_motions, unpressed_motions
   use step_solver_mod, only: step_solver_t
   use trial_mod, only: trial_t, begin_trial, displacement_of, expected_reactions, trend_of
+  use friction_by_rate_mod, only: depends_on_rate
   use solve_reactions_mod, only: solve_reactions
   implicit none
   private
@@ -72,7 +73,8 @@ contains
     type(step_solver_t), intent(in) :: solver
 
     can_look_ahead = is_linear(scene) .and. is_exact(solver%choices%precision) .and. .not. &
-      (has_interference(scene) .or. may_stay_closed(scene) .or. any(points%is_curved)) .and. &
+      (has_interference(scene) .or. may_stay_closed(scene) .or. any(points%is_curved) .or. &
+      depends_on_rate(points)) .and. &
       solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed .and. &
       size(neutral_motions(solver%contact, solver%body%motions%n), 2) == 0
   end function can_look_ahead

@@ -33,6 +33,7 @@ module trial_mod
   type :: trial_t
     type(contact_controls_t) :: controls !! the deck's, with the residual that is asked for now
     integer :: most_iterations = 40 !! of Newton-Raphson
+    real(wp) :: duration = 0.0_wp !! of the increment [time]
     logical :: has_turned = .false. !! bodies, with the factor, as the increment begins
     logical :: is_extrapolated = .false. !! from the increment before, as this one begins
     logical :: has_begun = .false. !! a placement has been solved
@@ -108,6 +109,7 @@ contains
     allocate (trial%free(scene%mesh%n_elements))
     call find_free_strain(scene, increment%step, increment%position, trial%free)
     trial%forces%of_elements%largest = forces_of_heat(scene, trial%free)
+    trial%duration = (increment%fraction - increment%begin)*scene%steps(increment%step)%period
     trial%forces%prescribed = solver%body%prescribed
     trial%forces%constraints = scene%constraints
     if (has_turning(scene)) trial%turned_from = old%displacement(:, scene%rotations%rotation_node)

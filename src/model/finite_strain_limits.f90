@@ -3,6 +3,7 @@ module finite_strain_limits_mod
   use kinds_mod, only: wp
   use controls_mod, only: compliance_products, is_exact
   use element_laws_mod, only: varies
+  use friction_laws_mod, only: falls_with_rate
   use scene_mod, only: scene_t
   use text_mod, only: to_text
   use grips_mod, only: is_grip, is_turning, is_turning_mean, is_held_at_0
@@ -32,6 +33,8 @@ contains
     else if (any([(varies(scene%mesh, scene%materials(i)), i=1, size(scene%materials))])) then
       what = 'materials that are not isotropic along axes that go around: cylindrical ones '// &
         '(*ORIENTATION), and those of axisymmetric elements'
+    else if (falls_in_any_step(scene)) then
+      what = '*FRICTION, EXPONENTIAL DECAY'
     else if (scene%precision%iterative) then
       what = '*BODY SOLVER, TYPE=ITERATIVE'
     else if (scene%contact%compliance == compliance_products .and. .not. &
@@ -40,6 +43,18 @@ contains
       what = 'COMPLIANCE=PRODUCTS with a factor in single precision or of low rank (*PRECISION)'
     end if
   end function beyond_finite_strain
+
+  !> Whether a pair has friction that falls with the rate of slip.
+  pure logical function falls_in_any_step(scene) result(falls)
+    type(scene_t), intent(in) :: scene
+    integer :: k
+
+    falls = any(falls_with_rate(scene%pairs%law))
+    do k = 1, size(scene%steps)
+      if (allocated(scene%steps(k)%frictions)) falls = falls .or. any(falls_with_rate( &
+        scene%steps(k)%frictions%law))
+    end do
+  end function falls_in_any_step
 
   !> Whether a spring resists rotations of a coupling: large ones add up in no order.
   pure logical function spring_that_turns(scene)

@@ -1,12 +1,12 @@
 !> Friction that depends on the pressure: no more than a stress (TAUMAX), or a coefficient that a
-!> table gives over the pressure. docs/theory.md (3.12).
+!> table gives over the pressure; and on the rate of slip. docs/theory.md (3.12), (3.14).
 module friction_laws_mod
   use kinds_mod, only: wp
   implicit none
   private
 
-  public :: friction_law_t, is_constant, of_area, bound_friction, largest_friction, &
-    share_of_friction, are_same_laws
+  public :: friction_law_t, is_constant, needs_area, falls_with_rate, of_area, bound_friction, &
+    largest_friction, share_of_friction, share_at_rate, are_same_laws
 
   !> The largest friction of a point is its largest coefficient mu times `bound_friction`:
   !> |r_t| <= mu min(share(r_n) r_n, most). Of a pair in pressures, of a point in forces: these
@@ -17,16 +17,40 @@ module friction_laws_mod
     real(wp), allocatable :: pressure(:)
     !! (n) ascending, not negative; not allocated: the coefficient is mu [force/length^2], [force]
     real(wp), allocatable :: share(:)    !! (n) of mu at these pressures [-]
+    real(wp) :: kinetic = 1.0_wp         !! share of mu that fast slip has [-]
+    real(wp) :: decay = 0.0_wp           !! to it, over the rate of slip; 0: none [time/length]
   end type friction_law_t
 
 contains
 
-  !> Whether the coefficient is the same at all pressures.
+  !> Whether the coefficient is the same at all pressures and rates.
   pure elemental logical function is_constant(law)
     type(friction_law_t), intent(in) :: law
 
-    is_constant = law%most >= huge(1.0_wp) .and. .not. allocated(law%pressure)
+    is_constant = .not. (needs_area(law) .or. falls_with_rate(law))
   end function is_constant
+
+  !> Whether it depends on the pressure, so on the area of a point.
+  pure elemental logical function needs_area(law)
+    type(friction_law_t), intent(in) :: law
+
+    needs_area = law%most < huge(1.0_wp) .or. allocated(law%pressure)
+  end function needs_area
+
+  !> Whether it depends on the rate of slip.
+  pure elemental logical function falls_with_rate(law)
+    type(friction_law_t), intent(in) :: law
+
+    falls_with_rate = law%decay > 0.0_wp .and. law%kinetic < 1.0_wp
+  end function falls_with_rate
+
+  !> The share of the coefficient that a rate of slip has. docs/theory.md (3.14).
+  pure real(wp) function share_at_rate(law, rate) result(share)
+    type(friction_law_t), intent(in) :: law
+    real(wp), intent(in) :: rate !! [length/time]
+
+    share = law%kinetic + (1.0_wp - law%kinetic)*exp(-law%decay*rate)
+  end function share_at_rate
 
   !> The law of a point by that of its pair.
   pure type(friction_law_t) function of_area(law, area) result(of_point)
@@ -110,8 +134,8 @@ contains
   pure elemental logical function are_same_laws(a, b) result(same)
     type(friction_law_t), intent(in) :: a, b
 
-    same = .not. abs(a%most - b%most) > 0.0_wp .and. (allocated(a%pressure) .eqv. &
-      allocated(b%pressure))
+    same = .not. (abs(a%most - b%most) > 0.0_wp .or. abs(a%kinetic - b%kinetic) > 0.0_wp .or. &
+      abs(a%decay - b%decay) > 0.0_wp) .and. (allocated(a%pressure) .eqv. allocated(b%pressure))
     if (.not. same .or. .not. allocated(a%pressure)) return
     same = size(a%pressure) == size(b%pressure)
     if (same) same = .not. any(abs(a%pressure - b%pressure) > 0.0_wp .or. abs(a%share - b%share) > &

@@ -4,7 +4,7 @@
 module plan_table_mod
   use kinds_mod, only: wp
   use text_mod, only: string_t, to_text, counted, percent
-  use friction_laws_mod, only: friction_law_t
+  use friction_laws_mod, only: falls_with_rate, friction_law_t
   use scene_mod, only: scene_t
   use controls_mod, only: subject_in_words, is_bounded, contact_controls_t, solver_auto, &
                           solver_global_newton, formulation_bipotential, stop_at_change, &
@@ -301,7 +301,8 @@ contains
     end if
   end subroutine describe_pairs
 
-  !> Of a pair: mu = 0.3; or mu = 0.1 to 0.3 by the pressure, a friction stress of at most 5.
+  !> Of a pair: mu = 0.3; or mu = 0.1 to 0.3 by the pressure (or the rate of slip), a friction
+  !> stress of at most 5.
   pure function friction_in_words(law, mu) result(words)
     type(friction_law_t), intent(in) :: law
     real(wp), intent(in) :: mu !! the largest [-]
@@ -309,7 +310,9 @@ contains
 
     words = ', mu = '
     if (allocated(law%share)) words = words//to_text(mu*minval(law%share))//' to '
+    if (falls_with_rate(law)) words = words//to_text(mu*law%kinetic)//' to '
     words = words//to_text(mu)
+    if (falls_with_rate(law)) words = words//' by the rate of slip'
     if (allocated(law%share)) words = words//' by the pressure'
     if (law%most < huge(1.0_wp)) words = words//', a friction stress of at most '// &
       to_text(mu*law%most)

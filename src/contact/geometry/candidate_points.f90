@@ -12,7 +12,7 @@ module candidate_points_mod
   use scene_mod, only: scene_t, contact_gap_t
   use step_contact_mod, only: find_laws, most_friction, removed_in
   use errors_mod, only: error_t, raise, exit_wrong_input
-  use friction_laws_mod, only: friction_law_t, is_constant
+  use friction_laws_mod, only: friction_law_t, needs_area
   use text_mod, only: to_text
   use contact_points_mod, only: contact_points_t, find_side_points, n_sides
   use local_refinement_mod, only: fold_to_parents, hanging_of
@@ -208,7 +208,7 @@ contains
       call find_laws(scene, step, laws)
       if (.not. allocated(laws)) return
       do i = 1, points%n
-        if (points%area(i) > 0.0_wp .or. is_constant(laws(points%pair(i)))) cycle
+        if (points%area(i) > 0.0_wp .or. .not. needs_area(laws(points%pair(i)))) cycle
         call raise(error, exit_wrong_input, "the slaves of the contact pair '"//scene%pairs( &
           points%pair(i))%name//"' have no area where no face of them is, so no pressure: "// &
           "*FRICTION over the pressure or with TAUMAX needs slave surfaces of whole faces")

@@ -97,7 +97,8 @@ contains
     call end_data(reader, card, fields, '*SURFACE INTERACTION has one data line at most')
   end subroutine skip_thickness
 
-  !> *FRICTION[, TAUMAX=stress]: mu[, stick slope]; or a line a pressure, mu, , pressure.
+  !> *FRICTION[, TAUMAX=stress]: mu[, stick slope]; or a line a pressure, mu, , pressure; with
+  !> EXPONENTIAL DECAY mu at rest, mu of fast slip, decay.
   subroutine read_friction(reader, card, mu, law)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
@@ -106,7 +107,7 @@ contains
     type(fields_t) :: fields
     real(wp), allocatable :: coefficient(:), pressure(:)
     real(wp) :: most
-    logical :: found, ok, is_rough, has_most
+    logical :: found, ok, is_rough, has_most, falls
 
     call allow_options(reader, card, 'USER')
     if (has_option(card, 'USER')) then
@@ -124,6 +125,14 @@ contains
       call note(reader, '*FRICTION, ROUGH is a friction coefficient of '//to_text(mu)// &
         ': what touches sticks')
       call allow_no_data(reader, card)
+      return
+    end if
+    falls = .false.
+    call flag_option(reader, card, 'EXPONENTIAL DECAY', falls)
+    if (falls) then
+      if (has_most) call report(reader, option_position(card, 'TAUMAX'), 'TAUMAX and '// &
+        'EXPONENTIAL DECAY of *FRICTION are not available together')
+      call read_decay(reader, card, mu, law)
       return
     end if
     allocate (coefficient(0), pressure(0))
@@ -148,6 +157,49 @@ contains
       'fall so steeply that friction gets smaller where the pressure grows: there may be more '// &
       'than one solution')
   end subroutine read_friction
+
+  !> The line of *FRICTION, EXPONENTIAL DECAY.
+  subroutine read_decay(reader, card, mu, law)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    real(wp), intent(inout) :: mu             !! at rest [-]
+    type(friction_law_t), intent(inout) :: law
+    character(*), parameter :: form = 'mu at rest, mu of fast slip, decay over the rate of slip'
+    type(fields_t) :: fields
+    real(wp) :: numbers(3)
+    logical :: found, ok, each
+    integer :: i
+
+    call next_data_line(reader, card, fields, found, 3, form)
+    if (.not. found) then
+      call report(reader, card%position, '*FRICTION, EXPONENTIAL DECAY needs a data line: '// &
+        form)
+      return
+    end if
+    ok = .true.
+    do i = 1, 3
+      call real_field(reader, fields, i, form, numbers(i), each)
+      if (each .and. numbers(i) < 0.0_wp) then
+        call report(reader, field_position(reader, fields, i), 'the numbers of *FRICTION must '// &
+          'not be negative: '//quoted(field_text(reader, fields, i)))
+        each = .false.
+      end if
+      ok = ok .and. each
+    end do
+    call end_data(reader, card, fields, '*FRICTION, EXPONENTIAL DECAY has one data line')
+    if (.not. ok) return
+    if (numbers(2) > numbers(1)) then
+      call report(reader, field_position(reader, fields, 2), 'mu of fast slip must not be more '// &
+        'than mu at rest, '//quoted(field_text(reader, fields, 1)))
+      return
+    end if
+    mu = numbers(1)
+    if (.not. mu > 0.0_wp) return
+    law%kinetic = numbers(2)/mu
+    law%decay = numbers(3)
+    call note(reader, 'EXPONENTIAL DECAY of *FRICTION: the rate of slip is that of an '// &
+      'increment over its part of the time of the *STEP, 1 where *STATIC gives none')
+  end subroutine read_decay
 
   !> A line of *FRICTION, the next of a table.
   subroutine read_coefficient(reader, fields, coefficient, pressure, ok)

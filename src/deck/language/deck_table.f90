@@ -121,9 +121,9 @@ module deck_table_mod
     rule_t('SOLID SECTION', in_model, is_read, 'ELSET=name!, MATERIAL=name!, ORIENTATION=name', &
     'CONTROLS', 'thickness'), &
     rule_t('SURFACE INTERACTION', in_model, is_read, 'NAME=name!', data='thickness'), &
-    rule_t('FRICTION', in_model, is_read, 'ROUGH, TAUMAX=stress', &
+    rule_t('FRICTION', in_model, is_read, 'ROUGH, TAUMAX=stress, EXPONENTIAL DECAY', &
     ignored='SLIP TOLERANCE, ELASTIC SLIP, LAGRANGE', &
-    data='mu, stick slope, pressure, temperature'), &
+    data='mu, stick slope, pressure, temperature; or mu at rest, mu of fast slip, decay'), &
     rule_t('CONTACT PAIR', anywhere, is_read, 'INTERACTION=name!, ADJUST=distance or set, '// &
     'SMALL SLIDING, TIED', 'TYPE, MECHANICAL CONSTRAINT, CPSET, OP, NO THICKNESS, TRACKING, '// &
     'GEOMETRIC CORRECTION, SUPPLEMENTARY CONSTRAINTS, SMOOTH, EXTENSION ZONE', 'slave, master'), &
