@@ -51,7 +51,7 @@ class FreeMeshes(BoxCase):
 
     def test_displacements_of_second_degree_are_exact(self):
         """Pure bending, prescribed on the surface: inner nodes follow, and stress is linear."""
-        for kinds in (("corner2",), ("C3D13",), ("C3D20", "join2", "C3D10")):
+        for kinds in (("corner2",), ("C3D20", "join2", "C3D10")):
             with self.subTest(kinds=kinds):
                 box = Box("B", (3, 2, 2), kinds, shift=0)
                 x, y, z = box.x.T

@@ -13,8 +13,13 @@ from program import PROGRAM, Run
 from bipot.errors import ResultError
 
 FIELDS = "*EL FILE, POSITION=CENTROIDAL\nS, E, MISES, SP\n*EL FILE, POSITION=INTEGRATION POINTS\n"
-POINTS = {"C3D8": 8, "C3D10": 4, "C3D15": 18, "C3D20": 27, "C3D20R": 8, "C3D20R_14": 14,
-          "C3D4": 8, "C3D6": 8}
+POINTS = {"C3D8": 8, "C3D10": 4, "C3D13": 18, "C3D15": 18, "C3D20": 27, "C3D20R": 8,
+          "C3D20R_14": 14, "C3D4": 8, "C3D6": 8}
+# The nodes of a pyramid as of_cone gives them.
+CONE = np.array([
+    (-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (0, 0, 0), (0, -1, -1), (1, 0, -1),
+    (0, 1, -1), (-1, 0, -1), (-1, -1, -0.5), (1, -1, -0.5), (1, 1, -0.5), (-1, 1, -0.5),
+])
 
 
 def clamped(box, cards=FIELDS):
@@ -29,6 +34,12 @@ def clamped(box, cards=FIELDS):
     )
 
 
+def of_cone(natural):
+    """Return places (n, 3) of a pyramid by how far they are across it, and -1 to 0 to its apex."""
+    down = 1 - natural[:, 2:]
+    return np.concatenate([natural[:, :2] / down, -down], axis=1)
+
+
 def powers(kind):
     """Return the exponents (n, 3) of the monomials that a cell's shape functions consist of."""
     every = np.array(list(itertools.product(range(3), repeat=3)))
@@ -39,12 +50,17 @@ def powers(kind):
         return every[(flat <= 2) & ((z < 2) | (flat < 2))]
     if kind == "C3D8":
         return every[every.max(axis=1) < 2]
+    if kind == "C3D13":
+        flat, z = np.where(every > 1, every, 0)[:, :2].sum(axis=1), every[:, 2]
+        return every[(every.sum(axis=1) == 0) | ((z > 0) & (flat <= 2 * (z - 1)))]
     # No power above the first but of one coordinate, squared.
     return every[(np.where(every > 1, every, 0).sum(axis=1) <= 2)]
 
 
 def places(kind):
     """Return the natural coordinates of the nodes of a cell."""
+    if kind == "C3D13":
+        return CONE
     corners = {
         "C3D10": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
         "C3D15": [(r, s, t) for t in (-1, 1) for r, s in ((0, 0), (1, 0), (0, 1))],
@@ -80,7 +96,7 @@ class GaussPoints(unittest.TestCase):
         return run, result
 
     def test_strains_are_those_of_the_shape_functions_at_the_points_named(self):
-        for kind in ("C3D8", "C3D10", "C3D15", "C3D20", "C3D20R"):
+        for kind in ("C3D8", "C3D10", "C3D13", "C3D15", "C3D20", "C3D20R"):
             with self.subTest(kind=kind):
                 box = Box("B", (2, 2, 2), (kind,))
                 _, result = self.solve(clamped(box))
@@ -90,6 +106,7 @@ class GaussPoints(unittest.TestCase):
                 np.testing.assert_array_equal(result.element_ids[rows], ids)
                 natural = result.gauss_coordinates(kind)
                 self.assertEqual(natural.shape, (POINTS[kind], 3))
+                natural = of_cone(natural) if kind == "C3D13" else natural
                 nodes = np.array([cell for _, *cell in box.elements[kind]]) - box.first
                 derivative = gradients(kind, natural)
                 u = result.field("displacement")[nodes]

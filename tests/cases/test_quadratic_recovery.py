@@ -48,6 +48,8 @@ def quadrature(kind):
     a, b, c = ((point + 1) / 2).T
     if kind == "C3D15":
         return np.stack([a * (1 - b), b, point[:, 2]], axis=1), weight / 4 * (1 - b)
+    if kind == "C3D13":
+        return np.stack([point[:, 0], point[:, 1], c - 1], axis=1), weight / 2
     if kind == "C3D10":
         inside = np.stack([a * (1 - b) * (1 - c), b * (1 - c), c], axis=1)
         return inside, weight / 8 * (1 - b) * (1 - c) ** 2
@@ -94,8 +96,10 @@ class QuadraticRecovery(unittest.TestCase):
 
     def test_estimates_are_near_the_true_error_where_it_is_smooth(self):
         """Coarse meshes have few nodes inside: there it is on the safe side."""
-        for kind, n, most in (("C3D10", 3, 1.3), ("C3D10", 5, 1.15), ("C3D15", 5, 1.3),
-                              ("C3D20", 5, 1.25), ("C3D20R", 5, 1.25)):  # fmt: skip
+        for kind, n, most in (
+            ("C3D10", 3, 1.3), ("C3D10", 5, 1.15), ("C3D13", 3, 1.1), ("C3D15", 5, 1.3),
+            ("C3D20", 5, 1.25), ("C3D20R", 5, 1.25),
+        ):
             with self.subTest(kind=kind, n=n):
                 found = self.effectivity(kind, n)
                 self.assertGreater(found, 0.9)
@@ -104,7 +108,7 @@ class QuadraticRecovery(unittest.TestCase):
     def test_a_linear_stress_has_no_error(self):
         """In one layer, too, where no node is inside the body."""
         for kind, n in itertools.product(
-            ("C3D10", "C3D15", "C3D20", "C3D20R"), ((4, 1, 1), (3, 2, 1), (2, 3, 2))
+            ("C3D10", "C3D13", "C3D15", "C3D20", "C3D20R"), ((4, 1, 1), (3, 2, 1), (2, 3, 2))
         ):
             with self.subTest(kind=kind, n=n):
                 box = Box("B", n, (kind,), size=(4, 1, 1), shift=0.0)
