@@ -20,7 +20,9 @@ def material_of(b, young, depth):
     index = b.material(young, poisson)
     one = b.scene.materials[index]
     one.law = law
-    one.share = round(b.between(0.1, 0.6), 2) if law == MOONEY_RIVLIN else 0.4
+    one.share = 0.4 if law in (YEOH, OGDEN) else 0.0
+    if law == MOONEY_RIVLIN:
+        one.share = round(b.between(0.1, 0.6), 2)
     return index, depth
 
 
