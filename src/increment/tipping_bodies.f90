@@ -6,6 +6,7 @@ module tipping_bodies_mod
   use dense_mod, only: solve_least_squares
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, master_nodes
+  use friction_laws_mod, only: least_share
   use increment_report_mod, only: contact_fields_t
   use rigid_modes_mod, only: free_motions_t, motion_at, find_rotation, place_of
   use leaning_pairs_mod, only: leaning_t, presses
@@ -21,7 +22,8 @@ contains
   !> Whether the slave of a pair that leans over the edge of its master may tip over it.
   !>
   !> At the edge the pressure would balance the loads with another friction there, as large as the
-  !> motions that supports leave ask for: within the cone it keeps the body.
+  !> motions that supports leave ask for: within the cone it keeps the body, whose coefficient is
+  !> the least where it depends on the pressure, for that is large at an edge.
   logical function may_tip(scene, points, contact, motions, pair, leaning)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -69,6 +71,7 @@ contains
 
     logical function is_kept_by_friction()
       real(wp) :: change(3), at_edge(3), normal !! [force]
+      real(wp) :: mu
 
       is_kept_by_friction = .false.
       if (.not. leaning%is_on_slave) return
@@ -76,7 +79,9 @@ contains
       if (any(abs(matmul(change, seen) - moved) > rounding*maxval(abs(moved)))) return
       at_edge = leaning%force + change
       normal = dot_product(at_edge, leaning%normal)
-      is_kept_by_friction = norm2(at_edge - normal*leaning%normal) <= scene%pairs(pair)%mu*normal
+      mu = points%mu(points%first(pair))
+      if (allocated(points%laws)) mu = mu*least_share(points%laws(pair))
+      is_kept_by_friction = norm2(at_edge - normal*leaning%normal) <= mu*normal
     end function is_kept_by_friction
 
     pure logical function is_pressed_elsewhere(body)

@@ -6,7 +6,7 @@ module friction_laws_mod
   private
 
   public :: friction_law_t, is_constant, needs_area, falls_with_rate, of_area, bound_friction, &
-    largest_friction, share_of_friction, share_at_rate, are_same_laws
+    largest_friction, share_of_friction, share_at_rate, least_share, are_same_laws
 
   !> The largest friction of a point is its largest coefficient mu times `bound_friction`:
   !> |r_t| <= mu min(share(r_n) r_n, most). Of a pair in pressures, of a point in forces: these
@@ -51,6 +51,18 @@ contains
 
     share = law%kinetic + (1.0_wp - law%kinetic)*exp(-law%decay*rate)
   end function share_at_rate
+
+  !> The share of the coefficient that there is at all pressures and rates: none where friction is
+  !> no more than a stress.
+  pure elemental real(wp) function least_share(law) result(share)
+    type(friction_law_t), intent(in) :: law
+
+    share = 0.0_wp
+    if (law%most < huge(1.0_wp)) return
+    share = 1.0_wp
+    if (falls_with_rate(law)) share = law%kinetic
+    if (allocated(law%share)) share = share*minval(law%share)
+  end function least_share
 
   !> The law of a point by that of its pair.
   pure type(friction_law_t) function of_area(law, area) result(of_point)

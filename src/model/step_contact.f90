@@ -3,7 +3,7 @@
 module step_contact_mod
   use kinds_mod, only: wp
   use contact_points_mod, only: contact_points_t
-  use friction_laws_mod, only: friction_law_t, is_constant
+  use friction_laws_mod, only: friction_law_t, is_constant, least_share
   use scene_mod, only: scene_t
   implicit none
   private
@@ -131,15 +131,19 @@ contains
     end do
   end function most_friction
 
-  !> The least coefficient that is not 0, of all pairs and steps, and 1 at most.
+  !> The least coefficient that is not 0, of all pairs and steps, and 1 at most; of those that
+  !> depend on pressure or rate the least.
   pure real(wp) function least_friction(scene) result(least)
     type(scene_t), intent(in) :: scene
     real(wp) :: mu(size(scene%pairs))
+    type(friction_law_t), allocatable :: laws(:)
     integer :: k
 
     least = 1.0_wp
     do k = 0, size(scene%steps)
       mu = friction_in(scene, k)
+      call find_laws(scene, k, laws)
+      if (allocated(laws)) mu = mu*least_share(laws)
       least = min(least, minval(mu, mask=mu > 0.0_wp))
     end do
   end function least_friction

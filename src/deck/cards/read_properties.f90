@@ -230,16 +230,17 @@ contains
     logical :: is_named(size(hyperelastic_laws)), is_read
     integer :: i, n
 
-    call allow_options(reader, card)
     is_named = .false.
     do i = 1, size(hyperelastic_laws)
       call flag_option(reader, card, trim(hyperelastic_laws(i)%name), is_named(i))
     end do
     if (count(is_named) /= 1) then
+      ! Options that are not known are meant for it.
       call report(reader, card%position, '*HYPERELASTIC needs one law: '// &
         one_of(hyperelastic_laws%name))
       return
     end if
+    call allow_options(reader, card)
     law = hyperelastic_laws(findloc(is_named, .true., dim=1))
     n = 1
     call integer_option(reader, card, 'N', 1, huge(1), n, is_read)
