@@ -48,6 +48,7 @@ WORDS = {
         "contact/geometry/candidate_points.f90",
         "contact/geometry/nodes_behind.f90",  # of nodes that are no points
         "meshing/adjust.f90",
+        "meshing/general_pairs.f90",  # which faces look at an obstacle
         "constraints/plane_mesh.f90",
         "contact/mirror_scene.f90",  # of places and their mirror images
     },
