@@ -80,7 +80,9 @@ module read_deck_mod
   use grips_mod, only: is_turning
   use finite_strain_limits_mod, only: beyond_finite_strain
   use mesh_draft_mod, only: solids
-  use mesh_mod, only: kind_c3d8b
+  use cells_mod, only: has_middles
+  use element_laws_mod, only: varies
+  use mesh_mod, only: kind_c3d8, kind_c3d8b
   use scene_mod, only: scene_t
   use sets_mod, only: model_t
   use spring_elements_mod, only: spring_elements_t
@@ -250,6 +252,7 @@ contains
     where (scene%obstacles%ref_node > 0) scene%obstacles%is_on_body = scene%mesh%body(max(1, &
       scene%obstacles%ref_node)) > 0
     call refuse_loose(reader, draft%equations, scene%mesh)
+    call refuse_warm_axes(reader, scene)
     call check_turns(reader, scene)
     if (scene%finite_strain) then
       call prepare_finite_strain(reader, allocated(draft%equations%links), scene)
@@ -506,6 +509,30 @@ contains
       end do
     end do
   end subroutine check_turns
+
+  !> Refuse warmth where axes go around in elements with incompatible modes or a mean dilatation:
+  !> free of stress they would have forces.
+  subroutine refuse_warm_axes(reader, scene)
+    type(reader_t), intent(inout) :: reader
+    type(scene_t), intent(in) :: scene
+    type(card_t) :: card
+    integer :: e
+
+    if (.not. (has_card(reader, 'TEMPERATURE') .and. has_card(reader, 'EXPANSION'))) return
+    do e = 1, scene%mesh%n_elements
+      associate (material => scene%materials(scene%mesh%material(e)))
+        if (scene%mesh%element_kind(e) == kind_c3d8 .or. has_middles(scene%mesh%connectivity% &
+          cell(e)) .or. .not. abs(material%expansion) > 0.0_wp) cycle
+        if (.not. varies(scene%mesh, material)) cycle
+      end associate
+      call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'EXPANSION', .true., &
+        dim=1), card)
+      call report(reader, card%position, 'materials whose axes go around (SYSTEM=CYLINDRICAL of '// &
+        '*ORIENTATION, axisymmetric elements) do not expand in elements computed as C3D8I or '// &
+        'C3D8B', 'elements of second order do')
+      return
+    end do
+  end subroutine refuse_warm_axes
 
   !> Refuse what NLGEOM does not cover; but where the deck asks for others its factor is exact, its
   !> compliance is formed, and couplings that turn freely are solved for with their contact: a kept

@@ -314,6 +314,17 @@ class Mistakes(unittest.TestCase):
                 self.assertIn(said, self.said(cards(), f"{start}{lines}\n", named))
         self.assertIn("NLGEOM does not cover materials that are not isotropic", self.finite())
 
+    def test_axes_that_go_around_do_not_expand_everywhere(self):
+        for kind in ("C3D8I", "C3D8B"):
+            box = Box("B", (1, 1, 1), ("C3D8",))
+            run = Run(box.cards().replace("=STEEL", "=STEEL, ORIENTATION=O")
+                      .replace("TYPE=C3D8,", f"TYPE={kind},") + cards() + "*EXPANSION\n1e-5\n"
+                      "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n-1., 0., 0., -1., 0., 1.\n" + DRY
+                      + FLOOR + "*STEP\n*STATIC\n*BOUNDARY\nB-Z1, 1, 3, 0.\n*TEMPERATURE\n"
+                      "B-Z0, 5.\n*END STEP\n", name="deck")
+            self.assertEqual(run.status, 1, run.errors)
+            self.assertIn("do not expand in elements computed as C3D8I", run.errors)
+
     def finite(self):
         """Return what is said of cylindrical axes at finite strain."""
         box = Box("B", (1, 1, 1), ("C3D8",))
