@@ -45,7 +45,8 @@ def pair(slave, master, mu=0.0, name="I"):
 
 def step(cards, increments=1, nlgeom=False):
     """Return a step."""
-    return (f"*STEP{', NLGEOM' * nlgeom}\n*STATIC\n{1 / increments!r}, 1.\n{cards}"
+    each = repr(1 / increments)
+    return (f"*STEP{', NLGEOM' * nlgeom}\n*STATIC\n{each}, 1., , {each}\n{cards}"
             "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n*END STEP\n")  # fmt: skip
 
 

@@ -72,7 +72,7 @@ def ground(pair="B-Z0-F", mu=0.0, height=0.0, units=AS_IT_IS, options=""):
 
 def step(cards, increments=1):
     """Return a step."""
-    return f"*STEP\n*STATIC\n{1 / increments!r}, 1.\n{cards}*END STEP\n"
+    return f"*STEP\n*STATIC\n{1 / increments!r}, 1., , {1 / increments!r}\n{cards}*END STEP\n"
 
 
 PLANES = "*BOUNDARY\nB-X0, 1, 1\nB-Y0, 2, 2\n"

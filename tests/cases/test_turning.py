@@ -28,7 +28,7 @@ B-{side}, O
 
 STEP = """*STEP
 *STATIC{direct}
-{increment}, 1.
+{increment}, 1., , {increment}
 {cards}
 *END STEP
 """
