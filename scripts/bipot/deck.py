@@ -626,17 +626,19 @@ class Deck:
     @contextmanager
     def step(
         self, increment: Number = 1.0, period: Number = 1.0, direct: bool = False, title: str = "",
-        nlgeom: bool = False,
+        nlgeom: bool = False, largest: Number | None = None,
     ) -> Iterator[Deck]:
         """Add a step; the cards made in the `with` block belong to it.
 
         increment, period  of time; `direct`: the increments stay as they are
         nlgeom             finite strain
+        largest            increment that they grow to while load steps make little error
         """
         if self._in_step:
             raise ValueError("a step within a step")
         self.card("STEP", title.splitlines(), NLGEOM=nlgeom)
-        self.card("STATIC", [(increment, period)], DIRECT=direct)
+        line = (increment, period) if largest is None else (increment, period, 0, largest)
+        self.card("STATIC", [line], DIRECT=direct)
         try:
             yield self
         finally:

@@ -12,11 +12,13 @@ module increments_mod
   private
 
   public :: increment_t, next_increment, count_increments, done_of_deck, ends_step, mark_end, &
-    is_extra, asked_number, increment_name
+    is_extra, asked_number, increment_name, largest_length, rounded_up
   public :: whole_increment, smallest_increment
 
   integer(i8), parameter :: whole_increment = 2_i8**32 !! parts in an increment of the deck
   integer(i8), parameter :: smallest_increment = 2_i8**20 !! nothing is cut below 1/4096
+  integer, parameter :: least_of_step = 8
+  !! increments that a *STEP keeps as they grow: with fewer the error by load steps is not seen
 
   !> One increment of one *STEP.
   type :: increment_t
@@ -34,6 +36,26 @@ module increments_mod
   end type increment_t
 
 contains
+
+  !> The largest size that increments of a *STEP may grow to: a power of 2 of the deck's.
+  pure integer(i8) function largest_length(step) result(length)
+    type(load_step_t), intent(in) :: step
+    real(wp) :: most !! of the deck's
+
+    length = whole_increment
+    if (step%direct) return
+    most = step%n_increments*min(step%largest/step%period, 1.0_wp/least_of_step)
+    do while (2*length <= most*whole_increment)
+      length = 2*length
+    end do
+  end function largest_length
+
+  !> The first end of the deck's increments at a position or behind it.
+  pure integer(i8) function rounded_up(position)
+    integer(i8), intent(in) :: position !! in parts of the deck's increments
+
+    rounded_up = position + modulo(-position, whole_increment)
+  end function rounded_up
 
   !> The increment that follows `state`; its index is 0 when there is none.
   pure type(increment_t) function next_increment(steps, state, length) result(increment)

@@ -77,6 +77,7 @@ module loads_mod
     real(wp) :: period = 1.0_wp
     real(wp) :: increment = 1.0_wp
     integer  :: n_increments = 1
+    real(wp) :: largest = huge(1.0_wp)          !! increment that they grow to, without DIRECT
     logical  :: direct = .false.                !! keep the increments as they are
     logical  :: ends_at_all_kinks = .false.     !! increments do, however many there are
     logical  :: replace_boundary = .false.      !! OP=NEW: earlier ones end here, rotations too

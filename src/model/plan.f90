@@ -27,6 +27,7 @@ module plan_mod
     type(contact_points_t) :: points          !! candidate contact points
     integer, allocatable :: rows(:)           !! (n_points) contact rows of each point, at most
     integer :: n_increments = 0               !! increments of the whole run
+    integer :: n_fewest = 0                   !! those that it has if they grow as fast as they may
     integer :: n_events = 0
     !! increments at most that end at events of the load path, beside the deck's
     integer :: n_cuts = 0

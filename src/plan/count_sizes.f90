@@ -44,6 +44,7 @@ module count_sizes_mod
     real(wp) :: squares, cubes   !! sums over the blocks of the compliance, one a body
     real(wp) :: front, workspace, flops
     real(wp) :: increments, outputs, steps, factorisations, motions
+    real(wp) :: written = 0.0_wp !! increments, if they do not grow
     real(wp) :: shadows = 0.0_wp !! runs at finite strain beside this one
     real(wp) :: laws = 1.0_wp    !! that finite strain may have: as many runs it would take
     real(wp) :: neighbours
@@ -92,7 +93,8 @@ contains
     sizes%factor = sizes%entries
     sizes%front = 0.0_wp
     sizes%flops = 0.0_wp
-    sizes%increments = plan%n_increments + plan%n_cuts
+    sizes%increments = plan%n_fewest + plan%n_cuts
+    sizes%written = plan%n_increments + plan%n_cuts
     sizes%outputs = plan%n_outputs
     sizes%steps = size(scene%steps)
     sizes%shadows = count_shadows(scene)

@@ -66,22 +66,22 @@ contains
     file%fields = file%dense + squeezed*file%varying + file%zeros/200.0_wp
     do i = 1, size(scene%pairs)
       call list_pair_fields(scene, i, count(plan%points%pair(:plan%points%n) == i), fields)
-      call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+      call add_fields(fields, block_bytes(fields), sizes%written, once, file)
     end do
     call list_reference_fields(scene, fields)
-    call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+    call add_fields(fields, block_bytes(fields), sizes%written, once, file)
     call list_spring_fields(scene, fields)
-    call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+    call add_fields(fields, block_bytes(fields), sizes%written, once, file)
     if (allocated(scene%output%prints)) then
       do i = 1, size(scene%output%prints)
         call list_print_fields(scene, i, fields)
-        call add_fields(fields, block_bytes(fields), sizes%increments, once, file)
+        call add_fields(fields, block_bytes(fields), sizes%written, once, file)
       end do
     end if
     ! A table of a dataset has room for the increments (result_file), for more where they may be
     ! cut; the state is there in two slots, and of the forces in it few are not 0.
-    entries = max(256.0_wp, real(sizes%increments, wp))
-    if (.not. all(scene%steps%direct)) entries = max(1024.0_wp, 2.0_wp*sizes%increments)
+    entries = max(256.0_wp, real(sizes%written, wp))
+    if (.not. all(scene%steps%direct)) entries = max(1024.0_wp, 2.0_wp*sizes%written)
     table = growing_dataset + entry*min(65534.0_wp, entries)
     file%size = once + table*file%datasets + file%dense + squeezed*file%varying + &
       file%zeros/200.0_wp + 100.0_wp*sizes%nodes

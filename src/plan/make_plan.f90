@@ -11,6 +11,7 @@ module make_plan_mod
   use choices_mod, only: choices_t
   use contact_points_mod, only: contact_nodes, master_nodes
   use increments_mod, only: count_increments
+  use choose_increment_mod, only: fewest_increments
   use step_fields_mod, only: fields_due
   use kinks_mod, only: most_events
   use turns_mod, only: count_cuts
@@ -61,6 +62,7 @@ contains
     if (allocated(error)) return
     call begin_interference(scene, plan%points)
     plan%n_increments = count_increments(scene%steps)
+    plan%n_fewest = fewest_increments(scene)
     plan%n_events = count_events(scene)
     plan%n_cuts = sum([(count_cuts(scene, step), step=1, size(scene%steps))])
     plan%n_cuts = plan%n_cuts + (choices%divisions - 1)*sum(scene%steps%n_increments, &
@@ -221,7 +223,7 @@ contains
     bound = bound_at_most
     if (plan%is_constant) bound = bound_fixed
     of_increments = bound_of_increments(scene)
-    call add_figure(plan, 'increments', real(plan%n_increments, wp), of_increments)
+    call add_figure(plan, 'increments', real(plan%n_fewest, wp), of_increments)
     if (.not. all(scene%steps%direct)) call add_figure(plan, 'increments_at_events', &
       real(plan%n_events, wp), bound_at_most)
     call add_figure(plan, 'increments_with_fields', real(plan%n_outputs, wp), of_increments)

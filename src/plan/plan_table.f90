@@ -129,6 +129,8 @@ contains
     character(:), allocatable :: words
 
     words = to_text(plan%n_increments)//' in '//counted(size(scene%steps), 'step')
+    if (plan%n_fewest < plan%n_increments) words = to_text(plan%n_fewest)//' to '//words// &
+      ', which grow while load steps make little error'
     if (all(scene%steps%direct)) return
     if (plan%n_cuts > 0) words = words//'; '//to_text(plan%n_cuts)// &
       ' more for the accuracy or for obstacles that turn'

@@ -5,7 +5,7 @@ module increment_notes_mod
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increments_mod, only: increment_t, increment_name, count_increments
+  use increments_mod, only: increment_t, increment_name, count_increments, whole_increment
   use increment_report_mod, only: increment_report_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
@@ -31,7 +31,7 @@ module increment_notes_mod
     note_unfelt, note_apart, note_node_behind, note_passed, note_small_contacts, note_kinks, &
     note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, &
     note_unstable, note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, &
-    note_followed, note_settled, note_yielded, note_past_side
+    note_followed, note_settled, note_yielded, note_past_side, note_grown
 
   !> A line for the console.
   type :: note_t
@@ -525,6 +525,20 @@ contains
       end if
     end associate
   end subroutine note_kinks
+
+  !> Increments of a *STEP that is over: fewer than the deck's, as they grew.
+  pure subroutine note_grown(scene, increment, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment !! the last of the *STEP
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    associate (n => scene%steps(increment%step)%n_increments)
+      if (increment%position < n*whole_increment .or. increment%number >= n) return
+      call add_note(notes, increment, .false., ': '//to_text(increment%number)// &
+        ' increments in place of '//to_text(n)//': they grew, as load steps make less error '// &
+        'than a third of the mesh''s')
+    end associate
+  end subroutine note_grown
 
   !> Increments of the *STEP in which an obstacle turns far.
   pure subroutine note_turn(scene, increment, notes)

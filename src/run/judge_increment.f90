@@ -23,6 +23,7 @@ module judge_increment_mod
   use settled_cycles_mod, only: followed_cycle_t
   use load_events_mod, only: first_touch, no_event
   use load_step_error_mod, only: follow_coarsely
+  use choose_increment_mod, only: may_grow, grow_increments
   use geometry_error_mod, only: estimate_geometry
   use shadow_run_mod, only: shadow_solver_t, begin_shadows, is_due, follow_shadows, &
     compare_shadows, look_at_stability, is_first_due, not_unstable, is_unstable, may_be_unstable, &
@@ -42,8 +43,8 @@ module judge_increment_mod
   use tipping_bodies_mod, only: may_tip
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t, start_shadows
-  use measure_increment_mod, only: estimate_mesh, measure_deformation, measure_stress, &
-    bound_theory
+  use measure_increment_mod, only: is_mesh_told, estimate_mesh, measure_deformation, &
+    measure_stress, bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, &
@@ -52,7 +53,7 @@ module judge_increment_mod
     note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
-    note_past_side
+    note_past_side, note_grown
   use yielded_bodies_mod, only: yielded_t, find_yielded
   use sector_slips_mod, only: find_past_sides
   implicit none
@@ -157,6 +158,7 @@ contains
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)
+        call note_grown(scene, increment, notes)
         call note_apart(scene, plan%points, increment, report, least_overlap(scene, &
           solver%choices%tolerance, solved%state%displacement), notes)
         if (scene%finite_strain) call note_past_side(scene, plan%points, increment, &
@@ -420,7 +422,7 @@ contains
     logical, intent(in) :: is_last         !! of its *STEP
     type(increment_report_t), intent(inout) :: report
     real(wp) :: clock
-    logical :: says_it
+    logical :: says_it, is_told, is_compared
 
     clock = wall_seconds()
     associate (c => report%certificate)
@@ -434,12 +436,15 @@ contains
     if (allocated(progress%sequence)) says_it = says_it .and. says_of_steps(progress%sequence)
     if (says_it) call follow_coarsely(scene, plan%points, solver, progress%state, new, &
       progress%coarse, report)
-    if (scene%accuracy%estimates .or. scene%output%mesh_error) call estimate_mesh(scene, &
-      plan%points, new, report)
+    is_told = is_mesh_told(scene, new)
+    is_compared = may_grow(scene, new%step) .and. report%errors%load_steps > 0.0_wp
+    if (is_told .or. is_compared) call estimate_mesh(scene, plan%points, new, report)
     if (is_conforming(scene%mesh)) report%errors%too_stiff = report%errors%mesh
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
+    call grow_increments(scene, new%step, report%errors, progress%size)
+    if (.not. is_told) report%errors%mesh = -1.0_wp
     call measure_deformation(scene, new, report)
     progress%tally%estimate_time = progress%tally%estimate_time + wall_seconds() - clock
   end subroutine estimate_errors

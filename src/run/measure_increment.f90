@@ -25,24 +25,32 @@ module measure_increment_mod
   implicit none
   private
 
-  public :: estimate_mesh, measure_deformation, measure_stress, bound_theory
+  public :: is_mesh_told, estimate_mesh, measure_deformation, measure_stress, bound_theory
 
 contains
 
-  !> The error of the mesh: at the end of a step, and where the deck wants it as a field.
-  !> Where an accuracy is asked of this mesh alone, with what recovery does not see of contact.
+  !> Whether the error of the mesh is told: at the end of a step, and where the deck wants it as a
+  !> field.
+  pure logical function is_mesh_told(scene, state) result(told)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    logical :: is_last
+
+    is_last = ends_step(scene%steps, state)
+    told = is_last .and. scene%accuracy%estimates
+    if (scene%output%mesh_error) told = told .or. fields_due(scene%output%frequency, &
+      asked_number(state%position), is_last)
+  end function is_mesh_told
+
+  !> The error of the mesh. Where an accuracy is asked of this mesh alone, with what recovery does
+  !> not see of contact.
   subroutine estimate_mesh(scene, points, state, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(state_t), intent(in) :: state
-    type(increment_report_t), intent(inout) :: report !! gets the error of the mesh, where it is due
+    type(increment_report_t), intent(inout) :: report !! gets the error of the mesh
     real(wp) :: free(scene%mesh%n_elements)
-    logical :: is_last, due
 
-    is_last = ends_step(scene%steps, state)
-    due = scene%output%mesh_error
-    if (due) due = fields_due(scene%output%frequency, asked_number(state%position), is_last)
-    if (.not. (is_last .or. due)) return
     call find_free_strain(scene, state%step, state%position, free)
     call estimate_mesh_error(scene%mesh, scene%materials, state%displacement, free, &
       .not. is_linear(scene), report%mesh_error, report%errors%mesh)

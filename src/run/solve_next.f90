@@ -81,8 +81,8 @@ contains
       sizes: do tries = 1, most_tries
         call stop_if_signalled(error)
         if (allocated(error)) return
-        call choose_increment(scene, plan%points, solver, progress%state, progress%size, &
-          increment, is_plain)
+        call choose_increment(scene, plan%points, solver, progress%state, progress%cycles, &
+          progress%size, increment, is_plain)
         call set_extra_gap(scene, increment%step, increment%position, plan%points)
         call advance_or_widen(scene, plan, solver, progress, is_plain, solved, notes, error)
         if (needs_double(scene, solver, error, solved%report)) then

@@ -469,8 +469,10 @@ def read_flat(program, path, overrides):
                     step.cards = before.cards
                 scene.steps.append(step)
             case "STATIC":
-                given = [number(word) for row in card.rows for word in row if word]
-                step.increment, step.period = [*given, 1.0, 1.0][:2]
+                row = [number(word) if word else 0.0 for word in (*card.rows, [])[0]]
+                given, period, _, largest = [*row, 0.0, 0.0, 0.0, 0.0][:4]
+                step.period = period or 1.0
+                step.increment = min(given or step.period, largest or math.inf)
             case "BOUNDARY" | "CLOAD" | "DLOAD" | "DSLOAD" | "TEMPERATURE":
                 read_load(card, scene, before if step is None else step)
             case keyword if keyword in NOTHING:

@@ -285,60 +285,65 @@ contains
       'loads ramp over a step; for anything else use *AMPLITUDE')
   end subroutine read_step_options
 
-  !> *STATIC[, DIRECT]: increment, period
+  !> *STATIC[, DIRECT]: increment, period, smallest and largest increment
   subroutine read_static(reader, card, step)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(load_step_t), intent(inout) :: step
     type(fields_t) :: fields
-    integer :: position, i
-    real(wp) :: limit
-    logical :: found, ok(2)
+    integer :: position
+    real(wp) :: smallest
+    logical :: found, ok(4)
 
     ! Equilibrium takes no artificial damping, which is what STABILIZE and those beside it are of.
     call allow_options(reader, card)
     call flag_option(reader, card, 'DIRECT', step%direct)
     call next_data_line(reader, card, fields, found, 4, &
-      'an increment, a period (and a smallest and a largest increment, which are ignored)')
+      'an increment, a period (and a smallest increment, which is ignored, and a largest one)')
     if (.not. found) return
     position = fields%start
-    ok = .true.
-    if (.not. is_empty_field(fields, 2)) then
-      call real_field(reader, fields, 2, 'the period', step%period, ok(2))
-    end if
-    ! As Abaqus has it, 0 stands for what is left out.
-    if (ok(2) .and. .not. abs(step%period) > 0.0_wp) step%period = 1.0_wp
-    if (ok(2) .and. step%period < 0.0_wp) then
-      call report(reader, field_position(reader, fields, 2), 'the period must be positive, not '// &
-        quoted(field_text(reader, fields, 2)))
-      ok(2) = .false.
-    end if
-    step%increment = step%period
-    if (.not. is_empty_field(fields, 1)) then
-      call real_field(reader, fields, 1, 'the increment', step%increment, ok(1))
-    end if
-    if (ok(1) .and. .not. abs(step%increment) > 0.0_wp) step%increment = step%period
-    if (ok(1) .and. step%increment < 0.0_wp) then
-      call report(reader, position, 'the increment must be positive, not '// &
-        quoted(field_text(reader, fields, 1)))
-      ok(1) = .false.
-    end if
-    do i = 3, fields%n
-      if (is_empty_field(fields, i)) cycle
-      call real_field(reader, fields, i, 'a smallest and a largest increment', limit, found)
-      call note(reader, 'the smallest and largest increment of *STATIC are ignored')
-    end do
+    call read_time(2, 'the period', 1.0_wp, step%period)
+    call read_time(1, 'the increment', step%period, step%increment)
+    call read_time(3, 'the smallest increment', 0.0_wp, smallest)
+    if (smallest > 0.0_wp) call note(reader, 'the smallest increment of *STATIC is ignored')
+    call read_time(4, 'the largest increment', huge(1.0_wp), step%largest)
+    if (step%largest < huge(1.0_wp) .and. step%direct) call note(reader, &
+      'the largest increment of *STATIC is ignored: DIRECT keeps increments as they are')
     if (all(ok)) then
       if (step%increment > step%period*(1.0_wp + 1.0e-12_wp)) then
         call report(reader, position, 'the increment is larger than the period')
-      else if (step%period > max_increments*step%increment) then
-        call report(reader, position, 'the step has more than '//to_text(max_increments)// &
-          ' increments')
       else
-        step%n_increments = nint(step%period/step%increment)
+        if (.not. step%direct) step%increment = min(step%increment, step%largest)
+        if (step%period > max_increments*step%increment) then
+          call report(reader, position, 'the step has more than '//to_text(max_increments)// &
+            ' increments')
+        else
+          step%n_increments = nint(step%period/step%increment)
+        end if
       end if
     end if
     call end_data(reader, card, fields, '*STATIC has one data line')
+
+  contains
+
+    !> A time of the line. As Abaqus has it, 0 stands for what is left out.
+    subroutine read_time(i, what, default, time)
+      integer, intent(in) :: i
+      character(*), intent(in) :: what
+      real(wp), intent(in) :: default
+      real(wp), intent(out) :: time
+
+      time = 0.0_wp
+      ok(i) = .true.
+      if (.not. is_empty_field(fields, i)) call real_field(reader, fields, i, what, time, ok(i))
+      if (ok(i) .and. time < 0.0_wp) then
+        call report(reader, field_position(reader, fields, i), what//' must be positive, not '// &
+          quoted(field_text(reader, fields, i)))
+        ok(i) = .false.
+      end if
+      if (.not. time > 0.0_wp) time = default
+    end subroutine read_time
+
   end subroutine read_static
 
 end module read_steps_mod
