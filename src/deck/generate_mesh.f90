@@ -13,13 +13,14 @@
 !> They make what is there when they are read: nodes, elements and sets that stand above them.
 module generate_mesh_mod
   use cards_mod, only: reader_t, report, report_missing_element
+  use cells_mod, only: cells
   use connectivity_mod, only: nodes_of_element
   use fields_mod, only: field_position, fields_t, integer_field, is_empty_field, &
     next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use lookup_mod, only: find_id, id_lookup_t, make_id_lookup
   use mesh_draft_mod, only: add_early_set, add_element, add_node, early_set_t, max_nodes, &
-    mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes
+    mesh_draft_t, reserve_elements, reserve_nodes, set_of_elements, set_of_nodes, solids
   use numbers_mod, only: largest_number
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
     has_option, integer_option, name_option, option_position
@@ -410,7 +411,7 @@ contains
     end do
   end subroutine read_elgen
 
-  !> *ELCOPY, ELEMENT SHIFT=n, SHIFT NODES=n, OLD SET=name, NEW SET=name
+  !> *ELCOPY, ELEMENT SHIFT=n, SHIFT NODES=n, OLD SET=name, NEW SET=name[, REFLECT]
   subroutine read_elcopy(reader, card, above, draft)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
@@ -418,7 +419,7 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     integer, allocatable :: old(:)
     integer :: by_element, by_node, i, first
-    logical :: ok
+    logical :: ok, reflects
 
     call allow_no_data(reader, card)
     call old_set(reader, card, draft, above, old, ok)
@@ -427,13 +428,14 @@ contains
     by_node = 0
     call integer_option(reader, card, 'ELEMENT SHIFT', 1, max_nodes, by_element, ok)
     call integer_option(reader, card, 'SHIFT NODES', 0, max_nodes, by_node, ok)
+    call flag_option(reader, card, 'REFLECT', reflects)
     if (.not. has_option(card, 'ELEMENT SHIFT')) call report(reader, card%position, &
       '*ELCOPY needs ELEMENT SHIFT=, which is added to the ids')
     if (by_element == 0) return
     first = draft%n_elements + 1
     do i = 1, size(old)
       call put_element(reader, draft, old(i), int(by_element, i8), int(by_node, i8), &
-        card%position, ok)
+        card%position, ok, reflects)
       if (.not. ok) return
     end do
     call add_to_set(reader, card, 'NEW SET', draft, [(i, i=first, draft%n_elements)])
@@ -482,13 +484,14 @@ contains
   end subroutine put_node
 
   !> A copy of an element, with other ids.
-  subroutine put_element(reader, draft, master, by_element, by_node, position, ok)
+  subroutine put_element(reader, draft, master, by_element, by_node, position, ok, reflects)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(inout) :: draft
     integer, intent(in) :: master
     integer(i8), intent(in) :: by_element, by_node !! what is added to ids
     integer, intent(in) :: position
     logical, intent(out) :: ok
+    logical, intent(in), optional :: reflects !! its nodes are the image of the others in a mirror
     integer, allocatable :: nodes(:)
     integer :: id, kind, cell
 
@@ -496,6 +499,9 @@ contains
     id = draft%element_id(master)
     kind = draft%element_kind(master)
     cell = draft%connectivity%cell(master)
+    if (present(reflects)) then
+      if (reflects) nodes = nodes(order_in_mirror(cell, draft%plane /= solids, size(nodes)))
+    end if
     ok = maxval(nodes) + by_node <= huge(1) .and. id + by_element <= huge(1)
     if (.not. ok) call report(reader, position, 'this card makes an element with ids above '// &
       to_text(huge(1)))
@@ -506,6 +512,43 @@ contains
     if (ok) call add_element(draft, id + int(by_element), kind, cell, nodes + int(by_node), &
       position)
   end subroutine put_element
+
+  !> The order of the nodes of an element that is seen in a mirror, else it would be inside out:
+  !> around a plane element or the base of a pyramid the other way, tetrahedra with two corners
+  !> exchanged, others upside down.
+  pure function order_in_mirror(cell, is_plane, n) result(order)
+    integer, intent(in) :: cell
+    logical, intent(in) :: is_plane !! its nodes have places for their copies, as of expand_plane
+    integer, intent(in) :: n        !! nodes
+    integer :: order(n)
+    integer :: i, k
+
+    associate (c => cells(cell)%n_corners, edge => cells(cell)%edge)
+      if (is_plane) then
+        order(:c/2) = [1, (c/2 + 2 - i, i=2, c/2)]
+        order(c/2 + 1:c) = c/2 + order(:c/2)
+      else
+        order(:c) = [(modulo(i + c/2 - 1, c) + 1, i=1, c)]
+        if (c == 4) order(:c) = [2, 1, 3, 4]
+        if (c == 5) order(:c) = [1, 4, 3, 2, 5]
+      end if
+      do i = c + 1, n
+        do k = 1, n - c
+          if (is_same(edge(:, k), order(edge(:, i - c)))) order(i) = c + k
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Whether two edges have the same ends.
+    pure logical function is_same(one, other)
+      integer, intent(in) :: one(2), other(2)
+
+      is_same = all(one == other) .or. all(one == other([2, 1]))
+    end function is_same
+
+  end function order_in_mirror
 
   !> Put numbers of nodes or elements into the set that an option names, if it does.
   subroutine add_to_set(reader, card, option, draft, members)

@@ -80,7 +80,7 @@ module deck_table_mod
     rule_t('ELGEN', in_model, is_read, 'ELSET=name', data='element, count, step of nodes, '// &
     'step of elements, ... three times'), &
     rule_t('ELCOPY', in_model, is_read, 'ELEMENT SHIFT=count!, SHIFT NODES=count!, '// &
-    'OLD SET=name!, NEW SET=name'), &
+    'OLD SET=name!, NEW SET=name, REFLECT'), &
     rule_t('PLANE ELEMENTS', in_model, is_read, 'TYPE=CPE|CPS|CAX!'), &
     rule_t('BLOCK', in_model, is_read, 'NAME=name!, NX=count!, NY=count!, NZ=count!, '// &
     'TYPE=type:C3D8, ELSET=name', data='x, y, z, size along x, along y, along z; '// &
