@@ -97,31 +97,52 @@ contains
 
   !> Add the nodal forces of the weight of some elements, int N_a density (acceleration +
   !> gradient sum_b N_b x_b) dV.
-  pure subroutine gravity_force(mesh, materials, elements, acceleration, gradient, x, f)
+  pure subroutine gravity_force(mesh, density, elements, acceleration, gradient, x, f, is_radial)
     type(mesh_t), intent(in) :: mesh
-    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: density(:)       !! (n_materials) [mass/length^3]
     integer,  intent(in) :: elements(:)      !! element numbers
     real(wp), intent(in) :: acceleration(3)  !! [length/time^2]
     real(wp), intent(in) :: gradient(3, 3)   !! [1/time^2]
     real(wp), intent(in) :: x(:, :)
     !! (3,n_nodes) places of the nodes, or how far they have moved [length]
     real(wp), intent(inout) :: f(:, :)       !! (3,n_nodes) [force]
+    logical, intent(in), optional :: is_radial
+    !! the first component of the acceleration is away from the y axis, at each node
     type(cell_functions_t) :: functions
-    real(wp) :: products(most_nodes, most_nodes), weight(3)
+    real(wp) :: products(most_nodes, most_nodes), weight(3), along(3)
     integer :: i, a, n
+    logical :: turns
 
+    turns = .false.
+    if (present(is_radial)) turns = is_radial
     do i = 1, size(elements)
       associate (e => elements(i), nodes => nodes_of_element(mesh%connectivity, elements(i)))
         n = size(nodes)
         call find_node_products(mesh%connectivity%cell(e), mesh%coordinates(:, nodes), functions, &
           products(:n, :n))
         do a = 1, n
-          weight = acceleration*sum(products(:n, a)) + matmul(gradient, matmul(x(:, nodes), &
+          along = acceleration
+          if (turns) along = turned(acceleration, mesh%coordinates(:, &
+            nodes(a)) + mesh%origin)
+          weight = along*sum(products(:n, a)) + matmul(gradient, matmul(x(:, nodes), &
             products(:n, a)))
-          f(:, nodes(a)) = f(:, nodes(a)) + materials(mesh%material(e))%density*weight
+          f(:, nodes(a)) = f(:, nodes(a)) + density(mesh%material(e))*weight
         end do
       end associate
     end do
+
+  contains
+
+    !> A vector of the plane of x and y about the y axis.
+    pure function turned(vector, place)
+      real(wp), intent(in) :: vector(3), place(3)
+      real(wp) :: turned(3), radius
+
+      turned = vector
+      radius = norm2(place([1, 3]))
+      if (radius > 0.0_wp) turned([1, 3]) = vector(1)*place([1, 3])/radius
+    end function turned
+
   end subroutine gravity_force
 
   !> Add to each node its part of the faces of a surface; nodes that none of them has keep theirs.

@@ -12,7 +12,7 @@ module step_loads_mod
   use turns_mod, only: turns_t, turns_of_step
   use turning_couplings_mod, only: turned_constraints
   use constraints_mod, only: constraints_t, active_constraints, follow_masters
-  use mesh_mod, only: joined_nodes
+  use mesh_mod, only: axisymmetric, joined_nodes
   use spring_elements_mod, only: spring_direction, spring_ends
   use scene_mod, only: scene_t
   use warming_mod, only: warming_t, warms, warming_of_step
@@ -298,6 +298,7 @@ contains
     !! (3,3,n_regions,patterns) of the weights [1/time^2]
     real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure, gravity
     real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
+    real(wp) :: density(size(scene%materials))
     integer :: k, g, i, j, n
 
     ! Level by level from the first step: what a step starts from is what the one before it ended
@@ -334,9 +335,12 @@ contains
       force(:, :, g) = reshape(concentrated(:, g), [3, scene%mesh%n_nodes])
       do i = 1, size(scene%regions)
         associate (of_region => gravity(12*i - 11:12*i, g))
-          if (any(abs(of_region) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
+          density = scene%materials%density
+          if (scene%regions(i)%by_volume) density = 1.0_wp
+          if (any(abs(of_region) > 0.0_wp)) call gravity_force(scene%mesh, density, &
             scene%regions(i)%elements, of_region(:3), reshape(of_region(4:), [3, 3]), &
-            scene%mesh%coordinates, force(:, :, g))
+            scene%mesh%coordinates, force(:, :, g), scene%regions(i)%by_volume .and. &
+            scene%mesh%plane == axisymmetric)
         end associate
       end do
     end do

@@ -29,7 +29,7 @@ contains
       end do
       do i = 1, size(scene%regions)
         if (any(abs(following%gradient(:, :, i)) > 0.0_wp)) call gravity_force(scene%mesh, &
-          scene%materials, scene%regions(i)%elements, [0.0_wp, 0.0_wp, 0.0_wp], &
+          scene%materials%density, scene%regions(i)%elements, [0.0_wp, 0.0_wp, 0.0_wp], &
           following%gradient(:, :, i), u, imposed%external)
       end do
     end associate

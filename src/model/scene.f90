@@ -41,6 +41,7 @@ module scene_mod
   !> Elements that a load names.
   type :: region_t
     integer, allocatable :: elements(:) !! element numbers, ascending, each once
+    logical :: by_volume = .false.      !! loads are of volume, not of mass
   end type region_t
 
   !> *CONTACT GAP: nodes that are further from every obstacle than the mesh says.

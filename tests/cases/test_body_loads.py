@@ -291,6 +291,42 @@ class BodyLoads(unittest.TestCase):
                 of_body[-1][:, 0] += stress * around
         return of_faces, of_body
 
+    def test_copies_in_a_mirror(self):
+        """*ELCOPY, REFLECT: the copies have forces per volume (BX) as their originals have."""
+        types = [*SOLIDS.items(), *((f"CPE{name}", shape) for name, shape in PLANE.items())]
+        for name, shape in types:
+            with self.subTest(type=name):
+                second = name in ("C3D10", "C3D15", "C3D20", "C3D20R", "CPE6", "CPE8", "CPE8R")
+                kind = Type(shape, second)
+                x = places(kind, np.array([3.0, 0.4, 0.2]))[0]
+                ids = range(1, len(x) + 1)
+                how, mirror = "MIRROR", "0., 0., -9., 1., 0., -9.\n0., 1., -9."
+                if kind.dimension == 2:
+                    how, mirror = "LINE", "0., -9., 0., 1., -9., 0."
+                nodes = "\n".join(", ".join(map(str, (i, *map(float, at)))) for i, at in zip(
+                    ids, x, strict=True))  # fmt: skip
+                numbers = [str(i) for i in (1, *ids)]
+                rows = [", ".join(numbers[:12]), ", ".join(numbers[12:])]
+                text = "\n".join([
+                    "*NODE, NSET=OLD", nodes,
+                    f"*NCOPY, CHANGE NUMBER=100, OLD SET=OLD, NEW SET=NEW, REFLECT={how}",
+                    mirror, f"*ELEMENT, TYPE={name}, ELSET=B", ",\n".join(filter(None, rows)),
+                    "*ELCOPY, ELEMENT SHIFT=1, SHIFT NODES=100, OLD SET=B, NEW SET=B, REFLECT",
+                    "*MATERIAL, NAME=M", "*ELASTIC", "1000., 0.3",
+                    "*SOLID SECTION, ELSET=B, MATERIAL=M", "*STEP", "*STATIC", "*BOUNDARY",
+                    "OLD, 1, 3", "NEW, 1, 3", "*DLOAD", "B, BX, 2.", "*NODE FILE", "RF",
+                    "*END STEP", "",
+                ])  # fmt: skip
+                run = Run(text, name="mirror")
+                self.assertEqual(run.status, 0, run.output + run.errors)
+                with run.result() as result:
+                    force = result.field("reaction_force", -1)[:, 0]
+                    of = dict(zip(result.node_ids.tolist(), force, strict=False))
+                one = np.array([of[node] for node in ids])
+                other = np.array([of[node + 100] for node in ids])
+                np.testing.assert_allclose(other, one, rtol=0, atol=1e-12 * abs(one).max())
+                self.assertLess(one.sum(), 0)
+
     def test_orders_are_all_that_there_are(self):
         """As many as a shape has rotations; each keeps the volume's sign."""
         for shape, n in N_TURNS.items():

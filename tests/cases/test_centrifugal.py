@@ -48,6 +48,71 @@ def bar(kind="C3D8", x=0.0, y=0.0, options="", square=SQUARE, length=1.0):
         ]
 
 
+class ForcesPerVolume(unittest.TestCase):
+    """BX, BY, BZ, BR of *DLOAD: closed forms."""
+
+    def test_a_thin_ring(self):
+        """Under BR the stress around it is the force times the radius; BZ pulls along the axis."""
+        deck = """*NODE, NSET=ALL
+1, 10., 0.
+2, 10.01, 0.
+3, 10.01, 1.
+4, 10., 1.
+*ELEMENT, TYPE=CAX4, ELSET=E
+1, 1, 2, 3, 4
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*SOLID SECTION, ELSET=E, MATERIAL=M
+*BOUNDARY
+1, 2
+2, 2
+*STEP
+*STATIC
+*DLOAD
+E, BR, 2.
+E, BZ, 3.
+*NODE FILE
+U
+*NODE PRINT, NSET=ALL, TOTALS=ONLY
+RF
+*END STEP
+"""
+        run = Run(deck, name="ring")
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        with run.result() as result:
+            first = result.field("displacement", -1)[0]
+            np.testing.assert_allclose(first[0], 2 * 10.005**2 / 1000, rtol=2e-3)
+            rows = (run.folder / "ring.node.csv").read_text().splitlines()
+        volume = np.pi * (10.01**2 - 10**2)
+        np.testing.assert_allclose(float(rows[-1].split(",")[-2]), -3 * volume, rtol=1e-3)
+
+    def test_weight_is_a_force_per_volume(self):
+        """A bar of a density under GRAV, and without one under that force per volume."""
+        ends = []
+        for load, density in (("B, GRAV, 9., 0., -1., 0.", "*DENSITY\n2.\n"), ("B, BY, -18.", "")):
+            deck = BAR.format(kind="C3D8", x=0, y=0, middle=0, length=1, young=YOUNG, density="1.",
+                              options="", square=1.0)
+            deck = deck.replace("*DENSITY\n1.\n", density)
+            deck = deck.replace("B, CENTRIF, 1.0, 0, 0, 0., 0., 0., -3.", load)
+            run = Run(deck, name="bar")
+            self.assertEqual(run.status, 0, run.output + run.errors)
+            with run.result() as result:
+                ends.append(result.field("displacement", -1))
+        np.testing.assert_allclose(*ends, rtol=1e-9, atol=1e-12 * abs(ends[0]).max())
+
+    def test_what_there_is_not(self):
+        """Directions that the elements do not have are refused."""
+        for kind, load in (("CAX4", "BX"), ("CPE4", "BZ"), ("CPS4", "BR")):
+            deck = "*NODE\n1, 1., 0.\n2, 2., 0.\n3, 2., 1.\n4, 1., 1.\n"
+            deck += f"*ELEMENT, TYPE={kind}, ELSET=E\n1, 1, 2, 3, 4\n"
+            deck += "*MATERIAL, NAME=M\n*ELASTIC\n1., 0.\n*SOLID SECTION, ELSET=E, MATERIAL=M\n"
+            deck += f"*STEP\n*STATIC\n*DLOAD\nE, {load}, 1.\n*END STEP\n"
+            run = Run(deck, name="none")
+            self.assertEqual(run.status, 1)
+            self.assertIn(f"not '{load}'", run.errors)
+
+
 class Bars(unittest.TestCase):
     """Along a bar that turns about its end: rho w^2 (L^2 - x^2)/2, of its weight's part alone."""
 

@@ -15,7 +15,8 @@ module read_element_loads_mod
     name_field, next_data_line, real_field, reference_field, reference_t
   use kinds_mod, only: i8, wp
   use loads_mod, only: gravity_t, load_step_t, pressure_t
-  use mesh_draft_mod, only: axisymmetric, face_of_label, mesh_draft_t, solids
+  use mesh_draft_mod, only: axisymmetric, face_of_label, mesh_draft_t, plane_strain, &
+    plane_stress, solids
   use options_mod, only: allow_options, card_t
   use read_amplitudes_mod, only: amplitude_list_t, amplitude_option
   use read_loads_mod, only: add_pressure, read_op
@@ -31,6 +32,8 @@ module read_element_loads_mod
   !> Faces and elements named by all lines of a deck together: more than any real deck needs.
   integer(i8), parameter :: max_work = 100000000
   integer, parameter :: grav = 7, centrif = 8 !! behind the six faces
+  integer, parameter :: body_force = 8, along_z = 11
+  !! a force per volume: body_force + 1 along x, or away from the axis, + 2 along y, + 3 along z
 
   !> The element loads of the step that is being read, and the regions of the whole deck.
   type :: element_load_draft_t
@@ -41,9 +44,9 @@ module read_element_loads_mod
     type(region_t), allocatable :: regions(:)
     integer :: n_regions = 0
     integer, allocatable :: of_set(:, :)
-    !! (8, 0:n_sets) surface of the set and each face, regions of the set; 0: none yet; set 0: all
+    !! (11, 0:n_sets) surface of the set and each face, regions of the set; 0: none yet; set 0: all
     integer, allocatable :: of_element(:, :)
-    !! (8, n_elements) as above for single elements; not allocated before there is one
+    !! (11, n_elements) as above for single elements; not allocated before there is one
     integer(i8) :: work = 0
   end type element_load_draft_t
 
@@ -56,7 +59,7 @@ contains
 
     if (.not. allocated(draft%pressures)) then
       allocate (draft%pressures(4), draft%gravity(4), draft%regions(4))
-      allocate (draft%of_set(centrif, 0:model%element_sets%n), source=0)
+      allocate (draft%of_set(along_z, 0:model%element_sets%n), source=0)
     end if
     draft%n_pressures = 0
     draft%n_gravity = 0
@@ -93,7 +96,7 @@ contains
     do
       call next_data_line(reader, card, fields, found, any_number, '')
       if (.not. found) exit
-      call read_label(reader, fields, model%mesh%plane /= solids, label)
+      call read_label(reader, fields, model%mesh%plane, label)
       if (label > 0 .and. label < grav) label = face_of_label(model%mesh, label)
       call read_target(reader, model, fields, label, elements, slot, ok(1))
       if (label == 0) cycle
@@ -104,8 +107,8 @@ contains
           model%mesh, elements, label, field_position(reader, fields, 2), ok(1))
       else
         call read_acceleration(reader, fields, label, model%mesh, gravity, ok(2))
-        if (ok(1) .and. known_index(draft, label, slot) == 0) call check_density(reader, model, &
-          fields, elements)
+        if (ok(1) .and. label <= centrif .and. known_index(draft, label, slot) == 0) call &
+          check_density(reader, model, fields, elements)
       end if
       if (.not. all(ok)) cycle
       call find_index(model, elements, label, slot, surfaces, draft, index)
@@ -124,36 +127,41 @@ contains
     end do
   end subroutine read_dload
 
-  !> P1..P6, GRAV or CENTRIF in the second field: 1..6, grav, centrif; 0 after an error.
-  subroutine read_label(reader, fields, of_plane, label)
+  !> P1..P6, GRAV, CENTRIF, BX, BY, BZ or BR in the second field: 1..6, grav, centrif and so on; 0
+  !> after an error.
+  subroutine read_label(reader, fields, plane, label)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
-    logical, intent(in) :: of_plane !! elements have edges in the place of faces
+    integer, intent(in) :: plane !! as of mesh_t
     integer, intent(out) :: label
-    character(:), allocatable :: word, message
+    character(:), allocatable :: word, message, along
     logical :: ok
 
     label = 0
     call name_field(reader, fields, 2, 'P1 to P6, GRAV or CENTRIF', word, ok)
     if (.not. ok) return
+    ! Of bodies of revolution z is along the axis, which is y here.
+    along = 'XYZ'
+    if (plane == axisymmetric) along = 'RZ'
+    if (any(plane == [plane_strain, plane_stress])) along = 'XY'
     if (word == 'GRAV') then
       label = grav
     else if (word == 'CENTRIF') then
       label = centrif
     else if (len(word) == 2) then
       if (word(1:1) == 'P') label = index('123456', word(2:2))
+      if (word(1:1) == 'B') label = index(along, word(2:2))
+      if (word(1:1) == 'B' .and. label > 0) label = body_force + label
     end if
-    if (of_plane .and. label > 4 .and. label < grav) then
+    if (plane /= solids .and. label > 4 .and. label < grav) then
       call report(reader, field_position(reader, fields, 2), 'elements of a plane have the '// &
         'edges P1 to P4')
       label = 0
       return
     end if
     if (label > 0) return
-    message = 'only P1 to P6 (pressure on a face), GRAV (weight) and CENTRIF (rotation) are '// &
-      'available, not '//quoted(word)
-    if (any(word == ['BX', 'BY', 'BZ', 'BR'])) message = message//': a force per volume along '// &
-      'x, y or z is GRAV with that force over the *DENSITY'
+    message = 'only P1 to P6 (pressure on a face), GRAV (weight), CENTRIF (rotation) and BX, '// &
+      'BY, BZ (force per volume; of CAX elements BR and BZ) are available, not '//quoted(word)
     ! Pressures have other names on elements that were refused, shells for instance.
     if (word(1:1) == 'P') then
       call report_missing_element(reader, field_position(reader, fields, 2), message)
@@ -205,12 +213,12 @@ contains
     end if
   end subroutine read_target
 
-  !> The numbers of GRAV: an acceleration and its direction; of CENTRIF: the square of an angular
-  !> velocity, a point of the axis and its direction.
+  !> The numbers of GRAV: an acceleration and its direction; of BX: a force per volume; of CENTRIF:
+  !> the square of an angular velocity, a point of the axis and its direction.
   subroutine read_acceleration(reader, fields, label, mesh, gravity, ok)
     type(reader_t), intent(inout) :: reader
     type(fields_t), intent(in) :: fields
-    integer, intent(in) :: label !! grav, centrif
+    integer, intent(in) :: label !! grav, centrif, or of a force per volume
     type(mesh_draft_t), intent(in) :: mesh
     type(gravity_t), intent(out) :: gravity
     logical, intent(out) :: ok
@@ -218,6 +226,12 @@ contains
     logical :: is_read(3)
     integer :: i
 
+    if (label > body_force) then
+      call limit_fields(reader, fields, 3, 'a set or element, BX, BY or BZ, a force per volume')
+      call real_field(reader, fields, 3, 'the force per volume', size, ok)
+      gravity%acceleration(label - body_force) = size
+      return
+    end if
     if (label == grav) then
       call limit_fields(reader, fields, 6, 'a set or element, GRAV, g and a direction')
       call real_field(reader, fields, 3, 'the acceleration', size, is_read(1))
@@ -353,12 +367,13 @@ contains
     if (label >= grav) then
       call add_region(draft, elements)
       index = draft%n_regions
+      draft%regions(index)%by_volume = label > body_force
     else
       call add_surface_of_sides(model%mesh, elements, label, surfaces, index)
     end if
     if (slot(2) > 0) then
       if (.not. allocated(draft%of_element)) then
-        allocate (draft%of_element(centrif, model%mesh%n_elements), source=0)
+        allocate (draft%of_element(along_z, model%mesh%n_elements), source=0)
       end if
       draft%of_element(label, slot(2)) = index
     else
@@ -390,6 +405,7 @@ contains
       allocate (larger(2*draft%n_regions))
       do i = 1, draft%n_regions
         call move_alloc(draft%regions(i)%elements, larger(i)%elements)
+        larger(i)%by_volume = draft%regions(i)%by_volume
       end do
       call move_alloc(larger, draft%regions)
     end if
