@@ -4,7 +4,8 @@
 !>     u_slave = sum of weight times u_master,   the weights of docs/theory.md (11.2)
 !>
 !> Weights give a place on the master only where the node is there: elsewhere bodies that turn would
-!> be strained. So what is not moved onto its master is not tied but refused.
+!> be strained. So what is to stay off its master (ADJUST=NO) is at the end of an arm that turns
+!> with the master's nodes, (11.33); elsewhere it is refused.
 module ties_mod
   use inverted_elements_mod, only: first_inverted
   use cards_mod, only: keep_reading, note, reader_t, report
@@ -16,7 +17,7 @@ module ties_mod
   use local_refinement_mod, only: hanging_of
   use cells_mod, only: face_corners
   use connectivity_mod, only: corners_in
-  use mesh_mod, only: deck_rounding
+  use mesh_mod, only: deck_rounding, solids
   use surface_reach_mod, only: reach_of_faces, face_each_other
   use mortar_rows_mod, only: mortar_t, slave_t
   use tied_rows_mod, only: take_up_shifts
@@ -25,8 +26,9 @@ module ties_mod
   use refine_locally_mod, only: place_hanging
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
+  use small_matrix_mod, only: determinant, inverse
   use surfaces_mod, only: surface_t, all_nodes_of, nodes_of
-  use text_mod, only: to_text
+  use text_mod, only: counted, to_text
   implicit none
   private
 
@@ -175,8 +177,9 @@ contains
     type(constraints_t), intent(inout) :: constraints !! gets them, behind what there is
     type(mortar_t) :: mortar
     logical, allocatable :: tied(:)
-    real(wp) :: off, given
-    integer :: tie_of(model%mesh%n_nodes), t, i, n, node, c
+    real(wp) :: off, given, longest
+    integer :: tie_of(model%mesh%n_nodes), t, i, n, node, c, n_arms
+    logical :: is_held
 
     given = 16.0_wp*deck_rounding(model%mesh%coordinates(:, :model%mesh%n_nodes), &
       model%mesh%origin)
@@ -191,6 +194,8 @@ contains
           cycle
         end if
         off = max(on*edge_of(model, surfaces(ties(t)%master)), given)
+        n_arms = 0
+        longest = 0.0_wp
         do i = 1, size(slaves)
           node = slaves(i)
           if (.not. tied(i)) cycle
@@ -205,11 +210,17 @@ contains
               call report(reader, at, name//': node '//to_text(id(node))//' is '// &
                 to_text(norm2(mortar%apart(:, i)), 3)//' off its master after all nodes were '// &
                 'moved: does ADJUST of a *CONTACT PAIR move it, or another tie?')
-            else
-              call report(reader, at, name//': ADJUST=NO leaves node '//to_text(id(node))//' '// &
-                to_text(norm2(mortar%apart(:, i)), 3)//' off its master, where a tie would '// &
-                'strain bodies that turn: it must be moved onto it (ADJUST=YES)')
+              exit
             end if
+            call tie_by_arm(model, node, mortar, i, constraints, is_held)
+            if (is_held) then
+              n_arms = n_arms + 1
+              longest = max(longest, norm2(mortar%apart(:, i)))
+              cycle
+            end if
+            call report(reader, at, name//': ADJUST=NO leaves node '//to_text(id(node))//' '// &
+              to_text(norm2(mortar%apart(:, i)), 3)//' off its master, where a tie would '// &
+              'strain bodies that turn: it must be moved onto it (ADJUST=YES)')
             exit
           end if
           associate (first => mortar%weights%first(i), last => mortar%weights%first(i + 1) - 1)
@@ -217,6 +228,8 @@ contains
               mortar%weights%weight(first:last), constraints)
           end associate
         end do
+        if (n_arms > 0) call note(reader, 'tie '//ties(t)%name//': '//counted(n_arms, 'node')// &
+          ' off the master by up to '//to_text(longest, 3)//' (ADJUST=NO) turn with its faces')
         if (allocated(model%mesh%hangs)) tied = tied .or. model%mesh%hangs(slaves)
         n = count(.not. tied)
         if (n > 0) then
@@ -255,6 +268,60 @@ contains
         weight(kept))
     end do
   end subroutine tie_node
+
+  !> The constraints of a node off its master, docs/theory.md (11.33): the arm to it turns with the
+  !> masters, by the rotation that fits their displacements best. Rigid motions strain nothing.
+  pure subroutine tie_by_arm(model, node, mortar, i, constraints, is_held)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: node
+    type(mortar_t), intent(in) :: mortar
+    integer, intent(in) :: i             !! its row
+    type(constraints_t), intent(inout) :: constraints
+    logical, intent(out) :: is_held
+    !! false in a plane, and where masters in a line do not say how they turn
+    real(wp), parameter :: least = 1.0e-6_wp !! of the moments of a ball [-]
+    real(wp) :: moment(3, 3)
+    real(wp), allocatable :: r(:, :), weight(:, :, :)
+    integer, allocatable :: master(:)
+    integer :: k, d
+
+    master = mortar%weights%node(mortar%weights%first(i):mortar%weights%first(i + 1) - 1)
+    r = model%mesh%coordinates(:, master)
+    r = r - spread(sum(r, dim=2)/size(master), 2, size(master))
+    moment = -matmul(r, transpose(r))
+    do d = 1, 3
+      moment(d, d) = moment(d, d) + sum(r**2)
+    end do
+    is_held = model%mesh%plane == solids .and. determinant(moment) > least*sum(r**2)**3
+    if (.not. is_held) return
+    allocate (weight(3, 3, size(master)))
+    do k = 1, size(master)
+      weight(:, :, k) = -matmul(cross_with(mortar%apart(:, i)), matmul(inverse(moment), &
+        cross_with(r(:, k))))
+      do d = 1, 3
+        weight(d, d, k) = weight(d, d, k) + mortar%weights%weight(mortar%weights%first(i) + k - 1)
+      end do
+    end do
+    do d = 1, 3
+      associate (row => [(weight(d, :, k), k=1, size(master))])
+        associate (kept => pack([(k, k=1, size(row))], abs(row) > nothing))
+          call add_constraint(constraints, node, d, master((kept + 2)/3), modulo(kept - 1, 3) + 1, &
+            row(kept))
+        end associate
+      end associate
+    end do
+
+  contains
+
+    !> The matrix of a vector product, a x b = A b.
+    pure function cross_with(a)
+      real(wp), intent(in) :: a(3)
+      real(wp) :: cross_with(3, 3)
+
+      cross_with = reshape([0.0_wp, a(3), -a(2), -a(3), 0.0_wp, a(1), a(2), -a(1), 0.0_wp], [3, 3])
+    end function cross_with
+
+  end subroutine tie_by_arm
 
   !> What the slave nodes of a tie face, and which of them the master covers.
   subroutine face_master(model, surfaces, tie, mortar, tied)

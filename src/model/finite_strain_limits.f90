@@ -28,6 +28,9 @@ contains
       what = coupling_in_words(scene, beyond)
     else if (any(scene%pairs%master == 0 .and. scene%pairs%small_sliding)) then
       what = 'SMALL SLIDING between surfaces of elements'
+    else if (has_arms(scene)) then
+      what = 'ties that leave nodes off their master (ADJUST=NO of *TIE): move them onto it '// &
+        '(ADJUST=YES)'
     else if (spring_that_turns(scene)) then
       what = 'springs of rotations, dofs 4 to 6 (*SPRING)'
     else if (any([(varies(scene%mesh, scene%materials(i)), i=1, size(scene%materials))])) then
@@ -55,6 +58,20 @@ contains
         scene%steps(k)%frictions%law))
     end do
   end function falls_in_any_step
+
+  !> Whether nodes are tied by arms, which turn by small rotations alone.
+  pure logical function has_arms(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: c
+
+    has_arms = .false.
+    associate (joints => scene%constraints)
+      do c = 1, joints%n - joints%n_equations
+        has_arms = has_arms .or. any(joints%master_dof(joints%first(c):joints%first(c + 1) - 1) /= &
+          joints%dof(c))
+      end do
+    end associate
+  end function has_arms
 
   !> Whether a spring resists rotations of a coupling: large ones add up in no order.
   pure logical function spring_that_turns(scene)

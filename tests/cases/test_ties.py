@@ -483,5 +483,62 @@ class Arithmetic(unittest.TestCase):
         self.assertEqual(again.status, 0, again.errors)
 
 
+class Arms(unittest.TestCase):
+    """Nodes that ADJUST=NO leaves off their master."""
+
+    TEXT = """*BLOCK, NAME=LOW, NX=2, NY=2, NZ=2
+0., 0., 0.,  1., 1., 1.
+*BLOCK, NAME=UP, NX=3, NY=3, NZ=2
+0.1, 0.2, 1.4,  0.7, 0.7, 0.5
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.3
+*SOLID SECTION, ELSET=LOW, MATERIAL=M
+*SOLID SECTION, ELSET=UP, MATERIAL=M
+*TIE, NAME=GLUE, ADJUST=NO, POSITION TOLERANCE=0.5
+UP-ZMIN, LOW-ZMAX
+*STEP{nlgeom}
+*STATIC
+*BOUNDARY
+LOW-ZMIN, 1, 3
+{load}*NODE FILE
+U, RF
+*END STEP
+"""
+
+    def test_what_turns_is_not_strained(self):
+        """A small rotation of the base goes through the gap."""
+        turn, lines = np.array([0.01, -0.02, 0.03]), ""
+        with Run(self.TEXT.format(nlgeom="", load=""), name="ties").result() as it:
+            points, ids = it.points, it.node_ids
+        for node, x in zip(ids, points, strict=True):
+            if abs(x[2]) < 1e-9:
+                u = map(float, np.cross(turn, x))
+                lines += "".join(f"{node}, {d}, {d}, {of!r}\n" for d, of in enumerate(u, 1))
+        text = self.TEXT.format(nlgeom="", load=lines).replace("LOW-ZMIN, 1, 3\n", "")
+        run = Run(text, name="ties")
+        self.assertEqual(run.status, 0, run.errors)
+        self.assertIn("off the master by up to 0.4 (ADJUST=NO) turn", run.output)
+        with run.result() as result:
+            u = result.field("displacement", -1)
+            np.testing.assert_allclose(u, np.cross(turn, points), rtol=0, atol=1e-12)
+
+    def test_moments_go_through(self):
+        """A force on top has its moment about the base."""
+        load = "*CLOAD\nUP-ZMAX, 1, 0.0625\n"
+        run = Run(self.TEXT.format(nlgeom="", load=load), name="ties")
+        self.assertEqual(run.status, 0, run.errors)
+        with run.result() as result:
+            force = result.field("reaction_force", -1)
+            moment = np.cross(result.points, force).sum(axis=0)
+        np.testing.assert_allclose(force.sum(axis=0), [-1, 0, 0], atol=1e-10)
+        np.testing.assert_allclose(moment, [0, -1.9, 0.55], atol=1e-10)
+
+    def test_not_at_finite_strain(self):
+        run = Run(self.TEXT.format(nlgeom=", NLGEOM", load=""), name="ties")
+        self.assertEqual(run.status, 1)
+        self.assertIn("ties that leave nodes off their master", run.errors)
+
+
 if __name__ == "__main__":
     unittest.main()
