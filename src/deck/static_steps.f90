@@ -1,7 +1,7 @@
 !> The static steps that a deck begins with, where it is to run without the others (--static-steps).
 module static_steps_mod
   use cards_mod, only: is_keyword_line, note, pieces_t, reader_t, report, split_line
-  use deck_table_mod, only: is_other_step, rule_of, rule_t, same_word, squeeze
+  use deck_table_mod, only: is_other_step, rule_of, rule_t, says, squeeze
   use text_mod, only: counted, to_text
   implicit none
   private
@@ -31,10 +31,10 @@ contains
         if (of_other > 0) cycle
         step = step + 1
         begins = line
-        if (has_option('PERTURBATION')) call leave_out('PERTURBATION')
+        if (has_option('PERTURBATION', 'YES')) call leave_out('PERTURBATION')
       else if (of_other == 0 .and. step > 0) then
         rule = rule_of(name)
-        if (is_other_step(name) .and. .not. has_option('APPLICATION=QUASI-STATIC')) call &
+        if (is_other_step(name) .and. .not. has_option('APPLICATION', 'QUASI-STATIC')) call &
           leave_out('*'//trim(rule%name))
       end if
     end do
@@ -70,17 +70,14 @@ contains
     end subroutine open_keyword
 
     !> Whether the line that is open has an option, as a flag or with a value but NO.
-    pure logical function has_option(option)
-      character(*), intent(in) :: option
+    pure logical function has_option(option, value)
+      character(*), intent(in) :: option, value
       integer :: i
 
-      has_option = .false.
-      do i = 2, pieces%n
-        associate (word => reader%source%text(pieces%first(i):pieces%last(i)))
-          has_option = has_option .or. same_word(word, option) .or. same_word(word, option//'=YES')
-        end associate
-      end do
+      has_option = any([(says(reader%source%text(pieces%first(i):pieces%last(i)), option, value), &
+        i=2, pieces%n)])
     end function has_option
+
   end subroutine leave_out_steps
 
 end module static_steps_mod

@@ -117,6 +117,17 @@ contains
         pair%name = surfaces%list(pair%surface)%name//':'// &
           surfaces%list(pair%master_surface)%name
       end if
+      if (.not. allocated(pair%interaction)) return ! reported
+      if (reader%cards(k)%step > 0) then
+        ! A step may name again what it goes on with.
+        do other = 1, n
+          if (.not. (found_pairs(other)%surface == pair%surface .and. found_pairs(other)%master == &
+            pair%master .and. found_pairs(other)%master_surface == pair%master_surface .and. &
+            found_pairs(other)%interaction == pair%interaction)) cycle
+          call note(reader, 'the contact pair '//quoted(pair%name)//' is there already')
+          return
+        end do
+      end if
       if (allocated(pair%left_open)) then
         ! Its surface is that of no other pair.
         do other = 1, n

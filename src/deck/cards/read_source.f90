@@ -262,13 +262,16 @@ contains
     character(*), intent(in) :: card
     character(:), allocatable, intent(out) :: path
     character(:), allocatable, intent(out) :: problem !! allocated when there is no usable path
+    character(:), allocatable :: option
     integer :: comma, equal, last
 
     comma = index(card, ',')
     equal = index(card, '=')
     path = ''
     if (comma > 0 .and. equal > comma) then
-      if (upper(trim(adjustl(without_tabs(card(comma + 1:equal - 1))))) == 'INPUT') then
+      ! As all options, of three letters or more.
+      option = upper(trim(adjustl(without_tabs(card(comma + 1:equal - 1)))))
+      if (len(option) > 2 .and. index('INPUT', option) == 1) then
         path = trim(adjustl(without_tabs(card(equal + 1:))))
         last = len(path)
         if (last > 1) then

@@ -9,7 +9,7 @@ module cards_mod
   use diagnostics_mod, only: add_mistake, add_note, diagnostics_t, guess, quoted, wants_more
   use deck_table_mod, only: find_rule, in_model, in_step, is_ignored, is_missing, is_outside, &
     is_other_step, is_procedure, item_t, keyword_names, max_keyword, rule_of, rule_t, same_word, &
-    split_items
+    says, split_items
   use parameters_mod, only: parameter_table_t
   use substitution_mod, only: define_parameter
   use text_mod, only: to_text
@@ -204,15 +204,11 @@ contains
     end subroutine open_keyword
 
     !> Whether an option of the keyword line says APPLICATION=QUASI-STATIC.
-    pure logical function says_quasi_static() result(says)
+    pure logical function says_quasi_static()
       integer :: i
 
-      says = .false.
-      do i = 2, pieces%n
-        associate (option => reader%source%text(pieces%first(i):pieces%last(i)))
-          says = says .or. same_word(option, 'APPLICATION=QUASI-STATIC')
-        end associate
-      end do
+      says_quasi_static = any([(says(reader%source%text(pieces%first(i):pieces%last(i)), &
+        'APPLICATION', 'QUASI-STATIC'), i=2, pieces%n)])
     end function says_quasi_static
 
     !> That the static steps before another one could run.

@@ -17,7 +17,7 @@ module deck_table_mod
   public :: rule_t, item_t, deck_table, find_rule, rule_of, keyword_names, split_items, split_at
   public :: in_model, in_step, anywhere, is_read, is_ignored, is_missing, is_outside, is_checked
   public :: is_procedure
-  public :: max_keyword, is_other_step, squeeze, same_word, without_tabs
+  public :: max_keyword, is_other_step, squeeze, same_word, says, without_tabs
 
   integer, parameter :: max_keyword = 36
 
@@ -539,6 +539,19 @@ contains
     end do
     same = i > len(a) .and. j > len(b)
   end function same_word
+
+  !> Whether a word of a keyword line is an option, of which three letters are enough, as a flag or
+  !> with this value.
+  pure logical function says(word, option, value)
+    character(*), intent(in) :: word, option, value
+    character(:), allocatable :: given
+    integer :: equal
+
+    given = squeeze(word)//'='
+    equal = index(given, '=')
+    says = equal > 3 .and. index(option, given(:equal - 1)) == 1
+    if (says) says = given(equal + 1:) == value//'=' .or. (value == 'YES' .and. equal == len(given))
+  end function says
 
   !> Move `i` to the next letter that is not blank; len(text) + 1 when there is none.
   pure subroutine next_letter(text, i)

@@ -49,6 +49,7 @@ contains
     character(:), allocatable :: text
     type(place_t) :: place
     integer :: before
+    logical :: is_told
 
     if (.not. wants_more(diagnostics)) return
     before = diagnostics%n_mistakes
@@ -63,10 +64,33 @@ contains
     if (present(hint)) then
       if (len(hint) > 0) text = text//new_line('a')//'  '//hint
     end if
+    call drop_later(diagnostics, message, position, is_told)
+    if (is_told) return
     call add_plain_mistake(diagnostics, text, position)
     if (.not. present(hint) .or. diagnostics%n_mistakes == before) return
     if (len(hint) > 0) diagnostics%mistakes(diagnostics%n_mistakes)%hint = hint
   end subroutine add_mistake
+
+  !> What is not defined is told where it is named first, and not at each place.
+  subroutine drop_later(diagnostics, message, position, is_told)
+    type(diagnostics_t), intent(inout) :: diagnostics
+    character(*), intent(in) :: message
+    integer, intent(in) :: position
+    logical, intent(out) :: is_told !! before this place
+    integer :: i
+
+    is_told = .false.
+    if (.not. ends_with(message, ' is not defined')) return
+    do i = 1, diagnostics%n_mistakes
+      if (.not. ends_with(first_line(diagnostics%mistakes(i)%text), ': error: '//message)) cycle
+      is_told = diagnostics%mistakes(i)%position <= position
+      if (is_told) return
+      diagnostics%mistakes(i:diagnostics%n_mistakes - 1) = &
+        diagnostics%mistakes(i + 1:diagnostics%n_mistakes)
+      diagnostics%n_mistakes = diagnostics%n_mistakes - 1
+      return
+    end do
+  end subroutine drop_later
 
   !> Record a mistake whose text is complete.
   subroutine add_plain_mistake(diagnostics, text, position)
@@ -86,6 +110,13 @@ contains
     diagnostics%mistakes(diagnostics%n_mistakes)%position = position
     diagnostics%mistakes(diagnostics%n_mistakes)%text = text
   end subroutine add_plain_mistake
+
+  pure logical function ends_with(text, end)
+    character(*), intent(in) :: text, end
+
+    ends_with = len(text) >= len(end)
+    if (ends_with) ends_with = text(len(text) - len(end) + 1:) == end
+  end function ends_with
 
   pure function first_line(text) result(line)
     character(*), intent(in) :: text
