@@ -68,7 +68,7 @@ contains
     call add_line(plan, factorisations, merge(bound_about, bound_at_most, scene%finite_strain), &
       factorisations_in_words(plan, scene%finite_strain))
     call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
-      plan), to_text(plan%n_increments)//' in '//counted(size(scene%steps), 'step'))
+      plan), counted_increments(scene, plan))
     accuracy = accuracy_in_words(scene%accuracy)
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
       'accuracy', 0, accuracy, accuracy)
@@ -128,8 +128,8 @@ contains
     type(plan_t), intent(in) :: plan
     character(:), allocatable :: words
 
-    words = to_text(plan%n_increments)//' in '//counted(size(scene%steps), 'step')
-    if (plan%n_fewest < plan%n_increments) words = to_text(plan%n_fewest)//' to '//words// &
+    words = counted_increments(scene, plan)
+    if (plan%n_fewest < plan%n_increments) words = words// &
       ', which grow while load steps make little error'
     if (all(scene%steps%direct)) return
     if (plan%n_cuts > 0) words = words//'; '//to_text(plan%n_cuts)// &
@@ -139,6 +139,16 @@ contains
     words = words//'; halved if not converged'
     if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
   end function increments_in_words
+
+  !> 50 in 2 steps; 17 to 100 in 1 step where they may grow.
+  pure function counted_increments(scene, plan) result(words)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    character(:), allocatable :: words
+
+    words = to_text(plan%n_increments)//' in '//counted(size(scene%steps), 'step')
+    if (plan%n_fewest < plan%n_increments) words = to_text(plan%n_fewest)//' to '//words
+  end function counted_increments
 
   !> 1 % of the contact forces; the mesh is chosen for it, within 60 s of CPU time.
   function accuracy_in_words(accuracy) result(words)
