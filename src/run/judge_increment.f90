@@ -439,7 +439,7 @@ contains
     is_told = is_mesh_told(scene, new)
     is_compared = may_grow(scene, new%step) .and. report%errors%load_steps > 0.0_wp
     if (is_told .or. is_compared) call estimate_mesh(scene, plan%points, new, report)
-    if (is_conforming(scene%mesh)) report%errors%too_stiff = report%errors%mesh
+    if (is_told .and. is_conforming(scene%mesh)) report%errors%too_stiff = report%errors%mesh
     ! docs/theory.md (10.8)
     if (report%errors%mesh >= 0.0_wp .and. report%energy%strain > 0.0_wp) report%errors%mesh = &
       max(report%errors%mesh, entries%work/(2.0_wp*report%energy%strain))
