@@ -38,7 +38,7 @@ contains
     type(card_t) :: card
     integer :: k
     integer, allocatable :: chosen(:) !! springs
-    logical :: ok
+    logical :: ok, any_name
 
     allocate (list(0))
     do k = 1, reader%n_cards
@@ -54,7 +54,8 @@ contains
         if (print%frequency == 0) cycle
         call read_set(reader, card, model, model%node_sets, springs, print, chosen, ok)
       end if
-      call read_variables(reader, card, print)
+      call read_variables(reader, card, print, any_name)
+      if (.not. any_name) cycle
       if (ok) call add_table(print)
       if (size(chosen) == 0 .or. .not. (print%stress .or. print%strain)) cycle
       print%of_springs = .true.
@@ -172,14 +173,15 @@ contains
   end subroutine read_set
 
   !> The names of what is to be written.
-  subroutine read_variables(reader, card, print)
+  subroutine read_variables(reader, card, print, any_name)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(print_t), intent(inout) :: print
+    logical, intent(out) :: any_name !! else nothing is printed
     type(fields_t) :: fields
     character(:), allocatable :: name
     integer :: i
-    logical :: found, ok, any_name
+    logical :: found, ok
 
     any_name = .false.
     do
@@ -212,8 +214,8 @@ contains
         end select
       end do
     end do
-    if (.not. any_name) call report(reader, card%position, '*'//card%keyword//' needs a line '// &
-      'with names of results, as '//trim(merge('S, E ', 'U, RF', print%of_elements)))
+    if (.not. any_name) call note(reader, '*'//card%keyword//' without names of results, as '// &
+      trim(merge('S, E ', 'U, RF', print%of_elements))//', writes nothing')
   end subroutine read_variables
 
   !> The table of the same set, and of elements of the same places; 0: there is none yet.
