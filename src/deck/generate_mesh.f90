@@ -428,6 +428,7 @@ contains
     by_node = 0
     call integer_option(reader, card, 'ELEMENT SHIFT', 1, max_nodes, by_element, ok)
     call integer_option(reader, card, 'SHIFT NODES', 0, max_nodes, by_node, ok)
+    reflects = .false.
     call flag_option(reader, card, 'REFLECT', reflects)
     if (.not. has_option(card, 'ELEMENT SHIFT')) call report(reader, card%position, &
       '*ELCOPY needs ELEMENT SHIFT=, which is added to the ids')
