@@ -527,9 +527,9 @@ contains
       end associate
       call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'EXPANSION', .true., &
         dim=1), card)
-      call report(reader, card%position, 'materials whose axes go around (SYSTEM=CYLINDRICAL of '// &
-        '*ORIENTATION, axisymmetric elements) do not expand in elements computed as C3D8I or '// &
-        'C3D8B', 'elements of second order do')
+      call report(reader, card%position, 'materials whose axes go around (SYSTEM=CYLINDRICAL '// &
+        'of *ORIENTATION, axisymmetric elements) do not expand in elements computed as C3D8I '// &
+        'or C3D8B', 'elements of second order do')
       return
     end do
   end subroutine refuse_warm_axes

@@ -134,7 +134,8 @@ class Drawn(Judged):
 
     def test_each_family(self):
         seed = "1" if RELEASE else "1001"
-        for family, n in (("one", 10), ("bodies", 4), ("steps", 4), ("closed", 4), ("finite", 2)):
+        for family, n in (("one", 10), ("bodies", 4), ("steps", 4), ("closed", 4), ("finite", 2),
+                          ("axes", 2)):
             with self.subTest(family=family):
                 self.judge(family, "--decks", str(4 * n if LONG else n), "--seed", seed)
 

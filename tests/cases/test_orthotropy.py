@@ -1,7 +1,12 @@
 """Materials that are not isotropic: closed forms, mistakes in their constants."""
 
 import math
+import re
+import shutil
+import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 from boxes import DRY, FLOOR, Box
@@ -268,6 +273,68 @@ class FiniteStrain(unittest.TestCase):
             with self.subTest(kind=kind):
                 force = result.field("reaction_force", -1) + result.field("contact_force", -1)
                 np.testing.assert_allclose(force.T @ box.x, first, rtol=0, atol=1e-7 * 1e3)
+
+
+@unittest.skipUnless(shutil.which("ccx"), "CalculiX (ccx) is not installed")
+class BesideCalculiX(unittest.TestCase):
+    """A beam of distorted elements, loaded aslant: the displacements of CalculiX, which has six
+    digits of them; at finite strain it ends where its own tolerance says.
+    """
+
+    ASLANT = ("\n1., 1., 0.5, -1., 2., 0.3\n3, 20.", (0.0, 0.1, -0.2))
+    RINGS = (", SYSTEM=CYLINDRICAL\n-1., 0.4, 0., -1., 0.5, 1.", (0.1, 0.0, -0.2))
+    FULL = (100.0, 50.0, 90.0, 40.0, 30.0, 80.0, 3.0, 2.0, 1.0, 20.0, 4.0, -2.0, 1.0, 2.0, 25.0,
+            1.0, 2.0, -3.0, 1.0, 2.0, 30.0)
+    ORTHO = (12000.0, 900.0, 1200.0, 500.0, 400.0, 800.0, 800.0, 700.0, 90.0)
+
+    def compare(self, kind, constants, axes, nlgeom="", within=5e-6):
+        orientation, force = axes
+        box = Box("B", (4, 2, 2), (kind,), size=(2, 1, 1))
+        text = box.cards().replace("MATERIAL=STEEL", "MATERIAL=STEEL, ORIENTATION=O")
+        text = re.sub(r"[*]SURFACE, NAME=.*\n.*\n", "", text)
+        # ccx reads sixteen numbers of a line.
+        text = re.sub(r"((?:\d+, ){10}\d+), (\d+(?:, \d+){5,})\n", r"\1,\n\2\n", text)
+        share = 2.0 if nlgeom else 1.0
+        loads = "".join(f"{n}, {dof}, {share * f!r}\n" for n in box.side(0, 1)
+                        for dof, f in enumerate(force, 1) if f)
+        text += (constants + f"*ORIENTATION, NAME=O{orientation}\n*BOUNDARY\nB-X0, 1, 3\n"
+                 f"*STEP{nlgeom}\n*STATIC\n1., 1.\n*CLOAD\n{loads}*NODE FILE\nU\n*END STEP\n")
+        run = Run(text, name="deck")
+        self.assertEqual(run.status, 0, run.errors)
+        with tempfile.TemporaryDirectory() as folder, run.result() as result:
+            (Path(folder) / "beam.inp").write_text(text)
+            subprocess.run(["ccx", "beam"], cwd=folder, capture_output=True, check=True,
+                           timeout=100)
+            theirs = self.displacements(Path(folder) / "beam.frd")
+            ours = result.field("displacement", -1)
+        expected = np.array([theirs[n] for n in range(1, len(box.x) + 1)])
+        np.testing.assert_allclose(ours, expected, rtol=0, atol=within * abs(expected).max())
+
+    def displacements(self, path):
+        """Return the last displacements of a .frd file by node."""
+        found, inside = {}, False
+        for line in path.read_text().splitlines():
+            if line.startswith(" -4"):
+                inside = line.split()[1] == "DISP"
+            elif inside and line.startswith(" -1"):
+                found[int(line[3:13])] = [float(line[13 + 12 * i:25 + 12 * i]) for i in range(3)]
+        return found
+
+    def test_displacements(self):
+        for kind, constants, axes in (
+            ("C3D8", cards(), self.ASLANT),
+            ("C3D20R", cards(), self.ASLANT),
+            ("C3D10", cards("ORTHO", self.ORTHO), self.ASLANT),
+            ("C3D20", cards(), self.RINGS),
+            ("C3D10", cards("ORTHO", self.ORTHO), self.RINGS),
+            ("C3D20R", cards("ANISO", self.FULL), self.ASLANT),
+        ):
+            with self.subTest(kind=kind, constants=constants):
+                self.compare(kind, constants, axes)
+
+    def test_displacements_at_finite_strain(self):
+        self.compare("C3D20R", cards(), self.ASLANT, ", NLGEOM", 2e-4)
+        self.compare("C3D10", cards("ORTHO", self.ORTHO), self.ASLANT, ", NLGEOM", 2e-4)
 
 
 class Mistakes(unittest.TestCase):

@@ -57,7 +57,8 @@ def strain_rows(gradient):
 class Elements:
     """Elements of a scene: `nodes` (E, 8) rows of `points` (N, 3), types and Lame's constants."""
 
-    def __init__(self, points, nodes, types, young, poisson):
+    def __init__(self, points, nodes, types, young, poisson, axes=None):
+        """`axes`: of each element, None where it is isotropic."""
         self.points = np.asarray(points, dtype=REAL)
         self.nodes, self.types = np.asarray(nodes), np.asarray(types)
         young, poisson = np.asarray(young, dtype=REAL), np.asarray(poisson, dtype=REAL)
@@ -78,10 +79,22 @@ class Elements:
         if np.any(self.weight <= 0):
             raise ValueError("an element is inside out")
         self._take_mean_dilatation(gradients)
+        self._take_axes(x, axes or [None] * elements)
         self._add_modes(x)
         size = np.einsum("eg,egai,egai->ea", self.weight, gradients, gradients)
         # Stiffness of a node times a length: what rounding of a displacement makes of forces.
-        self.size = ((np.abs(self.lame) + 2 * self.shear) * size.max(axis=1)).astype(float)
+        largest = np.abs(self.lame) + 2 * self.shear
+        for element, c in self.along.items():
+            largest[element] = np.linalg.eigvalsh(c.astype(float)).max()
+        self.size = (largest * size.max(axis=1)).astype(float)
+
+    def _take_axes(self, x, axes):
+        """The stiffness (8, 6, 6) of elements that are not isotropic, along x, y, z."""
+        shapes = np.array([shape_functions(xi) for xi in GAUSS])
+        self.along = {}
+        for element, one in enumerate(axes):
+            if one is not None:
+                self.along[element] = one.at((shapes @ x[element]).astype(float)).astype(REAL)
 
     def _take_mean_dilatation(self, gradients):
         """C3D8B: the element's mean volume change takes the place of the points' (8.8)."""
@@ -126,6 +139,8 @@ class Elements:
             out[:, :, i] = self.lame.reshape(shape) * trace
             out[:, :, i] += 2 * self.shear.reshape(shape) * strain[:, :, i]
             out[:, :, 3 + i] = self.shear.reshape(shape) * strain[:, :, 3 + i]
+        for element, c in self.along.items():
+            out[element] = np.einsum("gst,gt...->gs...", c, strain[element])
         return out
 
     def solve_modes(self, right):

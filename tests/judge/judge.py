@@ -2,7 +2,7 @@
 """Run the program on random decks and judge its results by an independent finite-element program.
 
     tests/judge/judge.py --decks 2000 --seed 1 [--jobs 2]
-                         [--family one|bodies|joined|rims|finite|closed|steps|cut]
+                         [--family one|bodies|joined|rims|finite|closed|steps|cut|axes]
     tests/judge/judge.py --only SEED [--family bodies]
 
 The family `one` has a body, or several that do not touch, before planes, spheres and cylinders;
@@ -11,9 +11,9 @@ The family `one` has a body, or several that do not touch, before planes, sphere
 they are, and temperatures. `rims` has contact beside what is clamped, tied, joined or cracked, in
 corners of one master, and before tools smaller than an element. `finite` has bodies at finite
 strain, pressed by 5 to 40 % of their height, before obstacles and each other. `closed` has surfaces
-without separation, pressed, pulled and pushed. `steps` has several *STEPs that hold bodies and
-tools and free them. Of `all` the second and the third have a quarter as many decks as the first,
-the others none; of `both` the third has none, either.
+without separation, pressed, pulled and pushed. `axes` has materials that are not isotropic. `steps`
+has several *STEPs that hold bodies and tools and free them. Of `all` the second and the third have
+a quarter as many decks as the first, the others none; of `both` the third has none, either.
 
 A deck is one of
 
@@ -56,7 +56,7 @@ from laws import Judge, Stored, Unreadable
 from random_scenes import random_scene
 from refusals import CONFIRMED, OPEN, REFUTED, confirm, ties_nothing
 from rim_scenes import random_rims
-from scenes import write_deck
+from scenes import Axes, write_deck
 from step_scenes import random_steps
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -147,9 +147,32 @@ def random_cut(seed):
     return scene
 
 
+def random_axes(seed):
+    """A scene of one body, or of several, whose materials are not isotropic."""
+    scene = (random_scene if seed % 2 else random_bodies)(seed)
+    rng = np.random.default_rng([seed, 80])
+    scene.exact = None
+    span = np.ptp(scene.points, axis=0).max()
+    for material in scene.materials:
+        if material.expansion is not None:
+            continue
+        root = rng.normal(size=(6, 6)) / 4 + np.diag(10 ** rng.uniform(-0.4, 0.4, 6))
+        c = material.young * (root @ root.T + np.eye(6) / 20)
+        c = np.array([[float(f"{c[i, j]:.6g}") for j in range(6)] for i in range(6)])
+        around = rng.random() < 0.4
+        a, b = rng.normal(size=(2, 3))
+        if around:
+            # Its axis passes far from all elements.
+            b = scene.points.mean(axis=0) + 3 * span * a / np.linalg.norm(a)
+            a, b = b, b + span * np.cross(a, rng.normal(size=3))
+        material.axes = Axes(c, a, b, around, float(rng.integers(-90, 90)))
+    return scene
+
+
 FAMILIES = {
     "one": random_scene, "bodies": random_bodies, "joined": random_joined, "rims": random_rims,
     "finite": random_finite, "closed": random_closed, "steps": random_steps, "cut": random_cut,
+    "axes": random_axes,
 }  # fmt: skip
 
 

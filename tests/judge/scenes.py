@@ -23,6 +23,62 @@ EPS = np.finfo(float).eps
 
 
 @dataclass
+class Axes:
+    """The axes of a material that is not isotropic, and its stiffness along them.
+
+    `c` is (6, 6), stresses by engineering strains xx yy zz xy yz xz. Rectangular: `a` on axis 1,
+    `b` in the plane of axes 1 and 2; else two points of an axis, about which they go around. They
+    are turned by `degrees` about the third.
+    """
+
+    c: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+    around: bool
+    degrees: float
+
+    def cards(self):
+        """The lines of the constants: the upper triangle, column by column, 11 22 33 12 13 23."""
+        order = [0, 1, 2, 3, 5, 4]
+        values = [number(self.c[order[i], order[j]]) for j in range(6) for i in range(j + 1)]
+        lines = [", ".join(values[i:i + 8]) for i in range(0, 21, 8)]
+        return ["*ELASTIC, TYPE=ANISOTROPIC", *lines]
+
+    def orientation(self, name):
+        """The lines of *ORIENTATION."""
+        system = "CYLINDRICAL" if self.around else "RECTANGULAR"
+        points = ", ".join(number(x) for x in (*self.a, *self.b))
+        return [f"*ORIENTATION, NAME={name}, SYSTEM={system}", points,
+                f"3, {number(self.degrees)}"]
+
+    def at(self, places):
+        """The stiffnesses along x, y, z at places (n, 3): strains turned there, stresses back."""
+        if self.around:
+            third = np.broadcast_to((self.b - self.a) / np.linalg.norm(self.b - self.a),
+                                    places.shape)
+            first = np.cross(np.cross(third, places - self.a), third)
+        else:
+            first = np.broadcast_to(self.a, places.shape)
+            third = np.broadcast_to(np.cross(self.a, self.b), places.shape)
+            third = third / np.linalg.norm(third, axis=1)[:, None]
+        first = first / np.linalg.norm(first, axis=1)[:, None]
+        second = np.cross(third, first)
+        angle = np.radians(self.degrees)
+        turned = (np.cos(angle) * first + np.sin(angle) * second,
+                  np.cos(angle) * second - np.sin(angle) * first, third)
+        pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+        # Row: the engineering strain along the axes; column: of those along x, y, z.
+        rows = np.empty((len(places), 6, 6))
+        for i, (p, q) in enumerate(pairs):
+            for j, (k, m) in enumerate(pairs):
+                one = turned[p][:, k] * turned[q][:, m]
+                other = turned[p][:, m] * turned[q][:, k]
+                both = (one + other) / 2 if k != m else one
+                rows[:, i, j] = both * (2 if p != q else 1)
+        return np.einsum("nij,ik,nkl->njl", rows, self.c, rows)
+
+
+@dataclass
 class Material:
     """A material; `density` None where nothing has weight.
 
@@ -36,9 +92,12 @@ class Material:
     expansion: float | None = None
     law: str = ST_VENANT
     share: float = 0.0
+    axes: Axes | None = None
 
     def cards(self):
         """The lines of the law."""
+        if self.axes is not None:
+            return self.axes.cards()
         shear = self.young / (2 * (1 + self.poisson))
         compliance = 6 * (1 - 2 * self.poisson) / self.young
         if self.law == NEO_HOOKE:
@@ -295,7 +354,8 @@ class Scene:
         if not hasattr(self, "_elements"):
             young = [self.materials[m].young for m in self.material]
             poisson = [self.materials[m].poisson for m in self.material]
-            self._elements = Elements(self.points, self.nodes, self.types, young, poisson)
+            axes = [self.materials[m].axes for m in self.material]
+            self._elements = Elements(self.points, self.nodes, self.types, young, poisson, axes)
             if self.finite:
                 laws = [(self.materials[m].law, self.materials[m].share) for m in self.material]
                 self._elements = FiniteElements(
@@ -483,6 +543,8 @@ class DeckWriter:
                 self.add("*DENSITY", number(one.density))
             if one.expansion is not None:
                 self.add("*EXPANSION", number(one.expansion))
+            if one.axes is not None:
+                self.add(*one.axes.orientation(f"O{index}"))
         for part in scene.parts:
             kinds = sorted(set(part.material))
             for m in kinds:
@@ -495,7 +557,8 @@ class DeckWriter:
                         if other == m
                     ]
                     self.add(f"*ELSET, ELSET={name}", *listed(chosen))
-                self.add(f"*SOLID SECTION, ELSET={name}, MATERIAL=M{m}")
+                along = f", ORIENTATION=O{m}" if scene.materials[m].axes is not None else ""
+                self.add(f"*SOLID SECTION, ELSET={name}, MATERIAL=M{m}{along}")
 
     def write_contact(self):
         scene = self.scene

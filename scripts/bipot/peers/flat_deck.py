@@ -407,6 +407,9 @@ def read_flat(program, path, overrides):
             case "MATERIAL":
                 material = scene.materials.setdefault(card.name("NAME"), {})
             case "ELASTIC" | "DENSITY" | "EXPANSION":
+                if not card.options.get("TYPE", "ISO").upper().startswith("ISO"):
+                    raise DeckError(f"*{card.keyword}, TYPE={card.options['TYPE']}: materials "
+                                    "that are not isotropic are not compared")
                 words = [word for row in card.rows for word in row if word]
                 material[card.keyword] = [f"{number(word):.12g}" for word in words]
             case "HYPERELASTIC":
@@ -431,6 +434,8 @@ def read_flat(program, path, overrides):
                 interaction = card.name("NAME")
                 scene.friction[interaction] = 0.0
             case "FRICTION":
+                if {"TAUMAX", "EXPONENTIAL DECAY"} & set(card.options) or len(card.rows) > 1:
+                    raise DeckError("*FRICTION that depends on pressure or rate is not compared")
                 scene.friction[interaction] = number(card.rows[0][0])
             case "CONTACT PAIR":
                 for slave, master, *_ in card.rows:
