@@ -23,7 +23,7 @@ B
 *SOLID SECTION, ELSET=B, MATERIAL=M
 *STEP, NLGEOM
 *STATIC
-{increment}, 1.
+{increment}, 1., , {increment}
 *NODE FILE
 U, RF
 *EL FILE, POSITION=INTEGRATION POINTS
