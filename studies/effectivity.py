@@ -188,11 +188,10 @@ def unmatched_section(program):
         "|---|---|---|---|---|",
         *lines,
         "",
-        "Edges of the slave in faces of the master have no term of their own. Of beams that",
-        "touch a cylinder by few nodes the estimate has the size of the force, and not its",
-        "direction, which turns with the normals of these nodes. In one layer of C3D8I the",
-        "recovery of stresses says some 95 % whatever the error is. If statics determines a",
-        "force, only the error of this force is estimated; pressures have no estimate.",
+        "Edges of the slave in faces of the master have no term of their own. In one layer of",
+        "C3D8I the recovery of stresses says some 95 % whatever the error is. If statics",
+        "determines a force, only the error of this force is estimated; pressures have no",
+        "estimate.",
         "",
     ]
 

@@ -8,6 +8,7 @@
 module geometry_error_mod
   use kinds_mod, only: wp
   use lists_mod, only: lists_t, columns_with
+  use small_matrix_mod, only: cross
   use surfaces_mod, only: nodes_of
   use scene_mod, only: scene_t
   use bodies_mod, only: is_linear
@@ -16,6 +17,7 @@ module geometry_error_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, contact_fields_t, force_sums
   use facet_rises_mod, only: gaps_of_arcs
+  use faces_between_nodes_mod, only: entries_t
   use step_solver_mod, only: step_solver_t
   use other_gaps_mod, only: react_to_gaps, wide_open
   implicit none
@@ -26,18 +28,20 @@ module geometry_error_mod
 contains
 
   !> The three parts and their sum, at the end of a *STEP; negative where one of them is not known.
-  subroutine estimate_geometry(scene, points, solver, state, depth, report)
+  subroutine estimate_geometry(scene, points, solver, state, entries, report)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
     !! with the last contact problem of the increment, and its tolerance
     type(state_t), intent(in) :: state    !! where it ends
-    real(wp), intent(in) :: depth(:)      !! (n_points) as of entries_t [length]
+    type(entries_t), intent(in) :: entries !! of round obstacles, at that end
     type(increment_report_t), intent(inout) :: report !! gets the errors
     real(wp), parameter :: clear = 10.0_wp !! times what gaps are solved to: a depth [-]
     real(wp), parameter :: least = 1.0e-6_wp !! of the largest displacement: rounding is less [-]
     real(wp), dimension(points%n) :: of_mesh, between !! [length]
-    logical :: is_stiffer
+    type(contact_fields_t) :: other
+    real(wp) :: change
+    integer :: i
 
     associate (errors => report%errors, contact => report%contact)
       errors%between_nodes = 0.0_wp
@@ -45,13 +49,21 @@ contains
       errors%of_facets = 0.0_wp
       if (any(contact%reaction(1, :) > 0.0_wp)) then
         call gaps_of_arcs(scene, points, solver%first_gap, state, of_mesh, between)
-        where (.not. points%on_surface) between = -depth
+        where (.not. points%on_surface) between = -entries%depth
         where (abs(between) <= max(least, clear*report%certificate%penetration)* &
           maxval(abs(state%displacement))) between = 0.0_wp
-        errors%between_nodes = change_by(between, is_stiffer)
-        if (is_stiffer) is_stiffer = .not. any(points%on_surface .and. abs(between) > 0.0_wp)
-        if (is_stiffer) errors%too_soft = errors%between_nodes
-        errors%of_facets = change_by(of_mesh)
+        change = change_by(between, other)
+        errors%between_nodes = change
+        if (change > 0.0_wp) then
+          if (presses_more(points, contact, other) .and. .not. any(points%on_surface .and. &
+            abs(between) > 0.0_wp)) errors%too_soft = change
+          do i = 1, points%n
+            if (abs(between(i)) > 0.0_wp .and. .not. points%on_surface(i)) call lean(entries% &
+              towards(:, i), other%frame(:, :, i))
+          end do
+          errors%between_nodes = max(change, apart(points, contact, other))
+        end if
+        errors%of_facets = change_by(of_mesh, other)
         call open_edges()
       end if
       errors%geometry = errors%between_nodes + errors%at_edges + errors%of_facets
@@ -71,7 +83,7 @@ contains
         is_beyond = contact%is_partly_covered .and. contact%reaction(1, :) > 0.0_wp
         if (.not. any(is_beyond)) return
         part = part_covered(scene, points, contact, state%displacement)
-        error = change_by(merge(wide_open(solver, contact), 0.0_wp, is_beyond))
+        error = change_by(merge(wide_open(solver, contact), 0.0_wp, is_beyond), other)
         if (error > 0.0_wp) error = error*sum((1.0_wp - part)*contact%reaction(1, :), is_beyond)/ &
           sum(contact%reaction(1, :), is_beyond)
       end associate
@@ -79,29 +91,51 @@ contains
 
     !> What other gaps change of the resultants of the pairs, normal forces or friction, beside the
     !> largest; negative where that is not known.
-    real(wp) function change_by(gaps, is_stiffer) result(change)
+    real(wp) function change_by(gaps, other) result(change)
       real(wp), intent(in) :: gaps(:) !! (n_points) added [length]
-      logical, intent(out), optional :: is_stiffer !! known, and no pair is pressed less
-      type(contact_fields_t) :: other
+      type(contact_fields_t), intent(out) :: other !! with these, where they change anything
       logical :: is_known
-      integer :: p
 
       change = 0.0_wp
-      if (present(is_stiffer)) is_stiffer = .false.
       if (.not. any(abs(gaps) > 0.0_wp)) return
       other%frame = report%contact%frame
       allocate (other%reaction, mold=report%contact%reaction)
       call react_to_gaps(scene, solver, size(report%x_free), report%contact, gaps, &
         other%reaction, is_known)
       change = -1.0_wp
-      if (.not. is_known) return
-      change = apart(points, report%contact, other)
-      if (present(is_stiffer)) is_stiffer = all([(sum(other%reaction(1, points%first(p): &
-        points%first(p + 1) - 1)) >= sum(report%contact%reaction(1, points%first(p): &
-        points%first(p + 1) - 1)), p=1, size(points%first) - 1)])
+      if (is_known) change = apart(points, report%contact, other)
     end function change_by
 
   end subroutine estimate_geometry
+
+  !> Whether no pair is pressed less.
+  pure logical function presses_more(points, contact, other)
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact, other
+    integer :: p
+
+    presses_more = all([(sum(other%reaction(1, points%first(p):points%first(p + 1) - 1)) >= &
+      sum(contact%reaction(1, points%first(p):points%first(p + 1) - 1)), p=1, &
+      size(points%first) - 1)])
+  end function presses_more
+
+  !> Turn a point's frame until its normal is along or against a direction, the shorter way.
+  pure subroutine lean(direction, frame)
+    real(wp), intent(in) :: direction(3)     !! of any length; 0: none
+    real(wp), intent(inout) :: frame(3, 3)   !! n, t1, t2
+    real(wp) :: to(3), turn(3)
+    integer :: k
+
+    if (.not. norm2(direction) > 0.0_wp) return
+    to = sign(1.0_wp/norm2(direction), dot_product(direction, frame(:, 1)))*direction
+    turn = cross(frame(:, 1), to)
+    associate (c => dot_product(frame(:, 1), to))
+      do k = 3, 1, -1
+        frame(:, k) = frame(:, k) + cross(turn, frame(:, k)) + cross(turn, cross(turn, &
+          frame(:, k)))/(1.0_wp + c)
+      end do
+    end associate
+  end subroutine lean
 
   !> The largest change of a pair's normal force, or of its friction, beside the largest force;
   !> where normal forces of a pair balance each other all around it, of their sum.

@@ -432,7 +432,7 @@ contains
     says_it = scene%accuracy%estimates
     ! The contact problem is the increment's own until runs go beside it.
     if (says_it .and. is_last) call estimate_geometry(scene, plan%points, solver, new, &
-      entries%depth, report)
+      entries, report)
     if (allocated(progress%sequence)) says_it = says_it .and. says_of_steps(progress%sequence)
     if (says_it) call follow_coarsely(scene, plan%points, solver, progress%state, new, &
       progress%coarse, report)

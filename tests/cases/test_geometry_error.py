@@ -2,6 +2,7 @@
 
 import unittest
 
+import numpy as np
 from program import ASKED, INPUT, Run
 
 MATERIAL = """*MATERIAL, NAME=M
@@ -140,6 +141,18 @@ class Geometry(unittest.TestCase):
         self.assertGreater(told["mesh"], 3 * off)
         self.assertGreater(told["total"], off / 3)
         self.assertLess(told["total"], 3 * off)
+
+    def test_few_nodes_on_a_cylinder(self):
+        """Their normals lean: of a mesh of 120 x 6 x 6 the force is (1.266, 0, 2.779)."""
+        deck = BEAM.replace("NX=10, NY=1, NZ=1", "NX=20, NY=2, NZ=2").replace("6.1, 0,", "6, 0,")
+        run = Run(deck, name="beam")
+        _, told = force_and_errors(run)
+        with run.result() as result:
+            force = result.pairs[0].resultant[-1]
+        off = np.linalg.norm(force - (1.266, 0, 2.779)) / np.linalg.norm(force)
+        self.assertGreater(off, 0.2)
+        self.assertGreater(told["total"], off / 2)
+        self.assertLess(told["total"], 2 * off)
 
     def test_a_promise_over_a_cylinder(self):
         """Meshes whose contact nodes coincide agree by accident: right is 3.06 +- 0.05."""

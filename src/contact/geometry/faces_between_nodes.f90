@@ -13,7 +13,7 @@ module faces_between_nodes_mod
   use state_mod, only: state_t
   use placement_mod, only: placement_t, place_undeformed, place
   use follow_points_mod, only: rounding_of_places
-  use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces, no_faces
+  use smooth_faces_mod, only: smooth_faces_t, make_smooth_faces, no_faces, shape_at
   use moving_faces_mod, only: moving_face_t, set_face, is_far, find_least_gap, goes_through, &
     work_of_face, mean_depth
   implicit none
@@ -47,6 +47,8 @@ module faces_between_nodes_mod
     real(wp), allocatable :: depth(:)
     !! (n_points) how deep the faces about a point that presses are in a round obstacle at the end:
     !! the deepest place, or of faces all of whose nodes press the mean [length]
+    real(wp), allocatable :: towards(:, :)
+    !! (3,n_points) from the obstacle's middle or axis to that place; 0 of a mean [length]
     logical, allocatable :: is_seen(:)
     !! (n_obstacles) nodes have touched the obstacle since it got into the faces that it is in
   end type entries_t
@@ -107,6 +109,7 @@ contains
     type(placement_t) :: before, after    !! of what obstacles can enter, at `old` and `new`
     real(wp), allocatable :: extra(:), pressure(:)    !! (n_nodes) [length], [force/length^2]
     real(wp) :: depth(scene%mesh%n_nodes)             !! of the faces about a node [length]
+    real(wp) :: towards(3, scene%mesh%n_nodes)        !! likewise, as of entries_t [length]
     logical, allocatable :: near_before(:), near(:)   !! (n_nodes) of faces with a touching node
     logical, allocatable :: pressed(:)  !! (n_nodes) of faces with a node that pressed before
     type(face_entry_t), allocatable :: dents(:)       !! all faces that the obstacle is in
@@ -116,7 +119,8 @@ contains
 
     if (.not. allocated(entries%is_seen)) allocate (entries%is_seen(size(scene%obstacles)), &
       source=.false.)
-    entries = entries_t(is_seen=entries%is_seen, depth=[(0.0_wp, i=1, points%n)])
+    entries = entries_t(is_seen=entries%is_seen, depth=[(0.0_wp, i=1, points%n)], &
+      towards=reshape([(0.0_wp, i=1, 3*points%n)], [3, points%n]))
     if (.not. any([(size(faces(pair)%nodes) > 0, pair=1, size(faces))])) return
     rounding = rounding_of_places(scene, new%displacement)
     allowed = 10.0_wp*tolerance*max(maxval(abs(new%displacement)), &
@@ -144,12 +148,15 @@ contains
       call spread_points(scene, points, obstacle, after, new%reaction, extra, pressure)
       allocate (dents(0))
       depth = 0.0_wp
+      towards = 0.0_wp
       do pair = 1, size(scene%pairs)
         if (scene%pairs(pair)%master /= obstacle) cycle
         if (is_pair_removed(points, pair)) cycle
         call look_at_pair(pair)
         do i = points%first(pair), points%first(pair + 1) - 1
-          if (pressure(points%node(i)) > 0.0_wp) entries%depth(i) = depth(points%node(i))
+          if (.not. pressure(points%node(i)) > 0.0_wp) cycle
+          entries%depth(i) = depth(points%node(i))
+          entries%towards(:, i) = towards(:, points%node(i))
         end do
       end do
       found%untouched = deepest_untouched(dents, near)
@@ -173,9 +180,9 @@ contains
     subroutine look_at_pair(pair)
       integer, intent(in) :: pair
       type(moving_face_t) :: face
-      integer :: f
-      logical :: is_near, was_near
-      real(wp) :: gap, least, middle(2)
+      integer :: f, k
+      logical :: is_near, was_near, is_mean
+      real(wp) :: gap, least, middle(2), deep
 
       do f = 1, size(faces(pair)%nodes, 2)
         associate (nodes => faces(pair)%nodes(:, f))
@@ -188,8 +195,16 @@ contains
           found%deepest_at_ends = max(found%deepest_at_ends, -gap)
           if (-gap > allowed) call keep_deeper(-gap, pair, nodes, entries%at_end)
           if (-gap > allowed) dents = [dents, face_entry_t(-gap, pair, nodes)]
-          if (-gap > rounding) depth(nodes) = max(depth(nodes), merge(mean_depth(faces(pair), f, &
-            face, scene%mesh%coordinates(:, nodes)), -gap, all(pressure(nodes) > 0.0_wp)))
+          is_mean = all(pressure(nodes) > 0.0_wp)
+          deep = -gap
+          if (is_mean) deep = mean_depth(faces(pair), f, face, scene%mesh%coordinates(:, nodes))
+          do k = 1, size(nodes)
+            if (.not. (-gap > rounding .and. deep > depth(nodes(k)))) cycle
+            depth(nodes(k)) = deep
+            towards(:, nodes(k)) = 0.0_wp
+            if (.not. is_mean) towards(:, nodes(k)) = matmul(face%x + face%way, shape_at( &
+              middle(1), middle(2)))
+          end do
           if (any(pressure(nodes) > 0.0_wp)) entries%work = entries%work + work_of_face( &
             faces(pair), f, face, scene%mesh%coordinates(:, nodes), pressure(nodes))
           if (is_near .or. any(pressed(nodes))) then
