@@ -339,6 +339,7 @@ contains
         bodies_in_contact(model, scene%materials(draft%material), draft%bodies, draft%ties%slave)
       call read_general_contact(reader, model, contact, scene%obstacles, interactions, surfaces, &
         scene%pairs, adjusts)
+      call move_alloc(contact%may_overlap, scene%may_overlap)
       call read_surface_behavior(reader)
       if (.not. any_mistakes(reader%diagnostics)) call refuse_hanging(reader, model%mesh, &
         surfaces%list(:surfaces%n), [scene%pairs%surface, draft%ties%slave], draft%refinements)

@@ -16,7 +16,8 @@ module general_pairs_mod
   implicit none
   private
 
-  public :: touch_rule_t, general_contact_t, general_pair_t, find_general_pairs
+  public :: touch_rule_t, general_contact_t, general_pair_t, find_general_pairs, &
+    find_left_out
   public :: everything, may_touch, never_touch, touch_by, is_by_hand
 
   integer, parameter :: everything = 0 !! as a side: all outer faces, and the obstacles that count
@@ -36,6 +37,7 @@ module general_pairs_mod
     real(wp), allocatable :: young(:)    !! (n_elements) Young's modulus [force/length^2]
     logical, allocatable :: is_rigid(:)  !! (n_pieces)
     integer, allocatable :: tied(:)      !! surfaces whose faces touch nothing
+    integer, allocatable :: may_overlap(:, :) !! as of scene_t
   end type general_contact_t
 
   !> A pair that follows.
@@ -203,6 +205,35 @@ contains
     end function surface_towards
 
   end subroutine find_general_pairs
+
+  !> The pieces of the mesh that exclusions let overlap, where everything else may touch everything.
+  subroutine find_left_out(model, surfaces, contact)
+    type(model_t), intent(in) :: model
+    type(surface_list_t), intent(in) :: surfaces
+    type(general_contact_t), intent(inout) :: contact
+    logical :: has(maxval(model%mesh%piece), 2)
+    logical, allocatable :: are_left_out(:, :)
+    integer :: r, k, one, other
+
+    if (.not. any(contact%rules%says == may_touch .and. contact%rules%side(1) == everything .and. &
+      contact%rules%side(2) == everything)) return
+    allocate (are_left_out(size(has, 1), size(has, 1)), source=.false.)
+    do r = 1, size(contact%rules)
+      if (contact%rules(r)%says /= never_touch) cycle
+      do k = 1, 2
+        has(:, k) = contact%rules(r)%side(k) == everything
+        if (contact%rules(r)%side(k) > 0) has(model%mesh%piece(surfaces%list( &
+          contact%rules(r)%side(k))%nodes), k) = .true.
+      end do
+      do other = 1, size(has, 1)
+        if (has(other, 2)) are_left_out(:, other) = are_left_out(:, other) .or. has(:, 1)
+        if (has(other, 1)) are_left_out(:, other) = are_left_out(:, other) .or. has(:, 2)
+      end do
+    end do
+    contact%may_overlap = reshape([((pack([one, other], are_left_out(one, other)), one=1, &
+      other - 1), other=1, size(has, 1))], [2, count([((are_left_out(one, other), one=1, &
+      other - 1), other=1, size(has, 1))])])
+  end subroutine find_left_out
 
   !> A name that neither a surface with a name nor another of the general pairs has.
   function free_name(surfaces, name, others) result(free)

@@ -64,25 +64,28 @@ contains
 
   !> How deep the surfaces of a pair of general contact are in each other in the mesh. Report where
   !> there is no way out: `pair` loses its master then. Surfaces that never get to each other are no
-  !> mistake.
-  subroutine check_general_pair(reader, model, surfaces, shapes, position, pair)
+  !> mistake. Mean gaps of faces that are apart may be below 0: nothing is to be moved there.
+  subroutine check_general_pair(reader, model, surfaces, shapes, position, pair, may_overlap)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(in) :: surfaces
     type(obstacle_t), intent(in) :: shapes(:)
     integer, intent(in) :: position      !! of the card in the deck
     type(contact_pair_t), intent(inout) :: pair
+    logical, intent(out) :: may_overlap  !! nodes are to be looked at, and moved out
     type(facet_pair_t) :: now
     type(mortar_t) :: mortar
     logical :: ok
 
     ok = .true.
     pair%overlap = 0.0_wp
+    may_overlap = .false.
     associate (slave => surfaces%list(pair%surface), mesh => model%mesh)
       if (pair%master_surface > 0) then
         call find_overlap(model, slave, surfaces%list(pair%master_surface), pair%overlap, &
           mortar%trapped)
-        ok = pair%overlap > 0.0_wp .or. .not. mortar%trapped < huge(1.0_wp)
+        may_overlap = pair%overlap > 0.0_wp
+        ok = may_overlap .or. .not. mortar%trapped < huge(1.0_wp)
         if (ok) return
         call report(reader, position, quoted(slave%name)//' is inside '//quoted(surfaces%list( &
           pair%master_surface)%name)//' without a way out: no face there is opposite one of '// &
@@ -97,7 +100,9 @@ contains
           [slave%nodes(1)]))
         if (any(mortar%area > 0.0_wp)) pair%overlap = max(0.0_wp, -minval(mortar%least_gap, &
           mask=mortar%area > 0.0_wp))
+        may_overlap = pair%overlap > 0.0_wp
       else
+        may_overlap = .true.
         call check_side(reader, model, slave, shapes(pair%master), position, ok)
         if (.not. ok) pair%master = 0
       end if

@@ -122,6 +122,9 @@ module scene_mod
     type(named_set_t),    allocatable :: element_sets(:)  !! likewise
     type(obstacle_t),     allocatable :: obstacles(:)
     type(contact_pair_t), allocatable :: pairs(:)
+    integer, allocatable :: may_overlap(:, :)
+    !! (2,n) pieces of the mesh, the lower first, that general contact of everything leaves out; not
+    !! allocated: there is no such contact
     type(contact_gap_t),  allocatable :: gaps(:)
     type(coupled_rotation_t), allocatable :: rotations(:) !! not allocated: none
     type(local_axes_t),   allocatable :: local_axes(:)    !! not allocated: none

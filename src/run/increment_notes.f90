@@ -11,6 +11,7 @@ module increment_notes_mod
   use turns_mod, only: largest_turn, most_turn
   use placement_mod, only: is_before_flat
   use nodes_behind_mod, only: node_behind_t
+  use bodies_inside_mod, only: inside_t
   use faces_between_nodes_mod, only: face_entry_t
   use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
   use follow_points_mod, only: rounding_of_places
@@ -22,16 +23,16 @@ module increment_notes_mod
   use law_limits_mod, only: stretched_t
   use yielded_bodies_mod, only: yielded_t
   use sector_slips_mod, only: past_side_t
-  use refuse_unsolved_mod, only: nodes_in_words, stretches_in_words, neo_hooke_in_words, &
-    unstable_in_words
+  use refuse_unsolved_mod, only: inside_in_words, nodes_in_words, stretches_in_words, &
+    neo_hooke_in_words, unstable_in_words
   implicit none
   private
 
   public :: note_t, note_unsolved, note_started, note_widened, note_unheld, note_entries, &
-    note_unfelt, note_apart, note_node_behind, note_passed, note_small_contacts, note_kinks, &
-    note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, note_unusual, &
-    note_unstable, note_hourglass, note_coincident, note_unknown_stability, note_lost_shadow, &
-    note_followed, note_settled, note_yielded, note_past_side, note_grown
+    note_unfelt, note_apart, note_node_behind, note_inside, note_passed, note_small_contacts, &
+    note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
+    note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
+    note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown
 
   !> A line for the console.
   type :: note_t
@@ -141,6 +142,16 @@ contains
         scene%surfaces(pair%surface)%name)
     end associate
   end subroutine note_node_behind
+
+  !> A body is inside another that it has no contact with.
+  pure subroutine note_inside(scene, increment, inside, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(inside_t), intent(in) :: inside
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .false., ': '//inside_in_words(scene, inside))
+  end subroutine note_inside
 
   !> An increment is cut in which an obstacle would pass a point, or a face.
   pure subroutine note_passed(scene, points, increment, point, entry, notes)

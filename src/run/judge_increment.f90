@@ -31,6 +31,7 @@ module judge_increment_mod
   use smooth_faces_mod, only: smooth_faces_t
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
   use nodes_behind_mod, only: find_node_behind
+  use bodies_inside_mod, only: find_inside, inside_t
   use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs, &
     turns_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
@@ -46,11 +47,11 @@ module judge_increment_mod
   use measure_increment_mod, only: is_mesh_told, estimate_mesh, measure_deformation, &
     measure_stress, bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
-    refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
-    refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, &
-    meshes_that_buckle
+    refuse_inside, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
+    refuse_lost_energy, refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, &
+    nearest_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
-    note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
+    note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
     note_past_side, note_grown
@@ -134,6 +135,8 @@ contains
       ! Within a *STEP surfaces may be on their way to each other's nodes.
       if (increment%last_of_step) call judge_overlap(scene, plan, solver%choices%tolerance, &
         solved, notes, error)
+      if (allocated(error)) return
+      call judge_bodies(scene, plan, solver%choices%tolerance, solved, notes, error)
       if (allocated(error)) return
       call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
@@ -268,6 +271,29 @@ contains
       call note_unfelt(scene, solved%increment, unfelt, notes)
     end if
   end subroutine judge_overlap
+
+  !> Bodies inside each other without contact end the run where everything may touch; else there is
+  !> something to say at the end of a *STEP.
+  subroutine judge_bodies(scene, plan, tolerance, solved, notes, error)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    real(wp), intent(in) :: tolerance !! of contact [-]
+    type(solved_t), intent(in) :: solved
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(inside_t) :: inside
+
+    if (.not. (allocated(scene%may_overlap) .or. solved%increment%last_of_step)) return
+    associate (u => solved%state%displacement)
+      inside = find_inside(scene, plan%points, u, least_overlap(scene, tolerance, u))
+    end associate
+    if (inside%node == 0) return
+    if (allocated(scene%may_overlap)) then
+      call refuse_inside(scene, solved%increment, inside, error)
+    else
+      call note_inside(scene, solved%increment, inside, notes)
+    end if
+  end subroutine judge_bodies
 
   !> An overlap that is more than what tolerance and rounding leave.
   pure real(wp) function least_overlap(scene, tolerance, u) result(allowed)

@@ -27,6 +27,7 @@ module refuse_unsolved_mod
   use faces_between_nodes_mod, only: face_entry_t, entries_t, entered_at_end, entered_on_way, &
     entered_and_left
   use nodes_behind_mod, only: node_behind_t
+  use bodies_inside_mod, only: inside_t
   use elasticity_mod, only: elasticity_t, bulk_modulus
   use law_limits_mod, only: stretched_t
   use console_mod, only: solver_name
@@ -37,7 +38,7 @@ module refuse_unsolved_mod
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
     refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
     nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
-    next_tolerance
+    next_tolerance, refuse_inside, inside_in_words
 
   ! Beside displacements with contact: free sheets of elements 50 and 500 times as wide as high have
   ! 7e6 and 7e9 [-]
@@ -501,6 +502,53 @@ contains
       'or close the overlap with ADJUST= of *CONTACT PAIR')
     error%n_meshes = 1
   end subroutine refuse_deep_overlap
+
+  !> A body inside another ends the run where everything may touch everything, but for what the deck
+  !> leaves out.
+  subroutine refuse_inside(scene, increment, inside, error)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    type(inside_t), intent(in) :: inside
+    type(error_t), allocatable, intent(out) :: error
+
+    call raise_at(increment, error, inside_in_words(scene, inside)//': contact is missed; give '// &
+      'their surfaces a *CONTACT PAIR of their own, or name them by *CONTACT EXCLUSIONS if '// &
+      'they may overlap')
+  end subroutine refuse_inside
+
+  !> "node 17 of UP is 0.2 inside LOW, where no contact pair keeps it out".
+  pure function inside_in_words(scene, inside) result(words)
+    type(scene_t), intent(in) :: scene
+    type(inside_t), intent(in) :: inside
+    character(:), allocatable :: words
+
+    words = 'node '//to_text(scene%mesh%node_id(inside%node))//' of '//piece_name(scene, &
+      scene%mesh%piece(inside%node))//' is '//to_text(inside%depth, 3)//' inside '// &
+      piece_name(scene, inside%piece)//', where no contact pair keeps it out'
+  end function inside_in_words
+
+  !> The first element set that is a piece of the mesh; else the body of a node.
+  pure function piece_name(scene, piece) result(name)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: piece
+    character(:), allocatable :: name
+    integer :: k
+
+    associate (connectivity => scene%mesh%connectivity)
+      associate (pieces => scene%mesh%piece(connectivity%node(connectivity%first( &
+                 :scene%mesh%n_elements))))
+        do k = 1, size(scene%element_sets)
+          associate (members => scene%element_sets(k)%members)
+            if (size(members) /= count(pieces == piece)) cycle
+            if (any(pieces(members) /= piece)) cycle
+          end associate
+          name = scene%element_sets(k)%name
+          return
+        end do
+      end associate
+    end associate
+    name = 'the body of node '//to_text(scene%mesh%node_id(findloc(scene%mesh%piece, piece, dim=1)))
+  end function piece_name
 
   !> A contact face whose corner has been pushed or twisted inwards ends the run: no gap, weight or
   !> pressure is computed over it.

@@ -217,6 +217,24 @@ class General(unittest.TestCase):
         u, v = whole.field("displacement"), hand.field("displacement")
         self.assertLess(abs(u - v).max(), 1e-9 * abs(v).max())
 
+    def test_what_no_pair_keeps_apart_is_not_certified(self):
+        """A block comes from farther away than both are long, into the other by half."""
+        cards = "*CONTACT EXCLUSIONS\nLOW-ZMAX, UP-ZMIN\n"
+        for contact, status, said in (
+            (GENERAL, 2, r"node 5\d of UP is 0.5 inside LOW, where no contact pair keeps it out"),
+            (GENERAL + cards, 0, None),
+            ("", 0, "note: step 1: node .* of UP is 0.5 inside LOW"),
+        ):
+            with self.subTest(contact=contact):
+                deck = BLOCKS.format(cards=contact, height="20.", pressure=0)
+                deck = re.sub(r"\*DSLOAD\n.*\n", "*BOUNDARY\nUP-ZMAX, 3, 3, -19.5\n", deck)
+                run = Run(deck, name="deck")
+                self.assertEqual(run.status, status, run.errors)
+                if said:
+                    self.assertRegex(run.errors + run.output, said)
+                else:
+                    self.assertNotIn("inside LOW", run.errors + run.output)
+
     def test_mistakes(self):
         for cards, part in (
             ("*CONTACT\n", "needs a *CONTACT INCLUSIONS"),

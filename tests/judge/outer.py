@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Random decks of two bodies whose surfaces are all their outer faces, judged by their distance.
 
-    tests/judge/outer.py --decks 60 --seed 1 [--only SEED ...]
+    tests/judge/outer.py --decks 60 --seed 1 [--only SEED ...] [--general]
 
 Bodies are boxes, plates, bars, angles and channels of C3D8, C3D20 or C3D20R, turned at random; one
 is moved along a line until it is a given way from the other, also into its hollows. Families, the
@@ -13,6 +13,9 @@ seeds in turn:
              surfaces are the two faces that touch; within a tenth, or a twentieth once both are
              refined, once or twice, where the slave's reaches over the master's edge, as (11.32)
              then counts for its nodes at edges, and not for the twin
+
+With --general the decks have general contact in place of the pair; roles are what it chooses, and
+the twins have these.
 
 Distances are those of the convex elements of both, by non-negative least squares; nothing is taken
 from the program. A deck is right, wrong, refused or broken; only decks that meet may be refused
@@ -108,7 +111,8 @@ def distance(one, other):
 class Scene:
     """What a seed makes."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, general=False):
+        self.general = general
         self.seed, self.family = seed, FAMILIES[seed % len(FAMILIES)]
         self.rng = rng = np.random.default_rng([20268, seed])
         kinds = rng.choice(["C3D8", "C3D8", "C3D20", "C3D20R"], size=2)
@@ -170,8 +174,12 @@ class Scene:
                  self.fixed.cards() + self.moved.cards() + "*MATERIAL, NAME=M\n*ELASTIC",
                  "1000., 0.3\n*SURFACE INTERACTION, NAME=I"]  # fmt: skip
         lines += [f"*FRICTION\n{self.mu!r}"] * (self.mu > 0)
+        pair = f"*CONTACT PAIR, INTERACTION=I\nS{a}, S{b}"
+        if self.general:
+            pair = ("*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n"
+                    "*CONTACT PROPERTY ASSIGNMENT\n, , I")
         lines += [
-            f"*CONTACT PAIR, INTERACTION=I\nS{a}, S{b}",
+            pair,
             "*STEP" + ", NLGEOM" * self.large,
             "*STATIC\n0.5, 1.",
             "*BOUNDARY\nBLOW, 1, 3",
@@ -193,14 +201,16 @@ def run(scene, folder, name, options, *words):
     force = None
     if done.returncode == 0:
         with h5py.File(deck.with_suffix(".vtkhdf")) as file:
-            (pair,) = file["contact"].values()
-            force = pair["resultant"][-1]
+            force = np.zeros(3)  # what can never touch makes no pair
+            for pair in file.get("contact", {}):
+                force = file["contact"][pair]["resultant"][-1]
+                scene.moved_is_slave = pair.startswith(("A", "SA"))
     return done.returncode, (done.stderr or done.stdout).strip()[-300:], force
 
 
 def judge_seed(seed, options):
     """(scene, outcome, words) of a seed."""
-    scene = Scene(seed)
+    scene = Scene(seed, options.general)
     with tempfile.TemporaryDirectory(dir=options.keep) as folder:
         status, words, force = run(scene, folder, f"outer-{seed}", options)
         if status not in (0, 1, 2):
@@ -241,6 +251,7 @@ def are_close(force, wanted, allowed):
 def as_twin(scene):
     """The scene with the two faces that touch as surfaces."""
     twin = copy.deepcopy(scene)
+    twin.general = False
     for body, rows in ((twin.moved, "bottom"), (twin.fixed, "top")):
         body.faces = facing(body, rows)
     return twin
@@ -264,6 +275,7 @@ def main():
     parser.add_argument("--seed", type=int, default=os.environ.get("BIPOT_SEED", "1"),
                         help="of the first deck; default: BIPOT_SEED, or 1")  # fmt: skip
     parser.add_argument("--only", type=int, nargs="+", help="seeds of single decks")
+    parser.add_argument("--general", action="store_true", help="general contact, no pairs")
     parser.add_argument("--keep", type=Path, help="where decks are run")
     parser.add_argument("--limit", type=float, default=60.0, help="seconds of the processor")
     parser.add_argument("--bipot", dest="program",

@@ -109,12 +109,13 @@ contains
     end associate
   end function flat_faces
 
-  !> Some of the faces.
+  !> Some of the faces; none where none are flat.
   pure type(smooth_faces_t) function part_of(faces, chosen) result(part)
     type(smooth_faces_t), intent(in) :: faces
     integer, intent(in) :: chosen(:)
 
     part = faces
+    if (size(faces%nodes) == 0) return
     part%nodes = faces%nodes(:, chosen)
     part%normal = faces%normal(:, chosen)
     part%bulge = faces%bulge(:, :, chosen)

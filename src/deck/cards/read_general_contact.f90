@@ -15,8 +15,8 @@ module read_general_contact_mod
   use elasticity_mod, only: young_modulus
   use fields_mod, only: field_position, fields_t, is_empty_field, name_field, &
     next_data_line
-  use general_pairs_mod, only: everything, find_general_pairs, general_contact_t, &
-    general_pair_t, is_by_hand, may_touch, never_touch, touch_by, touch_rule_t
+  use general_pairs_mod, only: everything, find_general_pairs, find_left_out, &
+    general_contact_t, general_pair_t, is_by_hand, may_touch, never_touch, touch_by, touch_rule_t
   use name_table_mod, only: find_named
   use obstacles_mod, only: obstacle_t
   use options_mod, only: allow_no_data, allow_options, card_t, has_option, open_card, &
@@ -60,7 +60,7 @@ contains
     adjusts)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
-    type(general_contact_t), intent(inout) :: contact !! gets its rules
+    type(general_contact_t), intent(inout) :: contact !! gets its rules and what they leave out
     type(obstacle_t), intent(in) :: shapes(:)
     type(interactions_t), intent(in) :: interactions
     type(surface_list_t), intent(inout) :: surfaces
@@ -72,6 +72,7 @@ contains
     call read_rules(reader, model, shapes, interactions, surfaces, contact%rules, position)
     if (position == 0 .or. any_mistakes(reader%diagnostics)) return
     if (.not. allocated(contact%young)) return ! no elements, which is reported
+    call find_left_out(model, surfaces, contact)
     do i = 1, size(pairs)
       associate (master => merge(-pairs(i)%master, pairs(i)%master_surface, pairs(i)%master > 0))
         contact%rules = [contact%rules, touch_rule_t(is_by_hand, [pairs(i)%surface, master])]
@@ -97,7 +98,6 @@ contains
         all(k) = pairs(k)
       end do
       is_bare = .false.
-      adjust%wanted = .true.
       adjust%is_general = .true.
       adjust%position = position
       n = old
@@ -107,7 +107,7 @@ contains
         pair%surface = found(k)%surface
         pair%master = found(k)%master
         pair%master_surface = found(k)%master_surface
-        call check_general_pair(reader, model, surfaces, shapes, position, pair)
+        call check_general_pair(reader, model, surfaces, shapes, position, pair, adjust%wanted)
         if (pair%master + pair%master_surface == 0) cycle
         n = n + 1
         all(n) = pair
