@@ -9,7 +9,7 @@ module block_diagonal_mod
   private
 
   public :: block_diagonal_t, take_blocks, invert_blocks, times_blocks, norm_of_blocks, &
-    entry_of, add_column, order_of, count_entries
+    entry_of, add_column, subtract_products, order_of, count_entries
 
   !> A block, all of it.
   type :: block_t
@@ -115,6 +115,21 @@ contains
       end associate
     end associate
   end subroutine add_column
+
+  !> Subtract Z C Z^T, with a symmetric C of each block.
+  pure subroutine subtract_products(blocks, z, core)
+    type(block_diagonal_t), intent(inout) :: blocks
+    real(wp), intent(in) :: z(:, :)       !! (n,m)
+    real(wp), intent(in) :: core(:, :, :) !! (m,m,n_blocks)
+    integer :: k
+
+    do k = 1, size(blocks%block)
+      associate (of_block => z(blocks%first(k):blocks%first(k + 1) - 1, :))
+        blocks%block(k)%a = blocks%block(k)%a - matmul(matmul(of_block, core(:, :, k)), &
+          transpose(of_block))
+      end associate
+    end do
+  end subroutine subtract_products
 
   !> Rows, and columns.
   pure integer function order_of(blocks)

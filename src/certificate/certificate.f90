@@ -137,7 +137,7 @@ contains
       misplaced(forces%means, mesh%coordinates, new%displacement))
     acting = acting_t(forces%external, pressed(:, :, 2), support)
     if (allocated(forces%applied)) then
-      ! What springs pull balances loads, as contact does.
+      ! What springs pull and inertia takes balances loads, as contact does.
       acting%load = forces%applied
       acting%contact = acting%contact + (forces%external - forces%applied)
     end if
@@ -146,6 +146,7 @@ contains
     ! What acts on bodies at rest is rounding, and has no sum that means anything.
     do i = 1, mesh%n_nodes
       if (.not. at_rest(mesh%body(i))) cycle
+      acting%load(:, i) = 0.0_wp
       acting%contact(:, i) = 0.0_wp
       acting%support(:, i) = 0.0_wp
     end do

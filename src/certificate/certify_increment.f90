@@ -24,6 +24,8 @@ module certify_increment_mod
   use rigid_patterns_mod, only: find_patterns, take_moments
   use turning_means_mod, only: find_means, spread_forces
   use pairs_of_step_mod, only: take_pairs, weigh_friction, face_nothing, find_closed
+  use own_mass_mod, only: own_mass_t
+  use own_inertia_mod, only: add_inertia
   use certificate_mod, only: certify
   implicit none
   private
@@ -41,7 +43,7 @@ contains
   !> are held against integrals. Taken as they are: other loads, laws of materials and springs,
   !> constant extra gaps, the sides of masters, overlaps that constraints keep, and slips before
   !> surfaces and facets whose weights are confirmed.
-  pure function certify_increment(scene, points, tolerance, said, old, new, imposed) &
+  pure function certify_increment(scene, points, tolerance, said, old, new, imposed, own) &
     result(certificate)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -49,7 +51,9 @@ contains
     type(contact_fields_t), intent(in) :: said  !! of contact by what solved the increment
     type(state_t), intent(in) :: old, new       !! before and after it
     type(imposed_t), intent(in) :: imposed
+    type(own_mass_t), intent(in), optional :: own !! of a dynamic *STEP
     type(certificate_t) :: certificate
+    real(wp) :: wrong_motion
     type(contact_fields_t) :: contact
     type(contact_points_t) :: known
     type(increment_forces_t) :: forces
@@ -73,6 +77,8 @@ contains
     if (scene%mesh%springs%n > 0) forces%applied = forces%external
     call add_foundation_pressures(scene, new%displacement, forces)
     call add_spring_pulls(scene%mesh, new%displacement, forces)
+    wrong_motion = 0.0_wp
+    if (present(own)) call add_inertia(scene, own, old, new, forces, wrong_motion)
     call find_edge_middles(scene, points, said%weights, forces%middles)
     forces%rounding_of_gaps = rounding_of_places(scene, new%displacement)
     contact = said
@@ -91,6 +97,10 @@ contains
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
+    if (present(own)) then
+      certificate%equilibrium = max(certificate%equilibrium, wrong_motion)
+      certificate%certified = certificate%certified .and. wrong_motion <= 10.0_wp*tolerance
+    end if
     certificate%folded_point = folded_point
     certificate%torn_point = torn_point
   end function certify_increment

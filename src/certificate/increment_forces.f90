@@ -36,8 +36,8 @@ module increment_forces_mod
   type, extends(imposed_t) :: increment_forces_t
     real(wp), allocatable :: internal(:, :) !! (3,n_nodes) from the stresses [force]
     real(wp), allocatable :: applied(:, :)
-    !! (3,n_nodes) the loads without what springs pull, which may cancel them; not allocated: there
-    !! are no springs [force]
+    !! (3,n_nodes) the loads without what springs pull and inertia takes, which may cancel them; not
+    !! allocated: there is neither [force]
     real(wp), allocatable :: rounding(:) !! (n_nodes) that the internal forces carry [force]
     real(wp), allocatable :: stiffness(:) !! (n_nodes) of each node by itself [force/length]
     real(wp) :: rounding_of_gaps = 0.0_wp     !! that the gaps carry [length]

@@ -15,7 +15,7 @@ module turning_weights_mod
   implicit none
   private
 
-  public :: add_turning_weights
+  public :: add_turning_weights, points_t, find_points
 
   !> Points in a cell, and its shape functions there.
   type :: points_t

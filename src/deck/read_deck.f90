@@ -69,6 +69,7 @@ module read_deck_mod
   use refine_mesh_mod, only: refine_mesh
   use read_system_mod, only: read_system
   use read_temperatures_mod, only: read_first_temperatures
+  use read_dynamics_mod, only: check_dynamics, read_first_velocities
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces
   use read_transforms_mod, only: read_transforms
@@ -239,6 +240,9 @@ contains
       scene%surfaces, draft%couplings)
     if (allocated(scene%first_temperature)) scene%first_temperature = &
       [scene%first_temperature, spread(0.0_wp, 1, draft%model%mesh%n_stand_ins)]
+    if (allocated(scene%first_velocity)) scene%first_velocity = reshape([scene%first_velocity, &
+      spread(0.0_wp, 1, 3*draft%model%mesh%n_stand_ins)], [3, size(scene%first_velocity, 2) + &
+      draft%model%mesh%n_stand_ins])
     call note_held(reader, scene%constraints, draft%model%mesh%n_nodes, draft%model%mesh%hangs, &
       scene%steps)
     call refuse_held(reader, draft%model, draft%equations, [pack(draft%couplings%node, &
@@ -254,6 +258,14 @@ contains
     call refuse_loose(reader, draft%equations, scene%mesh)
     call refuse_warm_axes(reader, scene)
     call check_turns(reader, scene)
+    call check_dynamics(reader, scene)
+    if (any(scene%steps%is_dynamic)) then
+      scene%precision%body_is_given = .true.
+      scene%precision%factor_is_given = .true.
+      scene%precision%low_rank_is_given = .true.
+    else if (allocated(scene%first_velocity)) then
+      deallocate (scene%first_velocity)
+    end if
     if (scene%finite_strain) then
       call prepare_finite_strain(reader, allocated(draft%equations%links), scene)
     else if (scene%precision%renews_tangent) then
@@ -379,6 +391,7 @@ contains
       call read_amplitudes(reader, amplitudes)
       call read_foundations(reader, model, draft%surfaces, scene%foundations)
       call read_first_temperatures(reader, model, scene%first_temperature)
+      call read_first_velocities(reader, model, scene%first_velocity)
       call read_steps(reader, model, amplitudes, scene%pairs, draft%surfaces, scene%steps, &
         scene%regions, scene%finite_strain)
       call move_alloc(amplitudes%list, scene%amplitudes)

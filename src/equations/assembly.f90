@@ -13,12 +13,14 @@ module assembly_mod
   use finite_forces_mod, only: tangent_t, element_tangent
   use spring_elements_mod, only: spring_ends
   use spring_forces_mod, only: spring_tangent
+  use inertia_mod, only: inertia_t
   use sorting_mod, only: count_below
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
   private
 
-  public :: triplets_t, assemble_stiffness, list_pattern, diagonal_of, diagonal_ratio, scales_of
+  public :: triplets_t, assemble_stiffness, add_mass, list_pattern, diagonal_of, diagonal_ratio, &
+    scales_of
 
   real(wp), parameter :: negligible = 1.0e-13_wp !! of an element, in its shape [-]
   integer, parameter :: n_freedoms = 3*hexahedron_nodes !! of an element
@@ -136,25 +138,77 @@ contains
     subroutine add_element(nodes, ke)
       integer,  intent(in) :: nodes(:)
       real(wp), intent(in) :: ke(:, :) !! [force/length]
-      integer :: a, b, entry
 
-      if (any(constraint(:, nodes) > 0)) then
-        call add_linked(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
-          blocks)
-        return
-      end if
-      do a = 1, size(nodes)
-        do b = 1, size(nodes)
-          if (nodes(b) > nodes(a)) cycle
-          entry = 1 + count_below(nodes(b), neighbours(start(nodes(a)): &
-            start(nodes(a) + 1) - 1))
-          entry = lower_start(nodes(a)) + entry - 1
-          blocks(:, :, entry) = blocks(:, :, entry) + ke(3*a - 2:3*a, 3*b - 2:3*b)
-        end do
-      end do
+      call add_blocks(map%constraints, constraint, nodes, ke, start, neighbours, lower_start, &
+        blocks)
     end subroutine add_element
 
   end subroutine assemble_stiffness
+
+  !> Add the mass of a dynamic *STEP to the stiffness, but for what puts right the inertia of rigid
+  !> motions, which is no matrix of few entries.
+  subroutine add_mass(mesh, inertia, map, start, neighbours, k)
+    type(mesh_t), intent(in) :: mesh
+    type(inertia_t), intent(in) :: inertia
+    type(dof_map_t), intent(in) :: map
+    integer, intent(in) :: start(:), neighbours(:) !! of the stiffness
+    type(triplets_t), intent(inout) :: k
+    type(triplets_t) :: mass
+    integer,  allocatable :: lower_start(:), constraint(:, :)
+    real(wp), allocatable :: blocks(:, :, :)
+    real(wp) :: pair(6, 6)
+    integer :: node, l, i
+
+    allocate (constraint(3, mesh%n_nodes), source=constraint_of(map%constraints, mesh%n_nodes))
+    lower_start = lower_lists(start, neighbours)
+    allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
+    do node = 1, mesh%n_nodes
+      do l = inertia%mass%first(node), inertia%mass%first(node + 1) - 1
+        associate (m => inertia%factor*inertia%mass%value(l), other => inertia%mass%other(l))
+          if (other > node .or. .not. abs(m) > 0.0_wp) cycle
+          pair = 0.0_wp
+          do i = 1, 3
+            pair(i, i) = merge(m, 0.0_wp, other == node)
+            pair(i, 3 + i) = m
+            pair(3 + i, i) = m
+          end do
+          if (other == node) then
+            call add_blocks(map%constraints, constraint, [node], pair(:3, :3), start, &
+              neighbours, lower_start, blocks)
+          else
+            call add_blocks(map%constraints, constraint, [node, other], pair, start, neighbours, &
+              lower_start, blocks)
+          end if
+        end associate
+      end do
+    end do
+    call list_free_entries(map, start, neighbours, lower_start, mass, blocks)
+    k%value = k%value + mass%value
+  end subroutine add_mass
+
+  !> Add the matrix of some nodes.
+  pure subroutine add_blocks(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)
+    type(constraints_t), intent(in) :: active
+    integer, intent(in) :: constraint(:, :)  !! (3,n_nodes) of `constraint_of`
+    integer, intent(in) :: nodes(:)
+    real(wp), intent(in) :: ke(:, :)         !! [force/length]
+    integer, intent(in) :: start(:), neighbours(:), lower_start(:)
+    real(wp), intent(inout) :: blocks(:, :, :) !! (3,3,entries) [force/length]
+    integer :: a, b, entry
+
+    if (any(constraint(:, nodes) > 0)) then
+      call add_linked(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)
+      return
+    end if
+    do a = 1, size(nodes)
+      do b = 1, size(nodes)
+        if (nodes(b) > nodes(a)) cycle
+        entry = 1 + count_below(nodes(b), neighbours(start(nodes(a)):start(nodes(a) + 1) - 1))
+        entry = lower_start(nodes(a)) + entry - 1
+        blocks(:, :, entry) = blocks(:, :, entry) + ke(3*a - 2:3*a, 3*b - 2:3*b)
+      end do
+    end do
+  end subroutine add_blocks
 
   !> Add T^T K T of an element with nodes that depend on others.
   pure subroutine add_linked(active, constraint, nodes, ke, start, neighbours, lower_start, blocks)

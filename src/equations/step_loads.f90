@@ -17,6 +17,7 @@ module step_loads_mod
   use scene_mod, only: scene_t
   use warming_mod, only: warming_t, warms, warming_of_step
   use mesh_forces_mod, only: pressure_force, gravity_force
+  use mass_matrix_mod, only: mass_t, times_mass
   use bodies_mod, only: is_linear
   use expansion_mod, only: free_strain, thermal_force
   implicit none
@@ -101,11 +102,12 @@ contains
   end subroutine hold_idle
 
   !> The patterns of a step that starts from displacement `u`.
-  pure subroutine resolve_loads(scene, step, u, loads)
+  pure subroutine resolve_loads(scene, step, u, loads, mass)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     real(wp), intent(in) :: u(:, :)          !! (3,n_nodes) at the start of the step [length]
     type(step_loads_t), intent(out) :: loads
+    type(mass_t), intent(in), optional :: mass !! of the bodies, if any step is dynamic
     real(wp), allocatable :: displacement(:, :, :), force(:, :, :)
     real(wp), allocatable :: pressure(:, :), gradient(:, :, :, :)
     logical, allocatable :: used(:), followed(:)
@@ -116,7 +118,14 @@ contains
     allocate (force(3, scene%mesh%n_nodes, pattern_hold:n), source=0.0_wp)
     call resolve_boundary(scene, step, u, displacement)
     allocate (pressure(size(scene%surfaces), pattern_hold:n), source=0.0_wp)
-    call resolve_forces(scene, step, force, pressure, gradient)
+    call resolve_forces(scene, step, force, pressure, gradient, mass)
+    if (scene%steps(step)%is_dynamic) then
+      ! At once.
+      force(:, :, pattern_hold) = force(:, :, pattern_hold) + force(:, :, pattern_ramp)
+      force(:, :, pattern_ramp) = 0.0_wp
+      pressure(:, pattern_hold) = pressure(:, pattern_hold) + pressure(:, pattern_ramp)
+      pressure(:, pattern_ramp) = 0.0_wp
+    end if
     call turn_local_forces(scene, force)
     if (.not. is_linear(scene)) then
       allocate (loads%dead_force(3, scene%mesh%n_nodes, size(force, 3)))
@@ -240,8 +249,14 @@ contains
             displacement(b%dof, b%node, b%amplitude) = b%value
           else
             displacement(b%dof, b%node, pattern_hold) = u(b%dof, b%node)
-            if (k == step .and. .not. b%fixed) displacement(b%dof, b%node, pattern_ramp) = &
-              b%value - u(b%dof, b%node)
+            if (k /= step .or. b%fixed) cycle
+            if (b%is_way) then
+              displacement(b%dof, b%node, pattern_ramp) = b%value
+            else if (scene%steps(step)%is_dynamic) then
+              displacement(b%dof, b%node, pattern_hold) = b%value
+            else
+              displacement(b%dof, b%node, pattern_ramp) = b%value - u(b%dof, b%node)
+            end if
           end if
         end associate
       end do
@@ -288,7 +303,7 @@ contains
   end function follows_on
 
   !> The nodal forces of the step, concentrated ones and weights, and the pressures on surfaces.
-  pure subroutine resolve_forces(scene, step, force, pressure, gradient)
+  pure subroutine resolve_forces(scene, step, force, pressure, gradient, mass)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     real(wp), intent(inout) :: force(:, :, pattern_hold:) !! (3,n_nodes,patterns) [force]
@@ -296,6 +311,7 @@ contains
     !! (n_surfaces,patterns) 0 on entry [force/length^2]
     real(wp), allocatable, intent(out) :: gradient(:, :, :, :)
     !! (3,3,n_regions,patterns) of the weights [1/time^2]
+    type(mass_t), intent(in), optional :: mass !! as of resolve_loads
     real(wp), allocatable, dimension(:, :) :: concentrated, face_pressure, gravity
     real(wp) :: now(size(scene%amplitudes)) !! values as step k begins, of those that follow on
     real(wp) :: density(size(scene%materials))
@@ -343,10 +359,62 @@ contains
             scene%mesh%plane == axisymmetric)
         end associate
       end do
+      if (present(mass)) call weigh_where_mass_is(scene, mass, gravity(:, g), force(:, :, g))
     end do
     gravity = reshape(gravity, [12, size(scene%regions)*(n - pattern_hold + 1)])
     gradient = reshape(gravity(4:, :), [3, 3, size(scene%regions), n - pattern_hold + 1])
   end subroutine resolve_forces
+
+  !> Have pieces whose elements all weigh alike weigh where their mass is: in free fall nothing
+  !> strains them.
+  pure subroutine weigh_where_mass_is(scene, mass, gravity, force)
+    type(scene_t), intent(in) :: scene
+    type(mass_t), intent(in) :: mass
+    real(wp), intent(in) :: gravity(:)       !! (12*n_regions) as of load_step_t
+    real(wp), intent(inout) :: force(:, :)   !! (3,n_nodes) with their weight [force]
+    real(wp) :: of_element(3, scene%mesh%n_elements), of_piece(3, scene%mesh%n_pieces)
+    real(wp) :: at_node(3, scene%mesh%n_nodes), consistent(3, scene%mesh%n_nodes)
+    logical :: is_alike(0:scene%mesh%n_pieces), is_first(scene%mesh%n_pieces)
+    integer :: piece_of(scene%mesh%n_elements), i, e
+
+    piece_of = scene%mesh%piece(scene%mesh%connectivity%node(scene%mesh%connectivity%first( &
+      :scene%mesh%n_elements)))
+    of_element = 0.0_wp
+    is_alike = .true.
+    is_alike(0) = .false.
+    do i = 1, size(scene%regions)
+      associate (elements => scene%regions(i)%elements, g => gravity(12*i - 11:12*i))
+        of_element(:, elements) = of_element(:, elements) + spread(g(:3), 2, size(elements))
+        if (any(abs(g(4:)) > 0.0_wp)) is_alike(piece_of(elements)) = .false.
+      end associate
+    end do
+    is_first = .true.
+    do e = 1, scene%mesh%n_elements
+      associate (p => piece_of(e))
+        if (is_first(p)) of_piece(:, p) = of_element(:, e)
+        is_first(p) = .false.
+        is_alike(p) = is_alike(p) .and. .not. any(abs(of_element(:, e) - of_piece(:, p)) > 0.0_wp)
+      end associate
+    end do
+    do e = 1, scene%mesh%n_elements
+      if (.not. is_alike(piece_of(e))) of_element(:, e) = 0.0_wp
+    end do
+    at_node = 0.0_wp
+    consistent = 0.0_wp
+    do i = 1, scene%mesh%n_nodes
+      associate (p => scene%mesh%piece(i))
+        if (is_alike(p)) at_node(:, i) = of_piece(:, max(1, p))
+      end associate
+    end do
+    do i = 1, size(scene%regions)
+      associate (elements => scene%regions(i)%elements, g => gravity(12*i - 11:12*i))
+        if (any(abs(g(:3)) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
+          pack(elements, is_alike(piece_of(elements))), g(:3), spread(spread(0.0_wp, 1, 3), 2, 3), &
+          scene%mesh%coordinates, consistent)
+      end associate
+    end do
+    force = force - consistent + times_mass(mass, at_node)
+  end subroutine weigh_where_mass_is
 
   !> Add the nodal forces of pressures on the undeformed surfaces.
   pure subroutine press_surfaces(scene, pressure, force)

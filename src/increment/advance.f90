@@ -26,6 +26,7 @@ module advance_mod
     ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
     ended_inverted, ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
+  use own_inertia_mod, only: balance_in_time
   use certify_increment_mod, only: certify_increment
   use bodies_mod, only: is_linear, strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
@@ -40,6 +41,7 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t
+  use newmark_mod, only: begin_again, begin_inertia, end_inertia, inertia_at, come_to_rest
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
@@ -75,9 +77,23 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; a node is prescribed into an obstacle
 
+    type(state_t) :: begun
+    real(wp), allocatable :: reaction(:, :)
+
     new = old
     new%reaction = expected_reactions(scene, points, solver, old, increment)
     call advance_from(scene, points, solver, old, increment, new, report, error)
+    if (allocated(error) .or. .not. (report%converged .and. increment%first_of_step .and. &
+      allocated(solver%body%inertia))) return
+    ! What loads make the bodies begin with is known, not so what contact and moving supports do.
+    if (.not. (any(abs(new%reaction) > 0.0_wp) .or. any(solver%body%prescribed .and. &
+      abs(new%displacement - old%displacement) > 0.0_wp))) return
+    begun = old
+    call begin_again(solver, new, begun)
+    reaction = new%reaction
+    new = begun
+    new%reaction = reaction
+    call advance_from(scene, points, solver, begun, increment, new, report, error)
   end subroutine advance
 
   !> The same, the solution sought from the displacements and reactions that `new` comes with.
@@ -106,6 +122,8 @@ contains
     call follow_turns(scene%mesh, old%displacement, solver%body%prescribed, turned_constraints( &
       scene, solver%body%prescribed, old%displacement), solver%body%motions, is_held)
     call set_gaps(scene, points, increment, now, solver)
+    call begin_inertia(scene, solver, old, increment, error)
+    if (allocated(error)) return
     call begin_trial(scene, now, solver, old, increment, trial)
     associate (motions => solver%body%motions)
       trial%motion = [(new%displacement(motions%dof(i), motions%node(i)), i=1, motions%n)]
@@ -234,6 +252,9 @@ contains
         new%reaction)
       call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
         old, new, report%contact)
+      if (allocated(solver%body%inertia)) call end_inertia(solver, old, trial%forces%internal, &
+        nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2)), &
+        trial%forces%external, new)
       if (is_together(scene, solver)) report%x_free = x_free_of(solver%contact, report%contact)
       ! Pressures before obstacles are over the faces as they are deformed.
       if (.not. is_linear(scene)) then
@@ -256,7 +277,7 @@ contains
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
       report%certificate = certify_increment(scene, points, solver%choices%tolerance, &
-        report%contact, old, new, trial%forces%imposed_t)
+        report%contact, old, new, trial%forces%imposed_t, solver%own_mass)
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.
@@ -308,7 +329,7 @@ contains
     type(state_t), intent(inout) :: new
     type(increment_report_t), intent(inout) :: report
     type(placement_t) :: began
-    real(wp) :: of_heat, surplus !! [energy]
+    real(wp) :: of_heat, surplus, of_others !! [energy]
     type(edge_middles_t) :: middles
 
     call find_edge_middles(scene, points, report%contact%weights, middles)
@@ -320,11 +341,20 @@ contains
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     call leave_to_supports(scene, solver, new)
     call find_heat(scene, trial%free, old, new, of_heat, surplus)
+    of_others = work_of_torques(scene, points, middles, old, new) + work_on_overlaps(scene, &
+      points, solver%first_gap, began, trial%placement, old, new) + of_heat + work_of_turns( &
+      scene, old%displacement, new%displacement, 0.5_wp*(old%external_force + &
+      old%support_force + new%external_force + new%support_force))
+    if (allocated(solver%own_mass)) then
+      report%energy%external_work = of_others
+      report%energy%strain = strain_energy(scene, trial%free, new, trial%forces%internal - &
+        inertia_at(solver, new%displacement))
+      call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
+      return
+    end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
-      trial%forces%internal), report%energy, work_of_torques(scene, points, middles, old, new) + &
-      work_on_overlaps(scene, points, solver%first_gap, began, trial%placement, old, new) + &
-      of_heat + work_of_turns(scene, old%displacement, new%displacement, 0.5_wp* &
-      (old%external_force + old%support_force + new%external_force + new%support_force)), surplus)
+      trial%forces%internal), report%energy, of_others, surplus)
+    call come_to_rest(new)
   end subroutine finish
 
   !> Of all that is out of balance leave what supports hold. Where they hold a component of a

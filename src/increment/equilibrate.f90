@@ -23,6 +23,7 @@ module equilibrate_mod
   use follow_bodies_mod, only: farthest_point
   use closed_points_mod, only: keep_closed
   use step_solver_mod, only: step_solver_t
+  use newmark_mod, only: rounding_of_inertia
   use trial_mod, only: trial_t
   use renew_tangent_mod, only: renew_tangent
   use place_and_solve_mod, only: newton_raphson_t, begin_newton_raphson, follow_free_bodies, &
@@ -105,14 +106,15 @@ contains
       call rest(scene, points, solver, old, loop, trial, new)
 
       ! 5. Out-of-balance force, and how far the closest points have moved
-      call update_forces(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, &
-        loop, report)
+      call update_forces(scene, solver, old, trial, new, loop, report)
       if (report%worst_element > 0) exit newton_raphson
       if (was_foreseen) loop%modes = new%modes
       if (allocated(trial%support_force)) trial%support_force = merge(trial%forces%internal - &
         trial%forces%external - pressed, 0.0_wp, trial%forces%prescribed)
       trial%forces%rounding = force_rounding(scene%mesh, scene%materials, &
         max(abs(new%displacement), abs(old%displacement)))
+      if (allocated(solver%body%inertia)) trial%forces%rounding = trial%forces%rounding + &
+        rounding_of_inertia(solver, new%displacement)
       call find_residual(scene, solver%body%constraints, pressed, new%displacement, trial, &
         trial%controls%tolerance < solver%choices%tolerance, residual, loop)
       if (is_first) report%unrefined = max(report%unrefined, loop%imbalance)

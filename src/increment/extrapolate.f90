@@ -12,6 +12,8 @@ module extrapolate_mod
   use dof_map_mod, only: dof_map_t, to_nodes, unknowns_of
   use follow_bodies_mod, only: largest_deformation
   use following_loads_mod, only: let_loads_follow
+  use step_solver_mod, only: step_solver_t
+  use newmark_mod, only: inertia_at
   use trial_mod, only: trial_t
   use place_and_solve_mod, only: newton_raphson_t
   use displace_mod, only: settle
@@ -26,11 +28,10 @@ module extrapolate_mod
 contains
 
   !> The internal forces of the displacement, which is accelerated first where they are not linear,
-  !> and pressures on surfaces where it takes them.
-  subroutine update_forces(scene, map, motions, old, trial, new, loop, report)
+  !> those of inertia among them, and pressures on surfaces where it takes them.
+  subroutine update_forces(scene, solver, old, trial, new, loop, report)
     type(scene_t), intent(in) :: scene
-    type(dof_map_t), intent(in) :: map
-    type(free_motions_t), intent(in) :: motions
+    type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     type(trial_t), intent(inout) :: trial             !! gets the forces
     type(state_t), intent(inout) :: new               !! its displacement, as of `extrapolate`
@@ -38,13 +39,15 @@ contains
     type(increment_report_t), intent(inout) :: report !! gets an element that is inside out
 
     if (.not. loop%is_linear) then
-      call extrapolate(scene, map, motions, old, trial, new, loop)
+      call extrapolate(scene, solver%body%inverse%map, solver%body%motions, old, trial, new, loop)
       ! Iterations far away may find modes of no use to the next.
       if (.not. loop%apart < nearby) new%modes = loop%modes
       report%force_evaluations = report%force_evaluations + 1
     end if
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
       trial%forces%internal, report%worst_element)
+    if (allocated(solver%body%inertia)) trial%forces%internal = trial%forces%internal + &
+      inertia_at(solver, new%displacement)
     call let_loads_follow(scene, new%displacement, trial%forces%imposed_t)
   end subroutine update_forces
 

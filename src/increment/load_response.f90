@@ -11,6 +11,7 @@ module load_response_mod
   use increments_mod, only: increment_t
   use mesh_forces_mod, only: internal_force, force_rounding
   use bodies_mod, only: is_linear, find_tangent_force
+  use mass_matrix_mod, only: times_mass
   use increment_forces_mod, only: imposed_t
   use following_loads_mod, only: let_loads_follow
   use constraints_mod, only: give_to_masters
@@ -47,6 +48,7 @@ contains
     !! MUMPS failed; the factor is too far from the stiffness
     real(wp), allocatable :: load(:, :, :)
     real(wp) :: clock
+    integer :: g
 
     clock = wall_seconds()
     associate (loads => response%loads)
@@ -55,6 +57,12 @@ contains
       ! or by the tangent that the factor is of.
       call find_tangent_force(scene, loads%displacement, load, body%tangent)
       load = loads%force - load
+      if (allocated(body%inertia)) then
+        do g = 1, size(load, 3)
+          load(:, :, g) = load(:, :, g) - body%inertia%factor*times_mass(body%inertia%mass, &
+            loads%displacement(:, :, g))
+        end do
+      end if
       call apply_inverse(body%inverse, load, response%displacement, error)
       if (allocated(error)) return
       ! At finite strain they are what iterations begin with, which refine them.

@@ -76,7 +76,8 @@ contains
       (has_interference(scene) .or. may_stay_closed(scene) .or. any(points%is_curved) .or. &
       depends_on_rate(points)) .and. &
       solver%body%inverse%map%n_interface > 0 .and. solver%body%inverse%is_condensed .and. &
-      size(neutral_motions(solver%contact, solver%body%motions%n), 2) == 0
+      size(neutral_motions(solver%contact, solver%body%motions%n), 2) == 0 .and. .not. &
+      allocated(solver%body%inertia)
   end function can_look_ahead
 
   !> Whether an increment of the run is among those that were foreseen.

@@ -23,6 +23,10 @@ module step_solver_mod
     invalidate, change_obstacle_supports, lap
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: tangent_at
+  use mass_matrix_mod, only: mass_t
+  use inertia_mod, only: inertia_t
+  use own_mass_mod, only: own_mass_t, own_mass_of
+  use dynamic_step_mod, only: make_inertia, are_alike
   use contact_interface_mod, only: interface_dofs
   use placement_mod, only: placement_t, place_undeformed
   use condensed_contact_mod, only: condensed_contact_t, find_groups
@@ -45,26 +49,45 @@ module step_solver_mod
     type(condensed_contact_t) :: contact   !! a trial's own where points are placed anew
     real(wp), allocatable :: mu(:)         !! (n_points) coefficients that it was made with [-]
     logical, allocatable :: is_removed(:)  !! (n_points) of pairs that it was made without
+    integer :: dynamic_of = 0              !! *STEP whose inertia is in the factor; 0: none
+    type(mass_t), allocatable :: mass      !! by which bodies weigh, if any *STEP is dynamic
+    type(own_mass_t), allocatable :: own_mass !! the certificate's, of that *STEP
     type(solver_work_t) :: on_tangents     !! work of the run on factors of tangents
+    ! Of the increment of a dynamic *STEP that is tried; not allocated elsewhere.
+    real(wp), allocatable :: predictor(:, :)
+    !! (3,n_nodes) where it would go without accelerations at its end [length]
+    real(wp), allocatable :: left_over(:, :)
+    !! (3,n_nodes) loads by forces of its beginning [force]
+    real(wp), allocatable :: by_inertia(:, :) !! (3,n_nodes) displacement by both [length]
   end type step_solver_t
 
 contains
 
   !> Make what depends on the supports alone. What still holds is kept: all of it where nothing has
   !> changed, the factor where only the supports of obstacles have.
-  subroutine set_supports(scene, points, prescribed, solver, work, error)
+  subroutine set_supports(scene, points, prescribed, solver, work, error, step)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     logical, intent(in) :: prescribed(:, :)  !! (3,n_nodes)
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
-    !! a singular matrix; no memory
-    logical :: changed(3, size(prescribed, 2))
+    !! a singular matrix; no memory; no node that could have the mass of another
+    integer, intent(in), optional :: step    !! whose inertia counts; a static one where left out
+    type(inertia_t), allocatable :: inertia
+    logical :: changed(3, size(prescribed, 2)), is_same
+    integer :: now
 
     ! Responses to loads are those of small strain, whatever tangent there was: a run that is
     ! continued has none.
-    if (allocated(solver%body%prescribed) .and. .not. allocated(solver%body%tangent)) then
+    now = 0
+    if (present(step)) then
+      if (scene%steps(step)%is_dynamic) now = step
+    end if
+    is_same = (now == 0) .eqv. (solver%dynamic_of == 0)
+    if (now > 0 .and. solver%dynamic_of > 0) is_same = are_alike(scene, now, solver%dynamic_of)
+    if (allocated(solver%body%prescribed) .and. .not. allocated(solver%body%tangent) .and. &
+      is_same) then
       changed = prescribed .neqv. solver%body%prescribed
       if (.not. any(changed)) then
         if (any(abs(points%mu - solver%mu) > 0.0_wp) .or. any(are_removed(points) .neqv. &
@@ -78,6 +101,20 @@ contains
         return
       end if
     end if
+    if (present(step) .and. any(scene%steps%is_dynamic)) then
+      allocate (inertia)
+      call make_inertia(scene, points, step, prescribed, inertia, error)
+      if (allocated(error)) return
+      solver%mass = inertia%mass
+    end if
+    if (allocated(solver%own_mass)) deallocate (solver%own_mass)
+    if (now > 0) then
+      solver%own_mass = own_mass_of(scene, points, now, prescribed)
+    else if (allocated(inertia)) then
+      deallocate (inertia)
+    end if
+    call move_alloc(inertia, solver%body%inertia)
+    solver%dynamic_of = now
     call make_all(scene, points, prescribed, solver, work, error)
   end subroutine set_supports
 
@@ -188,7 +225,11 @@ contains
     type(error_t), allocatable, intent(out) :: error
     !! MUMPS failed; the factor is too far from the stiffness
 
-    call resolve_loads(scene, step, state%displacement, solver%response%loads)
+    if (allocated(solver%mass)) then
+      call resolve_loads(scene, step, state%displacement, solver%response%loads, solver%mass)
+    else
+      call resolve_loads(scene, step, state%displacement, solver%response%loads)
+    end if
     call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, work, &
       error)
   end subroutine prepare_step
@@ -214,8 +255,11 @@ contains
     type(solver_work_t), intent(inout) :: work
     type(error_t), allocatable, intent(out) :: error
     type(tangent_t), intent(in), optional :: tangent !! as of linearisation_t
+    type(inertia_t), allocatable :: inertia
 
+    call move_alloc(solver%body%inertia, inertia)
     call invalidate(solver%body)
+    call move_alloc(inertia, solver%body%inertia)
     solver%body%prescribed = prescribed
     if (present(tangent)) solver%body%tangent = tangent
     if (solver%choices%precision%threads > 1) call use_threads(solver%choices%precision%threads)

@@ -7,6 +7,7 @@
 module linearisation_mod
   use kinds_mod, only: wp
   use errors_mod, only: error_t, raise, exit_not_solved
+  use text_mod, only: to_text
   use system_mod, only: wall_seconds
   use block_diagonal_mod, only: block_diagonal_t, take_blocks, invert_blocks, norm_of_blocks
   use norm_estimate_mod, only: norm_estimate_t
@@ -23,14 +24,15 @@ module linearisation_mod
   use bodies_mod, only: is_linear, find_internal_force
   use turning_couplings_mod, only: has_turning, turned_constraints
   use stiffen_couplings_mod, only: stiffen_couplings
+  use inertia_mod, only: inertia_t
   use state_mod, only: modes_t
   use finite_forces_mod, only: tangent_t
-  use assembly_mod, only: triplets_t, diagonal_of, diagonal_ratio, assemble_stiffness
+  use assembly_mod, only: triplets_t, add_mass, diagonal_of, diagonal_ratio, assemble_stiffness
   use mesh_parts_mod, only: assemble_parts
   use node_parts_mod, only: assemble_node_parts, node_part_t
   use ordering_mod, only: order_equations
   use sparse_factor_mod, only: factorise, is_analysed, analysed_order
-  use stiffness_inverse_mod, only: stiffness_inverse_t, solve_equations, abandon_inverse
+  use stiffness_inverse_mod, only: stiffness_inverse_t, add_rank, solve_equations, abandon_inverse
   use iterative_body_mod, only: numbering_t
   use new_iterative_body_mod, only: new_iterative_body
   use near_schur_mod, only: near_schur_t, probe_schur, blocks_nearby
@@ -52,6 +54,7 @@ module linearisation_mod
     !! (3,n_nodes) reference nodes included; not allocated: it serves for nothing
     type(tangent_t), allocatable :: tangent
     !! with the displacement it is made at; not allocated: undeformed bodies at small strain
+    type(inertia_t), allocatable :: inertia       !! of a dynamic *STEP
     integer :: made_after = 0                     !! increments done there, tangent_of of state_t
     ! What is made:
     type(constraints_t) :: constraints            !! those that hold with these supports
@@ -115,8 +118,14 @@ contains
       end if
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
-      call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-        n_stiffnesses, body%tangent)
+      if (allocated(body%inertia)) then
+        call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+          n_stiffnesses)
+        call add_mass(scene%mesh, body%inertia, inverse%map, start, neighbours, k)
+      else
+        call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
+          n_stiffnesses, body%tangent)
+      end if
       call add_couplings(scene, body, k)
       work%n_stiffnesses = work%n_stiffnesses + n_stiffnesses
       if (allocated(body%diagonal)) deallocate (body%diagonal)
@@ -144,6 +153,8 @@ contains
       work%n_factorisations = work%n_factorisations + 1
       call lap(clock, work%factorise)
       if (.not. inverse%is_condensed) then
+        call add_rigid_inertia(scene, body, error)
+        if (allocated(error)) return
         call estimate_condition(scene, k, body, error)
         call lap(clock, work%condense)
         return
@@ -163,8 +174,46 @@ contains
       end if
       inverse%condition = max(inverse%condition, condensed*norm_of_blocks(inverse%compliance))
     end associate
+    call add_rigid_inertia(scene, body, error)
     call lap(clock, work%condense)
   end subroutine make_linearisation
+
+  !> Have the inverse know what puts right the inertia of pieces along their rigid motions.
+  subroutine add_rigid_inertia(scene, body, error)
+    type(scene_t), intent(in) :: scene
+    type(linearisation_t), intent(inout) :: body
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed
+    real(wp), allocatable :: pattern(:, :, :), strength(:, :, :)
+    integer :: place(scene%mesh%n_pieces) !! of a piece in its body
+    integer :: body_of(scene%mesh%n_pieces), node, piece, k
+
+    if (.not. allocated(body%inertia)) return
+    associate (mesh => scene%mesh, mass => body%inertia%mass)
+      body_of = 0
+      do node = 1, mesh%n_nodes
+        if (mesh%piece(node) > 0) body_of(mesh%piece(node)) = mesh%body(node)
+      end do
+      do piece = 1, mesh%n_pieces
+        place(piece) = count(body_of(:piece) == body_of(piece))
+      end do
+      allocate (pattern(3, mesh%n_nodes, 6*maxval(place)), strength(6*maxval(place), &
+        6*maxval(place), mesh%n_bodies), source=0.0_wp)
+      do node = 1, mesh%n_nodes
+        piece = mesh%piece(node)
+        if (piece == 0) cycle
+        do k = 1, 6
+          pattern(:, node, 6*place(piece) - 6 + k) = mass%pattern(:, k, node)
+        end do
+      end do
+      do piece = 1, mesh%n_pieces
+        associate (last => 6*place(piece))
+          strength(last - 5:last, last - 5:last, body_of(piece)) = body%inertia%factor* &
+            mass%missing(:, :, piece)
+        end associate
+      end do
+      call add_rank(body%inverse, pattern, strength, mesh%body, error)
+    end associate
+  end subroutine add_rigid_inertia
 
   !> What supports and constraints hold of the bodies, and the motions that they leave free.
   subroutine hold_bodies(scene, points, body, error)
@@ -180,7 +229,9 @@ contains
     if (allocated(error)) return
     body%constraints = active_constraints(turned_constraints(scene, body%prescribed, &
       place_of_tangent(scene, body)), body%prescribed)
-    call check_pieces(scene%mesh, body%constraints, body%prescribed, body%motions, error)
+    ! Inertia holds what nothing else does.
+    if (.not. allocated(body%inertia)) call check_pieces(scene%mesh, body%constraints, &
+      body%prescribed, body%motions, error)
   end subroutine hold_bodies
 
   !> An iterative solver in the place of a factor, of bodies whose supports and motions are known.
@@ -270,9 +321,11 @@ contains
     if (allocated(body%prescribed)) deallocate (body%prescribed)
     if (allocated(body%tangent)) deallocate (body%tangent)
     if (allocated(body%diagonal)) deallocate (body%diagonal)
+    if (allocated(body%inertia)) deallocate (body%inertia)
     body%made_after = 0
     if (.not. associated(body%inverse)) return
     if (allocated(body%inverse%failure)) deallocate (body%inverse%failure)
+    if (allocated(body%inverse%added)) deallocate (body%inverse%added)
     call abandon_inverse(body%inverse)
   end subroutine invalidate
 
@@ -406,6 +459,16 @@ contains
       ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error, &
       turned_constraints(scene, body%prescribed, at), undeformed)
     body%motions%are_finite = .not. is_linear(scene)
+    if (.not. allocated(body%inertia)) return
+    ! What mass a tool of a free reference node has nothing says; bodies need no pins.
+    if (any(body%motions%body == 0)) then
+      call raise(error, exit_not_solved, '*DYNAMIC: reference node '//to_text( &
+        scene%mesh%node_id(body%motions%node(findloc(body%motions%body, 0, dim=1))))// &
+        ' of an obstacle is free, and an obstacle has no mass: *BOUNDARY must hold it or move it')
+      return
+    end if
+    call find_free_motions(scene%mesh, spread(spread(.true., 1, 3), 2, scene%mesh%n_nodes), &
+      ref_nodes(scene%obstacles), contact_nodes(points), body%motions, error)
   end subroutine find_motions
 
   !> The displacement that a linearisation is made at [length].

@@ -9,13 +9,14 @@
 !> are solutions by iteration, which stand in for those with a factor where there is none.
 module stiffness_inverse_mod
   use kinds_mod, only: wp
-  use errors_mod, only: error_t, raise, exit_machine
-  use block_diagonal_mod, only: block_diagonal_t, times_blocks
+  use errors_mod, only: error_t, raise, exit_machine, exit_not_solved
+  use block_diagonal_mod, only: block_diagonal_t, subtract_products, times_blocks
+  use dense_mod, only: invert_general
   use controls_mod, only: is_exact
   use mesh_mod, only: mesh_t
   use scene_mod, only: material_t
   use mesh_forces_mod, only: internal_force
-  use dof_map_mod, only: dof_map_t, to_equations, to_nodes
+  use dof_map_mod, only: dof_map_t, to_equations, to_nodes, unknowns_of
   use sparse_factor_mod, only: sparse_factor_t
   use iterative_body_mod, only: iterative_body_t
   implicit none
@@ -23,11 +24,19 @@ module stiffness_inverse_mod
 
   public :: stiffness_inverse_t, apply_inverse, begin_inverse, finish_inverse, abandon_inverse
   public :: answer_of_interface, at_interface, moved_by, recover_columns, at_nodes
-  public :: solve_equations
+  public :: solve_equations, add_rank
 
   ! Of solutions by iteration, beside the load [-].
   real(wp), parameter :: closely = 1.0e-8_wp !! of those that are refined, or correct others
   real(wp), parameter :: loosely = 1.0e-4_wp !! of those that some digits are enough for
+
+  !> A part S D S^T of the stiffness that its factor is without, body by body: with Z what that
+  !> answers to S, K^-1 = K_0^-1 - Z C Z^T, C = (I + D S^T Z)^-1 D.
+  type :: added_rank_t
+    integer,  allocatable :: body(:)       !! (n_free) of each equation
+    real(wp), allocatable :: answer(:, :)  !! (n_free,m) Z [length/force]
+    real(wp), allocatable :: core(:, :, :) !! (m,m,n_bodies) C [force/length]
+  end type added_rank_t
 
   !> The stiffness of the free degrees of freedom, factorised and condensed.
   type :: stiffness_inverse_t
@@ -41,6 +50,8 @@ module stiffness_inverse_mod
     !! what made a product with the compliance fail, where that is a solution; it holds for good
     type(mesh_t), allocatable :: mesh          !! of the stiffness, where solutions are refined
     type(material_t), allocatable :: materials(:)
+    type(added_rank_t), allocatable :: added   !! not allocated: the factor is without nothing
+    real(wp), allocatable, private :: along(:, :) !! (m,n_bodies) Z^T f of a solution that is begun
     logical, private :: is_begun = .false.
     !! the factor holds the first half of a solution, whose second half must come next
   end type stiffness_inverse_t
@@ -54,6 +65,7 @@ contains
     real(wp), allocatable, intent(out) :: displacement(:, :, :) !! (3,n_nodes,m) [length]
     type(error_t), allocatable, intent(out) :: error          !! MUMPS failed
     real(wp), allocatable :: b(:, :), reduced(:, :)
+    real(wp) :: along(columns_added(inverse), bodies_added(inverse), size(force, 3))
     integer :: g
 
     call refuse_begun(inverse, error)
@@ -66,12 +78,22 @@ contains
       if (map%n_interface == 0 .or. .not. inverse%is_condensed) then
         call solve_once(inverse, b, closely, error)
       else
+        if (allocated(inverse%added)) then
+          do g = 1, size(b, 2)
+            along(:, :, g) = times_answers(inverse, b(:, g), 0)
+          end do
+        end if
         call inverse%factor%condense(b, reduced, error)
         if (allocated(error)) return
         do g = 1, size(reduced, 2)
-          reduced(:, g) = times_blocks(inverse%compliance, reduced(:, g))
+          reduced(:, g) = of_factor(inverse, reduced(:, g))
         end do
         call inverse%factor%expand(reduced, b, error)
+        if (allocated(inverse%added) .and. .not. allocated(error)) then
+          do g = 1, size(b, 2)
+            call take_away(inverse, along(:, :, g), 0, b(:, g))
+          end do
+        end if
       end if
       if (allocated(error)) return
       allocate (displacement(3, size(force, 2), size(force, 3)))
@@ -101,10 +123,13 @@ contains
     if (inverse%map%n_interface == 0 .or. .not. inverse%is_condensed) then
       call solve_once(inverse, b, closely, error)
     else
+      if (allocated(inverse%added)) inverse%along = times_answers(inverse, b(:, 1), 0)
       call inverse%factor%condense(b, reduced, error)
       if (allocated(error)) return
       inverse%is_begun = .true.
-      begun(:) = times_blocks(inverse%compliance, reduced(:, 1))
+      begun(:) = of_factor(inverse, reduced(:, 1))
+      if (allocated(inverse%added)) call take_away(inverse, inverse%along, inverse%map%n_free - &
+        inverse%map%n_interface, begun)
       b = 0.0_wp
       b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = begun
     end if
@@ -123,6 +148,8 @@ contains
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp) :: b(inverse%map%n_free, 1)
     real(wp), dimension(inverse%map%n_interface, 1) :: answer, reduced
+    real(wp) :: along(columns_added(inverse), bodies_added(inverse))
+    logical :: is_begun
 
     displacement = 0.0_wp
     if (inverse%map%n_interface == 0) then
@@ -138,17 +165,28 @@ contains
       return
     end if
     answer(:, 1) = answer_of_interface(inverse, force)
-    if (allocated(begun)) then
-      reduced(:, 1) = begun + answer(:, 1)
+    is_begun = allocated(begun)
+    if (.not. is_begun) call refuse_begun(inverse, error)
+    if (allocated(error)) return
+    reduced = answer
+    if (is_begun) then
+      reduced(:, 1) = reduced(:, 1) + begun
       deallocate (begun)
       inverse%is_begun = .false.
+    end if
+    if (allocated(inverse%added)) then
+      call to_equations(inverse%map, force, b(:, 1))
+      along = times_answers(inverse, b(:, 1), 0)
+      if (is_begun) along = along + inverse%along
+      call take_away(inverse, -along, inverse%map%n_free - inverse%map%n_interface, reduced(:, 1))
+    end if
+    if (is_begun) then
       call inverse%factor%expand(reduced, b, error)
     else
-      call refuse_begun(inverse, error)
-      if (allocated(error)) return
-      call inverse%factor%extend(answer, b, error)
+      call inverse%factor%extend(reduced, b, error)
     end if
     if (allocated(error)) return
+    if (allocated(inverse%added)) call take_away(inverse, along, 0, b(:, 1))
     b(inverse%map%n_free - inverse%map%n_interface + 1:, 1) = answer(:, 1)
     call to_nodes(inverse%map, b(:, 1), displacement)
   end subroutine finish_inverse
@@ -213,10 +251,20 @@ contains
     real(wp), contiguous, intent(inout) :: b(:, :)   !! (n_free,m) [force] in, [length] out
     real(wp), intent(in) :: tolerance                !! of iterations, beside b [-]
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed; no convergence
+    real(wp) :: along(columns_added(inverse), bodies_added(inverse), size(b, 2))
     integer :: g
 
     if (.not. allocated(inverse%iterative)) then
+      if (allocated(inverse%added)) then
+        do g = 1, size(b, 2)
+          along(:, :, g) = times_answers(inverse, b(:, g), 0)
+        end do
+      end if
       call inverse%factor%solve(b, error)
+      if (allocated(error) .or. .not. allocated(inverse%added)) return
+      do g = 1, size(b, 2)
+        call take_away(inverse, along(:, :, g), 0, b(:, g))
+      end do
       return
     end if
     do g = 1, size(b, 2)
@@ -224,6 +272,120 @@ contains
       if (allocated(error)) return
     end do
   end subroutine solve_once
+
+  !> Take S D S^T into the inverse, each column of S once for all bodies: these share no rows.
+  subroutine add_rank(inverse, pattern, strength, body, error)
+    type(stiffness_inverse_t), intent(inout) :: inverse
+    real(wp), intent(in) :: pattern(:, :, :)  !! (3,n_nodes,m) S [-]
+    real(wp), intent(in) :: strength(:, :, :) !! (m,m,n_bodies) D, symmetric [force/length]
+    integer, intent(in) :: body(:)            !! (n_nodes)
+    type(error_t), allocatable, intent(out) :: error !! MUMPS failed; the sum is singular
+    type(added_rank_t) :: added
+    real(wp), allocatable :: answer(:, :, :)
+    real(wp) :: s(inverse%map%n_free, size(pattern, 3)), core(size(pattern, 3), size(pattern, 3))
+    real(wp) :: product(size(pattern, 3), size(pattern, 3))
+    integer :: k, j, n
+    logical :: is_regular
+
+    call apply_inverse(inverse, pattern, answer, error)
+    if (allocated(error)) return
+    added%body = body(inverse%map%node)
+    allocate (added%answer, mold=s)
+    allocate (added%core, mold=strength)
+    do k = 1, size(pattern, 3)
+      call to_equations(inverse%map, pattern(:, :, k), s(:, k))
+      added%answer(:, k) = unknowns_of(inverse%map, answer(:, :, k))
+    end do
+    do k = 1, size(strength, 3)
+      product = 0.0_wp
+      do j = 1, size(s, 1)
+        if (added%body(j) == k) product = product + spread(s(j, :), 2, size(s, 2))* &
+          spread(added%answer(j, :), 1, size(s, 2))
+      end do
+      core = matmul(strength(:, :, k), product)
+      do j = 1, size(core, 1)
+        core(j, j) = core(j, j) + 1.0_wp
+      end do
+      call invert_general(core, is_regular)
+      if (.not. is_regular) then
+        call raise(error, exit_not_solved, 'the mass of a body is singular')
+        return
+      end if
+      core = matmul(core, strength(:, :, k))
+      added%core(:, :, k) = 0.5_wp*(core + transpose(core))
+    end do
+    n = inverse%map%n_free - inverse%map%n_interface
+    if (inverse%is_condensed .and. inverse%map%n_interface > 0) call subtract_products( &
+      inverse%compliance, added%answer(n + 1:, :), added%core(:, :, added%body(n + &
+      inverse%map%body_first(:size(inverse%map%body_first) - 1))))
+    allocate (inverse%added, source=added)
+  end subroutine add_rank
+
+  !> The columns of Z, none where nothing is added.
+  pure integer function columns_added(inverse) result(n)
+    type(stiffness_inverse_t), intent(in) :: inverse
+
+    n = 0
+    if (allocated(inverse%added)) n = size(inverse%added%core, 1)
+  end function columns_added
+
+  !> The bodies that something is added to, likewise.
+  pure integer function bodies_added(inverse) result(n)
+    type(stiffness_inverse_t), intent(in) :: inverse
+
+    n = 0
+    if (allocated(inverse%added)) n = size(inverse%added%core, 3)
+  end function bodies_added
+
+  !> Z^T f, of forces on the equations behind the first `before`.
+  pure function times_answers(inverse, f, before) result(along)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    real(wp), intent(in) :: f(:)     !! [force]
+    integer, intent(in) :: before
+    real(wp) :: along(columns_added(inverse), bodies_added(inverse)) !! (m,n_bodies)
+    integer :: i
+
+    along = 0.0_wp
+    associate (added => inverse%added)
+      do i = 1, size(f)
+        associate (of_body => along(:, added%body(before + i)))
+          of_body = of_body + f(i)*added%answer(before + i, :)
+        end associate
+      end do
+    end associate
+  end function times_answers
+
+  !> Subtract Z C times Z^T f from displacements of the equations behind the first `before`.
+  pure subroutine take_away(inverse, along, before, x)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    real(wp), intent(in) :: along(:, :) !! (m,n_bodies) of times_answers
+    integer, intent(in) :: before
+    real(wp), intent(inout) :: x(:)     !! [length]
+    real(wp) :: part(size(along, 1), size(along, 2))
+    integer :: i, k
+
+    associate (added => inverse%added)
+      do k = 1, size(along, 2)
+        part(:, k) = matmul(added%core(:, :, k), along(:, k))
+      end do
+      do i = 1, size(x)
+        x(i) = x(i) - dot_product(added%answer(before + i, :), part(:, added%body(before + i)))
+      end do
+    end associate
+  end subroutine take_away
+
+  !> What the factor answers on the interface, with nothing added to the stiffness.
+  function of_factor(inverse, reduced) result(answer)
+    type(stiffness_inverse_t), intent(in) :: inverse
+    real(wp), contiguous, intent(in) :: reduced(:) !! (n_interface) [force]
+    real(wp) :: answer(size(reduced))              !! [length]
+
+    answer = times_blocks(inverse%compliance, reduced)
+    if (.not. allocated(inverse%added)) return
+    associate (before => inverse%map%n_free - inverse%map%n_interface)
+      call take_away(inverse, -times_answers(inverse, reduced, before), before, answer)
+    end associate
+  end function of_factor
 
   !> Forget a solution that was begun.
   pure subroutine abandon_inverse(inverse)

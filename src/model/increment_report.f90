@@ -85,7 +85,14 @@ module increment_report_mod
     real(wp) :: external_work = 0.0_wp
     real(wp) :: strain = 0.0_wp
     real(wp) :: dissipation = 0.0_wp
-    real(wp) :: balance = 0.0_wp     !! work - strain - dissipation: of the order of the increment
+    real(wp) :: balance = 0.0_wp
+    !! work - strain - dissipation: of the order of the increment; in a dynamic *STEP with what
+    !! follows it is what the scheme has taken
+    real(wp) :: kinetic = 0.0_wp
+    real(wp) :: contact = 0.0_wp     !! work of normal forces, which have none in nature
+    real(wp) :: begun = 0.0_wp       !! kinetic, that the run began with
+    real(wp) :: risen = 0.0_wp
+    !! what contact and scheme have given since the least that they had, of the largest energy [-]
   end type energy_t
 
   !> The contact as it stands at the end of the increment, point by point, in the local frames.

@@ -32,6 +32,8 @@ module loads_mod
     real(wp) :: value = 0.0_wp      !! at the end of the step, or times the amplitude
     integer  :: amplitude = 0 !! index into the scene's amplitudes; 0: ramp from the last value
     logical  :: fixed = .false. !! of a displacement: it stays what it is as the step begins
+    logical  :: is_way = .false.
+    !! of a displacement: the value is how far the step takes it, evenly, from where it is
   end type nodal_value_t
 
   !> A pressure on a surface of faces, positive into the body.
@@ -79,6 +81,8 @@ module loads_mod
     integer  :: n_increments = 1
     real(wp) :: largest = huge(1.0_wp)          !! increment that they grow to, without DIRECT
     logical  :: direct = .false.                !! keep the increments as they are
+    logical  :: is_dynamic = .false. !! *DYNAMIC: inertia counts, and loads without amplitude jump
+    real(wp) :: alpha = 0.0_wp       !! of the scheme of a dynamic step, -1/2 to 0 [-]
     logical  :: ends_at_all_kinks = .false.     !! increments do, however many there are
     logical  :: replace_boundary = .false.      !! OP=NEW: earlier ones end here, rotations too
     logical  :: replace_forces = .false.

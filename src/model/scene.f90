@@ -133,6 +133,8 @@ module scene_mod
     type(amplitude_t),    allocatable :: amplitudes(:)
     type(load_step_t),    allocatable :: steps(:)
     real(wp), allocatable :: first_temperature(:) !! (n_nodes) where nothing expands; else 0
+    real(wp), allocatable :: first_velocity(:, :)
+    !! (3,n_nodes) as the run begins; not allocated: 0 [length/time]
     type(contact_controls_t) :: contact
     type(output_controls_t)  :: output
     type(precision_controls_t) :: precision

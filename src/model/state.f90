@@ -59,6 +59,18 @@ module state_mod
     !! (3, n_nodes) loads; with the supports kept for the next step's work [force]
     real(wp), allocatable :: support_force(:, :)
     !! (3, n_nodes) of the supports on the body, 0 where none is [force]
+    ! In a dynamic *STEP; not allocated: bodies are at rest.
+    real(wp), allocatable :: velocity(:, :)       !! (3, n_nodes) [length/time]
+    real(wp), allocatable :: acceleration(:, :)   !! (3, n_nodes) 0 without mass [length/time^2]
+    real(wp), allocatable :: unopposed(:, :)
+    !! (3, n_nodes) internal forces less loads, contact and supports: what inertia answers [force]
+    real(wp) :: kinetic_energy = 0.0_wp           !! [energy]
+    real(wp) :: contact_work = 0.0_wp
+    !! cumulative, of normal forces along gaps that change: 0 in nature [energy]
+    real(wp) :: begun_energy = 0.0_wp             !! kinetic, that the run began with [energy]
+    real(wp) :: least_gain = 0.0_wp
+    !! of the energy that contact and scheme have given, the least so far [energy]
+    real(wp) :: largest_energy = 0.0_wp !! that has been there, or was turned over [energy]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
     real(wp) :: strain_energy = 0.0_wp            !! [energy]
@@ -122,6 +134,14 @@ contains
     call archive(list, state%slip)
     call archive(list, state%external_force)
     call archive(list, state%support_force)
+    call archive(list, state%velocity)
+    call archive(list, state%acceleration)
+    call archive(list, state%unopposed)
+    call archive(list, state%kinetic_energy)
+    call archive(list, state%contact_work)
+    call archive(list, state%begun_energy)
+    call archive(list, state%least_gain)
+    call archive(list, state%largest_energy)
     call archive(list, state%external_work)
     call archive(list, state%dissipation)
     call archive(list, state%strain_energy)
@@ -152,18 +172,22 @@ contains
 
   !> How many numbers of nodes, points and elements with modes at finite strain a state puts into
   !> the list at most.
-  pure integer(i8) function most_numbers(n_nodes, n_points, n_modes)
+  pure integer(i8) function most_numbers(n_nodes, n_points, n_modes, moves)
     integer, intent(in) :: n_nodes, n_points, n_modes
+    logical, intent(in), optional :: moves !! a *STEP is dynamic; none where left out
 
     most_numbers = 15_i8*n_nodes + 12_i8*n_points + 90_i8*n_modes
+    if (.not. present(moves)) return
+    if (moves) most_numbers = most_numbers + 9_i8*n_nodes
   end function most_numbers
 
   !> What it takes to go on from an increment: its state, that in coarser increments, prescribed
   !> displacements and which nodes were touched [bytes].
-  pure integer(i8) function bytes_to_continue(n_nodes, n_points, n_modes)
+  pure integer(i8) function bytes_to_continue(n_nodes, n_points, n_modes, moves)
     integer, intent(in) :: n_nodes, n_points, n_modes
+    logical, intent(in), optional :: moves !! as of most_numbers
 
-    bytes_to_continue = 8*(2*most_numbers(n_nodes, n_points, n_modes) + 4_i8*n_nodes)
+    bytes_to_continue = 8*(2*most_numbers(n_nodes, n_points, n_modes, moves) + 4_i8*n_nodes)
   end function bytes_to_continue
 
   !> The longest of the summed slips of some points.

@@ -18,27 +18,32 @@ module history_fields_mod
 contains
 
   !> The histories before there is an increment: their numbers mean nothing.
-  subroutine plan_history_fields(fields)
+  subroutine plan_history_fields(fields, moves)
     type(field_t), allocatable, intent(out) :: fields(:)
+    logical, intent(in), optional :: moves !! as of list_history_fields
     type(state_t) :: state
     type(increment_report_t) :: report
     type(mesh_t) :: mesh
     type(contact_points_t) :: points
 
-    call list_history_fields(state, report, mesh, points, fields)
+    call list_history_fields(state, report, mesh, points, fields, moves)
   end subroutine plan_history_fields
 
   !> The histories, with the numbers of an increment.
-  subroutine list_history_fields(state, report, mesh, points, fields)
+  subroutine list_history_fields(state, report, mesh, points, fields, moves)
     type(state_t), intent(in) :: state !! at the end of the increment
     type(increment_report_t), intent(in) :: report
     type(mesh_t), intent(in) :: mesh
     type(contact_points_t), intent(in) :: points
     type(field_t), allocatable, intent(out) :: fields(:)
+    logical, intent(in), optional :: moves !! a *STEP is dynamic; none where left out
     type(field_list_t) :: list
+    logical :: has_motion
     integer :: one_number(0) ! extents; gfortran 12 does not allocate them from a constant
     integer :: worst_node
 
+    has_motion = .false.
+    if (present(moves)) has_motion = moves
     worst_node = 0
     if (report%worst_point > 0) worst_node = count(mesh%element_nodes <= &
       points%node(report%worst_point))
@@ -114,8 +119,18 @@ contains
       call real_number('energy/strain', 'elastic energy of the bodies', 'energy', parts*e%strain)
       call real_number('energy/dissipation', 'work lost to friction', 'energy', &
         parts*e%dissipation)
-      call real_number('energy/balance', 'work less strain less dissipation: of the order of '// &
-        'the increment', 'energy', parts*e%balance)
+      if (has_motion) then
+        call real_number('energy/kinetic', 'kinetic energy of the bodies', 'energy', &
+          parts*e%kinetic)
+        call real_number('energy/contact', 'work of normal forces along gaps that change: none '// &
+          'in nature', 'energy', parts*e%contact)
+        call real_number('energy/balance', 'kinetic energy of the beginning, work and work of '// &
+          'contact, less kinetic energy, strain and dissipation: what the scheme has taken', &
+          'energy', parts*e%balance)
+      else
+        call real_number('energy/balance', 'work less strain less dissipation: of the order of '// &
+          'the increment', 'energy', parts*e%balance)
+      end if
     end associate
 
     associate (e => report%errors)

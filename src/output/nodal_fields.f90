@@ -11,8 +11,8 @@ module nodal_fields_mod
   implicit none
   private
 
-  public :: node_id, coordinates, displacement, reaction_force, applied_force, rotation, &
-    reaction_moment, applied_moment
+  public :: node_id, coordinates, displacement, velocity, acceleration, reaction_force, &
+    applied_force, rotation, reaction_moment, applied_moment
 
 contains
 
@@ -39,6 +39,26 @@ contains
     values = source%state%displacement(:, :size(values, 2))
     call turn_local(source%scene, source%state%displacement, .true., values)
   end subroutine displacement
+
+  !> At the end of a static *STEP 0.
+  subroutine velocity(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    if (.not. allocated(source%state%velocity)) return
+    values = source%state%velocity(:, :size(values, 2))
+    call turn_local(source%scene, source%state%velocity, .true., values)
+  end subroutine velocity
+
+  !> Of nodes without mass, and at the end of a static *STEP, 0.
+  subroutine acceleration(source, values)
+    type(field_source_t), intent(inout) :: source
+    real(wp), intent(inout) :: values(:, :) !! (3, n_nodes)
+
+    if (.not. allocated(source%state%acceleration)) return
+    values = source%state%acceleration(:, :size(values, 2))
+    call turn_local(source%scene, source%state%acceleration, .true., values)
+  end subroutine acceleration
 
   subroutine reaction_force(source, values)
     type(field_source_t), intent(inout) :: source

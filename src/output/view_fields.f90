@@ -10,7 +10,8 @@ module view_fields_mod
   use output_field_mod, only: field_t, field_list_t, field_source_t, add_field, get_fields, &
     every_time, at_start, at_supports, at_contact, of_elements
   use sectors_mod, only: turn_into_plane
-  use nodal_fields_mod, only: node_id, displacement, reaction_force, applied_force
+  use nodal_fields_mod, only: node_id, displacement, velocity, acceleration, reaction_force, &
+    applied_force
   implicit none
   private
 
@@ -33,6 +34,12 @@ contains
     associate (n => size(scene%mesh%element_nodes), asked => scene%output)
       if (asked%displacement) call add_field(list, field_t('PointData/displacement', of_real, &
         [3, n], 'length', 'from the undeformed mesh, x, y, z', compute=displacement))
+      if (any(scene%steps%is_dynamic)) then
+        call add_field(list, field_t('PointData/velocity', of_real, [3, n], 'velocity', &
+          'at the end of the increment, x, y, z', compute=velocity))
+        call add_field(list, field_t('PointData/acceleration', of_real, [3, n], 'acceleration', &
+          'at the end of the increment, x, y, z; 0 of nodes without mass', compute=acceleration))
+      end if
       if (asked%reaction) call add_field(list, field_t('PointData/reaction_force', of_real, &
         [3, n], 'force', 'of the supports on the body, x, y, z', every_time, at_supports, &
         compute=reaction_force))

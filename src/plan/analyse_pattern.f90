@@ -20,6 +20,7 @@ module analyse_pattern_mod
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use contact_interface_mod, only: interface_dofs
   use step_loads_mod, only: prescribed_dofs
+  use dynamic_step_mod, only: are_alike
   use alternatives_mod, only: alternatives, where_in_words
   use count_sizes_mod, only: sizes_t
   use estimate_file_mod, only: file_size_t
@@ -70,7 +71,7 @@ contains
     ! The least that any of them needs.
     call take_precision(list(size(list)), sizes)
     if (needed_memory(sizes, file_size_t()) > real(plan%memory_left, wp)) return
-    call make_pattern(scene, plan, prescribed_dofs(scene, 1), start, neighbours, first, error)
+    call make_pattern(scene, plan, 1, start, neighbours, first, error)
     if (allocated(error)) return
     sizes%ordering = first%ordering
     plan%is_analysed = .true.
@@ -180,8 +181,9 @@ contains
     do step = 2, size(scene%steps)
       before = prescribed
       prescribed = prescribed_dofs(scene, step)
-      if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3))) cycle
-      call make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
+      if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3)) .and. &
+        are_alike(scene, step - 1, step)) cycle
+      call make_pattern(scene, plan, step, start, neighbours, pattern, error)
       if (allocated(error)) return
       factor%precision = plan%choices%precision
       call analyse(pattern%k, pattern%position, pattern%n_schur, factor, error)
@@ -200,11 +202,11 @@ contains
       sizes%factor
   end subroutine look_at_later_steps
 
-  !> The equations with these supports, in their order.
-  subroutine make_pattern(scene, plan, prescribed, start, neighbours, pattern, error)
+  !> The equations with the supports of a *STEP, in their order.
+  subroutine make_pattern(scene, plan, step, start, neighbours, pattern, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
-    logical, intent(in) :: prescribed(:, :)         !! (3,n_nodes)
+    integer, intent(in) :: step
     integer, allocatable, intent(inout) :: start(:), neighbours(:)
     !! of the nodes, as of coupled_nodes: made where supports change them, or they are not there
     type(pattern_t), intent(out) :: pattern
@@ -212,10 +214,13 @@ contains
     type(free_motions_t) :: motions
     type(dof_map_t) :: map
     type(constraints_t) :: active
+    logical :: prescribed(3, scene%mesh%n_nodes)
 
+    prescribed = prescribed_dofs(scene, step)
     active = active_constraints(scene%constraints, prescribed)
-    call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-      contact_nodes(plan%points), motions, error, scene%constraints)
+    ! Inertia holds what supports leave free.
+    call find_free_motions(scene%mesh, prescribed .or. scene%steps(step)%is_dynamic, &
+      ref_nodes(scene%obstacles), contact_nodes(plan%points), motions, error, scene%constraints)
     if (allocated(error)) return
     pattern%motions = motions%n
     map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &

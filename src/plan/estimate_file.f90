@@ -52,7 +52,7 @@ contains
     real(wp) :: once, table, entries
     integer :: i
 
-    call plan_history_fields(fields)
+    call plan_history_fields(fields, any(scene%steps%is_dynamic))
     file%datasets = size(fields) + other_datasets
     ! The mesh without what is in the table of fields.
     once = 24.0_wp*size(scene%mesh%element_nodes) + 73.0_wp*sizes%elements + &
@@ -88,7 +88,7 @@ contains
     ! Nothing squeezed, and room to spare in the tables.
     file%most = once + 1.0e6_wp + 2.0_wp*table*file%datasets + file%dense + file%varying + &
       file%zeros + 2.0_wp*bytes_to_continue(scene%mesh%n_nodes, plan%points%n, &
-      elements_with_modes(scene))
+      elements_with_modes(scene), any(scene%steps%is_dynamic))
   end function size_of_file
 
   !> The named sets, each a dataset of rows [bytes]; long ones are squeezed, mostly to less.

@@ -21,11 +21,12 @@ module make_plan_mod
   use dof_map_mod, only: dof_map_t, make_dof_map
   use rigid_modes_mod, only: free_motions_t, find_free_motions, hold_pins
   use placement_mod, only: placement_t, place_undeformed
+  use dynamic_step_mod, only: are_alike
   use node_freedom_mod, only: node_freedom_t
   use transfer_mod, only: movable, note_freedom, rows_of_points
   use condense_contact_mod, only: few_rows
   use candidate_points_mod, only: find_points, check_removed, check_areas
-  use contact_interface_mod, only: find_reach, interface_dofs
+  use contact_interface_mod, only: find_reach, interface_dofs, reach_everything
   use initial_overlaps_mod, only: begin_interference
   use step_loads_mod, only: prescribed_dofs
   use plan_table_mod, only: describe, bound_of_increments
@@ -60,6 +61,8 @@ contains
     if (allocated(error)) return
     call find_reach(scene, plan%points, error)
     if (allocated(error)) return
+    ! How far inertia takes bodies nobody knows before, and which nodes have mass must not change.
+    if (any(scene%steps%is_dynamic)) call reach_everything(scene, plan%points)
     call begin_interference(scene, plan%points)
     plan%n_increments = count_increments(scene%steps)
     plan%n_fewest = fewest_increments(scene)
@@ -117,15 +120,17 @@ contains
       if (step > 1) before = prescribed
       prescribed = prescribed_dofs(scene, step)
       if (step > 1) then
-        if (all(prescribed .eqv. before)) cycle
+        if (all(prescribed .eqv. before) .and. are_alike(scene, step - 1, step)) cycle
       end if
       call count_rows(scene, prescribed, plan)
       if (step > 1) then
-        if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3))) cycle
+        if (.not. any((prescribed .neqv. before) .and. spread(scene%mesh%body > 0, 1, 3)) .and. &
+          are_alike(scene, step - 1, step)) cycle
       end if
       plan%n_factorisations = plan%n_factorisations + 1
-      call find_free_motions(scene%mesh, prescribed, ref_nodes(scene%obstacles), &
-        contact_nodes(plan%points), motions, error, scene%constraints)
+      ! Inertia holds what supports leave free.
+      call find_free_motions(scene%mesh, prescribed .or. scene%steps(step)%is_dynamic, &
+        ref_nodes(scene%obstacles), contact_nodes(plan%points), motions, error, scene%constraints)
       if (allocated(error)) return
       if (step == 1) first_motions = motions
       map = make_dof_map(scene%mesh%body, hold_pins(motions, prescribed), &

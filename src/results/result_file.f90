@@ -293,7 +293,7 @@ contains
     if (n_rows > 0) call steps_until(file%hdf5, n_rows, n_steps, error)
     if (allocated(error)) return
     call create_history(file%hdf5, n_rows, scene%accuracy%of == accuracy_of_energy, &
-      small_strain_is(scene, plan), file%history, error)
+      small_strain_is(scene, plan), any(scene%steps%is_dynamic), file%history, error)
     if (allocated(error)) return
     call create_contact(file%hdf5, scene, plan%points, n_rows, file%pairs, error)
     if (allocated(error)) return

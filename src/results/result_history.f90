@@ -22,16 +22,18 @@ module result_history_mod
   type :: history_t
     private
     type(rows_t), allocatable :: rows(:)
+    logical :: moves = .false. !! as of list_history_fields
   end type history_t
 
 contains
 
-  subroutine create_history(file, n_rows, of_energy, small_strain_is, history, error)
+  subroutine create_history(file, n_rows, of_energy, small_strain_is, moves, history, error)
     type(hdf5_file_t), intent(in) :: file
     integer, intent(in) :: n_rows !! that the file has already, of a run that is continued
     logical, intent(in) :: of_energy !! errors are parts of the energy, not of a resultant
     character(*), intent(in) :: small_strain_is
     !! error/small_strain: bound, estimate, finite strain
+    logical, intent(in) :: moves  !! as of list_history_fields
     type(history_t), intent(out) :: history
     type(error_t), allocatable, intent(out) :: error
     type(field_t), allocatable :: fields(:)
@@ -47,7 +49,8 @@ contains
       error)
     call write_attribute(file, group//'/error', 'of_energy', merge(1_i8, 0_i8, of_energy), error)
     call say_what_small_strain_is(file, small_strain_is, error)
-    call plan_history_fields(fields)
+    history%moves = moves
+    call plan_history_fields(fields, moves)
     allocate (history%rows(size(fields)))
     do i = 1, size(fields)
       call create_rows(file, group//'/'//fields(i)%name, fields(i)%kind, fields(i)%extents, &
@@ -79,7 +82,7 @@ contains
     type(field_t), allocatable :: fields(:)
     integer :: i
 
-    call list_history_fields(state, report, mesh, points, fields)
+    call list_history_fields(state, report, mesh, points, fields, history%moves)
     do i = 1, size(fields)
       call append_row(history%rows(i), fields(i)%value, checksum, error)
     end do

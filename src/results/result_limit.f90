@@ -56,7 +56,7 @@ contains
 
     call list_view_fields(scene, plan%points%n > 0, fields)
     bytes = tables + bytes_to_continue(scene%mesh%n_nodes, plan%points%n, &
-      elements_with_modes(scene)) + growing_bytes(fields)
+      elements_with_modes(scene), any(scene%steps%is_dynamic)) + growing_bytes(fields)
     call list_gauss_fields(scene, fields)
     bytes = bytes + growing_bytes(fields)
     call list_reference_fields(scene, fields)

@@ -19,7 +19,9 @@ module checkpoint_mod
   use make_plan_mod, only: revise_plan
   use step_loads_mod, only: prescribed_dofs
   use transfer_mod, only: note_freedom
+  use dynamic_step_mod, only: are_alike
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
+  use newmark_mod, only: begin_motion
   use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use shadow_run_mod, only: shadow_run_t, count_shadows
@@ -87,6 +89,7 @@ contains
 
     progress%state = initial_state(scene%mesh%n_nodes, plan%points%n, &
       size(scene%obstacles))
+    if (allocated(scene%first_velocity)) progress%state%velocity = scene%first_velocity
     call start_coarse(progress%state, progress%coarse)
     i = count_shadows(scene)
     ! Their iterations take a factor.
@@ -229,7 +232,7 @@ contains
       call set_contact_of_step(scene, step, plan%points)
       call note_freedom(scene, prescribed_dofs(scene, step), plan%points)
       call set_supports(scene, plan%points, prescribed_dofs(scene, step), solver, &
-        progress%tally%work, error)
+        progress%tally%work, error, step)
       if (allocated(error)) return
     end do
     progress%entered = increment%step
@@ -238,8 +241,12 @@ contains
       prescribed_dofs(scene, increment%step))
     begun%displacement = progress%begun
     call prepare_step(scene, increment%step, begun, solver, progress%tally%work, error)
-    if (.not. allocated(error)) progress%cycles = cycles_of_step(scene, increment%step, &
-      solver%response%loads)
+    if (allocated(error)) return
+    if (increment%first_of_step) call begin_motion(scene, plan%points, solver, increment, &
+      progress%state)
+    progress%cycles = load_cycles_t()
+    if (.not. scene%steps(increment%step)%is_dynamic) progress%cycles = cycles_of_step(scene, &
+      increment%step, solver%response%loads)
   end subroutine enter_step
 
   !> Pairs that a *STEP removes press no more from its beginning on.
@@ -285,7 +292,7 @@ contains
     before = prescribed_dofs(scene, 1)
     do k = 2, step
       now = prescribed_dofs(scene, k)
-      if (any((now .neqv. before) .and. of_bodies)) last = k
+      if (any((now .neqv. before) .and. of_bodies) .or. .not. are_alike(scene, k - 1, k)) last = k
       before = now
     end do
     last = max(last, widened_in)

@@ -6,7 +6,7 @@ module increment_notes_mod
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t, increment_name, count_increments, whole_increment
-  use increment_report_mod, only: increment_report_t, count_redundant
+  use increment_report_mod, only: increment_report_t, energy_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
   use placement_mod, only: is_before_flat
@@ -32,7 +32,8 @@ module increment_notes_mod
     note_unfelt, note_apart, note_node_behind, note_inside, note_passed, note_small_contacts, &
     note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
-    note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown
+    note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown, &
+    note_energy
 
   !> A line for the console.
   type :: note_t
@@ -616,5 +617,26 @@ contains
     end if
     call add_note(notes, increment, .true., words)
   end subroutine note_settled
+
+  !> What the scheme in time has taken of the energy at the end of a dynamic *STEP, and what contact
+  !> has given that does no work in nature.
+  pure subroutine note_energy(increment, energy, largest, notes)
+    type(increment_t), intent(in) :: increment
+    type(energy_t), intent(in) :: energy
+    real(wp), intent(in) :: largest !! that has been there or was turned over [energy]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    character(:), allocatable :: scheme, contact
+
+    if (.not. largest > 0.0_wp) return
+    scheme = 'took'
+    if (energy%balance < 0.0_wp) scheme = 'gave'
+    contact = 'gave'
+    if (energy%contact < 0.0_wp) contact = 'took'
+    call add_note(notes, increment, .false., ': the scheme in time '//scheme//' '// &
+      percent(abs(energy%balance)/largest)//' of the energy, and contact, which does no work '// &
+      'in nature, '//contact//' '//percent(abs(energy%contact)/largest)//'; shorter increments '// &
+      'make both less')
+  end subroutine note_energy
 
 end module increment_notes_mod

@@ -48,13 +48,13 @@ module judge_increment_mod
     measure_stress, bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_inside, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
-    refuse_lost_energy, refuse_lost_law, refuse_unstable, refuse_jump, unstable_in_words, &
-    nearest_in_words, meshes_that_buckle
+    refuse_lost_energy, refuse_gained_energy, refuse_lost_law, refuse_unstable, refuse_jump, &
+    unstable_in_words, nearest_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
-    note_past_side, note_grown
+    note_past_side, note_grown, note_energy
   use yielded_bodies_mod, only: yielded_t, find_yielded
   use sector_slips_mod, only: find_past_sides
   implicit none
@@ -115,12 +115,14 @@ contains
     !! not solved, not certified, contact that the nodes do not see
     type(yielded_t), allocatable :: yielded(:)
     real(wp) :: clock
+    logical :: is_dynamic
 
     associate (increment => solved%increment, report => solved%report, entries => solved%entries)
       call refuse_unsolved(scene, plan, solver%choices, increment, report, &
         solver%body%inverse%condition, solved%met_tolerance, error)
-      if (allocated(error)) call explain_by_instability(scene, plan, solver, progress, solved, &
-        error)
+      is_dynamic = scene%steps(increment%step)%is_dynamic
+      if (allocated(error) .and. .not. is_dynamic) call explain_by_instability(scene, plan, &
+        solver, progress, solved, error)
       if (allocated(error)) return
       call refuse_folded(scene, plan%points, increment, report%certificate%folded_point, error)
       if (allocated(error)) return
@@ -136,28 +138,34 @@ contains
       if (increment%last_of_step) call judge_overlap(scene, plan, solver%choices%tolerance, &
         solved, notes, error)
       if (allocated(error)) return
+      if (is_dynamic) call refuse_gained_energy(increment, report, error)
+      if (allocated(error)) return
       call judge_bodies(scene, plan, solver%choices%tolerance, solved, notes, error)
       if (allocated(error)) return
-      call judge_leaning(scene, plan, solver, solved, error)
+      if (.not. is_dynamic) call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, &
         increment%last_of_step, report)
-      call measure_theory(scene, plan, solver, solved, progress, watch%shadow, notes)
+      if (.not. is_dynamic) call measure_theory(scene, plan, solver, solved, progress, &
+        watch%shadow, notes)
       call refuse_lost_energy(increment, report, error)
       if (allocated(error)) return
-      call judge_path(scene, plan, solver, progress, solved, error)
+      if (.not. is_dynamic) call judge_path(scene, plan, solver, progress, solved, error)
       if (allocated(error)) return
-      call judge_stability(scene, plan, solver, progress, solved, notes, error)
+      if (.not. is_dynamic) call judge_stability(scene, plan, solver, progress, solved, notes, &
+        error)
       if (allocated(error)) return
       if (solved%cycle%settled > progress%cycle%settled) call note_settled(scene, increment, &
         progress%cycles, solved%cycle, report%load_cycle_change, solved%state%ends_run, notes)
       call note_unheld(increment, report, watch%unheld, notes)
       if (increment%last_of_step) then
+        if (is_dynamic) call note_energy(increment, report%energy, solved%state%largest_energy, &
+          notes)
         call note_redundant(scene, plan%points, increment, report, notes)
         call note_coincident(scene, plan%points, solver%choices%tolerance, increment, &
           solver%body%prescribed, solved%state, report, notes)
-        call note_opposed_reactions(scene, plan%points, solver%first_gap, increment, &
-          solved%state, report, notes)
+        if (.not. is_dynamic) call note_opposed_reactions(scene, plan%points, solver%first_gap, &
+          increment, solved%state, report, notes)
         call note_small_contacts(scene, plan%points, increment, solver%body%prescribed, report, &
           notes)
         call note_entries(scene, increment, watch%deepest, notes)
@@ -455,7 +463,8 @@ contains
       report%errors%contact = max(c%penetration, c%adhesion, c%complementarity, c%cone, c%law)
     end associate
     report%errors%arithmetic = report%imbalance + epsilon(1.0_wp)*solver%body%inverse%condition
-    says_it = scene%accuracy%estimates
+    ! Contact alone says nothing of what increments of other lengths would do with inertia.
+    says_it = scene%accuracy%estimates .and. .not. scene%steps(new%step)%is_dynamic
     ! The contact problem is the increment's own until runs go beside it.
     if (says_it .and. is_last) call estimate_geometry(scene, plan%points, solver, new, &
       entries, report)

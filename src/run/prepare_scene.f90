@@ -12,6 +12,7 @@ module prepare_scene_mod
   use kinks_mod, only: find_kinks, followed_amplitudes
   use scene_mod, only: scene_t
   use finite_strain_limits_mod, only: beyond_finite_strain
+  use dynamic_limits_mod, only: beyond_dynamics
   use shadow_run_mod, only: has_no_shadow
   use take_as_rigid_mod, only: take_as_rigid
   use mirror_scene_mod, only: part_in_words, take_half
@@ -79,6 +80,12 @@ contains
       if (beyond /= '') call refuse_option('NLGEOM does not cover '//beyond// &
         '; --nlgeom no runs the deck by small strain', error)
       if (allocated(error)) return
+    end if
+    ! Likewise.
+    beyond = beyond_dynamics(scene)
+    if (beyond /= '') then
+      call refuse_option('*DYNAMIC does not cover '//beyond, error)
+      return
     end if
     ! Without contact there are no resultants to compare.
     if (is_bounded(scene%accuracy) .and. scene%accuracy%wanted <= 0.0_wp .and. &

@@ -3,7 +3,7 @@ module refuse_unsolved_mod
   use kinds_mod, only: wp, i8
   use resource_limits_mod, only: has_memory
   use errors_mod, only: error_t, raise, exit_not_solved
-  use text_mod, only: to_text, counted
+  use text_mod, only: to_text, counted, percent
   use sorting_mod, only: sort_unique
   use choices_mod, only: choices_t
   use scene_mod, only: scene_t, master_name
@@ -35,7 +35,8 @@ module refuse_unsolved_mod
   private
 
   public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
-    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, refuse_lost_law, &
+    refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
+    refuse_gained_energy, refuse_lost_law, &
     refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
     nodes_in_words, stretches_in_words, neo_hooke_in_words, is_solved, tolerance_in_reach, &
     next_tolerance, refuse_inside, inside_in_words
@@ -582,6 +583,19 @@ contains
         'or another mesh')
     end associate
   end subroutine refuse_lost_energy
+
+  !> Bodies must not gain energy that nothing has given them.
+  subroutine refuse_gained_energy(increment, report, error)
+    type(increment_t), intent(in) :: increment
+    type(increment_report_t), intent(in) :: report
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: most = 0.03_wp !! of the largest energy so far [-]
+
+    if (report%energy%risen <= most) return
+    call raise_at(increment, error, 'contact and the scheme in time have given the bodies '// &
+      percent(report%energy%risen)//' of their largest energy, and in nature they give none: '// &
+      'smaller increments give less, and an ALPHA of *DYNAMIC below 0 takes some')
+  end subroutine refuse_gained_energy
 
   !> An equilibrium that the least disturbance leaves is not what a body does.
   subroutine refuse_unstable(mesh, increment, stability, error)

@@ -270,6 +270,8 @@ contains
 
     associate (increment => solved%increment)
       if (.not. scene%steps(increment%step)%direct) return
+      ! Parts of an increment in time have another scheme.
+      if (scene%steps(increment%step)%is_dynamic) return
       if (solved%report%ending == ended_out_of_reach) return
       ! What nothing balances may be a matter of where curved obstacles and surfaces were met.
       if (solved%report%ending == ended_unbalanced .and. .not. any(plan%points%is_curved)) return

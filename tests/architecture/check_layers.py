@@ -82,7 +82,7 @@ SCENE_READERS = {
     "model/part_of_scene.f90",
 }  # fmt: skip
 WORDS[r"scene%(precision|contact%(tolerance|compliance))"] = SCENE_READERS | {
-    "model/finite_strain_limits.f90"  # refuses decks
+    "model/finite_strain_limits.f90", "model/dynamic_limits.f90",  # refuse decks
 }
 # A dummy argument that gives a scene back; a component that is given a value.
 SCENE_CHANGED = re.compile(r"type ?\(scene_t\).*intent ?\((in ?)?out|(scene|deck)%[^=]*=(?!=)")

@@ -13,7 +13,7 @@ from program import SOURCE, Run
 PAGE = (SOURCE / "docs" / "coming-from.md").read_text(encoding="utf-8")
 FENCE = re.compile(r"^```(inp|text)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 IN_STEP = ("*CHANGE FRICTION", "*CHANGE SURFACE BEHAVIOR", "*MODEL CHANGE", "*CONTROLS",
-           "*OUTPUT", "*EL FILE", "*DYNAMIC",
+           "*OUTPUT", "*EL FILE",
            "*CLOAD", "*DLOAD")
 
 
@@ -34,7 +34,7 @@ DECK = cards_of(FENCE.search(PAGE)[2])
 def place_of(deck, line):
     """Return the last card that a fragment's first line takes the place of; None where none."""
     line = line.removeprefix("** ")
-    keyword = line.split(",")[0]
+    keyword = line.split(",")[0].replace("*DYNAMIC", "*STATIC")
     for wanted in (lambda card: card[0] == line, lambda card: card[0].split(",")[0] == keyword):
         found = [i for i, card in enumerate(deck) if wanted(card)]
         if found:

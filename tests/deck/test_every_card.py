@@ -254,8 +254,8 @@ S
 MORE = "*NSET, NSET=FOOTNODES\n101, 102, 103, 104\n"
 
 PLACES = {"anywhere": "anywhere", "model": "before the first step", "step": "in a step"}
-# Cards that DECK has not: they are checked, and change nothing.
-UNTRIED = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR", "CONTACT INITIALIZATION DATA"}
+# Cards that DECK has not: they are checked, and change nothing, or do not go with others of it.
+UNTRIED = {"SURFACE BEHAVIOR", "CHANGE SURFACE BEHAVIOR", "CONTACT INITIALIZATION DATA", "DYNAMIC"}
 
 # Cards whose lines are titles, and those whose lines are lists of names, of any length.
 TITLES = ("HEADING", "STEP")

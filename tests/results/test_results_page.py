@@ -162,6 +162,20 @@ EG, PK2
 *EL FILE, POSITION=CENTROIDAL
 *END STEP
 """
+MOVING = """\
+*BLOCK, NAME=BODY, NX=1, NY=1, NZ=1, TYPE=C3D8
+0., 0., 0.,  1., 1., 1.
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1000., 0.3
+*DENSITY
+1.
+*SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
+*STEP
+*DYNAMIC, DIRECT
+0.1, 0.2
+*END STEP
+"""
 
 
 def section(heading):
@@ -223,7 +237,8 @@ class Page(unittest.TestCase):
     def setUpClass(cls):
         folder = cls.enterClassContext(tempfile.TemporaryDirectory())
         files = []
-        for name, text in (("all", DECK), ("asked", ASKED), ("finite", FINITE)):
+        for name, text in (("all", DECK), ("asked", ASKED), ("finite", FINITE),
+                           ("moving", MOVING)):
             deck = Path(folder) / f"{name}.inp"
             deck.write_text(text)
             done = subprocess.run(
@@ -233,7 +248,7 @@ class Page(unittest.TestCase):
             if done.returncode != 0:
                 raise AssertionError(done.stdout + done.stderr)
             files.append(cls.enterClassContext(h5py.File(deck.with_suffix(".vtkhdf"))))
-        cls.file, cls.asked, cls.finite = files
+        cls.file, cls.asked, cls.finite, cls.moving = files
         mesh, history = cls.file["VTKHDF"], cls.file["history"]
         cls.sizes = {
             "N": int(mesh["NumberOfPoints"][0]),
@@ -274,6 +289,10 @@ class Page(unittest.TestCase):
             self.assertIn(self.finite["VTKHDF"][name].shape, [
                 extents(shape, {"S": 1, "E": 18, "N": 48}) for shape in shapes
             ])
+        for name in ("velocity", "acceleration"):
+            shape, = listed.pop(f"PointData/{name}")
+            self.assertEqual(self.moving[f"VTKHDF/PointData/{name}"].shape,
+                             extents(shape, {"S": 2, "N": 8}))
         for group in ("PointData", "CellData"):
             offsets = listed.pop(f"Steps/{group}Offsets/<name>")
             names = [name for name in listed if name.startswith(f"{group}/")]
@@ -291,6 +310,9 @@ class Page(unittest.TestCase):
     def test_histories(self):
         self.assertIn("All of these are (T).", section("/history"))
         listed = listed_shapes(section("/history"))
+        for name in ("energy/kinetic", "energy/contact"):
+            del listed[name]
+            self.assertEqual(self.moving["history"][name].shape, (2,))
         self.check("history", {name: ["T"] for name in listed}, self.sizes)
 
     def test_pairs(self):

@@ -110,6 +110,7 @@ contains
     choice = 1
     call choice_option(reader, card, 'TYPE', choice, ok)
     is_velocity = choice == 2
+    value%is_way = is_velocity
     if (is_velocity) call check_velocity(reader, card, period)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
@@ -172,7 +173,7 @@ contains
         'TYPE=VELOCITY goes with neither AMPLITUDE nor FIXED', hint)
     else if (.not. period > 0.0_wp) then
       call report(reader, option_position(card, 'TYPE'), &
-        'TYPE=VELOCITY belongs into a step, below its *STATIC', hint)
+        'TYPE=VELOCITY belongs into a step, below its *STATIC or *DYNAMIC', hint)
     end if
   end subroutine check_velocity
 

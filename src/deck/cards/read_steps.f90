@@ -26,6 +26,7 @@ module read_steps_mod
   use read_temperatures_mod, only: close_temperatures, read_temperature, start_temperatures, &
     temperature_draft_t
   use read_contact_changes_mod, only: read_change_friction, read_model_change
+  use read_dynamics_mod, only: read_scheme
   use read_interferences_mod, only: read_interference
   use surface_list_mod, only: surface_list_t
   use scene_mod, only: contact_pair_t, region_t
@@ -57,6 +58,7 @@ contains
     integer :: k, s, static_of, position
     integer :: renewed(reader%n_steps) !! where a step says *BOUNDARY, OP=NEW first, or 0
     logical :: forget
+    character(*), parameter :: second = 'a second *STATIC or *DYNAMIC in this step'
 
     finite_strain = .false.
     allocate (steps(reader%n_steps))
@@ -85,9 +87,18 @@ contains
           call start_temperatures(temperatures, model%mesh%n_nodes)
         end if
       case ('STATIC')
-        if (static_of == s) call report(reader, card%position, 'a second *STATIC in this step')
+        if (static_of == s) call report(reader, card%position, second)
         static_of = s
-        call read_static(reader, card, steps(s))
+        ! Equilibrium takes no artificial damping, of which STABILIZE and those beside it are.
+        call allow_options(reader, card)
+        call flag_option(reader, card, 'DIRECT', steps(s)%direct)
+        call read_times(reader, card, steps(s))
+      case ('DYNAMIC')
+        if (static_of == s) call report(reader, card%position, second)
+        static_of = s
+        call allow_options(reader, card)
+        call read_scheme(reader, card, size(pairs) > 0, steps(s))
+        call read_times(reader, card, steps(s))
       case ('END STEP')
         call allow_options(reader, card)
         call allow_no_data(reader, card)
@@ -134,8 +145,8 @@ contains
       integer, intent(in) :: k
 
       select case (reader%cards(k)%keyword)
-      case ('STEP', 'STATIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', 'TEMPERATURE', &
-            'CONTACT INTERFERENCE', 'CHANGE FRICTION', 'MODEL CHANGE')
+      case ('STEP', 'STATIC', 'DYNAMIC', 'END STEP', 'BOUNDARY', 'CLOAD', 'DLOAD', 'DSLOAD', &
+            'TEMPERATURE', 'CONTACT INTERFERENCE', 'CHANGE FRICTION', 'MODEL CHANGE')
         call open_card(reader, k, card)
       case default
         return
@@ -151,7 +162,7 @@ contains
         ! Another procedure was refused.
         if (any(cards%is_refused .and. cards%step == s)) return
       end associate
-      if (static_of /= s) call report(reader, position, 'this step has no *STATIC')
+      if (static_of /= s) call report(reader, position, 'this step has no *STATIC or *DYNAMIC')
     end subroutine finish_step
 
   end subroutine read_steps
@@ -285,30 +296,38 @@ contains
       'loads ramp over a step; for anything else use *AMPLITUDE')
   end subroutine read_step_options
 
-  !> *STATIC[, DIRECT]: increment, period, smallest and largest increment
-  subroutine read_static(reader, card, step)
+  !> The line of *STATIC or *DYNAMIC: increment, period, smallest and largest increment
+  subroutine read_times(reader, card, step)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(load_step_t), intent(inout) :: step
     type(fields_t) :: fields
     integer :: position
+    real(wp), parameter :: part = 0.01_wp !! of the period, where no increment is given [-]
     real(wp) :: smallest
     logical :: found, ok(4)
 
-    ! Equilibrium takes no artificial damping, which is what STABILIZE and those beside it are of.
-    call allow_options(reader, card)
-    call flag_option(reader, card, 'DIRECT', step%direct)
     call next_data_line(reader, card, fields, found, 4, &
       'an increment, a period (and a smallest increment, which is ignored, and a largest one)')
+    if (step%is_dynamic) then
+      step%increment = step%period*part
+      step%n_increments = nint(1.0_wp/part)
+    end if
     if (.not. found) return
     position = fields%start
     call read_time(2, 'the period', 1.0_wp, step%period)
-    call read_time(1, 'the increment', step%period, step%increment)
+    call read_time(1, 'the increment', merge(part, 1.0_wp, step%is_dynamic)*step%period, &
+      step%increment)
     call read_time(3, 'the smallest increment', 0.0_wp, smallest)
-    if (smallest > 0.0_wp) call note(reader, 'the smallest increment of *STATIC is ignored')
+    if (smallest > 0.0_wp) call note(reader, 'the smallest increment of *'//card%keyword// &
+      ' is ignored')
     call read_time(4, 'the largest increment', huge(1.0_wp), step%largest)
-    if (step%largest < huge(1.0_wp) .and. step%direct) call note(reader, &
-      'the largest increment of *STATIC is ignored: DIRECT keeps increments as they are')
+    if (step%is_dynamic) then
+      step%increment = min(step%increment, step%largest)
+    else if (step%largest < huge(1.0_wp) .and. step%direct) then
+      call note(reader, 'the largest increment of *STATIC is ignored: DIRECT keeps increments as '// &
+        'they are')
+    end if
     if (all(ok)) then
       if (step%increment > step%period*(1.0_wp + 1.0e-12_wp)) then
         call report(reader, position, 'the increment is larger than the period')
@@ -322,7 +341,7 @@ contains
         end if
       end if
     end if
-    call end_data(reader, card, fields, '*STATIC has one data line')
+    call end_data(reader, card, fields, '*'//card%keyword//' has one data line')
 
   contains
 
@@ -344,6 +363,6 @@ contains
       if (.not. time > 0.0_wp) time = default
     end subroutine read_time
 
-  end subroutine read_static
+  end subroutine read_times
 
 end module read_steps_mod

@@ -58,13 +58,13 @@ contains
       call allow_options(reader, card)
       call name_option(reader, card, 'TYPE', .false., kind, ok)
       if (.not. has_option(card, 'TYPE')) call report(reader, card%position, &
-        '*INITIAL CONDITIONS needs TYPE=TEMPERATURE')
+        '*INITIAL CONDITIONS needs TYPE=TEMPERATURE or VELOCITY')
       if (.not. ok) cycle
       if (kind == 'TEMPERATURE') then
         call read_lines()
-      else
+      else if (kind /= 'VELOCITY') then
         call report_in_field(reader, option_position(card, 'TYPE'), &
-          'TYPE must be TEMPERATURE, not '//quoted(kind))
+          'TYPE must be TEMPERATURE or VELOCITY, not '//quoted(kind))
       end if
     end do
     call note_unnamed_middles(reader, model, is_named, '*INITIAL CONDITIONS')

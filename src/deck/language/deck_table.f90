@@ -60,7 +60,7 @@ module deck_table_mod
   character(*), parameter :: as_solids = 'mesh the part with solid elements: C3D20R or C3D10, '// &
     'or two C3D8I across a plate that bends'
   character(*), parameter :: elastic_only = 'materials are elastic'
-  character(*), parameter :: static_only = 'steps are static: *STATIC'
+  character(*), parameter :: static_only = 'steps are *STATIC or *DYNAMIC'
   character(*), parameter :: no_heat = 'a known temperature acts by *EXPANSION and *TEMPERATURE'
 
   type(rule_t), parameter :: cards_read(*) = [ &
@@ -179,13 +179,16 @@ module deck_table_mod
     rule_t('AMPLITUDE', anywhere, is_read, 'NAME=name!, TIME=STEP TIME|TOTAL TIME, '// &
     'VALUE=RELATIVE, DEFINITION=TABULAR|PERIODIC|SMOOTH STEP, SMOOTH=0 to 0.5', &
     data='time, value, ...'), &
-    rule_t('INITIAL CONDITIONS', in_model, is_read, 'TYPE=TEMPERATURE!', &
-    data='node or set, temperature'), &
+    rule_t('INITIAL CONDITIONS', in_model, is_read, 'TYPE=TEMPERATURE|VELOCITY!', &
+    data='node or set, temperature; or node or set, dof, velocity'), &
     rule_t('STEP', anywhere, is_read, 'NLGEOM[=YES|NO|AUTO], PERTURBATION, AMPLITUDE=RAMP|STEP', &
     'INC, NAME, UNSYMM, EXTRAPOLATION, CONVERT SDI', 'title'), &
     rule_t('STATIC', in_step, is_read, 'DIRECT', &
     'SOLVER, STABILIZE, FACTOR, ALLSDTOL, CONTINUE, APPLICATION, INITIAL, ALPHA, NOHAF', &
     'increment, period, smallest, largest'), &
+    rule_t('DYNAMIC', in_step, is_read, 'DIRECT, EXPLICIT, ALPHA=number, '// &
+    'APPLICATION=TRANSIENT FIDELITY|MODERATE DISSIPATION', 'SOLVER, RELATIVE TO ABSOLUTE, '// &
+    'NOHAF, HAFTOL, HALFTOL, INITIAL, FULLY', 'increment, period, smallest, largest'), &
     rule_t('END STEP', in_step, is_read), &
     rule_t('BOUNDARY', anywhere, is_read, load_options//', FIXED, TYPE=DISPLACEMENT|VELOCITY', &
     data='node or set, first dof, last dof, value'), &
@@ -331,7 +334,6 @@ module deck_table_mod
     rule_t('FREQUENCY', anywhere, is_procedure, remark=static_only), &
     rule_t('COMPLEX FREQUENCY', anywhere, is_procedure, remark=static_only), &
     rule_t('BUCKLE', anywhere, is_procedure, remark=static_only), &
-    rule_t('DYNAMIC', anywhere, is_procedure, remark=static_only), &
     rule_t('MODAL DYNAMIC', anywhere, is_procedure, remark=static_only), &
     rule_t('STEADY STATE DYNAMICS', anywhere, is_procedure, remark=static_only), &
     rule_t('RANDOM RESPONSE', anywhere, is_procedure, remark=static_only), &

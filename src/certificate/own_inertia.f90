@@ -1,0 +1,148 @@
+!> The forces of inertia of the certificate, and the energies of a dynamic *STEP.
+!>
+!> Accelerations come from the displacements of the increment and the velocities and accelerations
+!> that it began with, which were judged with the increment before. docs/theory.md, section 13.
+module own_inertia_mod
+  use kinds_mod, only: wp
+  use scene_mod, only: scene_t
+  use contact_points_mod, only: contact_points_t
+  use state_mod, only: state_t
+  use increment_report_mod, only: contact_fields_t, energy_t
+  use increment_forces_mod, only: increment_forces_t
+  use edge_middles_mod, only: edge_middles_t, find_edge_middles
+  use constrained_forces_mod, only: hand_over
+  use error_measures_mod, only: ratio, rounded
+  use own_mass_mod, only: own_mass_t, nodal_masses, weigh
+  implicit none
+  private
+
+  public :: add_inertia, balance_in_time
+
+contains
+
+  !> Add the forces of inertia to the loads; and how far the velocities and accelerations of the
+  !> state are from those of its displacements, and what it says that inertia answers from that.
+  !>
+  !> Where they leave nothing of the loads but rounding a body falls freely: nothing acts on it.
+  pure subroutine add_inertia(scene, own, old, new, forces, wrong)
+    type(scene_t), intent(in) :: scene
+    type(own_mass_t), intent(in) :: own
+    type(state_t), intent(in) :: old, new             !! before and after the increment
+    type(increment_forces_t), intent(inout) :: forces !! internal ones are known
+    real(wp), intent(out) :: wrong                    !! [-]
+    real(wp), dimension(3, scene%mesh%n_nodes) :: a, v, f, handed
+    real(wp), dimension(scene%mesh%n_nodes) :: mass, rounding, none
+    real(wp) :: alpha, beta, gamma, dt, scale(0:scene%mesh%n_bodies), of_places
+    real(wp) :: added_up
+    logical :: has_mass(3, scene%mesh%n_nodes), is_rounding(0:scene%mesh%n_bodies)
+    integer :: node
+
+    associate (step => scene%steps(own%step), u => new%displacement - old%displacement)
+      dt = step%period/step%n_increments
+      alpha = step%alpha
+      beta = (1.0_wp - alpha)*(1.0_wp - alpha)/4.0_wp
+      gamma = (1.0_wp - 2.0_wp*alpha)/2.0_wp
+      mass = nodal_masses(scene%mesh, own)
+      has_mass = spread(mass > 0.0_wp, 1, 3)
+      where (forces%prescribed)
+        v = u/dt
+        a = (v - old%velocity)/dt
+      else where (has_mass)
+        a = ((u/dt - old%velocity)/dt - (0.5_wp - beta)*old%acceleration)/beta
+        v = old%velocity + dt*(1.0_wp - gamma)*old%acceleration + dt*gamma*a
+      else where
+        v = u/dt
+        a = 0.0_wp
+      end where
+      where (.not. has_mass) a = 0.0_wp
+    end associate
+    f = (weigh(scene%mesh, own, a) - alpha*old%unopposed)/(1.0_wp + alpha)
+    of_places = 8.0_wp*epsilon(1.0_wp)*maxval(abs(new%displacement))/(beta*dt*dt)
+    rounding = mass*of_places/(1.0_wp + alpha)
+    ! Velocities are sums, of as many increments as there were.
+    added_up = sqrt(real(max(1, new%increments_done), wp))
+    scale = 0.0_wp
+    is_rounding = .true.
+    do node = 1, scene%mesh%n_nodes
+      associate (body => scene%mesh%body(node))
+        scale(body) = max(scale(body), norm2(f(:, node)), norm2(forces%internal(:, node)), &
+          norm2(forces%external(:, node)))
+        is_rounding(body) = is_rounding(body) .and. norm2(forces%external(:, node) - f(:, node)) &
+          <= added_up*rounding(node) + forces%rounding(node) + rounded*norm2(f(:, node))
+      end associate
+    end do
+    handed = f
+    none = rounding
+    call hand_over(forces%constraints, forces%prescribed, handed, none)
+    handed = handed + new%unopposed
+    wrong = max(ratio(max(0.0_wp, maxval(abs(new%acceleration - a)) - of_places), &
+      maxval(abs(a))), ratio(max(0.0_wp, maxval(abs(new%velocity - v)) - of_places*dt), &
+      maxval(abs(v))))
+    do node = 1, scene%mesh%n_nodes
+      associate (body => scene%mesh%body(node))
+        wrong = max(wrong, ratio(max(0.0_wp, norm2(handed(:, node)) - rounding(node) - &
+          forces%rounding(node)), scale(body)))
+        if (is_rounding(body)) f(:, node) = forces%external(:, node)
+      end associate
+    end do
+    if (.not. allocated(forces%applied)) forces%applied = forces%external
+    forces%external = forces%external - f
+    where (is_rounding(scene%mesh%body)) rounding = added_up*rounding
+    forces%rounding = forces%rounding + rounding
+  end subroutine add_inertia
+
+  !> The energies at the end of an increment of a dynamic *STEP: all work by the mean of the forces
+  !> of its beginning and its end, kinetic energy by the mass of the certificate.
+  !>
+  !> Normal forces do no work in nature. What they do here, and what the scheme takes, is the energy
+  !> that the bodies have lost or gained, beside the largest that was there or was turned over.
+  pure subroutine balance_in_time(scene, points, own, contact, old, new, energy)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(own_mass_t), intent(in) :: own
+    type(contact_fields_t), intent(in) :: contact
+    type(state_t), intent(in) :: old
+    type(state_t), intent(inout) :: new             !! gets its energies
+    type(energy_t), intent(inout) :: energy
+    !! strain in, and as external work that of others than loads and supports in the increment
+    type(edge_middles_t) :: middles
+    real(wp) :: u(3, scene%mesh%n_nodes), way(3), before(3), gain
+    integer :: i, k
+
+    call find_edge_middles(scene, points, contact%weights, middles)
+    u = new%displacement - old%displacement
+    new%external_work = old%external_work + energy%external_work + 0.5_wp*sum(u* &
+      (old%external_force + old%support_force + new%external_force + new%support_force))
+    new%strain_energy = energy%strain
+    new%kinetic_energy = 0.5_wp*sum(new%velocity*weigh(scene%mesh, own, new%velocity))
+    new%dissipation = old%dissipation
+    new%contact_work = old%contact_work
+    do i = 1, points%n
+      way = u(:, points%node(i))
+      if (middles%is_any) then
+        associate (part => middles%a(i))
+          if (part > 0.0_wp) way = (way - part*(u(:, middles%nodes(1, i)) + &
+            u(:, middles%nodes(2, i))))/(1.0_wp - 2.0_wp*part)
+        end associate
+      end if
+      do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
+        way = way - contact%weights%weight(k)*u(:, contact%weights%node(k))
+      end do
+      before = matmul(old%reaction(:, i), contact%frame(:, :, i))
+      associate (mean => 0.5_wp*(before + contact%reaction(:, i)))
+        new%dissipation = new%dissipation - dot_product(mean(2:), contact%slip_increment(:, i))
+        new%contact_work = new%contact_work + mean(1)*dot_product(contact%frame(:, 1, i), way)
+      end associate
+    end do
+    gain = new%kinetic_energy + energy%strain + new%dissipation - new%external_work - &
+      new%begun_energy
+    new%largest_energy = max(old%largest_energy, new%kinetic_energy + energy%strain, &
+      abs(new%dissipation) + abs(new%external_work))
+    new%least_gain = min(old%least_gain, gain)
+    energy = energy_t(external_work=new%external_work, strain=energy%strain, &
+      dissipation=new%dissipation, kinetic=new%kinetic_energy, contact=new%contact_work, &
+      begun=new%begun_energy, balance=new%contact_work - gain, &
+      risen=ratio(gain - new%least_gain, new%largest_energy))
+  end subroutine balance_in_time
+
+end module own_inertia_mod

@@ -1,0 +1,343 @@
+"""Dynamic steps: closed forms, histories of a program of its own, energies, and what they refuse.
+
+The histories of tests/data/dynamics.json were made by a prototype in Python that shares nothing
+with the program: HHT-alpha, bricks, no mass at the plane, the inertia of the whole body put right.
+"""
+
+import json
+import math
+import re
+import unittest
+
+import numpy as np
+from boxes import Box
+from program import DATA, Run
+
+REFERENCE = json.loads((DATA / "dynamics.json").read_text())
+MATERIAL = "*MATERIAL, NAME=M\n*ELASTIC\n{0}, {1}\n*DENSITY\n1.\n"
+
+
+def block(name, low, size, n):
+    """Return the cards of a block of bricks."""
+    return (
+        f"*BLOCK, NAME={name}, NX={n[0]}, NY={n[1]}, NZ={n[2]}\n"
+        + ", ".join(map(repr, (*low, *size)))
+        + f"\n*SOLID SECTION, ELSET={name}, MATERIAL=M\n"
+    )
+
+
+def before_plane(place, friction, slave="B-ZMIN"):
+    """Return the cards of a plane z = place that faces up, and its pair."""
+    return (
+        f"*OBSTACLE, NAME=WALL, TYPE=PLANE\n0., 0., {place!r}, 0., 0., 1.\n"
+        f"*SURFACE INTERACTION, NAME=I\n*FRICTION\n{friction!r}\n"
+        f"*CONTACT PAIR, INTERACTION=I\n{slave}, WALL\n"
+    )
+
+
+def thrown(**velocity):
+    """Return *INITIAL CONDITIONS of sets, each with three components."""
+    lines = [
+        f"{name}, {i + 1}, {v!r}\n"
+        for name, way in velocity.items()
+        for i, v in enumerate(way)
+        if v
+    ]
+    return "*INITIAL CONDITIONS, TYPE=VELOCITY\n" + "".join(lines)
+
+
+def weight(g, name="B"):
+    """Return the *DLOAD of an acceleration."""
+    size = math.sqrt(sum(x * x for x in g))
+    return f"*DLOAD\n{name}, GRAV, {size!r}, " + ", ".join(repr(x / size) for x in g) + "\n"
+
+
+def step(dt, period, cards="", alpha=-0.05):
+    """Return a dynamic step."""
+    return f"*STEP\n*DYNAMIC, DIRECT, ALPHA={alpha!r}\n{dt!r}, {period!r}\n{cards}*END STEP\n"
+
+
+def bar(alpha=-0.05, n=20, period=2.0):
+    """Return the deck of a bar of length 10 that strikes a wall at 10; E 900, density 1."""
+    return (
+        block("B", (0, 0, 0), (1, 1, 10), (1, 1, n))
+        + MATERIAL.format(900.0, 0.0)
+        + before_plane(-5.0, 0.0)
+        + thrown(B=(0, 0, -10.0))
+        + step(20 / n / 60, period, alpha=alpha)
+    )
+
+
+def slide(n=(4, 4, 2), low=0.0, width=1.0, cards="", period=0.5, dt=0.01):
+    """Return the deck of a block that is pushed at 1 and slides to rest, mu 0.3, g 10."""
+    return (
+        block("B", (0, low, 0), (1, width, 0.5), n)
+        + MATERIAL.format(1e4, 0.3)
+        + before_plane(0.0, 0.3)
+        + thrown(B=(1.0, 0, 0))
+        + step(dt, period, weight((0, 0, -10.0)) + cards)
+    )
+
+
+def bounce(period=0.4, alpha=0.0, dt=0.002):
+    """Return the deck of a cube that falls from 0.1."""
+    return (
+        block("B", (0, 0, 0), (1, 1, 1), (3, 3, 3))
+        + MATERIAL.format(1e4, 0.3)
+        + before_plane(-0.1, 0.3)
+        + step(dt, period, weight((0, 0, -10.0)), alpha)
+    )
+
+
+def held():
+    """Return the deck of a block on a slope that is too slight for it to slide."""
+    return (
+        block("B", (0, 0, 0), (1, 1, 0.5), (4, 4, 2))
+        + MATERIAL.format(1e4, 0.3)
+        + before_plane(0.0, 0.3)
+        + step(0.005, 1.0, weight((2.0, 0, -10.0)), -0.3)
+    )
+
+
+def shaken():
+    """Return the deck of a cube whose top is pressed and moved to and fro."""
+    way = "".join(f"{0.005 * k!r}, {math.sin(0.1 * k)!r}\n" for k in range(201))
+    return (
+        block("B", (0, 0, 0), (1, 1, 1), (3, 3, 3))
+        + MATERIAL.format(1e3, 0.3)
+        + before_plane(0.0, 0.3)
+        + "*AMPLITUDE, NAME=SHAKE\n"
+        + way
+        + "*AMPLITUDE, NAME=PRESS\n0., 0., 0.2, 1.\n"
+        + step(
+            0.005,
+            1.0,
+            "*BOUNDARY, AMPLITUDE=SHAKE\nB-ZMAX, 1, 1, 0.05\n"
+            "*BOUNDARY, AMPLITUDE=PRESS\nB-ZMAX, 3, 3, -0.02\n*BOUNDARY\nB-ZMAX, 2, 2\n",
+        )
+    )
+
+
+class DynamicCase(unittest.TestCase):
+    def solve(self, deck, *options, **more):
+        """Run a deck, which must be certified throughout."""
+        run = Run(deck, *options, name="d", **more)
+        self.assertEqual(run.status, 0, run.output + run.errors)
+        return run.result()
+
+
+class Histories(DynamicCase):
+    def test_a_prototype_has_the_same_histories(self):
+        decks = {
+            "bar": bar(), "slide": slide(), "held": held(), "bounce": bounce(), "shaken": shaken(),
+        }  # fmt: skip
+        for name, deck in decks.items():
+            with self.subTest(name), self.solve(deck) as result:
+                known = np.array(REFERENCE[name]["rows"])
+                every = REFERENCE[name]["every"]
+                force = result.pairs[0].resultant
+                energy = [result.history(f"energy/{x}") for x in
+                          ("dissipation", "kinetic", "strain")]
+                found = np.column_stack([force[:, 0], force[:, 2], *energy])[every - 1::every]
+                scale = abs(known).max(axis=0)
+                scale[:2] = scale[:2].max()
+                scale[2:] = scale[2:].max()
+                far = abs(found - known) / scale
+                self.assertLess(far.max(), 3e-8)
+
+
+class ClosedForms(DynamicCase):
+    def test_a_bar_strikes_a_wall(self):
+        """The force is v sqrt(E rho) A for 2 L/c, and the bar leaves with its velocity."""
+        with self.solve(bar()) as result:
+            time, force = result.history("time"), result.pairs[0].resultant[:, 2]
+            exact = np.where((time > 0.5) & (time < 0.5 + 2 / 3), 300.0, 0.0)
+            self.assertLess(abs(force - exact).sum() / exact.sum(), 0.06)
+            self.assertAlmostEqual(force.sum() / 60, 200.0, delta=5.0)
+            self.assertAlmostEqual(result.field("velocity")[:, 2].mean(), 10.0, delta=0.4)
+
+    def test_equal_bars_swap_their_velocities(self):
+        """What one loses the other gets, to rounding."""
+        deck = (
+            block("LOW", (0, 0, 0), (1, 1, 5), (1, 1, 10))
+            + block("UP", (0, 0, 6), (1, 1, 5), (1, 1, 10))
+            + MATERIAL.format(900.0, 0.0)
+            + "*SURFACE INTERACTION, NAME=I\n*CONTACT PAIR, INTERACTION=I\nUP-ZMIN, LOW-ZMAX\n"
+            + thrown(UP=(0, 0, -10.0))
+            + step(1 / 60, 1.0)
+        )
+        with self.solve(deck) as result:
+            u = [result.field("displacement", i)[:, 2] for i in (-11, -1)]
+            mean = (u[1] - u[0]) * 6
+            upper = result.points[:, 2] > 5.5
+            # Means over all nodes, of trilinear bricks of equal height.
+            share = np.where(np.isin(result.points[:, 2], (0, 5, 6, 11)), 0.5, 1.0) / 40
+            self.assertAlmostEqual((mean * share)[upper].sum(), 0.0, delta=0.5)
+            self.assertAlmostEqual((mean * share)[~upper].sum(), -10.0, delta=0.5)
+            self.assertLess(result.certificate["balance"].max(), 1e-10)
+
+    def test_a_block_slides_to_rest(self):
+        """Friction does all the work: v^2/(2 mu g), m v^2/2."""
+        with self.solve(slide()) as result:
+            way = result.field("displacement")[:, 0].mean()
+            self.assertAlmostEqual(way, 1 / 6, delta=5e-4)
+            self.assertAlmostEqual(result.history("energy/dissipation")[-1], 0.25, delta=5e-4)
+
+    def test_free_fall_strains_nothing(self):
+        """All sides may touch, and no element keeps its mass where it was."""
+        for kind, n in (("C3D10", 2), ("C3D4", 3)):
+            box = Box("B", (n, n, n), (kind,))
+            sides = "".join(f"B-{a}{e}\n" for a in "XYZ" for e in (0, 1))
+            deck = (
+                box.cards()
+                + MATERIAL.format(1e4, 0.3).replace("NAME=M", "NAME=STEEL")
+                + "*NSET, NSET=N, ELSET=B\n*SURFACE, NAME=ALL, TYPE=NODE\n"
+                + sides
+                + before_plane(-9.0, 0.3, "ALL")
+                + thrown(N=(1.0, 0.5, 0))
+                + step(0.05, 1.0, weight((0, 0, -10.0)))
+            )
+            with self.subTest(kind), self.solve(deck) as result:
+                u = result.field("displacement")
+                np.testing.assert_allclose(u, np.tile([1.0, 0.5, -5.0], (len(u), 1)), atol=1e-10)
+                self.assertLess(abs(result.history("energy/strain")).max(), 1e-12)
+                np.testing.assert_allclose(
+                    result.history("energy/kinetic")[-1], 0.5 * (1.25 + 100.0), rtol=1e-10
+                )
+
+    def test_a_mass_on_a_spring_swings(self):
+        """Its place is v/w sin(w t), with an error that falls as the square of the increment."""
+        k, v = 40.0, 1.0
+        late = []
+        for dt in (0.05, 0.025):
+            deck = (
+                block("B", (0, 0, 0), (1, 1, 1), (1, 1, 1))
+                + MATERIAL.format(1e9, 0.0)
+                + "*ELEMENT, TYPE=SPRING1, ELSET=COIL\n"
+                + "".join(f"{901 + i}, {i + 1}\n" for i in range(8))
+                + f"*SPRING, ELSET=COIL\n1\n{k / 8!r}\n"
+                + thrown(B=(v, 0, 0))
+                + step(dt, 1.0, "*BOUNDARY\nB, 2, 3\n", 0.0)
+            )
+            with self.solve(deck) as result:
+                late.append(result.field("displacement")[0, 0] - v / k**0.5 * math.sin(k**0.5))
+        self.assertLess(abs(late[1]), 0.02 * v / k**0.5)
+        self.assertAlmostEqual(late[0] / late[1], 4.0, delta=0.3)
+
+    def test_half_a_body_is_half_of_the_whole(self):
+        sharp = "*CONTACT SOLVER, TOLERANCE=1e-12\n*STEP"
+        whole = slide(low=-0.5, period=0.2).replace("*STEP", sharp)
+        half = slide((4, 2, 2), 0.0, 0.5, "*BOUNDARY\nB-YMIN, 2, 2\n", 0.2).replace("*STEP", sharp)
+        with self.solve(whole) as whole, self.solve(half) as half:
+            for name in ("kinetic", "strain", "dissipation", "balance"):
+                one, two = (r.history(f"energy/{name}") for r in (whole, half))
+                np.testing.assert_allclose(one, 2 * two, rtol=0, atol=1e-10 * abs(one).max())
+            one, two = (r.pairs[0].resultant[:, ::2] for r in (whole, half))
+            np.testing.assert_allclose(one, 2 * two, rtol=0, atol=1e-8 * abs(one).max())
+
+
+class Energies(DynamicCase):
+    def test_without_alpha_the_balance_is_exact(self):
+        """Work of normal forces included, which is the error of contact in time."""
+        with self.solve(bounce()) as result:
+            self.assertLess(abs(result.history("energy/balance")).max(), 1e-11)
+            self.assertGreater(abs(result.history("energy/contact")).max(), 1e-3)
+
+    def test_what_the_scheme_took_is_told(self):
+        run = Run(bounce(alpha=-0.05), name="d")
+        told = re.search(r"the scheme in time took ([\d.]+) % of the energy", run.output)
+        with run.result() as result:
+            energy = {x: result.history(f"energy/{x}") for x in
+                      ("kinetic", "strain", "dissipation", "external_work", "contact")}
+            lost = (energy["external_work"] + energy["contact"] - energy["kinetic"]
+                    - energy["strain"] - energy["dissipation"])
+            most = max((energy["kinetic"] + energy["strain"]).max(),
+                       (abs(energy["dissipation"]) + abs(energy["external_work"])).max())
+            self.assertAlmostEqual(float(told[1]), 100 * lost[-1] / most, delta=0.1)
+
+    def test_a_body_that_gains_energy_ends_the_run(self):
+        """At alpha 0 and long increments contact gives more than a bar may have."""
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 10), (1, 1, 20))
+            + MATERIAL.format(900.0, 0.0)
+            + before_plane(-1.0, 0.0)
+            + step(1 / 30, 10.0, weight((0, 0, -10.0)), 0.0)
+        )
+        run = Run(deck, name="d")
+        self.assertEqual(run.status, 2)
+        self.assertIn("have given the bodies", run.errors)
+
+
+class Steps(DynamicCase):
+    def test_a_body_at_rest_stays_there(self):
+        """What a static step leaves in balance a dynamic one does not move."""
+        deck = slide(period=0.1).replace(thrown(B=(1.0, 0, 0)), "").replace(
+            "*STEP\n",
+            "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB-XMIN, 1, 1\nB-YMIN, 2, 2\n"
+            + weight((0, 0, -10.0))
+            + "*END STEP\n*STEP\n",
+        )
+        with self.solve(deck) as result:
+            u = [result.field("displacement", i) for i in (0, -1)]
+            self.assertLess(abs(u[1] - u[0]).max(), 1e-7 * abs(u[0]).max())
+            self.assertLess(result.history("energy/kinetic")[-1], 1e-16)
+
+    def test_a_continued_run_is_the_same_to_the_bit(self):
+        deck = slide()
+        with self.solve(deck) as once, self.solve(
+            deck, "--continue", ended_at=("1", "20")
+        ) as twice:
+            for name in ("displacement", "velocity", "acceleration"):
+                np.testing.assert_array_equal(once.field(name), twice.field(name))
+            np.testing.assert_array_equal(
+                once.history("energy/balance"), twice.history("energy/balance")
+            )
+
+    def test_what_is_tied_falls_together(self):
+        tied = (
+            block("B", (0, 0, 0), (1, 1, 0.5), (2, 2, 2))
+            + block("C", (0, 0, 0.5), (1, 1, 0.5), (3, 3, 2))
+            + MATERIAL.format(1e4, 0.3)
+            + "*TIE, NAME=T\nC-ZMIN, B-ZMAX\n"
+            + before_plane(-9.0, 0.3)
+            + thrown(B=(1.0, 0, 0), C=(1.0, 0, 0))
+            + step(0.05, 0.5, weight((0, 0, -10.0)) + weight((0, 0, -10.0), "C"))
+        )
+        with self.solve(tied) as result:
+            u = result.field("displacement")
+            np.testing.assert_allclose(u, np.tile([0.5, 0, -1.25], (len(u), 1)), atol=1e-10)
+
+
+class Refused(unittest.TestCase):
+    def refuse(self, deck, words, status=1, *options):
+        run = Run(deck, *options, name="d")
+        self.assertEqual(run.status, status, run.output + run.errors)
+        self.assertIn(words, run.errors)
+
+    def test_what_is_not_covered_is_named(self):
+        deck = slide(period=0.02)
+        self.refuse(deck.replace("*STEP\n", "*STEP, NLGEOM\n"), "*DYNAMIC does not cover NLGEOM")
+        self.refuse(deck, "an accuracy", 1, "--accuracy", "0.1")
+        self.refuse(deck, "--until-steady", 1, "--until-steady")
+        self.refuse(
+            deck.replace("*DENSITY\n1.\n", "").replace(weight((0, 0, -10.0)), ""),
+            "material M of element 1 has no *DENSITY",
+        )
+        self.refuse(deck.replace("-0.05", "-0.6"), "ALPHA must be from -0.5 to 0")
+        self.refuse(
+            deck.replace(
+                "*STEP", "*STEP\n*STATIC\n1., 1.\n*BOUNDARY\nB-ZMAX, 1, 3\n*END STEP\n*STEP"
+            ),
+            "takes a first step that is a *DYNAMIC",
+        )
+
+    def test_elements_with_contact_nodes_only_are_named(self):
+        deck = slide((3, 3, 1), period=0.02).replace(
+            "*SURFACE INTERACTION",
+            "*OBSTACLE, NAME=LID, TYPE=PLANE\n0., 0., 0.6, 0., 0., -1.\n*SURFACE INTERACTION",
+        ).replace("B-ZMIN, WALL\n", "B-ZMIN, WALL\nB-ZMAX, LID\n")
+        self.refuse(deck, "the body of element 1 has no others")
+
+
+if __name__ == "__main__":
+    unittest.main()
