@@ -106,7 +106,9 @@ contains
     type(energy_t), intent(inout) :: energy
     !! strain in, and as external work that of others than loads and supports in the increment
     type(edge_middles_t) :: middles
-    real(wp) :: u(3, scene%mesh%n_nodes), way(3), before(3), gain
+    real(wp), parameter :: nothing = 1.0e-12_wp
+    !! of the energy of bodies that went all their way in an increment: rounding of places [-]
+    real(wp) :: u(3, scene%mesh%n_nodes), way(3), before(3), gain, rounding
     integer :: i, k
 
     call find_edge_middles(scene, points, contact%weights, middles)
@@ -134,6 +136,10 @@ contains
         new%contact_work = new%contact_work + mean(1)*dot_product(contact%frame(:, 1, i), way)
       end associate
     end do
+    associate (step => scene%steps(own%step))
+      rounding = nothing*sum(nodal_masses(scene%mesh, own))*(maxval(abs(new%displacement))* &
+        step%n_increments/step%period)**2
+    end associate
     gain = new%kinetic_energy + energy%strain + new%dissipation - new%external_work - &
       new%begun_energy
     new%largest_energy = max(old%largest_energy, new%kinetic_energy + energy%strain, &
@@ -142,7 +148,7 @@ contains
     energy = energy_t(external_work=new%external_work, strain=energy%strain, &
       dissipation=new%dissipation, kinetic=new%kinetic_energy, contact=new%contact_work, &
       begun=new%begun_energy, balance=new%contact_work - gain, &
-      risen=ratio(gain - new%least_gain, new%largest_energy))
+      risen=ratio(gain - new%least_gain, max(new%largest_energy, rounding)))
   end subroutine balance_in_time
 
 end module own_inertia_mod

@@ -3,6 +3,7 @@ module prepare_scene_mod
   use kinds_mod, only: wp, i8
   use errors_mod, only: error_t
   use text_mod, only: string_t, to_text
+  use parallel_mod, only: n_ranks
   use cell_cuts_mod, only: can_be_cut
   use cells_mod, only: cells
   use fresh_file_mod, only: beginning_of
@@ -83,6 +84,11 @@ contains
     end if
     ! Likewise.
     beyond = beyond_dynamics(scene)
+    if (beyond == '' .and. any(scene%steps%is_dynamic)) then
+      if (options%symmetry) beyond = '--symmetry'
+      if (size(options%rigid) > 0) beyond = '--as-rigid'
+      if (n_ranks() > 1) beyond = 'several ranks'
+    end if
     if (beyond /= '') then
       call refuse_option('*DYNAMIC does not cover '//beyond, error)
       return

@@ -241,9 +241,11 @@ contains
         words = 'they pull the body off what it touches: a pressure is positive into the body, '// &
           'and forces point along the axes; is a sign wrong?'
       else if (size(scene%pairs) > 0) then
-        words = 'supports (*BOUNDARY), contact or friction must hold this motion'
+        words = 'supports (*BOUNDARY), contact or friction must hold this motion; a *DYNAMIC '// &
+          'step lets it go'
       else
-        words = 'supports (*BOUNDARY) or a *CONTACT PAIR must hold this motion'
+        words = 'supports (*BOUNDARY) or a *CONTACT PAIR must hold this motion; a *DYNAMIC '// &
+          'step lets it go'
       end if
     end function what_would_balance
 
@@ -594,7 +596,8 @@ contains
     if (report%energy%risen <= most) return
     call raise_at(increment, error, 'contact and the scheme in time have given the bodies '// &
       percent(report%energy%risen)//' of their largest energy, and in nature they give none: '// &
-      'smaller increments give less, and an ALPHA of *DYNAMIC below 0 takes some')
+      'increments no longer than an element over the speed of sound give less, and an ALPHA of '// &
+      '*DYNAMIC below 0 takes some')
   end subroutine refuse_gained_energy
 
   !> An equilibrium that the least disturbance leaves is not what a body does.

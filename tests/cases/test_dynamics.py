@@ -318,7 +318,8 @@ class Refused(unittest.TestCase):
         deck = slide(period=0.02)
         self.refuse(deck.replace("*STEP\n", "*STEP, NLGEOM\n"), "*DYNAMIC does not cover NLGEOM")
         self.refuse(deck, "an accuracy", 1, "--accuracy", "0.1")
-        self.refuse(deck, "--until-steady", 1, "--until-steady")
+        for option in (("--until-steady",), ("--symmetry",), ("--as-rigid", "B")):
+            self.refuse(deck, option[0], 1, *option)
         self.refuse(
             deck.replace("*DENSITY\n1.\n", "").replace(weight((0, 0, -10.0)), ""),
             "material M of element 1 has no *DENSITY",
