@@ -384,6 +384,8 @@ contains
     is_alike(0) = .false.
     do i = 1, size(scene%regions)
       associate (elements => scene%regions(i)%elements, g => gravity(12*i - 11:12*i))
+        ! Forces per volume are no weight.
+        if (scene%regions(i)%by_volume) cycle
         of_element(:, elements) = of_element(:, elements) + spread(g(:3), 2, size(elements))
         if (any(abs(g(4:)) > 0.0_wp)) is_alike(piece_of(elements)) = .false.
       end associate
@@ -408,7 +410,8 @@ contains
     end do
     do i = 1, size(scene%regions)
       associate (elements => scene%regions(i)%elements, g => gravity(12*i - 11:12*i))
-        if (any(abs(g(:3)) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials, &
+        if (scene%regions(i)%by_volume) cycle
+        if (any(abs(g(:3)) > 0.0_wp)) call gravity_force(scene%mesh, scene%materials%density, &
           pack(elements, is_alike(piece_of(elements))), g(:3), spread(spread(0.0_wp, 1, 3), 2, 3), &
           scene%mesh%coordinates, consistent)
       end associate
