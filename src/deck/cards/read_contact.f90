@@ -21,7 +21,7 @@ module read_contact_mod
   use read_surface_behavior_mod, only: is_tied
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
     surface_list_t
-  use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair
+  use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair, divide_self
   use scene_mod, only: contact_pair_t
   use sets_mod, only: find_set, model_t
   use text_mod, only: counted, string_t, to_text
@@ -106,6 +106,10 @@ contains
       if (allocated(pair%left_open)) deallocate (pair%left_open)
       call find_slave(reader, model, fields, surfaces, obstacles, pair)
       call find_master(reader, model, fields, surfaces, obstacles, pair)
+      if (pair%surface > 0 .and. pair%surface == pair%master_surface) then
+        pair%master_surface = 0
+        if (is_sound) call divide_self(reader, model, surfaces, fields%start, pair)
+      end if
       if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
         reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_obstacle_pair(reader, &
@@ -199,9 +203,7 @@ contains
     is_self = is_empty_field(fields, 2)
     if (.not. is_self) is_self = field_text(reader, fields, 1) == field_text(reader, fields, 2)
     if (is_self) then
-      call report(reader, fields%start, 'contact of a surface with itself is not available: a '// &
-        'pair needs a slave and a master that is another surface or an obstacle', 'give the '// &
-        'parts of the surface that may touch each other names of their own (*SURFACE)')
+      pair%master_surface = pair%surface
       return
     end if
     call name_field(reader, fields, 2, 'an obstacle or a surface', name, ok)
