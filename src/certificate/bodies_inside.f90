@@ -65,6 +65,7 @@ contains
         if (size(found) == 0) cycle
         if (.not. has_hull) hull = hull_of(scene, piece, x)
         has_hull = .true.
+        if (.not. is_closed(hull)) exit
         do k = 1, size(found)
           i = found(k)
           if (.not. is_in(hull, x(:, i))) cycle
@@ -256,6 +257,26 @@ contains
       end if
     end do
   end function hull_of
+
+  !> Whether faces enclose something: their area vectors add up to none. Of a part of a scene the
+  !> face that it is cut at is missing.
+  pure logical function is_closed(hull)
+    type(hull_t), intent(in) :: hull
+    real(wp), parameter :: rounding = 1.0e-6_wp !! and hanging nodes, of the whole area [-]
+    real(wp) :: area(3), total, one(3)
+    integer :: f
+
+    area = 0.0_wp
+    total = 0.0_wp
+    do f = 1, size(hull%corner, 3)
+      associate (c => hull%corner(:, :, f))
+        one = cross(c(:, 2) - c(:, 1), c(:, 3) - c(:, 1))
+      end associate
+      area = area + one
+      total = total + norm2(one)
+    end do
+    is_closed = norm2(area) <= rounding*total
+  end function is_closed
 
   !> The cell along y or z that a place is in.
   pure integer function cell_of(hull, place, k) result(cell)

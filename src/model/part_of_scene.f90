@@ -1,7 +1,7 @@
 !> A scene without some of its elements. Nodes stay, and keep their numbers; those that no element
 !> has any more are in no set, surface or output, and carry neither supports nor loads.
 module part_of_scene_mod
-  use connectivity_mod, only: some_elements, all_nodes_of_face
+  use connectivity_mod, only: some_elements, all_nodes_of_face, corners_in
   use mesh_mod, only: find_bodies
   use surfaces_mod, only: surface_t, bare_nodes
   use obstacles_mod, only: ref_nodes
@@ -39,7 +39,8 @@ contains
       call find_bodies(mesh, scene%constraints)
       is_left_out = had .and. mesh%piece == 0
       if (allocated(mesh%skin)) mesh%skin = mesh%skin(:, pack([(i, i=1, size(mesh%skin, 2))], &
-        mesh%piece(mesh%skin(1, :)) > 0))
+        [(all(mesh%piece(mesh%skin(:corners_in(mesh%skin(:, i)), i)) > 0), i=1, &
+        size(mesh%skin, 2))]))
       is_left_out(ref_nodes(scene%obstacles)) = .false.
     end associate
     do i = 1, size(scene%surfaces)
