@@ -325,8 +325,8 @@ contains
     if (step%is_dynamic) then
       step%increment = min(step%increment, step%largest)
     else if (step%largest < huge(1.0_wp) .and. step%direct) then
-      call note(reader, 'the largest increment of *STATIC is ignored: DIRECT keeps increments as '// &
-        'they are')
+      call note(reader, 'the largest increment of *STATIC is ignored: DIRECT keeps increments '// &
+        'as they are')
     end if
     if (all(ok)) then
       if (step%increment > step%period*(1.0_wp + 1.0e-12_wp)) then
