@@ -44,7 +44,7 @@ contains
 
     length = whole_increment
     if (step%direct) return
-    most = step%n_increments*min(step%largest/step%period, 1.0_wp/least_of_step)
+    most = step%n_increments*(min(step%largest, step%period/least_of_step)/step%period)
     do while (2*length <= most*whole_increment)
       length = 2*length
     end do
