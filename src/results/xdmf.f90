@@ -119,8 +119,8 @@ contains
     integer, intent(in) :: nodes(:) !! of all elements, element by element
     integer, allocatable :: numbers(:)
     integer :: e, n, first
-    integer, parameter :: vtk(8) = [10, 14, 13, 12, 24, 27, 26, 25]
-    integer, parameter :: xdmf(8) = [6, 7, 8, 9, 38, 39, 40, 48]
+    integer, parameter :: vtk(*) = [10, 14, 13, 12, 24, 27, 26, 25]
+    integer, parameter :: xdmf(*) = [6, 7, 8, 9, 38, 39, 40, 48]
 
     allocate (numbers(size(cell) + size(nodes)))
     n = 0

@@ -43,7 +43,6 @@ class Checked(unittest.TestCase):
             self.assertIn(words, error)
         for lines, words in (
             ("*FRICTION, USER\n", "*FRICTION, USER is not available"),
-            ("*FRICTION, ANISOTROPIC\n", "*FRICTION, ANISOTROPIC is not available"),
             ("*MPC, USER\n1, 1, 2\n", "*MPC, USER is not available"),
             ("*MPC\nSLIDER, 1, 2, 3\n", "*MPC: 'SLIDER' is not available"),
         ):

@@ -109,11 +109,6 @@ contains
     real(wp) :: most
     logical :: found, ok, is_rough, has_most, falls
 
-    if (has_option(card, 'ANISOTROPIC')) then
-      call report(reader, option_position(card, 'ANISOTROPIC'), &
-        '*FRICTION, ANISOTROPIC is not available', 'one coefficient holds in all directions')
-      return
-    end if
     call allow_options(reader, card, 'USER')
     if (has_option(card, 'USER')) then
       call report(reader, option_position(card, 'USER'), '*FRICTION, USER is not available', &
