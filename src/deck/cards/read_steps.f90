@@ -56,6 +56,7 @@ contains
     type(temperature_draft_t) :: temperatures
     type(card_t) :: card
     integer :: k, s, static_of, position
+    type(card_t) :: of_step
     integer :: renewed(reader%n_steps) !! where a step says *BOUNDARY, OP=NEW first, or 0
     logical :: forget
     character(*), parameter :: second = 'a second *STATIC or *DYNAMIC in this step'
@@ -76,6 +77,7 @@ contains
       case ('STEP')
         call finish_step()
         s = reader%cards(k)%step
+        of_step = card
         position = card%position
         call read_step_options(reader, card, s == 1, finite_strain)
         if (s == 1) then
@@ -92,12 +94,15 @@ contains
         ! Equilibrium takes no artificial damping, of which STABILIZE and those beside it are.
         call allow_options(reader, card)
         call flag_option(reader, card, 'DIRECT', steps(s)%direct)
+        call check_amplitude(reader, of_step, 1, 'loads ramp over a step')
         call read_times(reader, card, steps(s))
       case ('DYNAMIC')
         if (static_of == s) call report(reader, card%position, second)
         static_of = s
         call allow_options(reader, card)
         call read_scheme(reader, card, size(pairs) > 0, steps(s))
+        call check_amplitude(reader, of_step, 2, &
+          'loads of *DYNAMIC act at once as the step begins')
         call read_times(reader, card, steps(s))
       case ('END STEP')
         call allow_options(reader, card)
@@ -254,8 +259,7 @@ contains
     type(card_t), intent(in) :: card
     logical, intent(in) :: is_first
     logical, intent(inout) :: finite_strain !! of the step before; of this one
-    integer :: choice
-    logical :: ok, nonlinear, perturbation, is_auto
+    logical :: nonlinear, perturbation, is_auto
     character(:), allocatable :: hint
 
     call allow_options(reader, card)
@@ -290,11 +294,22 @@ contains
     if (.not. is_first) hint = '--static-steps runs the steps before it'
     if (perturbation) call report(reader, option_position(card, 'PERTURBATION'), &
       'PERTURBATION steps are not available', hint)
-    choice = 1
-    call choice_option(reader, card, 'AMPLITUDE', choice, ok)
-    if (choice == 2) call report(reader, option_position(card, 'AMPLITUDE'), &
-      'loads ramp over a step; for anything else use *AMPLITUDE')
   end subroutine read_step_options
+
+  !> Refuse an AMPLITUDE of *STEP, 1: RAMP, 2: STEP, that is not what its loads do.
+  subroutine check_amplitude(reader, card, does, words)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card    !! *STEP
+    integer, intent(in) :: does
+    character(*), intent(in) :: words   !! what they do
+    integer :: choice
+    logical :: ok
+
+    choice = does
+    call choice_option(reader, card, 'AMPLITUDE', choice, ok)
+    if (choice /= does) call report(reader, option_position(card, 'AMPLITUDE'), &
+      words//'; for anything else use *AMPLITUDE')
+  end subroutine check_amplitude
 
   !> The line of *STATIC or *DYNAMIC: increment, period, smallest and largest increment
   subroutine read_times(reader, card, step)
