@@ -14,7 +14,7 @@ module condense_contact_mod
   use dependent_rows_mod, only: find_dependent_rows
   use sparse_rows_mod, only: rows_t
   use transfer_mod, only: make_transfer, compliance_of_rows, movable, rows_of_points, &
-    motions_at_rows, stiffness_left, stiffness_left_nearby, give_way
+    motions_at_rows, stiffness_left, give_way
   use solutions_map_mod, only: map_of_rows
   use compliance_map_mod, only: compliance_map_t
   use held_body_mod, only: hold_body
@@ -81,7 +81,8 @@ contains
     if (body%inverse%is_condensed) then
       rows%left = stiffness_left(body%inverse%map, points, rows%transfer, body%inverse%compliance)
     else
-      rows%left = stiffness_left_nearby(body%inverse%map, points, rows%transfer, body%flexibility)
+      rows%left = stiffness_left(body%inverse%map, points, rows%transfer, flexibility=body% &
+        flexibility)
     end if
     do i = 1, size(contact%group)
       if (any(points%is_curved(contact%group(i)%point)) .neqv. present(near)) cycle

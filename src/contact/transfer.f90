@@ -30,7 +30,7 @@ module transfer_mod
 
   public :: relative_motion, nodal_forces, gap_at, movable, note_freedom, rows_of_points, &
     motion_of_point, motions_at_rows, make_transfer, compliance_of_rows, &
-    stiffness_left, give_way, stiffness_left_nearby
+    stiffness_left, give_way
 
   real(wp), parameter :: rounding = 1.0e-12_wp !! of a motion, whose pin moves by 1: none
 
@@ -428,37 +428,30 @@ contains
   end function at_point
 
   !> What is left of the stiffness of a pair's slave nodes where the master gives way beneath them:
-  !> the mean over its points of tr C_ii/tr W_ii, C_ii of the slave node alone. 1 where no node of
-  !> the master is on the interface.
-  pure function stiffness_left(map, points, transfer, c) result(left)
+  !> the mean over its points of tr C_ii/tr W_ii, C_ii of the slave node alone, or by what stands
+  !> near. 1 where no node of the master is on the interface.
+  pure function stiffness_left(map, points, transfer, c, flexibility) result(left)
     type(dof_map_t), intent(in) :: map
     type(contact_points_t), intent(in) :: points
     type(rows_t), intent(in) :: transfer
-    type(block_diagonal_t), intent(in) :: c    !! compliance of the interface [length/force]
+    type(block_diagonal_t), intent(in), optional :: c !! compliance of the interface [length/force]
+    real(wp), intent(in), optional :: flexibility(:)
+    !! (n_interface) where there is none: of what stands near [length/force]
     real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
     real(wp) :: of_slave, of_both
-    integer :: pair, i, a, k, l, n, equation(3)
+    integer :: pair, i, n, equation(3)
 
     left = 1.0_wp
     do pair = 1, size(left)
       n = 0
       do i = points%first(pair), points%first(pair + 1) - 1
         equation = interface_equations_of(map, points%node(i))
-        associate (first => transfer%first(3*i - 2), last => transfer%first(3*i + 1) - 1)
-          if (last - first + 1 == count(equation > 0)) cycle
-        end associate
-        of_slave = 0.0_wp
-        of_both = 0.0_wp
-        do a = 1, 3
-          if (equation(a) == 0) cycle
-          of_slave = of_slave + entry_of(c, equation(a), equation(a))
-          do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-            do l = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
-              of_both = of_both + transfer%value(k)*transfer%value(l)* &
-                entry_of(c, transfer%column(k), transfer%column(l))
-            end do
-          end do
-        end do
+        if (present(flexibility)) then
+          of_slave = sum(flexibility(pack(equation, equation > 0)))
+          of_both = sum(flexibility_of_point(transfer, flexibility, i), mask=equation > 0)
+        else
+          call soften(i, equation, of_slave, of_both)
+        end if
         if (.not. min(of_slave, of_both) > 0.0_wp) cycle
         if (n == 0) left(pair) = 0.0_wp
         n = n + 1
@@ -466,6 +459,30 @@ contains
       end do
       if (n > 0) left(pair) = left(pair)/real(n, wp)
     end do
+
+  contains
+
+    !> tr C_ii and tr W_ii of a point; 0 where its rows are of the slave node alone.
+    pure subroutine soften(i, equation, of_slave, of_both)
+      integer, intent(in) :: i, equation(3)
+      real(wp), intent(out) :: of_slave, of_both
+      integer :: a, k, l
+
+      of_slave = 0.0_wp
+      of_both = 0.0_wp
+      if (transfer%first(3*i + 1) - transfer%first(3*i - 2) == count(equation > 0)) return
+      do a = 1, 3
+        if (equation(a) == 0) cycle
+        of_slave = of_slave + entry_of(c, equation(a), equation(a))
+        do k = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
+          do l = transfer%first(3*(i - 1) + a), transfer%first(3*(i - 1) + a + 1) - 1
+            of_both = of_both + transfer%value(k)*transfer%value(l)* &
+              entry_of(c, transfer%column(k), transfer%column(l))
+          end do
+        end do
+      end do
+    end subroutine soften
+
   end function stiffness_left
 
   !> How far the rows of the points give way to their own unknowns alone, those of the master among
@@ -502,31 +519,5 @@ contains
       end associate
     end do
   end function flexibility_of_point
-
-  !> `stiffness_left` where there is no compliance, by what stands near.
-  pure function stiffness_left_nearby(map, points, transfer, flexibility) result(left)
-    type(dof_map_t), intent(in) :: map
-    type(contact_points_t), intent(in) :: points
-    type(rows_t), intent(in) :: transfer
-    real(wp), intent(in) :: flexibility(:)     !! (n_interface) [length/force]
-    real(wp) :: left(size(points%first) - 1)   !! (n_pairs) [-]
-    real(wp) :: of_slave, of_both
-    integer :: pair, i, n, equation(3)
-
-    left = 1.0_wp
-    do pair = 1, size(left)
-      n = 0
-      do i = points%first(pair), points%first(pair + 1) - 1
-        equation = interface_equations_of(map, points%node(i))
-        of_slave = sum(flexibility(pack(equation, equation > 0)))
-        of_both = sum(flexibility_of_point(transfer, flexibility, i), mask=equation > 0)
-        if (.not. min(of_slave, of_both) > 0.0_wp) cycle
-        if (n == 0) left(pair) = 0.0_wp
-        n = n + 1
-        left(pair) = left(pair) + of_slave/of_both
-      end do
-      if (n > 0) left(pair) = left(pair)/real(n, wp)
-    end do
-  end function stiffness_left_nearby
 
 end module transfer_mod

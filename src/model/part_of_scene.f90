@@ -103,17 +103,9 @@ contains
 
   subroutine drop_empty(sets)
     type(named_set_t), allocatable, intent(inout) :: sets(:)
-    type(named_set_t), allocatable :: left(:)
-    integer :: i, n
+    integer :: i
 
-    allocate (left(count([(size(sets(i)%members) > 0, i=1, size(sets))])))
-    n = 0
-    do i = 1, size(sets)
-      if (size(sets(i)%members) == 0) cycle
-      n = n + 1
-      left(n) = sets(i)
-    end do
-    call move_alloc(left, sets)
+    sets = sets(pack([(i, i=1, size(sets))], [(size(sets(i)%members) > 0, i=1, size(sets))]))
   end subroutine drop_empty
 
   !> What is printed of what is kept.
@@ -121,8 +113,7 @@ contains
     integer, intent(in) :: number(:)
     logical, intent(in) :: is_left_out(:) !! (n_nodes)
     type(print_t), allocatable, intent(inout) :: prints(:)
-    type(print_t), allocatable :: left(:)
-    integer :: i, n
+    integer :: i
 
     do i = 1, size(prints)
       if (prints(i)%of_springs) cycle ! all are kept
@@ -133,16 +124,8 @@ contains
         prints(i)%summed = pack(prints(i)%summed, .not. is_left_out(prints(i)%summed))
       end if
     end do
-    n = count([(size(prints(i)%members) > 0, i=1, size(prints))])
-    if (n == size(prints)) return
-    allocate (left(n))
-    n = 0
-    do i = 1, size(prints)
-      if (size(prints(i)%members) == 0) cycle
-      n = n + 1
-      left(n) = prints(i)
-    end do
-    call move_alloc(left, prints)
+    prints = prints(pack([(i, i=1, size(prints))], [(size(prints(i)%members) > 0, &
+      i=1, size(prints))]))
   end subroutine keep_prints
 
   !> Supports, forces and temperatures of nodes that are kept.

@@ -134,13 +134,9 @@ contains
       if (entries%at_end%depth > watch%deepest%depth) watch%deepest = entries%at_end
       call refuse_missed_contact(scene, increment, entries, error)
       if (allocated(error)) return
-      ! Within a *STEP surfaces may be on their way to each other's nodes.
-      if (increment%last_of_step) call judge_overlap(scene, plan, solver%choices%tolerance, &
-        solved, notes, error)
+      call judge_overlap(scene, plan, solver%choices%tolerance, solved, notes, error)
       if (allocated(error)) return
       if (is_dynamic) call refuse_gained_energy(increment, report, error)
-      if (allocated(error)) return
-      call judge_bodies(scene, plan, solver%choices%tolerance, solved, notes, error)
       if (allocated(error)) return
       if (.not. is_dynamic) call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
@@ -249,7 +245,8 @@ contains
     end if
   end subroutine judge_laws
 
-  !> Surfaces that overlap where nothing presses: a contact that is missed, or something to say.
+  !> Surfaces that overlap, or bodies inside each other, where nothing presses: a contact that is
+  !> missed, or something to say.
   subroutine judge_overlap(scene, plan, tolerance, solved, notes, error)
     type(scene_t), intent(in) :: scene
     type(plan_t), intent(in) :: plan
@@ -258,50 +255,42 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(face_entry_t) :: unfelt
+    type(inside_t) :: inside
     real(wp), allocatable :: places(:, :) !! (3,n_nodes) of faces [length]
     real(wp) :: allowed(size(scene%pairs)) !! [length]
+    real(wp) :: least                      !! [length]
     logical :: is_missed
 
-    places = scene%mesh%coordinates
-    associate (u => solved%state%displacement)
-      allowed = least_overlap(scene, tolerance, u)
-      if (is_linear(scene)) then
-        allowed = allowed + turns_of_pairs(scene, u)
+    associate (u => solved%state%displacement, increment => solved%increment)
+      least = least_overlap(scene, tolerance, u)
+      ! Within a *STEP surfaces may be on their way to each other's nodes.
+      if (increment%last_of_step) then
+        places = scene%mesh%coordinates
+        allowed = least
+        if (is_linear(scene)) then
+          allowed = allowed + turns_of_pairs(scene, u)
+        else
+          places = places + u
+        end if
+        call find_unfelt_overlap(scene, plan%points, solved%report%contact, &
+          hollows_of_pairs(scene, places), allowed, unfelt, is_missed)
+        if (is_missed) then
+          call refuse_unfelt_overlap(scene, increment, unfelt, error)
+          return
+        end if
+        call note_unfelt(scene, increment, unfelt, notes)
+      end if
+      ! Where everything may touch none is on its way: what is inside has passed a surface.
+      if (.not. (allocated(scene%may_overlap) .or. increment%last_of_step)) return
+      inside = find_inside(scene, plan%points, u, least)
+      if (inside%node == 0) return
+      if (allocated(scene%may_overlap)) then
+        call refuse_inside(scene, increment, inside, error)
       else
-        places = places + u
+        call note_inside(scene, increment, inside, notes)
       end if
     end associate
-    call find_unfelt_overlap(scene, plan%points, solved%report%contact, hollows_of_pairs(scene, &
-      places), allowed, unfelt, is_missed)
-    if (is_missed) then
-      call refuse_unfelt_overlap(scene, solved%increment, unfelt, error)
-    else
-      call note_unfelt(scene, solved%increment, unfelt, notes)
-    end if
   end subroutine judge_overlap
-
-  !> Bodies inside each other without contact end the run where everything may touch; else there is
-  !> something to say at the end of a *STEP.
-  subroutine judge_bodies(scene, plan, tolerance, solved, notes, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    real(wp), intent(in) :: tolerance !! of contact [-]
-    type(solved_t), intent(in) :: solved
-    type(note_t), allocatable, intent(inout) :: notes(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(inside_t) :: inside
-
-    if (.not. (allocated(scene%may_overlap) .or. solved%increment%last_of_step)) return
-    associate (u => solved%state%displacement)
-      inside = find_inside(scene, plan%points, u, least_overlap(scene, tolerance, u))
-    end associate
-    if (inside%node == 0) return
-    if (allocated(scene%may_overlap)) then
-      call refuse_inside(scene, solved%increment, inside, error)
-    else
-      call note_inside(scene, solved%increment, inside, notes)
-    end if
-  end subroutine judge_bodies
 
   !> An overlap that is more than what tolerance and rounding leave.
   pure real(wp) function least_overlap(scene, tolerance, u) result(allowed)

@@ -50,11 +50,7 @@ contains
       end do
       if (y(1) > 0.0_wp) derivative(2:, 1) = slope*t
     end if
-    do i = 1, 3
-      dz_dx(:, i) = rho(i)*derivative(:, i)
-      dz_dr(:, i) = -derivative(:, i)
-      dz_dr(i, i) = dz_dr(i, i) + 1.0_wp
-    end do
+    call through_prediction(rho, derivative, dz_dr, dz_dx)
   end subroutine pseudopotential_residual
 
   !> The same of a point that supports drive along one tangent, or both, by a known slip: what is
@@ -68,7 +64,7 @@ contains
     real(wp), intent(out) :: dz_dr(3, 3) !! [-]
     real(wp), intent(out) :: dz_dx(3, 3) !! [force/length]
     real(wp) :: y(3), p, rho(3), radius, slope, derivative(3, 3), dp_dradius
-    integer :: i, a
+    integer :: a
 
     rho = [point%rho_n, point%rho_t, point%rho_t]
     y = r - rho*x
@@ -84,11 +80,22 @@ contains
       z(a) = r(a) - p
       if (y(1) > 0.0_wp) derivative(a, 1) = slope*dp_dradius
     end if
+    call through_prediction(rho, derivative, dz_dr, dz_dx)
+  end subroutine residual_beside_driven
+
+  !> Z = r - p(r - rho x): from the derivative of p to those of Z.
+  pure subroutine through_prediction(rho, derivative, dz_dr, dz_dx)
+    real(wp), intent(in)  :: rho(3)           !! [force/length]
+    real(wp), intent(in)  :: derivative(3, 3) !! [-]
+    real(wp), intent(out) :: dz_dr(3, 3)      !! [-]
+    real(wp), intent(out) :: dz_dx(3, 3)      !! [force/length]
+    integer :: i
+
     do i = 1, 3
       dz_dx(:, i) = rho(i)*derivative(:, i)
       dz_dr(:, i) = -derivative(:, i)
       dz_dr(i, i) = dz_dr(i, i) + 1.0_wp
     end do
-  end subroutine residual_beside_driven
+  end subroutine through_prediction
 
 end module pseudopotential_mod

@@ -68,8 +68,9 @@ contains
     if (is_map(problem%compliance)) then
       ! Sweeps, proximal steps and all that may follow read W.
       call solve_by_global_newton(problem, x_free, controls, r, report)
+      report%stages = 1
       if (report%converged .or. .not. is_warm) return
-      call start_newton_anew(problem, x_free, controls, r, report)
+      call start_anew(problem, x_free, controls, r, report)
       return
     end if
     select case (controls%solver)
@@ -96,7 +97,8 @@ contains
     end select
   end subroutine solve_contact
 
-  !> The stages of AUTO once more, from no reactions; its result stays only if it is better.
+  !> The stages of AUTO, or global Newton where it is all there is, once more from no reactions; the
+  !> result stays only if it is better.
   subroutine start_anew(problem, x_free, controls, r, report)
     type(contact_problem_t), intent(in) :: problem
     real(wp), intent(in) :: x_free(:)                 !! (n_rows) [length]
@@ -107,28 +109,15 @@ contains
     real(wp) :: trial(3, problem%n_points)
 
     trial = 0.0_wp
-    call solve_automatically(problem, x_free, controls, trial, here, .false.)
+    if (is_map(problem%compliance)) then
+      call solve_by_global_newton(problem, x_free, controls, trial, here)
+      here%stages = 1
+    else
+      call solve_automatically(problem, x_free, controls, trial, here, .false.)
+    end if
     if (here%residual < report%residual) r = trial
     call take_over(here, report)
   end subroutine start_anew
-
-  !> Global Newton once more, from no reactions.
-  subroutine start_newton_anew(problem, x_free, controls, r, report)
-    type(contact_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: x_free(:)                 !! (n_rows) [length]
-    type(contact_controls_t), intent(in) :: controls
-    real(wp), intent(inout) :: r(:, :)                !! (3,n_points) [force]
-    type(contact_report_t), intent(inout) :: report
-    type(contact_report_t) :: here
-    real(wp) :: trial(3, problem%n_points)
-
-    report%stages = 1
-    trial = 0.0_wp
-    call solve_by_global_newton(problem, x_free, controls, trial, here)
-    here%stages = 1
-    if (here%residual < report%residual) r = trial
-    call take_over(here, report)
-  end subroutine start_newton_anew
 
   !> The stages of AUTO.
   subroutine solve_automatically(problem, x_free, controls, r, report, is_first)

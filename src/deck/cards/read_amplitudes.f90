@@ -8,7 +8,7 @@
 module read_amplitudes_mod
   use cards_mod, only: keep_reading, reader_t, report
   use diagnostics_mod, only: quoted
-  use name_table_mod, only: add_name, close_directory, name_table_t, find_named, open_directory
+  use name_table_mod, only: add_named, close_directory, name_table_t, find_named, open_directory
   use fields_mod, only: any_number, field_position, field_text, fields_t, integer_field, &
     is_empty_field, next_data_line, real_field
   use growing_lists_mod, only: enlarge
@@ -43,16 +43,13 @@ contains
     type(card_t) :: card
     character(:), allocatable :: name
     integer :: k, n
-    logical :: ok
 
-    n = count(reader%cards(:reader%n_cards)%keyword == 'AMPLITUDE')
+    call open_directory(reader, 'AMPLITUDE', 'amplitude', amplitudes%names, n)
     allocate (amplitudes%list(n))
-    call open_directory('amplitude', n, amplitudes%names)
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'AMPLITUDE') cycle
       call open_card(reader, k, card)
-      call name_option(reader, card, 'NAME', .true., name, ok)
-      call add_name(amplitudes%names, name, card%position)
+      call add_named(reader, card, amplitudes%names, name)
       n = amplitudes%names%n
       amplitudes%list(n)%name = name
       call read_amplitude(reader, card, amplitudes%list(n))

@@ -6,13 +6,13 @@
 module read_interactions_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use name_table_mod, only: add_name, close_directory, name_table_t, find_owner, open_directory
+  use name_table_mod, only: add_named, close_directory, name_table_t, find_owner, open_directory
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use friction_laws_mod, only: friction_law_t
   use kinds_mod, only: wp
-  use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, &
-    name_option, open_card, option_position, real_option
+  use options_mod, only: allow_no_data, allow_options, card_t, flag_option, has_option, open_card, &
+    option_position, real_option
   use read_surface_behavior_mod, only: is_tied, stays_closed
   use scene_mod, only: contact_pair_t
   use text_mod, only: to_text
@@ -40,10 +40,8 @@ contains
     logical, allocatable :: has_friction(:)
     character(:), allocatable :: name
     integer :: k, n
-    logical :: ok
 
-    n = count(reader%cards(:reader%n_cards)%keyword == 'SURFACE INTERACTION')
-    call open_directory('surface interaction', n, interactions%names)
+    call open_directory(reader, 'SURFACE INTERACTION', 'surface interaction', interactions%names, n)
     allocate (interactions%mu(n), source=0.0_wp)
     allocate (interactions%law(n))
     allocate (has_friction(n), source=.false.)
@@ -51,12 +49,11 @@ contains
       if (reader%cards(k)%keyword == 'SURFACE INTERACTION') then
         call open_card(reader, k, card)
         call allow_options(reader, card)
-        call name_option(reader, card, 'NAME', .true., name, ok)
-        call add_name(interactions%names, name, card%position)
+        call add_named(reader, card, interactions%names, name)
         call skip_thickness(reader, card)
       else if (reader%cards(k)%keyword == 'FRICTION' .and. reader%cards(k)%step == 0) then
         call open_card(reader, k, card)
-        call find_owner(reader, interactions%names, 'SURFACE INTERACTION', card, has_friction, n)
+        call find_owner(reader, interactions%names, card, has_friction, n)
         if (n > 0) call read_friction(reader, card, interactions%mu(n), interactions%law(n))
       end if
     end do

@@ -15,7 +15,7 @@
 module read_obstacles_mod
   use cards_mod, only: note, reader_t, report
   use diagnostics_mod, only: quoted
-  use name_table_mod, only: add_name, close_directory, name_table_t, open_directory
+  use name_table_mod, only: add_named, close_directory, name_table_t, open_directory
   use fields_mod, only: field_position, fields_t, next_data_line, node_option, real_field
   use kinds_mod, only: wp
   use lookup_mod, only: find_id
@@ -57,17 +57,15 @@ contains
     integer :: k, n, kind
     logical :: ok
 
-    n = count(reader%cards(:reader%n_cards)%keyword == 'OBSTACLE') + &
-      count([(is_analytical(reader, k), k=1, reader%n_cards)])
+    call open_directory(reader, 'OBSTACLE', 'obstacle', names, n, &
+      others=count([(is_analytical(reader, k), k=1, reader%n_cards)]))
     allocate (obstacles(n))
-    call open_directory('obstacle', n, names)
     do k = 1, reader%n_cards
       if (is_analytical(reader, k)) call read_analytical_one()
       if (reader%cards(k)%keyword /= 'OBSTACLE') cycle
       call open_card(reader, k, card)
       call allow_options(reader, card)
-      call name_option(reader, card, 'NAME', .true., name, ok)
-      call add_name(names, name, card%position)
+      call add_named(reader, card, names, name)
       obstacles(names%n)%name = name
       call read_reference_node(reader, card, 'an obstacle', model, obstacles(names%n)%ref_node)
       call flag_option(reader, card, 'INNER', obstacles(names%n)%inner)
@@ -102,8 +100,7 @@ contains
       integer :: i
 
       call open_card(reader, k, card)
-      call name_option(reader, card, 'NAME', .true., name, ok)
-      call add_name(names, name, card%position)
+      call add_named(reader, card, names, name)
       associate (obstacle => obstacles(names%n))
         obstacle%name = name
         call read_analytical(reader, card, model%mesh, obstacle)

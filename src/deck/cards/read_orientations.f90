@@ -15,8 +15,8 @@ module read_orientations_mod
     is_empty_field, next_data_line, real_field
   use kinds_mod, only: wp
   use mesh_draft_mod, only: axisymmetric, solids
-  use name_table_mod, only: add_name, close_directory, find_named, name_table_t, open_directory
-  use options_mod, only: allow_options, card_t, choice_option, name_option, open_card
+  use name_table_mod, only: add_named, close_directory, find_named, name_table_t, open_directory
+  use options_mod, only: allow_options, card_t, choice_option, open_card
   use orientations_mod, only: cylindrical, has_directions, orientation_t, rectangular
   implicit none
   private
@@ -41,18 +41,15 @@ contains
     type(card_t) :: card
     character(:), allocatable :: name
     integer :: k, n
-    logical :: ok
 
-    n = count(reader%cards(:reader%n_cards)%keyword == 'ORIENTATION')
-    call open_directory('orientation', n, orientations%names)
+    call open_directory(reader, 'ORIENTATION', 'orientation', orientations%names, n)
     allocate (orientations%card(n), orientations%list(n), orientations%is_read(n))
     orientations%is_read = .false.
     allocate (orientations%of(2, 0))
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'ORIENTATION') cycle
       call open_card(reader, k, card)
-      call name_option(reader, card, 'NAME', .true., name, ok)
-      call add_name(orientations%names, name, card%position)
+      call add_named(reader, card, orientations%names, name)
       orientations%card(orientations%names%n) = k
     end do
     call close_directory(reader, orientations%names)

@@ -45,13 +45,14 @@ contains
       if (.not. any(reader%cards(k)%keyword == ['NODE PRINT', 'EL PRINT  '])) cycle
       call open_card(reader, k, card)
       print = print_t(of_elements=card%keyword == 'EL PRINT')
+      call allow_options(reader, card)
+      call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
+      if (print%frequency == 0) cycle
       if (print%of_elements) then
         call read_element_options(reader, card, print)
-        if (print%frequency == 0) cycle
         call read_set(reader, card, model, model%element_sets, springs, print, chosen, ok)
       else
         call read_node_options(reader, card, print)
-        if (print%frequency == 0) cycle
         call read_set(reader, card, model, model%node_sets, springs, print, chosen, ok)
       end if
       call read_variables(reader, card, print, any_name)
@@ -90,8 +91,6 @@ contains
     integer :: choice
     logical :: ok
 
-    call allow_options(reader, card)
-    call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
     choice = 1
     call choice_option(reader, card, 'TOTALS', choice, ok)
     print%totals = choice > 1
@@ -105,8 +104,6 @@ contains
     integer :: choice
     logical :: ok
 
-    call allow_options(reader, card)
-    call integer_option(reader, card, 'FREQUENCY', 0, huge(1), print%frequency, ok)
     choice = 1
     call choice_option(reader, card, 'POSITION', choice, ok)
     print%at_gauss_points = choice == 1

@@ -13,7 +13,7 @@
 module read_properties_mod
   use cards_mod, only: note, reader_t, report, report_in_field, report_missing_element
   use diagnostics_mod, only: quoted
-  use name_table_mod, only: add_name, close_directory, name_table_t, find_named, find_owner, &
+  use name_table_mod, only: add_named, close_directory, name_table_t, find_named, find_owner, &
     open_directory
   use fields_mod, only: any_number, end_data, field_position, field_text, fields_t, &
     is_empty_field, next_data_line, real_field
@@ -71,10 +71,8 @@ contains
     character(:), allocatable :: name
     logical, allocatable :: elastic(:), dense(:), expands(:), yields(:)
     integer :: k, n
-    logical :: ok
 
-    n = count(reader%cards(:reader%n_cards)%keyword == 'MATERIAL')
-    call open_directory('material', n, names)
+    call open_directory(reader, 'MATERIAL', 'material', names, n)
     allocate (materials(n), elastic(n), dense(n), expands(n), yields(n))
     yields = .false.
     elastic = .false.
@@ -86,20 +84,19 @@ contains
         call open_card(reader, k, card)
         call allow_options(reader, card)
         call allow_no_data(reader, card)
-        call name_option(reader, card, 'NAME', .true., name, ok)
-        call add_name(names, name, card%position)
+        call add_named(reader, card, names, name)
         materials(names%n)%name = name
       case ('ELASTIC')
         call open_card(reader, k, card)
-        call find_owner(reader, names, 'MATERIAL', card, elastic, n)
+        call find_owner(reader, names, card, elastic, n)
         if (n > 0) call read_elastic(reader, card, materials(n))
       case ('HYPERELASTIC')
         call open_card(reader, k, card)
-        call find_owner(reader, names, 'MATERIAL', card, elastic, n)
+        call find_owner(reader, names, card, elastic, n)
         if (n > 0) call read_hyperelastic(reader, card, materials(n))
       case ('HYPERFOAM')
         call open_card(reader, k, card)
-        call find_owner(reader, names, 'MATERIAL', card, elastic, n)
+        call find_owner(reader, names, card, elastic, n)
         if (n > 0) call read_hyperfoam(reader, card, materials(n))
       case ('ANISOTROPIC HYPERELASTIC', 'USER MATERIAL', 'DEFORMATION PLASTICITY')
         ! Refused: the material has a law, though not one that is read.
@@ -107,15 +104,15 @@ contains
       case ('PLASTIC')
         if (reader%cards(k)%is_refused) cycle
         call open_card(reader, k, card)
-        call find_owner(reader, names, 'MATERIAL', card, yields, n)
+        call find_owner(reader, names, card, yields, n)
         if (n > 0) call read_yield(reader, card, materials(n))
       case ('DENSITY')
         call open_card(reader, k, card)
-        call find_owner(reader, names, 'MATERIAL', card, dense, n)
+        call find_owner(reader, names, card, dense, n)
         if (n > 0) call read_density(reader, card, materials(n)%density)
       case ('EXPANSION')
         call open_card(reader, k, card)
-        call find_owner(reader, names, 'MATERIAL', card, expands, n)
+        call find_owner(reader, names, card, expands, n)
         if (n > 0) call read_expansion(reader, card, materials(n)%expansion)
       case default
         cycle
