@@ -1,6 +1,9 @@
 """check_commit.py asks for a short subject and a body, and for nothing of what Git writes."""
 
+import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 
 from check_commit import CUT, SUBJECT, complaints
 
@@ -24,6 +27,19 @@ class Messages(unittest.TestCase):
             found = complaints(message)
             self.assertEqual(len(found), 1, message)
             self.assertIn(words, found[0])
+
+    def test_the_hook_of_the_repository(self):
+        """Git refuses the commit whose message makes it end with a status that is not 0."""
+        root = Path(__file__).resolve().parents[2]
+        for message, status in (("Subject\n", 1), ("Subject\n\nWhy.\n", 0)):
+            with tempfile.NamedTemporaryFile("w", suffix="MSG") as file:
+                file.write(message)
+                file.flush()
+                done = subprocess.run(
+                    [root / ".githooks" / "commit-msg", file.name],
+                    cwd=root, capture_output=True, text=True, check=False,
+                )  # fmt: skip
+            self.assertEqual(done.returncode, status, done.stderr)
 
 
 if __name__ == "__main__":
