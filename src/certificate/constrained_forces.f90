@@ -10,7 +10,7 @@ module constrained_forces_mod
   implicit none
   private
 
-  public :: torn, hand_over
+  public :: torn, hand_over, hand_down, mark_masters
 
 contains
 
@@ -95,5 +95,51 @@ contains
     end function some_left
 
   end subroutine hand_over
+
+  !> Let what depends move as its masters do, again and again where these depend in their turn.
+  pure subroutine hand_down(constraints, prescribed, moves)
+    type(constraints_t), intent(in) :: constraints
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes) held by supports
+    real(wp), intent(inout) :: moves(:, :)  !! (3,n_nodes) displacements, or their rates
+    real(wp) :: before(3, size(moves, 2))
+    integer :: c, k, round
+
+    associate (all => constraints)
+      do round = 1, all%n
+        before = moves
+        do c = 1, all%n
+          associate (here => moves(all%dof(c), all%node(c)))
+            if (prescribed(all%dof(c), all%node(c))) cycle
+            here = 0.0_wp
+            do k = all%first(c), all%first(c + 1) - 1
+              here = here + all%weight(k)*moves(all%master_dof(k), all%master(k))
+            end do
+          end associate
+        end do
+        if (.not. any(abs(moves - before) > 0.0_wp)) exit
+      end do
+    end associate
+  end subroutine hand_down
+
+  !> Mark also what marked degrees of freedom depend on, again and again.
+  pure subroutine mark_masters(constraints, prescribed, marked)
+    type(constraints_t), intent(in) :: constraints
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes) held by supports
+    logical, intent(inout) :: marked(:, :)  !! (3,n_nodes)
+    integer :: c, k, n_before
+
+    associate (all => constraints)
+      do
+        n_before = count(marked)
+        do c = 1, all%n
+          if (prescribed(all%dof(c), all%node(c)) .or. .not. marked(all%dof(c), all%node(c))) cycle
+          do k = all%first(c), all%first(c + 1) - 1
+            marked(all%master_dof(k), all%master(k)) = .true.
+          end do
+        end do
+        if (count(marked) == n_before) exit
+      end do
+    end associate
+  end subroutine mark_masters
 
 end module constrained_forces_mod

@@ -10,7 +10,7 @@ module own_inertia_mod
   use increment_report_mod, only: contact_fields_t, energy_t
   use increment_forces_mod, only: increment_forces_t
   use edge_middles_mod, only: edge_middles_t, find_edge_middles
-  use constrained_forces_mod, only: hand_over
+  use constrained_forces_mod, only: hand_over, hand_down, mark_masters
   use error_measures_mod, only: ratio, rounded
   use own_mass_mod, only: own_mass_t, nodal_masses, weigh
   implicit none
@@ -44,6 +44,7 @@ contains
       gamma = (1.0_wp - 2.0_wp*alpha)/2.0_wp
       mass = nodal_masses(scene%mesh, own)
       has_mass = spread(mass > 0.0_wp, 1, 3)
+      call mark_masters(forces%constraints, forces%prescribed, has_mass)
       where (forces%prescribed)
         v = u/dt
         a = (v - old%velocity)/dt
@@ -55,6 +56,8 @@ contains
         a = 0.0_wp
       end where
       where (.not. has_mass) a = 0.0_wp
+      call hand_down(forces%constraints, forces%prescribed, a)
+      call hand_down(forces%constraints, forces%prescribed, v)
     end associate
     f = (weigh(scene%mesh, own, a) - alpha*old%unopposed)/(1.0_wp + alpha)
     of_places = 8.0_wp*epsilon(1.0_wp)*maxval(abs(new%displacement))/(beta*dt*dt)

@@ -85,9 +85,8 @@ contains
     call advance_from(scene, points, solver, old, increment, new, report, error)
     if (allocated(error) .or. .not. (report%converged .and. increment%first_of_step .and. &
       allocated(solver%body%inertia))) return
-    ! What loads make the bodies begin with is known, not so what contact and moving supports do.
-    if (.not. (any(abs(new%reaction) > 0.0_wp) .or. any(solver%body%prescribed .and. &
-      abs(new%displacement - old%displacement) > 0.0_wp))) return
+    ! What loads and supports make the bodies begin with is known, not so what contact does.
+    if (.not. any(abs(new%reaction) > 0.0_wp)) return
     begun = old
     call begin_again(solver, new, begun)
     reaction = new%reaction

@@ -47,6 +47,7 @@ contains
       ! Given velocities are those of free nodes.
       where (held .and. state%increments_done == 0) state%velocity = 0.0_wp
       call follow_masters(solver%body%constraints, state%velocity)
+      call strike(scene, solver, increment, state%velocity)
       call sum_patterns(scene, solver%response, increment%begin, 0.0_wp, u_free, loads)
       state%external_force = loads
       call find_free_strain(scene, increment%step, increment%start, free)
@@ -57,7 +58,7 @@ contains
         state%reaction, scene%mesh%n_nodes)
       call give_to_masters(solver%body%constraints, state%unopposed)
       call clear_dependent(solver, state%unopposed)
-      where (held .or. spread(.not. mass%carries, 1, 3)) state%unopposed = 0.0_wp
+      where (held .or. .not. have_inertia(solver)) state%unopposed = 0.0_wp
       call accelerate(solver, -state%unopposed, state%acceleration)
       kinetic = 0.5_wp*sum(state%velocity*times_mass(mass, state%velocity))
     end associate
@@ -67,6 +68,50 @@ contains
       state%begun_energy
   end subroutine begin_motion
 
+  !> Supports that begin to move at once: the velocities that their impulse leaves.
+  subroutine strike(scene, solver, increment, velocity)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(increment_t), intent(in) :: increment    !! that begins
+    real(wp), intent(inout) :: velocity(:, :)     !! (3,n_nodes) [length/time]
+    real(wp), dimension(3, size(velocity, 2)) :: impulse, change
+    type(increment_t) :: beginning
+
+    beginning = increment
+    beginning%fraction = increment%begin
+    beginning%step_time = increment%begin*scene%steps(increment%step)%period
+    associate (body => solver%body, loads => solver%response%loads)
+      change = (prescribed_displacement(scene, loads, increment) - prescribed_displacement(scene, &
+        loads, beginning))/body%inertia%dt - velocity
+      where (.not. body%prescribed) change = 0.0_wp
+      call follow_masters(body%constraints, change)
+      if (.not. maxval(abs(change)) > 0.0_wp) return
+      impulse = -times_mass(body%inertia%mass, change)
+      call give_to_masters(body%constraints, impulse)
+      velocity = velocity + change
+      call accelerate(solver, impulse, change)
+      velocity = velocity + change
+    end associate
+  end subroutine strike
+
+  !> Which degrees of freedom accelerate by forces: those of nodes that have mass, and what these
+  !> depend on.
+  pure function have_inertia(solver) result(have)
+    type(step_solver_t), intent(in) :: solver
+    logical, allocatable :: have(:, :) !! (3,n_nodes)
+    integer :: c, k
+
+    have = spread(solver%body%inertia%mass%carries, 1, 3)
+    associate (all => solver%body%constraints)
+      do c = 1, all%n
+        if (.not. have(all%dof(c), all%node(c))) cycle
+        do k = all%first(c), all%first(c + 1) - 1
+          have(all%master_dof(k), all%master(k)) = .true.
+        end do
+      end do
+    end associate
+  end function have_inertia
+
   !> The accelerations that forces make of what has mass and is free: by conjugate gradients, for
   !> the condition of a mass beside its diagonal is no more than some tens.
   subroutine accelerate(solver, force, a)
@@ -75,22 +120,29 @@ contains
     real(wp), intent(out) :: a(:, :)     !! (3,n_nodes) [length/time^2]
     real(wp), parameter :: enough = 1.0e-14_wp !! left of the force [-]
     integer, parameter :: most = 1000
-    real(wp), dimension(3, size(a, 2)) :: left, way, answer, scaled
-    real(wp) :: diagonal(size(a, 2)), product, next, first
+    real(wp), dimension(3, size(a, 2)) :: left, way, answer, scaled, diagonal
+    real(wp) :: product, next, first
     logical :: moves(3, size(a, 2))
-    integer :: i
+    integer :: i, k
 
     a = 0.0_wp
     associate (mass => solver%body%inertia%mass, constraints => solver%body%constraints)
-      moves = spread(mass%carries, 1, 3) .and. .not. solver%body%prescribed
+      moves = have_inertia(solver) .and. .not. solver%body%prescribed
       do i = 1, constraints%n
         moves(constraints%dof(i), constraints%node(i)) = .false.
       end do
-      diagonal = diagonal_of(mass)
+      diagonal = spread(diagonal_of(mass), 1, 3)
+      do i = 1, constraints%n
+        do k = constraints%first(i), constraints%first(i + 1) - 1
+          associate (at => diagonal(constraints%master_dof(k), constraints%master(k)))
+            at = at + constraints%weight(k)**2*diagonal(constraints%dof(i), constraints%node(i))
+          end associate
+        end do
+      end do
       left = merge(force, 0.0_wp, moves)
       first = maxval(abs(left))
       where (.not. diagonal > 0.0_wp) diagonal = 1.0_wp
-      scaled = left/spread(diagonal, 1, 3)
+      scaled = left/diagonal
       way = scaled
       product = sum(left*scaled)
       do i = 1, most
@@ -102,7 +154,7 @@ contains
         next = product/sum(way*answer, mask=moves)
         a = a + next*way
         left = left - next*answer
-        scaled = left/spread(diagonal, 1, 3)
+        scaled = left/diagonal
         next = sum(left*scaled)
         way = scaled + next/product*way
         product = next
@@ -142,6 +194,7 @@ contains
       ! What supports move has the accelerations of its mean velocities.
       where (solver%body%prescribed) solver%predictor = u - inertia%beta*(u - old%displacement - &
         inertia%dt*old%velocity)
+      call follow_masters(solver%body%constraints, solver%predictor)
       solver%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
       call apply_inverse(solver%body%inverse, reshape(solver%left_over + inertia%factor* &
         times_mass(inertia%mass, solver%predictor), [3, size(u, 2), 1]), answer, error)
@@ -176,15 +229,18 @@ contains
     !! (3,n_nodes) of the end, inertia among the internal forces [force]
     type(state_t), intent(inout) :: new    !! its displacement in
     real(wp), dimension(3, size(internal, 2)) :: of_inertia
-    logical :: follows(3, size(internal, 2))
+    logical :: has_inertia(3, size(internal, 2))
 
     associate (inertia => solver%body%inertia, u => new%displacement)
-      follows = solver%body%prescribed .or. spread(.not. inertia%mass%carries, 1, 3)
+      has_inertia = have_inertia(solver)
       new%acceleration = (u - solver%predictor)/(inertia%beta*inertia%dt**2)
-      where (spread(.not. inertia%mass%carries, 1, 3)) new%acceleration = 0.0_wp
+      where (.not. has_inertia) new%acceleration = 0.0_wp
+      call follow_masters(solver%body%constraints, new%acceleration)
       new%velocity = old%velocity + inertia%dt*((1.0_wp - inertia%gamma)*old%acceleration + &
         inertia%gamma*new%acceleration)
-      where (follows) new%velocity = (u - old%displacement)/inertia%dt
+      where (solver%body%prescribed .or. .not. has_inertia) new%velocity = &
+        (u - old%displacement)/inertia%dt
+      call follow_masters(solver%body%constraints, new%velocity)
       of_inertia = times_mass(inertia%mass, new%acceleration)
       new%unopposed = internal - inertia_at(solver, u) - external - pressed
       call give_to_masters(solver%body%constraints, new%unopposed)
@@ -203,8 +259,7 @@ contains
     type(state_t), intent(inout) :: old
 
     associate (mass => solver%body%inertia%mass)
-      old%acceleration = merge(0.0_wp, new%acceleration, solver%body%prescribed .or. &
-        spread(.not. mass%carries, 1, 3))
+      old%acceleration = merge(0.0_wp, new%acceleration, solver%body%prescribed)
       call follow_masters(solver%body%constraints, old%acceleration)
       old%unopposed = -times_mass(mass, old%acceleration)
       call give_to_masters(solver%body%constraints, old%unopposed)

@@ -224,6 +224,41 @@ class ClosedForms(DynamicCase):
         self.assertLess(abs(late[1]), 0.02 * v / k**0.5)
         self.assertAlmostEqual(late[0] / late[1], 4.0, delta=0.3)
 
+    def test_a_coupling_hands_on_what_moves_it(self):
+        """Its reference node has the mass of its surface: momentum is force times time, and a body
+        is moved by it as by its own nodes."""
+        cube = block("B", (0, 0, 0), (1, 1, 1), (2, 2, 2)) + MATERIAL.format(1e4, 0.3)
+        head = (
+            "*NODE\n9001, 0.5, 0.5, 1.5\n"
+            "*COUPLING, CONSTRAINT NAME=C, REF NODE=9001, SURFACE=B-ZMAX\n"
+        )
+        share = np.array([0.25, 0.5, 0.25])
+        share = np.einsum("i,j,k->ijk", share, share, share).ravel()
+        for kind in ("*KINEMATIC\n1, 3\n", "*DISTRIBUTING\n1, 3\n"):
+            deck = cube + head + kind + step(0.01, 0.1, "*CLOAD\n9001, 3, 10.\n")
+            with self.subTest(kind), self.solve(deck) as result:
+                x = result.points
+                mine = x[:, 2] < 1.1
+                at = np.rint(2 * x[mine]).astype(int) @ (9, 3, 1)
+                momentum = share[at] @ result.field("velocity")[mine]
+                np.testing.assert_allclose(momentum, [0, 0, 1.0], atol=1e-10)
+        moved = [
+            cube + "*STEP\n*DYNAMIC, DIRECT, ALPHA=0.\n0.005, 0.1\n*BOUNDARY, TYPE=VELOCITY\n"
+            "B-ZMAX, 1, 1, 1.\nB-ZMAX, 2, 3, 0.\n*END STEP\n",
+            cube + head + "*KINEMATIC\n1, 3\n" + "*STEP\n*DYNAMIC, DIRECT, ALPHA=0.\n0.005, 0.1\n"
+            "*BOUNDARY, TYPE=VELOCITY\n9001, 1, 1, 1.\n*BOUNDARY\n9001, 2, 6\n*END STEP\n",
+        ]
+        with self.solve(moved[0]) as by_nodes, self.solve(moved[1]) as by_coupling:
+            top = by_nodes.points[:, 2] > 0.99
+            for i, way in ((0, 0.005), (-1, 0.1)):
+                u = by_nodes.field("displacement", i)[top]
+                np.testing.assert_allclose(u, np.tile([way, 0, 0], (9, 1)), atol=1e-15)
+            for name in ("external_work", "kinetic", "strain"):
+                one, two = (r.history(f"energy/{name}") for r in (by_nodes, by_coupling))
+                np.testing.assert_allclose(one, two, rtol=1e-9, atol=1e-12)
+            # What begins to move at once strikes: no energy is lost by that.
+            self.assertLess(abs(by_nodes.history("energy/balance")).max(), 1e-12)
+
     def test_half_a_body_is_half_of_the_whole(self):
         sharp = "*CONTACT SOLVER, TOLERANCE=1e-12\n*STEP"
         whole = slide(low=-0.5, period=0.2).replace("*STEP", sharp)

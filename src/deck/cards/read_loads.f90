@@ -543,9 +543,9 @@ contains
       if (at >= 1 .and. at <= list%n) then
         if (list%values(at)%node == node .and. list%values(at)%dof == dof) then
           if (.not. sum_up) then
-            list%values(at)%value = value%value
-            list%values(at)%amplitude = value%amplitude
-            list%values(at)%fixed = value%fixed
+            list%values(at) = value
+            list%values(at)%node = node
+            list%values(at)%dof = dof
             cycle
           else if (list%values(at)%amplitude == value%amplitude) then
             list%values(at)%value = list%values(at)%value + value%value
@@ -555,8 +555,9 @@ contains
       end if
       if (list%n == size(list%values)) list%values = [list%values, list%values]
       list%n = list%n + 1
-      list%values(list%n) = nodal_value_t(node=node, dof=dof, value=value%value, &
-        amplitude=value%amplitude, fixed=value%fixed)
+      list%values(list%n) = value
+      list%values(list%n)%node = node
+      list%values(list%n)%dof = dof
       list%slot(dof, node) = list%n
     end do
   end subroutine add_values
