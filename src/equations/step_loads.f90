@@ -250,9 +250,7 @@ contains
           else
             displacement(b%dof, b%node, pattern_hold) = u(b%dof, b%node)
             if (k /= step .or. b%fixed) cycle
-            if (b%is_way) then
-              displacement(b%dof, b%node, pattern_ramp) = b%value
-            else if (scene%steps(step)%is_dynamic) then
+            if (scene%steps(step)%is_dynamic .and. .not. b%is_way) then
               displacement(b%dof, b%node, pattern_hold) = b%value
             else
               displacement(b%dof, b%node, pattern_ramp) = b%value - u(b%dof, b%node)

@@ -32,8 +32,7 @@ module loads_mod
     real(wp) :: value = 0.0_wp      !! at the end of the step, or times the amplitude
     integer  :: amplitude = 0 !! index into the scene's amplitudes; 0: ramp from the last value
     logical  :: fixed = .false. !! of a displacement: it stays what it is as the step begins
-    logical  :: is_way = .false.
-    !! of a displacement: the value is how far the step takes it, evenly, from where it is
+    logical  :: is_way = .false. !! of a displacement: a dynamic step takes it there evenly, too
   end type nodal_value_t
 
   !> A pressure on a surface of faces, positive into the body.

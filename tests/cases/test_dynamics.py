@@ -205,6 +205,24 @@ class ClosedForms(DynamicCase):
                     result.history("energy/kinetic")[-1], 0.5 * (1.25 + 100.0), rtol=1e-10
                 )
 
+    def test_velocities_move_evenly(self):
+        """Displacements without an amplitude would jump; these go on in the next step."""
+        moved = "*BOUNDARY, TYPE=VELOCITY\nB-ZMAX, 1, 1, 0.2\n*NODE FILE, FREQUENCY=1\nU\n"
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 1), (2, 2, 2))
+            + MATERIAL.format(1e4, 0.3)
+            + before_plane(-5.0, 0.3)
+            + step(0.004, 0.016, moved)
+            + step(0.004, 0.008)
+        )
+        with self.solve(deck) as result:
+            top = result.points[:, 2] > 0.9
+            for row, time in enumerate(result.history("time")):
+                np.testing.assert_allclose(
+                    result.field("displacement", row)[top, 0], 0.2 * time, rtol=1e-12
+                )
+            self.assertEqual(row, 5)
+
     def test_a_mass_on_a_spring_swings(self):
         """Its place is v/w sin(w t), with an error that falls as the square of the increment."""
         k, v = 40.0, 1.0

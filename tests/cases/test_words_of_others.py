@@ -70,6 +70,45 @@ class Words(unittest.TestCase):
         """0.005 per unit of time, for 2."""
         self.check(cube() + step(HELD + "*BOUNDARY, TYPE=VELOCITY\nA-ZMAX, 3, 3, -0.005\n", 2), 10)
 
+    def test_velocities_go_on(self):
+        """-0.005 for 2, as long again for 3, back by 0.01, by half an amplitude, at rest."""
+        moved = "*BOUNDARY{}\nA-ZMAX, 3, 3, {}\n"
+        deck = "*AMPLITUDE, NAME=S\n0., 0., 1., 0.5\n" + cube() + step(
+            HELD + moved.format(", TYPE=VELOCITY", -0.005), 2
+        ) + step("*BOUNDARY\nA-ZMAX, 1\n", 3) + "".join(
+            step(moved.format(options, value)) for options, value in (
+                (", TYPE=VELOCITY", 0.01), (", AMPLITUDE=S", -0.06), (", TYPE=VELOCITY", -0.01),
+                (", TYPE=VELOCITY, OP=NEW", -0.01), ("", -0.02), (", TYPE=VELOCITY", 0),
+            )
+        )
+        np.testing.assert_allclose(
+            self.forces(deck)[3::4, 2], [10, 25, 15, 30, 40, 50, 20, 20], rtol=1e-9
+        )
+
+    def test_velocities_of_what_turns(self):
+        """Shafts turn at 0.01 for 1 and 2, and a face that a coupling turns does."""
+        shaft = (
+            "*NODE, NSET=R\n900, 0.5, 0.5, -2.\n" + cube().replace(
+                "TYPE=PLANE\n0., 0., 0.,  0., 0., 1.",
+                "TYPE=CYLINDER, REF NODE=900\n0.5, 0., -2., 0., 1., 0., 2.",
+            ).replace("NX=1", "NX=4"), "*BOUNDARY\nA-ZMAX, 1, 2\nA-ZMAX, 3, 3, -0.01\n900, 1, 3\n"
+        )
+        face = (
+            "*NODE, NSET=R\n900, 0.5, 0.5, 1.\n" + cube()
+            + "*COUPLING, CONSTRAINT NAME=C, REF NODE=900, SURFACE=A-ZMAX\n*KINEMATIC\n",
+            "*BOUNDARY\n900, 1, 2\n900, 3, 3, -0.01\n",
+        )
+        for scene, held in (shaft, face):
+            turned = [
+                self.forces(
+                    scene.replace("{friction}", "*FRICTION\n0.3\n")
+                    + step(f"{held}*BOUNDARY{kind}\nR, 5, 5, {first}\n", 1)
+                    + step(f"*BOUNDARY{kind}\nR, 5, 5, {second}\n", 2)
+                )
+                for kind, first, second in (("", 0.01, 0.03), (", TYPE=VELOCITY", 0.01, 0.01))
+            ]
+            np.testing.assert_allclose(*turned, rtol=0, atol=1e-9)
+
     def test_rough(self):
         """The foot sticks while the top is moved by 0.002: shear 500 x 0.002."""
         deck = cube(friction="*FRICTION, ROUGH\n") + step(

@@ -90,28 +90,29 @@ contains
   end subroutine close_step
 
   !> *BOUNDARY: set or node, first dof[, last dof[, value]], or set or node, XSYMM and its kin
-  subroutine read_boundary(reader, card, model, amplitudes, draft, replace, period)
+  subroutine read_boundary(reader, card, model, amplitudes, draft, replace, has_time, is_velocity)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
     type(amplitude_list_t), intent(in) :: amplitudes
     type(load_draft_t), intent(inout) :: draft
     logical, intent(inout) :: replace !! set by OP=NEW
-    real(wp), intent(in) :: period !! of the step [time]; 0: there is none, or it is not read yet
+    logical, intent(in) :: has_time !! whether the period of the step was read
+    logical, intent(inout) :: is_velocity !! set by TYPE=VELOCITY, whose values are velocities
     type(fields_t) :: fields
     type(reference_t) :: reference
     type(nodal_value_t) :: value
     integer, allocatable :: nodes(:), turned(:)
     integer :: i, choice
-    logical :: found, ok, with(max_dof), is_velocity
+    logical :: found, ok, with(max_dof)
 
     call allow_options(reader, card)
     call flag_option(reader, card, 'FIXED', value%fixed)
     choice = 1
     call choice_option(reader, card, 'TYPE', choice, ok)
-    is_velocity = choice == 2
-    value%is_way = is_velocity
-    if (is_velocity) call check_velocity(reader, card, period)
+    value%is_way = choice == 2
+    if (value%is_way) call check_velocity(reader, card, has_time)
+    is_velocity = is_velocity .or. value%is_way
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
     if (value%fixed .and. has_option(card, 'AMPLITUDE')) call report(reader, &
@@ -126,7 +127,6 @@ contains
       value%value = 0.0_wp
       if (.not. is_empty_field(fields, 4)) then
         call real_field(reader, fields, 4, 'the displacement', value%value, ok)
-        if (is_velocity) value%value = value%value*period
         if (value%fixed .and. abs(value%value) > 0.0_wp) then
           call note(reader, 'the values of *BOUNDARY, FIXED are ignored: displacements stay '// &
             'what they are')
@@ -158,20 +158,17 @@ contains
     end do lines
   end subroutine read_boundary
 
-  !> Report a TYPE=VELOCITY that is not velocity times period, a displacement at the end.
-  subroutine check_velocity(reader, card, period)
+  !> Report a TYPE=VELOCITY that is no steady motion over a step.
+  subroutine check_velocity(reader, card, has_time)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    real(wp), intent(in) :: period
+    logical, intent(in) :: has_time !! as of read_boundary
     character(*), parameter :: hint = 'write the displacements at the end of each step'
 
-    if (reader%n_steps > 1) then
-      call report(reader, option_position(card, 'TYPE'), 'TYPE=VELOCITY is of decks of one step', &
-        hint)
-    else if (has_option(card, 'AMPLITUDE') .or. has_option(card, 'FIXED')) then
+    if (has_option(card, 'AMPLITUDE') .or. has_option(card, 'FIXED')) then
       call report(reader, option_position(card, 'TYPE'), &
         'TYPE=VELOCITY goes with neither AMPLITUDE nor FIXED', hint)
-    else if (.not. period > 0.0_wp) then
+    else if (.not. has_time) then
       call report(reader, option_position(card, 'TYPE'), &
         'TYPE=VELOCITY belongs into a step, below its *STATIC or *DYNAMIC', hint)
     end if
