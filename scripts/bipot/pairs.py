@@ -327,7 +327,10 @@ class Pair:
         x is least, or y; of a closed one the first point is the last, too.
         """
         points = self.result.points
-        in_plane = np.abs(points[:, 2]) <= 1e-9 * np.ptp(points, axis=0).max()
+        z, close = points[:, 2], 1e-9 * np.ptp(points, axis=0).max()
+        in_plane = np.abs(z) <= close
+        if self.result.run.get("bodies") == "slice":  # those of a thinner part begin further back
+            in_plane = z < 0.5 * (z[self.nodes].min() + z[self.nodes].max()) - close
         beside: dict[int, set[int]] = {}
         for face in self.faces:
             for a, b in zip(face, np.roll(face, -1), strict=True):

@@ -126,7 +126,7 @@ contains
   end subroutine open_axis
 
   !> Facets of a profile in the plane, or of distances from the y axis and places along it: as wide
-  !> as the bodies are thick, as another such body would be.
+  !> as the thickest of the bodies, as another such body would be.
   pure type(facets_t) function facets_beside_plane(draft, polygon, origin, axes) result(swept)
     type(mesh_draft_t), intent(in) :: draft  !! expanded
     real(wp), intent(in) :: polygon(:, :)    !! (2,n) [length]
@@ -150,14 +150,15 @@ contains
       0.0_wp))
   end function facets_beside_plane
 
-  !> Where the sides of a slice are along z.
+  !> Where the sides of the widest slice are along z.
   pure function ends_of_slice(draft) result(ends)
     type(mesh_draft_t), intent(in) :: draft !! expanded
     real(wp) :: ends(2)
-    integer :: node
 
-    node = findloc(draft%copies(1, :) > 0, .true., dim=1)
-    ends = draft%coordinates(3, [node, draft%copies(1, node)])
+    associate (of_plane => draft%copies(1, :) > 0)
+      ends(1) = minval(draft%coordinates(3, :size(of_plane)), of_plane)
+      ends(2) = maxval(draft%coordinates(3, pack(draft%copies(1, :), of_plane)))
+    end associate
   end function ends_of_slice
 
   !> Whether points are on the sides of a slice, or of a wedge about the y axis.

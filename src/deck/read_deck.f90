@@ -47,7 +47,7 @@ module read_deck_mod
   use pretension_mod, only: join_sections, section_t
   use read_pretension_mod, only: cut_bolts, read_sections_of_bolts
   use plane_mesh_mod, only: across_plane, hold_plane, spread_equations
-  use read_plane_mod, only: check_even, find_plane, read_plane
+  use read_plane_mod, only: check_even, find_plane, give_thickness, read_plane
   use read_mesh_mod, only: connect_mesh, read_elements, read_nodes, system_t
   use read_obstacles_mod, only: read_obstacles
   use read_precision_mod, only: read_precision
@@ -303,6 +303,7 @@ contains
       call check_elements(reader, mesh)
       call check_matching(reader, mesh)
       call read_sets(reader, model)
+      call give_thickness(reader, model)
       call join_rigid_bodies(reader, model, draft%bodies, draft%couplings)
       call keep_in_plane(model, draft%couplings)
       call refine_mesh(reader, model, size_read%parts, size_read%across)

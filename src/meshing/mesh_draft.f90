@@ -108,7 +108,7 @@ module mesh_draft_mod
     integer :: plane = solids                !! or plane_strain and its kin
     real(wp) :: sector_angle = 0.0_wp        !! as of mesh_t
     real(wp) :: parts = 1.0_wp               !! likewise
-    real(wp) :: thickness = 1.0_wp           !! likewise
+    real(wp) :: thickness(2) = 1.0_wp        !! likewise
     logical :: is_thickness_given = .false.  !! likewise
     logical, allocatable :: on_axis(:)       !! (nodes of the plane) of axisymmetric elements
     integer, allocatable :: copies(:, :)

@@ -50,7 +50,7 @@ module mesh_mod
     real(wp) :: sector_angle = 0.0_wp
     !! of a wedge about the y axis that stands for a body of revolution; 0: none [rad]
     integer :: plane = solids     !! or plane_strain and its kin: in slices nothing slips along z
-    real(wp) :: thickness = 1.0_wp !! of slices, in the deck [length]
+    real(wp) :: thickness(2) = 1.0_wp !! of slices, in the deck: the least and the largest [length]
     logical :: is_thickness_given = .false.
     real(wp) :: parts = 1.0_wp    !! so many slices or wedges have the forces of the deck
     integer :: n_nodes = 0

@@ -98,7 +98,8 @@ contains
     case default
       return
     end select
-    words = words//', thickness '//to_text(mesh%thickness, 6)
+    words = words//', thickness '//to_text(mesh%thickness(1), 6)
+    if (mesh%thickness(2) > mesh%thickness(1)) words = words//' to '//to_text(mesh%thickness(2), 6)
     if (.not. mesh%is_thickness_given) words = words//' (not given)'
   end function plane_in_words
 

@@ -199,6 +199,51 @@ class PlaneStrain(Case):
             np.testing.assert_allclose(result.pairs[0].resultant[-1], [0, 54, 0], atol=1e-8)
 
 
+class Thicknesses(Case):
+    """A part of another thickness is one of another stiffness, whichever side is the slave."""
+
+    def displacement(self, kind, joint, thickness, young, nlgeom):
+        """Press one rectangle on another: displacements in the plane, and the force."""
+        meshes = (
+            Mesh(kind, n, lambda a, b, low=low: (2 * a, low + b), name, first, first)
+            for n, low, name, first in (((2, 2), 0, "A", 0), ((3, 2), 1, "B", 100))
+        )
+        deck = "".join(mesh.deck for mesh in meshes) + section("A", thickness="1.")
+        deck += f"*MATERIAL, NAME=K\n*ELASTIC\n{young}, {POISSON}\n"
+        deck += f"*SOLID SECTION, ELSET=B, MATERIAL=K\n{thickness}\n"
+        held = "*BOUNDARY\nBTOP-N, 1, 1, 0.001\nBTOP-N, 2, 2, -0.01\n"
+        if joint == "tie":
+            deck += "*TIE, NAME=T\nBBOTTOM, ATOP\n" + FLOOR + pair("ABOTTOM", "FLOOR", 0.05)
+        else:
+            deck += pair(*joint, 0.05)
+            held += "ABOTTOM-N, 1, 2\n"
+        with self.solve(deck + step(held, nlgeom=nlgeom)).result() as result:
+            self.assertEqual(len(result.pairs[0].lines), 1)
+            self.assertTrue(result.certified)
+            return result.field("displacement")[:, :2], result.pairs[0].resultant[-1]
+
+    def test_thickness_times_modulus(self):
+        for kind, joint, nlgeom, close in (
+            ("CPE4", ("ATOP", "BBOTTOM"), False, 1e-9),
+            ("CPE4I", ("BBOTTOM", "ATOP"), True, 1e-9),
+            ("CPE3", "tie", False, 1e-9),
+            ("CPS4", ("BBOTTOM", "ATOP"), False, 1e-5),
+            ("CPS3", ("ATOP", "BBOTTOM"), True, 1e-5),
+        ):
+            with self.subTest(kind, joint=joint):
+                one = self.displacement(kind, joint, 2.5, 700.0, nlgeom)
+                other = self.displacement(kind, joint, 1.0, 2.5 * 700.0, nlgeom)
+                np.testing.assert_allclose(one[0], other[0], rtol=0, atol=close * 0.01)
+                np.testing.assert_allclose(one[1], other[1], rtol=0, atol=close * 15)
+
+    def test_the_plan_says_both(self):
+        other = Mesh("CPE4", (1, 1), lambda a, b: (5 + a, b), "B", 100, 100).deck
+        deck = Mesh("CPE4", (1, 1), lambda a, b: (a, b)).deck + other + FLOOR + section("A") + (
+            "*SOLID SECTION, ELSET=B, MATERIAL=M\n2.\n"
+        ) + pair("ABOTTOM", "FLOOR") + step("*BOUNDARY\nATOP-N, 1, 2\nBTOP-N, 1, 2\n")
+        self.assertIn("thickness 1 to 2", self.solve(deck).output)
+
+
 class Axisymmetric(Case):
     """Wedges that stand for bodies of revolution."""
 
@@ -397,10 +442,17 @@ class Refused(Case):
         self.refused(self.deck("CAX4").replace("1, 0.0, 0.0", "1, -0.1, 0.0"), "negative radius")
 
     def test_thickness(self):
-        """Sections of two thicknesses, and none."""
-        other = Mesh("CPE4", (1, 1), lambda a, b: (5 + a, b), "B", 100, 100).deck
-        more = other + "*SOLID SECTION, ELSET=B, MATERIAL=M\n2.\n"
-        self.refused(self.deck(more=more), "same thickness")
+        """One of 0 or less, of nodes that are shared, of elements of second order beside others."""
+        for kind, place, number, words in (
+            ("CPE4", 1, 100, "node 5 has elements of thickness 2 and 1"),
+            ("CPE8", 5, 100, "elements of first order"),
+        ):
+            other = Mesh(kind, (1, 1), lambda a, b, x=place: (x + a, b), "B", number, 100).deck
+            if "node" in words:
+                other = other.replace("101, 101, 102", "101, 5, 102")
+            more = other + "*SOLID SECTION, ELSET=B, MATERIAL=M\n2.\n"
+            with self.subTest(kind):
+                self.refused(self.deck(kind, more=more), words)
         self.refused(self.deck(thickness="-1."), "above 0")
 
     def test_obstacles(self):

@@ -7,7 +7,7 @@
 !>     10.                               thickness; 1 where there is no line
 module read_plane_mod
   use cards_mod, only: note, reader_t, report
-  use cells_mod, only: cells
+  use cells_mod, only: cells, has_middles
   use connectivity_mod, only: nodes_of_element
   use diagnostics_mod, only: any_mistakes, quoted
   use element_types_mod, only: plane_type_called, taken_as
@@ -19,11 +19,12 @@ module read_plane_mod
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, has_option, &
     name_option, open_card, option_position
   use plane_mesh_mod, only: expand_plane, uneven_obstacle
+  use sets_mod, only: find_elset, model_t
   use text_mod, only: to_text
   implicit none
   private
 
-  public :: find_plane, read_plane, check_even
+  public :: find_plane, read_plane, give_thickness, check_even
 
   !> Keywords that are not available beside axisymmetric elements, and what to do instead.
   type :: unavailable_t
@@ -102,7 +103,7 @@ contains
     type(mesh_draft_t), intent(inout) :: draft
     real(wp), parameter :: of_edge = 0.03_wp !! that of a plate which is computed [-]
     type(card_t) :: card
-    real(wp) :: thickness, shortest, longest
+    real(wp) :: shortest, longest
     integer :: k, i
     logical :: ok
 
@@ -117,21 +118,15 @@ contains
     end do
     call check_places(reader, draft, ok)
     if (.not. ok) return
-    call read_thickness(reader, thickness, draft%is_thickness_given, ok)
-    draft%thickness = thickness
-    if (ok) then
-      call check_thickness(reader, draft, thickness)
-    else
-      thickness = 1.0_wp
-    end if
+    call read_thicknesses(reader, draft, ok)
+    if (.not. ok) draft%thickness = 1.0_wp
     if (draft%plane == plane_stress) then
       ! So little of a plate is computed that strains across it cost no shear, and what friction
       ! acts along it is none. docs/theory.md section 8.
       call find_edges(draft, shortest, longest)
-      draft%parts = thickness/merge(of_edge*shortest, thickness, longest > 0.0_wp)
-      thickness = thickness/draft%parts
+      draft%parts = draft%thickness(2)/merge(of_edge*shortest, draft%thickness(2), longest > 0.0_wp)
     end if
-    call expand_plane(draft, thickness, 0, ok)
+    call expand_plane(draft, draft%thickness(2)/draft%parts, 0, ok)
     if (.not. ok) call report(reader, 0, 'there is no room for the nodes of the other side of '// &
       'the slice')
   end subroutine read_plane
@@ -200,54 +195,97 @@ contains
     end do
   end subroutine check_places
 
-  !> The thickness of the sections, which all have the same.
-  subroutine read_thickness(reader, thickness, is_given, ok)
+  !> The least and the largest thickness of the sections.
+  subroutine read_thicknesses(reader, draft, ok)
     type(reader_t), intent(inout) :: reader
-    real(wp), intent(out) :: thickness
-    logical, intent(out) :: is_given  !! by any of them
+    type(mesh_draft_t), intent(inout) :: draft
     logical, intent(out) :: ok
     type(card_t) :: card
     real(wp) :: one
     integer :: k
-    logical :: is_first, is_found
+    logical :: is_found
 
-    thickness = 1.0_wp
-    is_given = .false.
+    draft%thickness = [huge(1.0_wp), 0.0_wp]
+    draft%is_thickness_given = .false.
     ok = .true.
-    is_first = .true.
     do k = 1, reader%n_cards
       if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
       call open_card(reader, k, card)
       call read_line(reader, card, one, is_found, ok)
-      is_given = is_given .or. is_found
-      if (ok .and. .not. is_first .and. abs(one - thickness) > 0.0_wp) then
-        call report(reader, card%position, 'all sections of plane elements have the same '// &
-          'thickness, here '//to_text(one, 6)//' and '//to_text(thickness, 6))
-        ok = .false.
-      end if
       if (.not. ok) return
-      thickness = one
-      is_first = .false.
+      draft%is_thickness_given = draft%is_thickness_given .or. is_found
+      draft%thickness = [min(draft%thickness(1), one), max(draft%thickness(2), one)]
+      call check_thickness(reader, draft, card, one)
     end do
-  end subroutine read_thickness
+  end subroutine read_thicknesses
+
+  !> Give the elements of each section its thickness, where sections have unlike ones, about the
+  !> middle of the widest: what presses on the middle of a slice bends it to neither side.
+  subroutine give_thickness(reader, model)
+    type(reader_t), intent(inout) :: reader
+    type(model_t), intent(inout) :: model
+    type(card_t) :: card
+    character(:), allocatable :: name
+    real(wp) :: part(model%mesh%n_nodes) !! of the largest thickness; 0: not known yet [-]
+    real(wp) :: one, middle
+    integer :: k, i, set, other
+    logical :: ok, is_found
+
+    associate (mesh => model%mesh)
+      if (.not. allocated(mesh%copies) .or. any_mistakes(reader%diagnostics) .or. &
+        mesh%thickness(2) <= mesh%thickness(1)) return
+      part = 0.0_wp
+      do k = 1, reader%n_cards
+        if (reader%cards(k)%keyword /= 'SOLID SECTION') cycle
+        call open_card(reader, k, card)
+        call read_line(reader, card, one, is_found, ok)
+        call find_elset(reader, card, model%element_sets, name, set)
+        if (set == 0) return
+        do i = 1, model%element_sets%list(set)%n
+          associate (e => model%element_sets%list(set)%members(i))
+            if (has_middles(mesh%connectivity%cell(e))) then
+              call report(reader, card%position, 'sections of unlike thickness take elements '// &
+                'of first order', 'mesh with '//names_of_planes(mesh%plane)//'4I or '// &
+                names_of_planes(mesh%plane)//'3, or give all sections one thickness')
+              return
+            end if
+            associate (nodes => nodes_of_element(mesh%connectivity, e))
+              other = findloc(part(nodes) > 0.0_wp .and. abs(part(nodes)*mesh%thickness(2) - one) &
+                > 0.0_wp, .true., dim=1)
+              if (other > 0) then
+                call report(reader, card%position, 'node '//to_text(mesh%node_id(nodes(other)))// &
+                  ' has elements of thickness '//to_text(one, 6)//' and '// &
+                  to_text(part(nodes(other))*mesh%thickness(2), 6), 'parts of unlike thickness '// &
+                  'have nodes of their own, which a *TIE may join')
+                return
+              end if
+              part(nodes) = one/mesh%thickness(2)
+            end associate
+          end associate
+        end do
+      end do
+      middle = 0.5_wp*mesh%thickness(2)/mesh%parts
+      associate (z => mesh%coordinates(3, :mesh%n_nodes))
+        where (part > 0.0_wp) z = middle + part*(z - middle)
+      end associate
+    end associate
+  end subroutine give_thickness
 
   !> Report a thickness that is far from the edges of the elements: displacements lose the square of
   !> the ratio of their digits. With a ratio of 2e6 they are off by 1e-5 (CPE4) and 1e-4 (CPE8R),
   !> with 2e4 some runs are not certified, with 2e3 they are right to 1e-8.
-  subroutine check_thickness(reader, draft, thickness)
+  subroutine check_thickness(reader, draft, card, thickness)
     type(reader_t), intent(inout) :: reader
     type(mesh_draft_t), intent(in) :: draft
+    type(card_t), intent(in) :: card  !! that says so
     real(wp), intent(in) :: thickness !! [length]
     real(wp), parameter :: most = 1.0e4_wp !! of a thickness over an edge, or the reverse [-]
     real(wp) :: edge, shortest, longest
-    type(card_t) :: card
 
     if (draft%plane /= plane_strain) return
     call find_edges(draft, shortest, longest)
     if (thickness <= most*shortest .and. longest <= most*thickness) return
     edge = merge(longest, shortest, longest > most*thickness)
-    call open_card(reader, findloc(reader%cards(:reader%n_cards)%keyword == 'SOLID SECTION', &
-      .true., dim=1), card)
     call report(reader, card%position, 'a thickness of '//to_text(thickness, 4)// &
       ' beside edges of '//to_text(edge, 4)//' takes the digits of displacements: give one '// &
       'within 1e4 times the edges (forces are in proportion to it)')
