@@ -26,7 +26,7 @@ module load_step_error_mod
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, energy_t
   use increments_mod, only: increment_t, next_increment, mark_end, ends_step, &
-    smallest_increment
+    smallest_increment, whole_increment
   use follow_points_mod, only: rounding_of_places
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: relative_motion
@@ -143,6 +143,8 @@ contains
     end if
     if (is_doubtful .and. from_here%step /= new%step) is_doubtful = .not. begins_with_jump(scene, &
       points, solver, from_here)
+    if (is_doubtful) is_doubtful = .not. jumps_within(scene, points, solver, &
+      beginning(from_here, new%step), new)
     if (is_doubtful) call look_closer()
 
   contains
@@ -351,6 +353,57 @@ contains
       end if
     end associate
   end function begins_with_jump
+
+  !> Whether loads, supports or what may overlap go more than half of their way in one of 16 parts
+  !> of the time between two places of a *STEP: a jump, which smaller increments do not divide.
+  logical function jumps_within(scene, points, solver, start, to) result(jumps)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(in) :: solver
+    integer(i8), intent(in) :: start   !! in parts of the deck's increments
+    type(state_t), intent(in) :: to
+    integer, parameter :: parts = 16
+    real(wp), parameter :: rounded = 1.0e-9_wp !! of the largest: a difference that is none [-]
+    real(wp), dimension(:, :), allocatable :: u, force, u_before, force_before
+    real(wp), dimension(points%n) :: gap, gap_before
+    real(wp), dimension(3) :: way, longest, whole
+    integer :: k
+
+    whole = 0.0_wp
+    longest = 0.0_wp
+    call be_at(0, u_before, force_before, gap_before)
+    do k = 1, parts
+      call be_at(k, u, force, gap)
+      way = [maxval(abs(u - u_before), mask=solver%body%prescribed), maxval(abs(force - &
+        force_before)), maxval([abs(gap - gap_before), 0.0_wp])]
+      where (way <= rounded*[maxval(abs(u)), maxval(abs(force)), maxval([abs(gap), 0.0_wp])]) &
+        way = 0.0_wp
+      whole = whole + way
+      longest = max(longest, way)
+      u_before = u
+      force_before = force
+      gap_before = gap
+    end do
+    jumps = any(longest > 0.5_wp*whole)
+
+  contains
+
+    subroutine be_at(part, u, force, gap)
+      integer, intent(in) :: part
+      real(wp), allocatable, intent(out) :: u(:, :), force(:, :)
+      real(wp), intent(out) :: gap(:)
+      real(wp) :: fraction
+      integer(i8) :: position
+
+      position = start + (part*(to%position - start))/parts
+      associate (step => scene%steps(to%step))
+        fraction = real(position, wp)/(real(step%n_increments, wp)*real(whole_increment, wp))
+        call sum_patterns(scene, solver%response, fraction, fraction*step%period, u, force)
+      end associate
+      gap = extra_gap_at(scene, points, to%step, position)
+    end subroutine be_at
+
+  end function jumps_within
 
   !> The next event behind a state, or `finish` where there is none before it.
   integer(i8) function event_before(scene, points, solver, state, finish) result(event)

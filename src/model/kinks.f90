@@ -8,7 +8,7 @@
 module kinks_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: amplitude_t, load_step_t, amplitude_value, start_of_step
-  use increments_mod, only: whole_increment, smallest_increment
+  use increments_mod, only: largest_length, rounded_up, smallest_increment, whole_increment
   implicit none
   private
 
@@ -24,7 +24,8 @@ module kinks_mod
 contains
 
   !> The kinks of some amplitudes inside a step, in parts of the deck's increments: ascending, at
-  !> least the smallest increment apart, and as far from the ends of the deck's increments.
+  !> least the smallest increment apart, and as far from the ends of the deck's increments. What is
+  !> nearer to such an end is there if increments may grow past it, and else none.
   !>
   !> Points on the line through their neighbours are none. At a jump there are two: the smallest
   !> increment before it, as far as the way there goes, and the jump itself.
@@ -78,7 +79,7 @@ contains
       end associate
     end do
     call sort(positions)
-    kinks = apart(positions)
+    kinks = apart(positions, step)
     if (.not. present(missed)) return
     missed = 0.0_wp
     do k = 1, size(amplitudes)
@@ -244,8 +245,8 @@ contains
     integer(i8), intent(in) :: kinks(:)
     type(load_step_t), intent(in) :: step
 
-    has_too_many = size(kinks, kind=i8) > int(most_kinks, i8)*step%n_increments .and. .not. &
-      step%ends_at_all_kinks
+    has_too_many = count(.not. is_near_end(kinks), kind=i8) > int(most_kinks, i8)* &
+      step%n_increments .and. .not. step%ends_at_all_kinks
   end function has_too_many
 
   !> At how many instants within a step contact may begin so that an increment ends there: one from
@@ -270,7 +271,7 @@ contains
     if (steps(step)%direct) return
     call find_kinks(pack(amplitudes, followed_amplitudes(amplitudes, steps, step)), steps(step), &
       kinks, start_of_step(steps, step))
-    if (.not. has_too_many(kinks, steps(step))) most_events = size(kinks)
+    if (.not. has_too_many(kinks, steps(step))) most_events = count(.not. is_near_end(kinks))
     if (has_contact) most_events = most_events + most_touches(kinks, steps(step))
   end function most_events
 
@@ -376,23 +377,40 @@ contains
   end function end_of
 
   !> Those of sorted positions that make no increment shorter than the smallest.
-  pure function apart(positions) result(kept)
+  pure function apart(positions, step) result(kept)
     integer(i8), intent(in) :: positions(:)
+    type(load_step_t), intent(in) :: step
     integer(i8), allocatable :: kept(:)
-    integer(i8) :: from_end
-    logical :: keep(size(positions))
-    integer(i8) :: last
-    integer :: i
+    integer(i8) :: here, last
+    logical :: may_pass !! increments may go past ends of the deck's
+    integer :: i, n
 
-    last = -whole_increment
+    may_pass = largest_length(step) > whole_increment
+    allocate (kept(size(positions)))
+    last = 0
+    n = 0
     do i = 1, size(positions)
-      from_end = modulo(positions(i), whole_increment)
-      keep(i) = positions(i) > 0 .and. positions(i) - last >= smallest_increment .and. &
-        from_end >= smallest_increment .and. whole_increment - from_end >= smallest_increment
-      if (keep(i)) last = positions(i)
+      here = positions(i)
+      if (is_near_end(here)) then
+        if (.not. may_pass) cycle
+        here = rounded_up(here - smallest_increment)
+      end if
+      if (here - last < smallest_increment .or. here >= end_of(step)) cycle
+      n = n + 1
+      kept(n) = here
+      last = here
     end do
-    kept = pack(positions, keep)
+    kept = kept(:n)
   end function apart
+
+  !> Whether a position is nearer to an end of the deck's increments than the smallest increment.
+  elemental logical function is_near_end(position)
+    integer(i8), intent(in) :: position
+
+    associate (from_end => modulo(position, whole_increment))
+      is_near_end = min(from_end, whole_increment - from_end) < smallest_increment
+    end associate
+  end function is_near_end
 
   !> Shell's sort: amplitudes come sorted but for being several.
   pure subroutine sort(list)

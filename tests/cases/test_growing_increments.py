@@ -45,6 +45,33 @@ def deck(first, obstacle=PLANE, nlgeom="", press=-0.02, push=0.03, rest=""):
 class GrowingIncrements(unittest.TestCase):
     """What they leave as it is, and where they end."""
 
+    def test_they_end_where_amplitudes_turn(self):
+        """Friction remembers the way there and back, and beyond a jump, as with DIRECT."""
+        jump = "0., 0., 0.5, 0.2, 0.50005, 1., 1., 1."
+        for name, points in (
+            ("there and back", "0., 0., 0.5, 1., 1., 0."),
+            ("beside an end", "0., 0., 0.499999, 1., 1., 0."),
+            ("jump", jump),
+            ("jump at once", jump.replace("0.50005", "0.500001")),
+            ("jump back", "0., 0., 0.5, 1., 0.500001, 0., 1., 1."),
+        ):
+            scene = f"*AMPLITUDE, NAME=A\n{points}\n" + HEAD.format(obstacle=PLANE)
+            step = "*STEP\n*STATIC{}\n0.01, 1.\n*BOUNDARY\nB-ZMAX, 2, 2\nB-ZMAX, 3, 3, -0.02\n"
+            step += "*BOUNDARY, AMPLITUDE=A\nB-ZMAX, 1, 1, 0.03\n*END STEP\n"
+            ends = []
+            for keeps in ("", ", DIRECT"):
+                run = Run(scene + step.format(keeps), name="deck")
+                self.assertEqual(run.status, 0, run.errors)
+                with run.result() as result:
+                    ends.append(result.pairs[0].resultant[-1])
+                    told = result.history("error/load_steps")
+                    if not keeps:
+                        self.assertTrue(np.isclose(result.history("time"), 0.5, atol=2e-5).any())
+                        self.assertLess(result.finished, 70)
+            with self.subTest(scene=name):
+                change = np.linalg.norm(ends[0] - ends[1]) / np.linalg.norm(ends[1])
+                self.assertLess(change, 0.01 if "jump" in name else 1e-4 + 4 * told[-1])
+
     def test_first_numbers_agree(self):
         """Forces at the ends of steps with 0.01 and with 1 differ by the told error at most, and by
         four times that of load steps: of one increment that has been seen to tell a third."""
