@@ -6,6 +6,8 @@ module own_inertia_mod
   use kinds_mod, only: wp
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use loads_mod, only: load_step_t
+  use increments_mod, only: whole_increment
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t, energy_t
   use increment_forces_mod, only: increment_forces_t
@@ -38,7 +40,7 @@ contains
     integer :: node
 
     associate (step => scene%steps(own%step), u => new%displacement - old%displacement)
-      dt = step%period/step%n_increments
+      dt = time_between(step, old, new)
       alpha = step%alpha
       beta = (1.0_wp - alpha)*(1.0_wp - alpha)/4.0_wp
       gamma = (1.0_wp - 2.0_wp*alpha)/2.0_wp
@@ -94,6 +96,16 @@ contains
     forces%rounding = forces%rounding + rounding
   end subroutine add_inertia
 
+  !> The time from one state to the next, of a *STEP.
+  pure real(wp) function time_between(step, old, new) result(dt)
+    type(load_step_t), intent(in) :: step
+    type(state_t), intent(in) :: old, new
+
+    dt = real(new%position, wp)
+    if (new%increment > 1) dt = dt - real(old%position, wp)
+    dt = dt/real(whole_increment, wp)*step%period/step%n_increments
+  end function time_between
+
   !> The energies at the end of an increment of a dynamic *STEP: all work by the mean of the forces
   !> of its beginning and its end, kinetic energy by the mass of the certificate.
   !>
@@ -139,10 +151,8 @@ contains
         new%contact_work = new%contact_work + mean(1)*dot_product(contact%frame(:, 1, i), way)
       end associate
     end do
-    associate (step => scene%steps(own%step))
-      rounding = nothing*sum(nodal_masses(scene%mesh, own))*(maxval(abs(new%displacement))* &
-        step%n_increments/step%period)**2
-    end associate
+    rounding = nothing*sum(nodal_masses(scene%mesh, own))*(maxval(abs(new%displacement))/ &
+      time_between(scene%steps(own%step), old, new))**2
     gain = new%kinetic_energy + energy%strain + new%dissipation - new%external_work - &
       new%begun_energy
     new%largest_energy = max(old%largest_energy, new%kinetic_energy + energy%strain, &

@@ -7,7 +7,7 @@
 module step_loads_mod
   use kinds_mod, only: wp, i8
   use loads_mod, only: following_t, amplitude_value, start_of_step
-  use kinks_mod, only: find_kinks, followed_amplitudes
+  use kinks_mod, only: find_kinks, find_jumps, followed_amplitudes
   use grips_mod, only: gripped_nodes
   use turns_mod, only: turns_t, turns_of_step
   use turning_couplings_mod, only: turned_constraints
@@ -44,6 +44,8 @@ module step_loads_mod
     !! (3,3,n_regions,n_patterns) and what accelerations grow by with displacements [1/time^2]
     type(turns_t) :: turns                         !! rotations of obstacles
     integer(i8), allocatable :: kinks(:)           !! of its amplitudes, as of find_kinks
+    integer(i8), allocatable :: jumps(:)           !! of a dynamic step, as of find_jumps
+    real(wp), allocatable :: over(:)               !! likewise [time]
   end type step_loads_t
 
 contains
@@ -150,6 +152,8 @@ contains
         any(abs(loads%turns%by_amplitude(:, :, g)) > 0.0_wp)
     end do
     call find_kinks(pack(scene%amplitudes, followed), scene%steps(step), loads%kinks, loads%start)
+    if (scene%steps(step)%is_dynamic) call find_jumps(pack(scene%amplitudes, followed), &
+      scene%steps(step), loads%start, loads%jumps, loads%over)
     loads%displacement = displacement(:, :, loads%kind)
     loads%force = force(:, :, loads%kind)
     if (.not. allocated(loads%dead_force)) return

@@ -20,7 +20,7 @@ module advance_mod
   use scene_mod, only: scene_t, master_name
   use controls_mod, only: stop_at_change, solver_auto
   use contact_points_mod, only: contact_points_t, master_nodes
-  use increments_mod, only: increment_t, next_increment, mark_end
+  use increments_mod, only: increment_t, next_increment, mark_end, duration_of
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, worst_entry, &
     ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
@@ -40,8 +40,9 @@ module advance_mod
   use describe_contact_mod, only: describe_contact, find_redundant
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
-  use step_solver_mod, only: step_solver_t
-  use newmark_mod, only: begin_again, begin_inertia, end_inertia, inertia_at, come_to_rest
+  use step_solver_mod, only: step_solver_t, take_duration
+  use newmark_mod, only: begins_anew, begin_motion, begin_again, begin_inertia, end_inertia, &
+    error_in_time, inertia_at, come_to_rest
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
@@ -80,14 +81,20 @@ contains
     type(state_t) :: begun
     real(wp), allocatable :: reaction(:, :)
 
+    if (allocated(solver%body%inertia)) call take_duration(scene, points, duration_of( &
+      scene%steps(increment%step), increment%position - increment%start), solver, error)
+    if (allocated(error)) return
     new = old
     new%reaction = expected_reactions(scene, points, solver, old, increment)
-    call advance_from(scene, points, solver, old, increment, new, report, error)
-    if (allocated(error) .or. .not. (report%converged .and. increment%first_of_step .and. &
-      allocated(solver%body%inertia))) return
-    ! What loads and supports make the bodies begin with is known, not so what contact does.
-    if (.not. any(abs(new%reaction) > 0.0_wp)) return
+    if (.not. begins_anew(scene, solver, old, increment)) then
+      call advance_from(scene, points, solver, old, increment, new, report, error)
+      return
+    end if
     begun = old
+    call begin_motion(scene, points, solver, increment, begun)
+    call advance_from(scene, points, solver, begun, increment, new, report, error)
+    ! What loads and supports make the bodies begin with is known, not so what contact does.
+    if (allocated(error) .or. .not. (report%converged .and. any(abs(new%reaction) > 0.0_wp))) return
     call begin_again(solver, new, begun)
     reaction = new%reaction
     new = begun
@@ -349,6 +356,7 @@ contains
       report%energy%strain = strain_energy(scene, trial%free, new, trial%forces%internal - &
         inertia_at(solver, new%displacement))
       call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
+      report%in_time = error_in_time(solver, old, new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &

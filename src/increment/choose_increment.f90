@@ -23,12 +23,13 @@ module choose_increment_mod
   use step_solver_mod, only: step_solver_t
   use load_events_mod, only: next_event, no_event
   use turns_mod, only: turn_within, most_turn
+  use increments_in_time_mod, only: end_in_time, next_jump, longer
   use load_step_error_mod, only: try_increment, resultant_change
   implicit none
   private
 
   public :: increment_size_t, choose_increment, pass_touch, cut_increment, carry_size
-  public :: may_grow, grow_increments, fewest_increments
+  public :: may_grow, grow_increments, fewest_increments, grow_in_time
 
   real(wp), parameter :: part_for_steps = 0.25_wp !! of the accuracy, that load steps may use up
   real(wp), parameter :: beside_mesh = 1.0_wp/3.0_wp !! of its error, that load steps may make
@@ -69,6 +70,12 @@ contains
       size = increment_size_t()
       return
     end if
+    if (scene%steps(increment%step)%is_dynamic) then
+      call choose_in_time(scene, solver, cycles, size, increment)
+      if (present(is_plain)) is_plain = .false.
+      increment = next_increment(scene%steps, old, increment%position - increment%start)
+      return
+    end if
     call find_event(scene, points, solver, old, increment, size)
     if (size%granted == 0) then
       size%length = fitting(increment%start - size%base, size%length, &
@@ -88,6 +95,38 @@ contains
     if (finish == size%event .or. finish - increment%start /= size%length) size%granted = 0
     increment = next_increment(scene%steps, old, finish - increment%start)
   end subroutine choose_increment
+
+  !> The end of the next increment of a dynamic *STEP. At jumps, and as the *STEP begins, lengths
+  !> begin with the deck's again.
+  subroutine choose_in_time(scene, solver, cycles, size, increment)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver      !! prepared for the step
+    type(load_cycles_t), intent(in) :: cycles
+    type(increment_size_t), intent(inout) :: size
+    type(increment_t), intent(inout) :: increment  !! uncut; gets its end
+
+    if (size%passed_in /= increment%step) size = increment_size_t(passed_in=increment%step)
+    if (increment%start == size%passed) size%length = min(size%length, whole_increment)
+    size%event = min(no_event, next_jump(solver, increment%start))
+    associate (stop => min(next_stop(scene, cycles, increment), size%event))
+      call end_in_time(scene%steps(increment%step), increment%start, stop, size%base, &
+        size%length, increment%position)
+    end associate
+    size%most = size%length
+    call limit_turn(scene, solver, increment, size)
+    if (size%length < size%most) increment%position = min(increment%position, increment%start + &
+      size%length)
+  end subroutine choose_in_time
+
+  !> After an increment of a dynamic *STEP that is solved: the length of the next.
+  pure subroutine grow_in_time(increment, error, size)
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: error                !! as of error_in_time [-]
+    type(increment_size_t), intent(inout) :: size
+
+    size%length = longer(error, size%length)
+    size%passed = merge(increment%position, no_event, increment%position == size%event)
+  end subroutine grow_in_time
 
   !> Where an increment of this size ends.
   pure integer(i8) function end_of(scene, cycles, increment, size) result(finish)
@@ -158,8 +197,8 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
 
-    may_grow = scene%accuracy%estimates .and. .not. chooses_mesh(scene%accuracy) .and. &
-      largest_length(scene%steps(step)) > whole_increment
+    may_grow = scene%accuracy%estimates .and. .not. chooses_mesh(scene%accuracy) .and. .not. &
+      scene%steps(step)%is_dynamic .and. largest_length(scene%steps(step)) > whole_increment
   end function may_grow
 
   !> The largest size that the next increment may have.

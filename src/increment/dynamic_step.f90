@@ -9,22 +9,75 @@ module dynamic_step_mod
   use contact_points_mod, only: contact_points_t
   use mass_matrix_mod, only: mass_t, make_mass
   use inertia_mod, only: inertia_t, new_inertia
+  use elasticity_mod, only: young_modulus
+  use cells_mod, only: cells
+  use connectivity_mod, only: nodes_of_element
+  use increments_mod, only: duration_of, whole_increment
+  use step_loads_mod, only: prescribed_dofs
   implicit none
   private
 
-  public :: make_inertia, are_alike
+  public :: make_inertia, are_alike, goes_on, crossing_time
 
   real(wp), parameter :: rounding = 1.0e-9_wp !! of the size of the mesh: nodes on one plane [-]
 
 contains
 
-  !> The length of the increments of a *STEP.
+  !> The length of the increments of a *STEP, as its deck has them.
   pure real(wp) function length_of_increments(scene, step) result(dt)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
 
-    dt = scene%steps(step)%period/scene%steps(step)%n_increments
+    dt = duration_of(scene%steps(step), whole_increment)
   end function length_of_increments
+
+  !> Whether a dynamic *STEP goes on as the one before it, but for its loads: with the same scheme,
+  !> supports and contact.
+  pure logical function goes_on(scene, step, prescribed)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    logical, intent(in) :: prescribed(:, :) !! (3,n_nodes) of the *STEP
+
+    goes_on = .false.
+    if (step == 1) return
+    associate (now => scene%steps(step), before => scene%steps(step - 1))
+      if (.not. (now%is_dynamic .and. before%is_dynamic)) return
+      if (abs(now%alpha - before%alpha) > 0.0_wp) return
+      if (allocated(now%frictions) .or. allocated(now%pair_changes) .or. &
+        allocated(now%interferences)) return
+    end associate
+    goes_on = all(prescribed .eqv. prescribed_dofs(scene, step - 1)) .and. all(are_driven(scene, &
+      step) .eqv. are_driven(scene, step - 1))
+  end function goes_on
+
+  !> The least time that sound takes across an element with contact nodes, by the shortest of its
+  !> edges: of all elements where there are no such nodes.
+  pure real(wp) function crossing_time(scene, points) result(time)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    logical :: touches(scene%mesh%n_nodes)
+    integer :: e, i, n
+
+    touches = points%n == 0
+    touches(points%node) = .true.
+    n = merge(3, 2, scene%mesh%plane == solids)
+    time = huge(1.0_wp)
+    do e = 1, scene%mesh%n_elements
+      associate (nodes => nodes_of_element(scene%mesh%connectivity, e), &
+          cell => cells(scene%mesh%connectivity%cell(e)), &
+          material => scene%materials(scene%mesh%material(e)))
+        if (.not. any(touches(nodes))) cycle
+        do i = 1, cell%n_edges
+          associate (length => norm2(scene%mesh%coordinates(:n, nodes(cell%edge(1, i))) - &
+              scene%mesh%coordinates(:n, nodes(cell%edge(2, i)))))
+            ! Slices of plane models have edges across them, and collapsed cells such as are points.
+            if (length > 0.0_wp) time = min(time, length/sqrt(young_modulus( &
+              material%law%elastic)/material%density))
+          end associate
+        end do
+      end associate
+    end do
+  end function crossing_time
 
   !> Whether two *STEPs have one scheme, or none has any.
   pure logical function are_alike(scene, one, other)

@@ -6,7 +6,7 @@ module newmark_mod
   use constraints_mod, only: follow_masters, give_to_masters
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use increments_mod, only: increment_t
+  use increments_mod, only: increment_t, smallest_increment
   use state_mod, only: state_t
   use bodies_mod, only: find_internal_force
   use expansion_mod, only: find_free_strain
@@ -16,39 +16,112 @@ module newmark_mod
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse
   use load_response_mod, only: sum_patterns, prescribed_displacement
+  use dynamic_step_mod, only: goes_on
   use step_solver_mod, only: step_solver_t
   implicit none
   private
 
-  public :: begin_motion, begin_inertia, inertia_at, rounding_of_inertia, end_inertia, &
-    begin_again, come_to_rest
+  public :: begins_anew, begin_motion, error_in_time, begin_inertia, inertia_at, &
+    rounding_of_inertia, end_inertia, begin_again, come_to_rest
 
 contains
 
-  !> The state where a dynamic *STEP begins: what its loads, and the contact forces that are there,
-  !> make of the bodies. Nodes without mass are in balance.
+  !> Whether accelerations jump where an increment of a dynamic *STEP begins: as the *STEP does,
+  !> unless it goes on as the one before it, and behind a jump of an amplitude.
+  logical function begins_anew(scene, solver, old, increment)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver  !! for increments of this length
+    type(state_t), intent(in) :: old
+    type(increment_t), intent(in) :: increment
+    real(wp), parameter :: rounded = 1.0e-9_wp !! loads and velocities that are the same [-]
+    real(wp), allocatable :: u_free(:, :), loads(:, :)
+    type(increment_t) :: beginning
+
+    begins_anew = allocated(solver%body%inertia)
+    if (.not. begins_anew) return
+    if (.not. increment%first_of_step) then
+      begins_anew = any(abs(solver%response%loads%jumps - increment%start) < smallest_increment)
+      return
+    end if
+    if (.not. (goes_on(scene, increment%step, solver%body%prescribed) .and. &
+      allocated(old%acceleration))) return
+    beginning = beginning_of(scene, solver, increment)
+    call sum_patterns(scene, solver%response, beginning%fraction, beginning%step_time, u_free, &
+      loads)
+    begins_anew = differ(loads, old%external_force) .or. differ(merge(velocities_of_supports( &
+      scene, solver, increment), 0.0_wp, solver%body%prescribed), merge(old%velocity, 0.0_wp, &
+      solver%body%prescribed))
+
+  contains
+
+    pure logical function differ(one, other)
+      real(wp), intent(in) :: one(:, :), other(:, :)
+
+      differ = maxval(abs(one - other)) > rounded*max(maxval(abs(one)), maxval(abs(other)))
+    end function differ
+
+  end function begins_anew
+
+  !> The beginning of an increment, as an end: behind the jumps that are there.
+  pure type(increment_t) function beginning_of(scene, solver, increment) result(beginning)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(increment_t), intent(in) :: increment
+    integer :: i
+
+    beginning = increment
+    beginning%fraction = increment%begin
+    beginning%step_time = increment%begin*scene%steps(increment%step)%period
+    associate (loads => solver%response%loads)
+      do i = 1, size(loads%jumps)
+        if (abs(loads%jumps(i) - increment%start) < smallest_increment) beginning%step_time = &
+          max(beginning%step_time, loads%over(i))
+      end do
+    end associate
+  end function beginning_of
+
+  !> The mean velocities of supports in an increment, jumps as it begins left out.
+  pure function velocities_of_supports(scene, solver, increment) result(v)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(increment_t), intent(in) :: increment
+    real(wp) :: v(3, scene%mesh%n_nodes) !! [length/time]
+
+    associate (loads => solver%response%loads)
+      v = (prescribed_displacement(scene, loads, increment) - prescribed_displacement(scene, &
+        loads, beginning_of(scene, solver, increment)))/solver%body%inertia%dt
+    end associate
+  end function velocities_of_supports
+
+  !> The state where accelerations jump: what loads, and the contact forces that are there, make of
+  !> the bodies. Nodes without mass are in balance.
   subroutine begin_motion(scene, points, solver, increment, state)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(in) :: solver
-    type(increment_t), intent(in) :: increment !! the first of its *STEP
+    type(increment_t), intent(in) :: increment !! that begins there
     type(state_t), intent(inout) :: state
     type(placement_t) :: began
     real(wp), allocatable :: u_free(:, :), loads(:, :)
     real(wp) :: free(scene%mesh%n_elements), kinetic
     integer :: inverted
 
-    if (.not. allocated(solver%body%inertia)) return
+    type(increment_t) :: beginning
+    logical :: was_at_rest
+
+    was_at_rest = .not. allocated(state%acceleration)
+    beginning = beginning_of(scene, solver, increment)
     if (.not. allocated(state%velocity)) allocate (state%velocity(3, scene%mesh%n_nodes), &
       source=0.0_wp)
-    if (.not. allocated(state%acceleration)) allocate (state%acceleration, state%unopposed, &
+    if (was_at_rest) allocate (state%acceleration, state%unopposed, &
       mold=state%velocity)
     associate (mass => solver%body%inertia%mass, held => solver%body%prescribed)
       ! Given velocities are those of free nodes.
       where (held .and. state%increments_done == 0) state%velocity = 0.0_wp
       call follow_masters(solver%body%constraints, state%velocity)
       call strike(scene, solver, increment, state%velocity)
-      call sum_patterns(scene, solver%response, increment%begin, 0.0_wp, u_free, loads)
+      call sum_patterns(scene, solver%response, beginning%fraction, beginning%step_time, u_free, &
+        loads)
       state%external_force = loads
       call find_free_strain(scene, increment%step, increment%start, free)
       call find_internal_force(scene, free, state%displacement, state%modes, state%unopposed, &
@@ -64,8 +137,9 @@ contains
     end associate
     state%begun_energy = state%begun_energy + (kinetic - state%kinetic_energy)
     state%kinetic_energy = kinetic
-    state%least_gain = kinetic + state%strain_energy + state%dissipation - state%external_work - &
-      state%begun_energy
+    ! What static increments leave of work is none of its errors.
+    if (was_at_rest) state%least_gain = kinetic + state%strain_energy + state%dissipation - &
+      state%external_work - state%begun_energy
   end subroutine begin_motion
 
   !> Supports that begin to move at once: the velocities that their impulse leaves.
@@ -75,14 +149,9 @@ contains
     type(increment_t), intent(in) :: increment    !! that begins
     real(wp), intent(inout) :: velocity(:, :)     !! (3,n_nodes) [length/time]
     real(wp), dimension(3, size(velocity, 2)) :: impulse, change
-    type(increment_t) :: beginning
 
-    beginning = increment
-    beginning%fraction = increment%begin
-    beginning%step_time = increment%begin*scene%steps(increment%step)%period
-    associate (body => solver%body, loads => solver%response%loads)
-      change = (prescribed_displacement(scene, loads, increment) - prescribed_displacement(scene, &
-        loads, beginning))/body%inertia%dt - velocity
+    associate (body => solver%body)
+      change = velocities_of_supports(scene, solver, increment) - velocity
       where (.not. body%prescribed) change = 0.0_wp
       call follow_masters(body%constraints, change)
       if (.not. maxval(abs(change)) > 0.0_wp) return
@@ -250,6 +319,37 @@ contains
         (1.0_wp + inertia%alpha)
     end associate
   end subroutine end_inertia
+
+  !> How far an increment is from the motion between its ends, beside the energy of the bodies: with
+  !> the third derivative of places, (beta - 1/6) dt^2 (a_1 - a_0); where contact begins or ends
+  !> within it the work of normal forces; and what energy comes from nowhere. docs/theory.md,
+  !> section 13.
+  pure real(wp) function error_in_time(solver, old, new) result(error)
+    type(step_solver_t), intent(in) :: solver
+    type(state_t), intent(in) :: old, new !! before and after it; of these the largest energy
+    real(wp) :: e(3, size(new%displacement, 2))
+
+    error = 0.0_wp
+    if (.not. new%largest_energy > 0.0_wp) return
+    associate (inertia => solver%body%inertia)
+      e = merge(0.0_wp, new%acceleration - old%acceleration, solver%body%prescribed)
+      call follow_masters(solver%body%constraints, e)
+      error = (inertia%beta - 1.0_wp/6.0_wp)*inertia%dt*sqrt(max(0.0_wp, sum(e*times_mass( &
+        inertia%mass, e)))/(2.0_wp*new%largest_energy))
+    end associate
+    error = max(error, max(abs(new%contact_work - old%contact_work), given(new) - given(old))/ &
+      new%largest_energy)
+
+  contains
+
+    !> The energy that contact and the scheme have given.
+    pure real(wp) function given(state)
+      type(state_t), intent(in) :: state
+
+      given = state%kinetic_energy + state%strain_energy + state%dissipation - &
+        state%external_work - state%begun_energy
+    end function given
+  end function error_in_time
 
   !> Where a *STEP begins its loads may jump: have the first increment begin with the accelerations
   !> and the forces that it ended with.

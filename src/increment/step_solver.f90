@@ -24,7 +24,7 @@ module step_solver_mod
   use finite_forces_mod, only: tangent_t
   use bodies_mod, only: tangent_at
   use mass_matrix_mod, only: mass_t
-  use inertia_mod, only: inertia_t
+  use inertia_mod, only: inertia_t, new_inertia
   use own_mass_mod, only: own_mass_t, own_mass_of
   use dynamic_step_mod, only: make_inertia, are_alike
   use contact_interface_mod, only: interface_dofs
@@ -36,7 +36,8 @@ module step_solver_mod
   implicit none
   private
 
-  public :: step_solver_t, set_supports, prepare_step, widen_interface, linearise_at, take_tangent
+  public :: step_solver_t, set_supports, prepare_step, widen_interface, linearise_at, &
+    take_tangent, take_duration
 
   type :: step_solver_t
     type(choices_t) :: choices
@@ -198,6 +199,28 @@ contains
     call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
       solver%on_tangents, error)
   end subroutine take_tangent
+
+  !> In a dynamic *STEP: the factor for increments of a length, and what loads do by it.
+  subroutine take_duration(scene, points, dt, solver, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    real(wp), intent(in) :: dt                       !! [time]
+    type(step_solver_t), intent(inout) :: solver     !! prepared for the step
+    type(error_t), allocatable, intent(out) :: error !! as of set_supports and prepare_step
+    type(solver_work_t) :: work
+    logical :: prescribed(3, scene%mesh%n_nodes)
+
+    associate (inertia => solver%body%inertia)
+      if (.not. abs(inertia%dt - dt) > 0.0_wp) return
+      inertia = new_inertia(inertia%mass, inertia%alpha, dt)
+    end associate
+    prescribed = solver%body%prescribed
+    work = solver%on_tangents
+    call make_all(scene, points, prescribed, solver, work, error)
+    if (.not. allocated(error)) call respond_to_loads(scene, solver%choices%tolerance, &
+      solver%body, solver%response, work, error)
+    solver%on_tangents = work
+  end subroutine take_duration
 
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.
   subroutine widen_interface(scene, points, solver, work, error)

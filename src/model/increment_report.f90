@@ -143,6 +143,8 @@ module increment_report_mod
     integer  :: tangents = 0            !! that were factorised, at finite strain
     integer  :: worst_element = 0       !! that would turn inside out; 0: none
     integer  :: local_iterations = 0    !! summed over points and sweeps
+    real(wp) :: in_time = -1.0_wp
+    !! error of a dynamic increment by its length, as of error_in_time; negative: of others [-]
     real(wp) :: residual = 0.0_wp       !! scaled natural map [-]
     real(wp) :: unrefined = 0.0_wp !! out of balance before Newton-Raphson corrected it [-]
     real(wp) :: imbalance = 0.0_wp !! and at the end, of the largest nodal force [-]

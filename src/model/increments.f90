@@ -12,7 +12,7 @@ module increments_mod
   private
 
   public :: increment_t, next_increment, count_increments, done_of_deck, ends_step, mark_end, &
-    is_extra, asked_number, increment_name, largest_length, rounded_up
+    is_extra, asked_number, increment_name, largest_length, rounded_up, duration_of
   public :: whole_increment, smallest_increment
 
   integer(i8), parameter :: whole_increment = 2_i8**32 !! parts in an increment of the deck
@@ -49,6 +49,14 @@ contains
       length = 2*length
     end do
   end function largest_length
+
+  !> How long so many parts are: of as many the same to the last bit.
+  pure real(wp) function duration_of(step, parts) result(duration)
+    type(load_step_t), intent(in) :: step
+    integer(i8), intent(in) :: parts
+
+    duration = real(parts, wp)/(real(step%n_increments, wp)*real(whole_increment, wp))*step%period
+  end function duration_of
 
   !> The first end of the deck's increments at a position or behind it.
   pure integer(i8) function rounded_up(position)

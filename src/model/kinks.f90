@@ -12,8 +12,8 @@ module kinks_mod
   implicit none
   private
 
-  public :: find_kinks, used_amplitudes, followed_amplitudes, has_too_many, most_touches, &
-    most_events, count_between
+  public :: find_kinks, find_jumps, used_amplitudes, followed_amplitudes, has_too_many, &
+    most_touches, most_events, count_between
 
   integer,  parameter :: most_kinks = 10
   !! in an increment, on the average, unless the step asks for all of them
@@ -86,6 +86,36 @@ contains
       missed = max(missed, beyond_ends(amplitudes(k), step, positions, kinks, step_start))
     end do
   end subroutine find_kinks
+
+  !> Where tables jump inside a step, or rise in less than the smallest increment: where increments
+  !> end, and the time at which the jump is over.
+  pure subroutine find_jumps(amplitudes, step, step_start, jumps, over)
+    type(amplitude_t), intent(in) :: amplitudes(:)    !! that the step follows
+    type(load_step_t), intent(in) :: step
+    real(wp), intent(in) :: step_start                !! time of the run
+    integer(i8), allocatable, intent(out) :: jumps(:) !! (n) in parts of the deck's increments
+    real(wp), allocatable, intent(out) :: over(:)     !! (n) of the step [time]
+    real(wp) :: begin, shortest
+    integer :: k, i
+
+    allocate (jumps(0), over(0))
+    shortest = step%period/step%n_increments*real(smallest_increment, wp)/real(whole_increment, wp)
+    do k = 1, size(amplitudes)
+      associate (a => amplitudes(k))
+        if (allocated(a%cosine)) cycle
+        begin = merge(-step_start, 0.0_wp, a%total)
+        do i = 2, size(a%time)
+          if (a%time(i) - a%time(i - 1) > shortest) cycle
+          if (.not. abs(a%value(i) - a%value(i - 1)) > straight*maxval(abs(a%value))) cycle
+          associate (at => a%time(i - 1) + begin)
+            if (at < shortest .or. at > step%period - shortest) cycle
+            jumps = [jumps, position_of(step, at)]
+            over = [over, a%time(i) + begin]
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine find_jumps
 
   !> The times of a step at which a Fourier series turns round: where its derivative
   !>
@@ -266,9 +296,16 @@ contains
     integer, intent(in) :: step
     logical, intent(in) :: has_contact
     integer(i8), allocatable :: kinks(:)
+    real(wp), allocatable :: over(:)
 
     most_events = 0
     if (steps(step)%direct) return
+    if (steps(step)%is_dynamic) then
+      call find_jumps(pack(amplitudes, followed_amplitudes(amplitudes, steps, step)), &
+        steps(step), start_of_step(steps, step), kinks, over)
+      most_events = size(kinks)
+      return
+    end if
     call find_kinks(pack(amplitudes, followed_amplitudes(amplitudes, steps, step)), steps(step), &
       kinks, start_of_step(steps, step))
     if (.not. has_too_many(kinks, steps(step))) most_events = count(.not. is_near_end(kinks))

@@ -79,6 +79,8 @@ module loads_mod
     real(wp) :: increment = 1.0_wp
     integer  :: n_increments = 1
     real(wp) :: largest = huge(1.0_wp)          !! increment that they grow to, without DIRECT
+    real(wp) :: smallest = 0.0_wp
+    !! that those of a dynamic step are cut to for their error in time; 0: the program's own
     logical  :: direct = .false.                !! keep the increments as they are
     logical  :: is_dynamic = .false. !! *DYNAMIC: inertia counts, and loads without amplitude jump
     real(wp) :: alpha = 0.0_wp       !! of the scheme of a dynamic step, -1/2 to 0 [-]

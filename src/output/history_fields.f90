@@ -127,6 +127,8 @@ contains
         call real_number('energy/balance', 'kinetic energy of the beginning, work and work of '// &
           'contact, less kinetic energy, strain and dissipation: what the scheme has taken', &
           'energy', parts*e%balance)
+        call ratio('error/in_time', 'error of the increment by its length, beside the energy; '// &
+          '-1: no dynamic increment', report%in_time)
       else
         call real_number('energy/balance', 'work less strain less dissipation: of the order of '// &
           'the increment', 'energy', parts*e%balance)

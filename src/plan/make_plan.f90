@@ -235,7 +235,8 @@ contains
     call add_figure(plan, 'equations', real(plan%n_equations, wp), bound)
     call add_figure(plan, 'interface_equations', real(plan%n_interface, wp), bound)
     call add_figure(plan, 'factorisations', real(plan%n_factorisations + plan%n_tangents, wp), &
-      merge(bound_about, bound_at_most, scene%finite_strain))
+      merge(bound_about, bound_at_most, scene%finite_strain .or. any(scene%steps%is_dynamic .and. &
+      .not. scene%steps%direct)))
     call add_figure(plan, 'contact_points', real(count(plan%rows > 0), wp), bound_at_most)
     call add_figure(plan, 'contact_rows', real(sum(plan%rows), wp), bound_at_most)
     call add_figure(plan, 'compliance_bytes', 8.0_wp*entries_of(plan%blocks), bound)

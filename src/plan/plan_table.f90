@@ -20,6 +20,7 @@ module plan_table_mod
   use alternatives_mod, only: where_in_words
   use amounts_mod, only: bytes_in_words, bounds_in_words
   use shadow_run_mod, only: count_shadows
+  use dynamic_step_mod, only: crossing_time
   use mesh_mod, only: mesh_t, plane_strain, plane_stress, axisymmetric
   implicit none
   private
@@ -69,6 +70,9 @@ contains
       factorisations_in_words(plan, scene%finite_strain))
     call add_line(plan, 'increments', bound_of_increments(scene), increments_in_words(scene, &
       plan), counted_increments(scene, plan))
+    if (any(scene%steps%is_dynamic)) call add_line(plan, 'inertia', 0, 'sound takes '// &
+      to_text(crossing_time(scene, plan%points), 2)//' across the smallest element at contact: '// &
+      'what impacts want of increments')
     accuracy = accuracy_in_words(scene%accuracy)
     if (scene%accuracy%wanted > 0.0_wp .or. is_bounded(scene%accuracy)) call add_line(plan, &
       'accuracy', 0, accuracy, accuracy)
@@ -138,6 +142,8 @@ contains
     if (plan%n_events > 0) words = words//'; up to '//to_text(plan%n_events)// &
       ' more at breakpoints of amplitudes or first contact'
     words = words//'; halved if not converged'
+    if (any(scene%steps%is_dynamic .and. .not. scene%steps%direct)) words = words// &
+      ' or wrong in time, doubled while they are hardly so'
     if (scene%accuracy%wanted > 0.0_wp) words = words//' or not accurate enough'
   end function increments_in_words
 

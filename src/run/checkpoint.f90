@@ -21,7 +21,6 @@ module checkpoint_mod
   use transfer_mod, only: note_freedom
   use dynamic_step_mod, only: are_alike
   use step_solver_mod, only: step_solver_t, set_supports, prepare_step
-  use newmark_mod, only: begin_motion
   use look_ahead_mod, only: ahead_t, carry_ahead
   use load_step_error_mod, only: coarse_run_t, start_coarse
   use shadow_run_mod, only: shadow_run_t, count_shadows
@@ -65,6 +64,8 @@ module checkpoint_mod
     !! negative: not known [-]
     integer :: touched_in = 0
     !! the last *STEP of which it was told that contact begins inside an increment; 0: none
+    integer :: too_long_in = 0
+    !! the last dynamic *STEP of which it was told that increments are too long; 0: none
     type(mesh_sequence_t), allocatable :: sequence
     !! runs before this one, where an accuracy chooses the mesh
     real(wp), allocatable :: values(:, :)
@@ -198,6 +199,7 @@ contains
     call archive(list, progress%widened_in)
     call archive(list, progress%in_double)
     call archive(list, progress%touched_in)
+    call archive(list, progress%too_long_in)
     do i = 1, size(progress%geometry)
       call archive(list, progress%geometry(i))
     end do
@@ -242,8 +244,6 @@ contains
     begun%displacement = progress%begun
     call prepare_step(scene, increment%step, begun, solver, progress%tally%work, error)
     if (allocated(error)) return
-    if (increment%first_of_step) call begin_motion(scene, plan%points, solver, increment, &
-      progress%state)
     progress%cycles = load_cycles_t()
     if (.not. scene%steps(increment%step)%is_dynamic) progress%cycles = cycles_of_step(scene, &
       increment%step, solver%response%loads)

@@ -5,7 +5,8 @@ module increment_notes_mod
   use scene_mod, only: scene_t, master_name
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
-  use increments_mod, only: increment_t, increment_name, count_increments, whole_increment
+  use increments_mod, only: increment_t, increment_name, count_increments, whole_increment, &
+    duration_of
   use increment_report_mod, only: increment_report_t, energy_t, count_redundant
   use kinks_mod, only: has_too_many
   use turns_mod, only: largest_turn, most_turn
@@ -33,7 +34,7 @@ module increment_notes_mod
     note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
     note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown, &
-    note_energy
+    note_energy, note_too_long, note_jump
 
   !> A line for the console.
   type :: note_t
@@ -545,12 +546,26 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
 
     associate (n => scene%steps(increment%step)%n_increments)
+      if (scene%steps(increment%step)%is_dynamic .and. increment%number /= n) then
+        call add_note(notes, increment, .false., ': '//to_text(increment%number)// &
+          ' increments in place of '//to_text(n)//', by their error in time')
+        return
+      end if
       if (increment%position < n*whole_increment .or. increment%number >= n) return
       call add_note(notes, increment, .false., ': '//to_text(increment%number)// &
         ' increments in place of '//to_text(n)//': they grew, as load steps make less error '// &
         'than a third of the mesh''s')
     end associate
   end subroutine note_grown
+
+  !> An amplitude that jumps inside an increment of a dynamic *STEP.
+  pure subroutine note_jump(increment, notes)
+    type(increment_t), intent(in) :: increment
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    call add_note(notes, increment, .true., ': an amplitude jumps inside it: loads go there in '// &
+      'a straight line; without DIRECT an increment would end at the jump')
+  end subroutine note_jump
 
   !> Increments of the *STEP in which an obstacle turns far.
   pure subroutine note_turn(scene, increment, notes)
@@ -617,6 +632,20 @@ contains
     end if
     call add_note(notes, increment, .true., words)
   end subroutine note_settled
+
+  !> An increment that is as short as increments get, and too long for its error in time.
+  pure subroutine note_too_long(scene, increment, error, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: error !! as of error_in_time [-]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+
+    associate (step => scene%steps(increment%step))
+      call add_note(notes, increment, .true., ': of '//to_text(duration_of(step, &
+        increment%position - increment%start), 2)//', as short as increments get, and the '// &
+        'error in time is '//percent(error)//'; a third number of *DYNAMIC allows shorter ones')
+    end associate
+  end subroutine note_too_long
 
   !> What the scheme in time has taken of the energy at the end of a dynamic *STEP, and what contact
   !> has given that does no work in nature.

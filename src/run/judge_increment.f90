@@ -12,7 +12,7 @@ module judge_increment_mod
   use cells_mod, only: hexahedron_20_of_14, hexahedron_20_reduced
   use mesh_mod, only: mesh_t, kind_c3d8
   use mesh_size_mod, only: relative_size
-  use increments_mod, only: increment_t, is_extra
+  use increments_mod, only: increment_t, is_extra, smallest_increment
   use state_mod, only: state_t
   use increment_report_mod, only: increment_report_t, ended_out_of_balance, ended_inverted
   use step_solver_mod, only: step_solver_t
@@ -54,7 +54,7 @@ module judge_increment_mod
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
-    note_past_side, note_grown, note_energy
+    note_past_side, note_grown, note_energy, note_jump
   use yielded_bodies_mod, only: yielded_t, find_yielded
   use sector_slips_mod, only: find_past_sides
   implicit none
@@ -417,6 +417,13 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     integer :: n_inside
 
+    if (scene%steps(increment%step)%is_dynamic) then
+      if (count_between(solver%response%loads%jumps, increment%start + smallest_increment, &
+        increment%position - smallest_increment) == 0) return
+      if (progress%touched_in /= increment%step) call note_jump(increment, notes)
+      progress%touched_in = increment%step
+      return
+    end if
     associate (kinks => solver%response%loads%kinks, tally => progress%tally)
       if (is_extra(increment%position) .and. increment%position == progress%size%event) then
         tally%at_events = tally%at_events + 1

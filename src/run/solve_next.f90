@@ -20,7 +20,8 @@ module solve_next_mod
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
   use look_ahead_mod, only: forget => cut
-  use choose_increment_mod, only: choose_increment, pass_touch, cut_increment
+  use choose_increment_mod, only: choose_increment, pass_touch, cut_increment, grow_in_time
+  use increments_in_time_mod, only: is_too_long, shortest_in_time
   use faces_between_nodes_mod, only: find_entries
   use unfelt_overlaps_mod, only: find_entered_faces
   use passed_faces_mod, only: find_passed_faces
@@ -31,7 +32,7 @@ module solve_next_mod
   use checkpoint_mod, only: progress_t, enter_step
   use refuse_unsolved_mod, only: is_solved, next_tolerance
   use increment_notes_mod, only: note_t, note_unsolved, note_started, note_widened, note_passed, &
-    note_turn, note_double
+    note_turn, note_double, note_too_long
   use judge_increment_mod, only: solved_t, watch_t, least_overlap
   implicit none
   private
@@ -104,7 +105,11 @@ contains
         if (is_solved(scene, solved%report)) then
           call look_between_ends(scene, plan, solver%choices%tolerance, watch, progress, solved)
           passes = solved%entries%passed%depth > 0.0_wp
-          if (.not. passes) return
+          if (.not. passes) then
+            call follow_time(scene, plan, progress, solved, notes, is_cut)
+            if (.not. is_cut) return
+            cycle sizes
+          end if
         end if
         is_passed = .false.
         if (.not. passes) call pass_touch(increment, progress%size, is_passed)
@@ -134,6 +139,36 @@ contains
       end do sizes
     end associate
   end subroutine solve_next
+
+  !> In a dynamic *STEP: cut an increment that is solved, but too long; else say how long the next
+  !> is to be.
+  subroutine follow_time(scene, plan, progress, solved, notes, is_cut)
+    type(scene_t), intent(in) :: scene
+    type(plan_t), intent(in) :: plan
+    type(progress_t), intent(inout) :: progress !! its sizes and tally
+    type(solved_t), intent(in) :: solved
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    logical, intent(out) :: is_cut
+
+    is_cut = .false.
+    associate (increment => solved%increment, error => solved%report%in_time)
+      associate (step => scene%steps(increment%step))
+        if (step%direct .or. .not. step%is_dynamic) return
+      end associate
+      if (is_too_long(error)) then
+        if (increment%position - increment%start >= 2*shortest_in_time(scene, plan%points, &
+          increment%step)) call cut_increment(scene, increment, progress%size, is_cut)
+        if (is_cut) then
+          progress%tally%cuts = progress%tally%cuts + 1
+          return
+        end if
+        if (progress%too_long_in /= increment%step) call note_too_long(scene, increment, error, &
+          notes)
+        progress%too_long_in = increment%step
+      end if
+      call grow_in_time(increment, error, progress%size)
+    end associate
+  end subroutine follow_time
 
   !> At finite strain: which tangent's factor serves. Where an increment is not solved with one of
   !> elsewhere, that of its beginning, with which it is to be solved again. Where it is, but took

@@ -57,6 +57,11 @@ def step(dt, period, cards="", alpha=-0.05):
     return f"*STEP\n*DYNAMIC, DIRECT, ALPHA={alpha!r}\n{dt!r}, {period!r}\n{cards}*END STEP\n"
 
 
+def by_error(deck):
+    """Return the deck with increments by their error in time."""
+    return deck.replace("*DYNAMIC, DIRECT", "*DYNAMIC")
+
+
 def bar(alpha=-0.05, n=20, period=2.0):
     """Return the deck of a bar of length 10 that strikes a wall at 10; E 900, density 1."""
     return (
@@ -282,11 +287,65 @@ class ClosedForms(DynamicCase):
         whole = slide(low=-0.5, period=0.2).replace("*STEP", sharp)
         half = slide((4, 2, 2), 0.0, 0.5, "*BOUNDARY\nB-YMIN, 2, 2\n", 0.2).replace("*STEP", sharp)
         with self.solve(whole) as whole, self.solve(half) as half:
+            most = whole.history("energy/kinetic").max()
             for name in ("kinetic", "strain", "dissipation", "balance"):
                 one, two = (r.history(f"energy/{name}") for r in (whole, half))
-                np.testing.assert_allclose(one, 2 * two, rtol=0, atol=1e-10 * abs(one).max())
+                np.testing.assert_allclose(one, 2 * two, rtol=0, atol=1e-10 * most)
             one, two = (r.pairs[0].resultant[:, ::2] for r in (whole, half))
             np.testing.assert_allclose(one, 2 * two, rtol=0, atol=1e-8 * abs(one).max())
+
+
+class Increments(DynamicCase):
+    def test_they_follow_their_error(self):
+        """Any first one leads to the same pressure of a bar, in fewer than DIRECT takes for it."""
+        direct = bar()
+        for dt in (0.2, 0.005):
+            deck = by_error(direct.replace(f"{1 / 60!r}, 2.0", f"{dt!r}, 2.0"))
+            with self.subTest(dt), self.solve(deck) as result:
+                ends = np.concatenate([[0.0], result.history("time")])
+                force = result.pairs[0].resultant[:, 2]
+                exact = np.clip(ends, 0.5, 0.5 + 2 / 3)
+                far = abs(force * np.diff(ends) - 300 * np.diff(exact)).sum()
+                self.assertLess(far / 200.0, 0.08)
+                self.assertLess(len(force), 100)
+                self.assertLessEqual(result.history("error/in_time").max(), 0.03)
+                lengths = np.diff(ends) / dt
+                power = np.log2(lengths[:-1])
+                np.testing.assert_allclose(power, np.rint(power), atol=1e-9)
+        smallest = by_error(direct.replace(f"{1 / 60!r}, 2.0", "0.2, 2.0, 0.1"))
+        run = Run(smallest, name="d")
+        self.assertIn("as short as increments get", run.output)
+
+    def test_a_load_that_jumps_acts_from_there_on(self):
+        """A block that lies there is pulled by 10 from 0.1 on, and friction holds 3 of it."""
+        table = "*AMPLITUDE, NAME=J\n0., 0., 0.1, 0., 0.10000001, 1., 1., 1.\n"
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 0.5), (4, 4, 2))
+            + MATERIAL.format(1e4, 0.3)
+            + before_plane(0.0, 0.3)
+            + table
+            + step(
+                0.01,
+                0.4,
+                weight((0, 0, -10.0)) + "*DLOAD, AMPLITUDE=J\nB, GRAV, 10., 1., 0., 0.\n",
+            )
+        )
+        for text in (deck, by_error(deck)):
+            with self.subTest(text is deck), self.solve(text) as result:
+                u, v = (result.field(x)[:, 0].mean() for x in ("displacement", "velocity"))
+                self.assertAlmostEqual(u / 0.315, 1.0, delta=0.01)
+                self.assertAlmostEqual(v / 2.1, 1.0, delta=0.005)
+        late = Run(deck.replace("0., 0., 0.1, 0., 0.10000001", "0., 0., 0.105, 0., 0.10500001"),
+                   name="d")
+        self.assertIn("an amplitude jumps inside it", late.output)
+
+    def test_a_step_that_goes_on_changes_nothing(self):
+        """Two steps with the same loads are one."""
+        whole = slide(period=0.2)
+        parts = slide(period=0.1) + step(0.01, 0.1, weight((0, 0, -10.0)))
+        with self.solve(whole) as whole, self.solve(parts) as parts:
+            for name in ("displacement", "velocity"):
+                np.testing.assert_allclose(whole.field(name), parts.field(name), atol=1e-13)
 
 
 class Energies(DynamicCase):
@@ -336,15 +395,15 @@ class Steps(DynamicCase):
             self.assertLess(result.history("energy/kinetic")[-1], 1e-16)
 
     def test_a_continued_run_is_the_same_to_the_bit(self):
-        deck = slide()
-        with self.solve(deck) as once, self.solve(
-            deck, "--continue", ended_at=("1", "20")
-        ) as twice:
-            for name in ("displacement", "velocity", "acceleration"):
-                np.testing.assert_array_equal(once.field(name), twice.field(name))
-            np.testing.assert_array_equal(
-                once.history("energy/balance"), twice.history("energy/balance")
-            )
+        for deck, at in ((slide(), "20"), (by_error(slide(dt=0.02)), "1")):
+            with self.subTest(at), self.solve(deck) as once, self.solve(
+                deck, "--continue", ended_at=("1", at)
+            ) as twice:
+                for name in ("displacement", "velocity", "acceleration"):
+                    np.testing.assert_array_equal(once.field(name), twice.field(name))
+                np.testing.assert_array_equal(
+                    once.history("energy/balance"), twice.history("energy/balance")
+                )
 
     def test_what_is_tied_falls_together(self):
         tied = (

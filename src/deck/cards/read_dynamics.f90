@@ -35,13 +35,10 @@ contains
     logical, intent(in) :: has_pairs  !! contact pairs
     type(load_step_t), intent(inout) :: step
     integer :: choice
-    logical :: ok, is_explicit, keeps
+    logical :: ok, is_explicit
 
     step%is_dynamic = .true.
-    ! Nothing cuts its increments.
-    step%direct = .true.
-    keeps = .false.
-    call flag_option(reader, card, 'DIRECT', keeps)
+    call flag_option(reader, card, 'DIRECT', step%direct)
     is_explicit = .false.
     call flag_option(reader, card, 'EXPLICIT', is_explicit)
     choice = 1
@@ -58,9 +55,8 @@ contains
         'lost; in Abaqus the default of models with contact is APPLICATION=MODERATE '// &
         'DISSIPATION, '//to_text(moderate))
     end if
-    if (is_explicit) call note(reader, '*DYNAMIC, EXPLICIT is solved implicitly')
-    if (.not. (keeps .or. is_explicit)) call note(reader, '*DYNAMIC keeps its increments, with '// &
-      'or without DIRECT')
+    if (is_explicit) call note(reader, '*DYNAMIC, EXPLICIT is solved implicitly: increments '// &
+      'are as long as their error in time allows, and the largest on its line')
   end subroutine read_scheme
 
   !> *INITIAL CONDITIONS, TYPE=VELOCITY: set or node, dof, velocity. Of one node and dof the last

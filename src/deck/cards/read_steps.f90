@@ -340,8 +340,11 @@ contains
     call read_time(1, 'the increment', merge(part, 1.0_wp, step%is_dynamic)*step%period, &
       step%increment)
     call read_time(3, 'the smallest increment', 0.0_wp, smallest)
-    if (smallest > 0.0_wp) call note(reader, 'the smallest increment of *'//card%keyword// &
-      ' is ignored')
+    if (step%is_dynamic) then
+      step%smallest = smallest
+    else if (smallest > 0.0_wp) then
+      call note(reader, 'the smallest increment of *STATIC is ignored')
+    end if
     call read_time(4, 'the largest increment', huge(1.0_wp), step%largest)
     if (step%is_dynamic) then
       step%increment = min(step%increment, step%largest)
