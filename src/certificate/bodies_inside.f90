@@ -1,354 +1,510 @@
-!> Nodes of bodies that are inside other bodies where no contact pair would keep them out.
+!> Bodies inside other bodies, or inside themselves, where no contact keeps them out.
 !>
-!> By code of its own: a ray from the node through the outer faces of the other body, moved places
-!> alone. docs/theory.md section 6.
+!> By code of its own, from moved places alone. docs/theory.md section 6.
 module bodies_inside_mod
   use kinds_mod, only: wp
-  use connectivity_mod, only: corners_in
+  use contact_points_mod, only: contact_points_t, is_pair_removed
+  use increment_report_mod, only: contact_fields_t
+  use box_tree_mod, only: list_pairs
+  use hulls_mod, only: hulls_t, make_hulls, n_triangles, triangle, times_inside, depth_below, &
+    find_piercing
+  use outer_edges_mod, only: edges_t, edges_of, way_inwards, rises, beside
   use scene_mod, only: scene_t
   use small_matrix_mod, only: cross
-  use contact_points_mod, only: contact_points_t, is_pair_removed
+  use surfaces_mod, only: all_nodes_of
   implicit none
   private
 
   public :: inside_t, find_inside
 
-  !> A node inside a body.
+  !> A place inside a body.
   type :: inside_t
     integer :: node = 0            !! 0: there is none
+    integer :: other_node = 0      !! the other end of the edge that it is on; 0: it is the node
     integer :: piece = 0           !! of the mesh, that it is in
+    integer :: pair = 0            !! that has the faces there, and does not feel it; 0: none has
     real(wp) :: depth = 0.0_wp     !! to the nearest outer face [length]
   end type inside_t
 
-  !> The outer faces of a piece of the mesh in triangles, and which of them rays along x meet.
-  type :: hull_t
-    real(wp), allocatable :: corner(:, :, :) !! (3,3,n) [length]
-    integer :: cells = 1                     !! along y and along z
-    real(wp) :: low(2) = 0.0_wp, width(2) = 1.0_wp !! of the cells in y and z [length]
-    integer, allocatable :: first(:)         !! (cells**2+1)
-    integer, allocatable :: triangle(:)      !! of each cell
-  end type hull_t
+  !> A state, and what does not count in it.
+  type :: look_t
+    type(hulls_t) :: hulls               !! where bodies are
+    real(wp), allocatable :: u(:, :)     !! (3,n_nodes) [length]
+    logical,  allocatable :: presses(:)
+    !! (0:n_nodes) whether a contact force acts on a slave, or on another of one of its faces
+    real(wp), allocatable :: entered(:)
+    !! (n_pairs) how deep faces of a pair that presses are in each other between nodes [length]
+    real(wp), allocatable :: extra_gap(:)
+    !! (0:n_nodes) that the deck adds to those of slaves [length]
+    real(wp), allocatable :: rise(:)     !! (n_faces) of `rises` [length]
+    integer,  allocatable :: skipped(:, :) !! (2,n) pieces that may be in each other
+    integer :: only(2) = 0               !! pieces that are looked at; 0: all
+    real(wp) :: allowed = 0.0_wp         !! depth that is none [length]
+    logical :: ends_step = .true.
+  end type look_t
+
+
+  real(wp), parameter :: beyond = 4.0_wp
+  !! as deep may the corners of faces be as the deepest place that means are taken over [-]
 
 contains
 
-  !> The node that is deepest inside another body, of those on outer faces that no pair has before
-  !> this body. Bodies that constraints join do not count, nor do those that overlap there in the
-  !> mesh of the deck or may by *CONTACT EXCLUSIONS, nor those whose pair a *STEP has removed.
-  type(inside_t) function find_inside(scene, points, u, least) result(deepest)
+  !> The place that is deepest inside another body, or inside its own a second time, of nodes and
+  !> edges of outer faces.
+  !>
+  !> Where a contact pair has the faces, edges alone count, at the end of a *STEP; near nodes that
+  !> press they are allowed what is between nodes. Bodies that constraints join do not count, nor
+  !> those that overlap in the mesh of the deck or may by *CONTACT EXCLUSIONS, nor those whose pair
+  !> a *STEP has removed.
+  pure subroutine find_inside(scene, points, contact, u, least, ends_step, deepest)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
-    real(wp), intent(in) :: u(:, :)   !! (3,n_nodes) [length]
-    real(wp), intent(in) :: least     !! depth that rounding and tolerance leave [length]
-    real(wp), parameter :: beside = 1.0e-6_wp !! of the mesh: rays begin beside their nodes [-]
-    real(wp) :: x(3, size(u, 2)), low(3, scene%mesh%n_pieces), high(3, scene%mesh%n_pieces)
-    logical :: of_slave(scene%mesh%n_pieces, size(scene%pairs))
-    logical :: of_master(scene%mesh%n_pieces, size(scene%pairs))
-    integer :: body(scene%mesh%n_pieces), node(size(u, 2)), start(scene%mesh%n_pieces + 1)
-    type(hull_t) :: hull, at_rest
-    integer, allocatable :: found(:)
-    integer :: piece, other, k, i
-    logical :: has_hull
-    real(wp) :: depth, allowed
+    type(contact_fields_t), intent(in) :: contact !! at the end of the increment
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) [length]
+    real(wp), intent(in) :: least          !! depth that rounding and tolerance leave [length]
+    logical, intent(in) :: ends_step
+    type(inside_t), intent(out) :: deepest
+    type(inside_t) :: at_rest
+    type(look_t) :: now, rest
+    integer :: i
 
-    if (.not. allocated(scene%mesh%skin) .or. scene%mesh%n_pieces < 2) return
-    x = scene%mesh%coordinates + u
-    allowed = least + beside*norm2(maxval(x, 2) - minval(x, 2))
-    call list_nodes()
-    call list_pairs()
-    do piece = 1, scene%mesh%n_pieces
-      has_hull = .false.
-      do other = 1, scene%mesh%n_pieces
-        if (body(other) == body(piece) .or. may_overlap(piece, other)) cycle
-        if (any(low(:, piece) + allowed >= high(:, other) .or. high(:, piece) - allowed <= &
-          low(:, other))) cycle
-        call candidates(piece, other, found)
-        if (size(found) == 0) cycle
-        if (.not. has_hull) hull = hull_of(scene, piece, x)
-        has_hull = .true.
-        if (.not. is_closed(hull)) exit
-        do k = 1, size(found)
-          i = found(k)
-          if (.not. is_in(hull, x(:, i))) cycle
-          depth = depth_in(hull, x(:, i))
-          if (depth <= max(allowed, deepest%depth)) cycle
-          if (.not. allocated(at_rest%corner)) at_rest = hull_of(scene, piece, &
-            scene%mesh%coordinates)
-          if (is_in(at_rest, scene%mesh%coordinates(:, i))) exit
-          deepest = inside_t(i, piece, depth)
-        end do
-      end do
-      if (allocated(at_rest%corner)) deallocate (at_rest%corner)
+    if (.not. allocated(scene%mesh%skin)) return
+    if (size(scene%mesh%skin) == 0) return
+    now%u = u
+    call make_hulls(scene%mesh, scene%mesh%coordinates + u, now%hulls)
+    now%ends_step = ends_step
+    now%allowed = least + beside*now%hulls%extent
+    allocate (now%entered(size(scene%pairs)), source=0.0_wp)
+    allocate (now%presses(0:scene%mesh%n_nodes), source=.false.)
+    allocate (now%extra_gap(0:scene%mesh%n_nodes), source=0.0_wp)
+    do i = 1, points%n
+      if (scene%pairs(points%pair(i))%master > 0) cycle
+      now%extra_gap(points%node(i)) = max(now%extra_gap(points%node(i)), points%extra_gap(i))
+      if (.not. any(abs(contact%reaction(:, i)) > 0.0_wp)) cycle
+      now%presses(points%node(i)) = .true.
+      now%entered(points%pair(i)) = max(now%entered(points%pair(i)), -contact%least_gap(i))
     end do
-
-  contains
-
-    !> The nodes on outer faces by their pieces, the boxes of these, and the bodies they are of.
-    subroutine list_nodes()
-      logical :: is_outer(0:size(u, 2))
-      integer :: next(scene%mesh%n_pieces), j, p
-
-      is_outer = .false.
-      do j = 1, size(scene%mesh%skin, 2)
-        is_outer(scene%mesh%skin(:, j)) = .true.
-      end do
-      start = 0
-      low = huge(1.0_wp)
-      high = -huge(1.0_wp)
-      body = 0
-      do j = 1, size(u, 2)
-        if (.not. is_outer(j)) cycle
-        p = scene%mesh%piece(j)
-        start(p + 1) = start(p + 1) + 1
-        low(:, p) = min(low(:, p), x(:, j))
-        high(:, p) = max(high(:, p), x(:, j))
-        body(p) = scene%mesh%body(j)
-      end do
-      start(1) = 1
-      do p = 2, size(start)
-        start(p) = start(p) + start(p - 1)
-      end do
-      next = start(:scene%mesh%n_pieces)
-      do j = 1, size(u, 2)
-        if (.not. is_outer(j)) cycle
-        p = scene%mesh%piece(j)
-        node(next(p)) = j
-        next(p) = next(p) + 1
-      end do
-    end subroutine list_nodes
-
-    !> Which pieces each pair of two surfaces has.
-    subroutine list_pairs()
-      integer :: p
-
-      of_slave = .false.
-      of_master = .false.
-      do p = 1, size(scene%pairs)
-        if (scene%pairs(p)%master_surface == 0) cycle
-        of_slave(scene%mesh%piece(scene%surfaces(scene%pairs(p)%surface)%nodes), p) = .true.
-        of_master(scene%mesh%piece(scene%surfaces(scene%pairs(p)%master_surface)%nodes), p) = &
-          .true.
-      end do
-    end subroutine list_pairs
-
-    !> Whether the deck lets two pieces overlap.
-    pure logical function may_overlap(one, two)
-      integer, intent(in) :: one, two
-      integer :: j
-
-      may_overlap = .false.
-      if (.not. allocated(scene%may_overlap)) return
-      do j = 1, size(scene%may_overlap, 2)
-        may_overlap = may_overlap .or. all(scene%may_overlap(:, j) == [min(one, two), max(one, &
-          two)])
-      end do
-    end function may_overlap
-
-    !> The nodes of a piece in the box of another that no pair of both has; none where such a pair
-    !> is removed.
-    pure subroutine candidates(piece, other, found)
-      integer, intent(in) :: piece, other
-      integer, allocatable, intent(out) :: found(:)
-      logical :: is_one(start(other):start(other + 1) - 1)
-      integer :: j, p
-
-      do j = start(other), start(other + 1) - 1
-        is_one(j) = all(x(:, node(j)) > low(:, piece) + allowed .and. x(:, node(j)) < &
-          high(:, piece) - allowed)
-      end do
-      do p = 1, size(scene%pairs)
-        if (.not. any(is_one)) exit
-        if (.not. ((of_slave(piece, p) .and. of_master(other, p)) .or. (of_slave(other, p) .and. &
-          of_master(piece, p)))) cycle
-        if (is_pair_removed(points, p)) is_one = .false.
-        is_one = is_one .and. .not. are_of(node(start(other):start(other + 1) - 1), &
-          scene%surfaces(scene%pairs(p)%surface)%nodes)
-        is_one = is_one .and. .not. are_of(node(start(other):start(other + 1) - 1), &
-          scene%surfaces(scene%pairs(p)%master_surface)%nodes)
-      end do
-      found = pack(node(start(other):start(other + 1) - 1), is_one)
-    end subroutine candidates
-
-  end function find_inside
-
-  !> Which nodes are in a list; both ascend.
-  pure function are_of(nodes, list) result(are)
-    integer, intent(in) :: nodes(:), list(:)
-    logical :: are(size(nodes))
-    integer :: i, k
-
-    k = 1
-    do i = 1, size(nodes)
-      do while (k < size(list))
-        if (list(k) >= nodes(i)) exit
-        k = k + 1
-      end do
-      are(i) = .false.
-      if (size(list) > 0) are(i) = list(k) == nodes(i)
-    end do
-  end function are_of
-
-  !> The outer faces of a piece, quadrilaterals cut about their middle.
-  pure type(hull_t) function hull_of(scene, piece, x) result(hull)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: piece
-    real(wp), intent(in) :: x(:, :)  !! (3,n_nodes) [length]
-    integer :: f, k, n, m, pass, y, z, range(2, 2)
-    real(wp) :: middle(3)
-
-    n = 0
-    do f = 1, size(scene%mesh%skin, 2)
-      if (scene%mesh%piece(scene%mesh%skin(1, f)) /= piece) cycle
-      n = n + merge(1, 4, corners_in(scene%mesh%skin(:, f)) == 3)
-    end do
-    allocate (hull%corner(3, 3, n))
-    n = 0
-    do f = 1, size(scene%mesh%skin, 2)
-      associate (node => scene%mesh%skin(:, f))
-        if (scene%mesh%piece(node(1)) /= piece) cycle
-        m = corners_in(node)
-        if (m == 3) then
-          n = n + 1
-          hull%corner(:, :, n) = x(:, node(:3))
-          cycle
-        end if
-        middle = 0.25_wp*(x(:, node(1)) + x(:, node(2)) + x(:, node(3)) + x(:, node(4)))
-        do k = 1, 4
-          n = n + 1
-          hull%corner(:, 1, n) = x(:, node(k))
-          hull%corner(:, 2, n) = x(:, node(1 + mod(k, 4)))
-          hull%corner(:, 3, n) = middle
-        end do
-      end associate
-    end do
-    hull%cells = max(1, int(sqrt(real(n, wp))))
-    do k = 1, 2
-      hull%low(k) = minval(hull%corner(1 + k, :, :))
-      hull%width(k) = max((maxval(hull%corner(1 + k, :, :)) - hull%low(k))/hull%cells, &
-        tiny(1.0_wp))
-    end do
-    allocate (hull%first(hull%cells**2 + 1), source=0)
-    do pass = 1, 2
-      do f = 1, n
-        do k = 1, 2
-          range(1, k) = cell_of(hull, minval(hull%corner(1 + k, :, f)), k)
-          range(2, k) = cell_of(hull, maxval(hull%corner(1 + k, :, f)), k)
-        end do
-        do z = range(1, 2), range(2, 2)
-          do y = range(1, 1), range(2, 1)
-            m = y + hull%cells*(z - 1)
-            if (pass == 1) then
-              hull%first(m + 1) = hull%first(m + 1) + 1
-            else
-              hull%triangle(hull%first(m)) = f
-              hull%first(m) = hull%first(m) + 1
-            end if
-          end do
-        end do
-      end do
-      if (pass == 1) then
-        hull%first(1) = 1
-        do m = 2, size(hull%first)
-          hull%first(m) = hull%first(m) + hull%first(m - 1)
-        end do
-        allocate (hull%triangle(hull%first(size(hull%first)) - 1))
-      else
-        hull%first(2:) = hull%first(:hull%cells**2)
-        hull%first(1) = 1
+    call add_neighbours(scene, now%presses)
+    now%skipped = removed_pieces(scene, points)
+    do
+      call find_deepest(scene, now, deepest)
+      if (deepest%node == 0) return
+      if (rest%only(1) == 0) then
+        rest = now
+        rest%u = 0.0_wp
+        call make_hulls(scene%mesh, scene%mesh%coordinates, rest%hulls)
+        rest%ends_step = .true.
+        rest%presses = .false.
+        if (allocated(rest%rise)) deallocate (rest%rise)
       end if
+      rest%only = [scene%mesh%piece(deepest%node), deepest%piece]
+      call find_deepest(scene, rest, at_rest)
+      if (at_rest%node == 0) return
+      now%skipped = reshape([now%skipped, rest%only], [2, size(now%skipped, 2) + 1])
     end do
-  end function hull_of
+  end subroutine find_inside
 
-  !> Whether faces enclose something: their area vectors add up to none. Of a part of a scene the
-  !> face that it is cut at is missing.
-  pure logical function is_closed(hull)
-    type(hull_t), intent(in) :: hull
-    real(wp), parameter :: rounding = 1.0e-6_wp !! and hanging nodes, of the whole area [-]
-    real(wp) :: area(3), total, one(3)
-    integer :: f
+  !> Beside what presses: all nodes of the slave faces that have one that does.
+  pure subroutine add_neighbours(scene, presses)
+    type(scene_t), intent(in) :: scene
+    logical, intent(inout) :: presses(0:)
+    integer, allocatable :: faces(:, :)
+    logical :: near(0:size(presses) - 1)
+    integer :: pair, f
 
-    area = 0.0_wp
-    total = 0.0_wp
-    do f = 1, size(hull%corner, 3)
-      associate (c => hull%corner(:, :, f))
-        one = cross(c(:, 2) - c(:, 1), c(:, 3) - c(:, 1))
-      end associate
-      area = area + one
-      total = total + norm2(one)
+    near = presses
+    do pair = 1, size(scene%pairs)
+      if (scene%pairs(pair)%master_surface == 0) cycle
+      faces = all_nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
+      do f = 1, size(faces, 2)
+        if (any(presses(faces(:, f)))) near(faces(:, f)) = .true.
+      end do
     end do
-    is_closed = norm2(area) <= rounding*total
-  end function is_closed
+    presses = near
+    presses(0) = .false.
+  end subroutine add_neighbours
 
-  !> The cell along y or z that a place is in.
-  pure integer function cell_of(hull, place, k) result(cell)
-    type(hull_t), intent(in) :: hull
-    real(wp), intent(in) :: place  !! [length]
-    integer, intent(in) :: k       !! 1: y, 2: z
+  !> Pieces that the deck lets overlap, and those whose pair a *STEP has removed.
+  pure function removed_pieces(scene, points) result(pieces)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, allocatable :: pieces(:, :) !! (2,n)
+    logical :: has(scene%mesh%n_pieces, 2)
+    integer :: p, one, other
 
-    cell = 1 + int(max(0.0_wp, min(real(hull%cells, wp) - 0.5_wp, (place - hull%low(k))/ &
-      hull%width(k))))
-  end function cell_of
-
-  !> Whether a place is inside: a ray along x crosses an odd number of faces. It begins a little
-  !> beside the place, so that it meets no edge of meshes that are alike.
-  pure logical function is_in(hull, place)
-    type(hull_t), intent(in) :: hull
-    real(wp), intent(in) :: place(3)   !! [length]
-    real(wp), parameter :: beside(2) = [1.7320508e-7_wp, 2.2360680e-7_wp] !! of the body [-]
-    real(wp) :: at(2), area(3)
-    integer :: i, k, cell
-
-    is_in = .false.
-    at = place(2:) + beside*hull%cells*hull%width
-    cell = cell_of(hull, at(1), 1) + hull%cells*(cell_of(hull, at(2), 2) - 1)
-    do i = hull%first(cell), hull%first(cell + 1) - 1
-      associate (c => hull%corner(:, :, hull%triangle(i)))
-        do k = 1, 3
-          associate (a => c(2:, 1 + mod(k, 3)) - at, b => c(2:, 1 + mod(k + 1, 3)) - at)
-            area(k) = a(1)*b(2) - a(2)*b(1)
-          end associate
-        end do
-        if (.not. (all(area > 0.0_wp) .or. all(area < 0.0_wp))) cycle
-        if (dot_product(area, c(1, :))/sum(area) > place(1)) is_in = .not. is_in
-      end associate
+    allocate (pieces(2, 0))
+    if (allocated(scene%may_overlap)) pieces = scene%may_overlap
+    do p = 1, size(scene%pairs)
+      if (scene%pairs(p)%master_surface == 0 .or. .not. is_pair_removed(points, p)) cycle
+      has = .false.
+      has(scene%mesh%piece(scene%surfaces(scene%pairs(p)%surface)%nodes), 1) = .true.
+      has(scene%mesh%piece(scene%surfaces(scene%pairs(p)%master_surface)%nodes), 2) = .true.
+      pieces = reshape([pieces, ((pack([one, other], has(one, 1) .and. has(other, 2)), one=1, &
+        size(has, 1)), other=1, size(has, 1))], [2, size(pieces, 2) + count(has(:, 1))* &
+        count(has(:, 2))])
     end do
-  end function is_in
+  end function removed_pieces
 
-  !> How far a place is from the nearest face [length].
-  pure real(wp) function depth_in(hull, place) result(depth)
-    type(hull_t), intent(in) :: hull
-    real(wp), intent(in) :: place(3)   !! [length]
-    integer :: f
+  !> The place that is deepest inside.
+  pure subroutine find_deepest(scene, look, deepest)
+    type(scene_t), intent(in) :: scene
+    type(look_t), intent(inout) :: look  !! gets `rise` where that is asked for
+    type(inside_t), intent(out) :: deepest
+    logical :: is_outer(0:scene%mesh%n_nodes), is_suspect(0:size(look%hulls%piece))
+    type(edges_t) :: edges
+    integer, allocatable :: face(:)
+    real(wp), allocatable :: part(:)
+    real(wp) :: ends(3, 2)
+    integer :: e, f, i, n
 
-    depth = huge(1.0_wp)
-    do f = 1, size(hull%corner, 3)
-      depth = min(depth, distance(hull%corner(:, :, f), place))
+    call find_suspects(scene, look, is_suspect)
+    if (any(is_suspect)) then
+      edges = edges_of(look%hulls%face, scene%mesh%n_nodes)
+      do e = 1, size(edges%node, 2)
+        if (.not. any(is_suspect(edges%face(:, e)))) cycle
+        associate (nodes => edges%node(:, e), faces => edges%face(:, e))
+          ends = look%hulls%x(:, nodes) + spread(way_inwards(look%hulls, nodes, faces), 2, 2)
+          call find_piercing(look%hulls, ends, own_nodes(look%hulls, faces), n, face, part)
+        end associate
+        if (n > 0) call judge_edge(scene, edges, e, ends, face(:n), part(:n), look, deepest)
+      end do
+    end if
+    if (scene%mesh%n_pieces < 2) return
+    is_outer = .false.
+    do f = 1, size(look%hulls%piece)
+      is_outer(look%hulls%face(:, f)) = .true.
     end do
-  end function depth_in
+    do i = 1, scene%mesh%n_nodes
+      if (is_outer(i)) call judge_node(scene, i, look, deepest)
+    end do
+  end subroutine find_deepest
 
-  !> The distance of a place from a triangle [length].
-  pure real(wp) function distance(corner, place)
-    real(wp), intent(in) :: corner(3, 3), place(3) !! [length]
-    real(wp) :: normal(3), share(3), size_of, along
+  !> Faces of which an edge may be inside: it ends deeper below the plane of another face that it
+  !> reaches than it may.
+  pure subroutine find_suspects(scene, look, is_suspect)
+    type(scene_t), intent(in) :: scene
+    type(look_t), intent(in) :: look
+    logical, intent(out) :: is_suspect(0:) !! (0:n_faces)
+    integer, allocatable :: pairs(:, :)
+    integer :: i, n
+
+    is_suspect = .false.
+    call list_pairs(look%hulls%tree, n, pairs)
+    do i = 1, n
+      if (look%hulls%piece(pairs(1, i)) == look%hulls%piece(pairs(2, i))) then
+        if (share_node(look%hulls%face(:, pairs(1, i)), look%hulls%face(:, pairs(2, i)))) cycle
+      end if
+      if (.not. is_suspect(pairs(1, i))) is_suspect(pairs(1, i)) = may_enter(scene, look, &
+        pairs(1, i), pairs(2, i))
+      if (.not. is_suspect(pairs(2, i))) is_suspect(pairs(2, i)) = may_enter(scene, look, &
+        pairs(2, i), pairs(1, i))
+    end do
+  end subroutine find_suspects
+
+  !> Whether an edge of a face may be deeper behind another one than it may.
+  pure logical function may_enter(scene, look, one, other) result(may)
+    type(scene_t), intent(in) :: scene
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: one, other
+    real(wp) :: c(3, 3), normal(3), height(4), lowest
+    integer :: k, m, n, pair
+
+    may = .false.
+    associate (hulls => look%hulls)
+      if (.not. is_looked_at(look, hulls%piece(one), hulls%piece(other))) return
+      n = count(hulls%face(:, one) > 0)
+      lowest = 0.0_wp
+      do k = 1, n_triangles(hulls, other)
+        c = triangle(hulls, other, k)
+        normal = cross(c(:, 2) - c(:, 1), c(:, 3) - c(:, 1))
+        normal = normal/max(tiny(1.0_wp), norm2(normal))
+        height(:n) = [(dot_product(normal, hulls%x(:, hulls%face(m, one)) - c(:, 1)), m=1, n)]
+        ! Edges that are below as a whole pierce nothing.
+        if (maxval(height(:n)) >= -look%allowed) lowest = min(lowest, minval(height(:n)))
+      end do
+      if (lowest >= -look%allowed) return
+      pair = pair_of(scene, hulls%face(:, one), hulls%face(:, [other]))
+      may = is_deep(scene, look, pair, [one, other], -lowest)
+    end associate
+  end function may_enter
+
+  !> Whether a depth is more than what is allowed whatever the surfaces are: what they are in each
+  !> other between nodes where they press, gaps that the deck adds, and turning at small strain.
+  pure logical function is_deep(scene, look, pair, faces, depth)
+    type(scene_t), intent(in) :: scene
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: pair, faces(:) !! 0 is none
+    real(wp), intent(in) :: depth !! [length]
+
+    is_deep = .false.
+    if (pair > 0) then
+      if (.not. look%ends_step .or. scene%pairs(pair)%small_sliding) return
+    end if
+    is_deep = depth > allowed_at(scene, look, pair, faces)
+  end function is_deep
+
+  !> Whether two faces have a node in common.
+  pure logical function share_node(one, other)
+    integer, intent(in) :: one(4), other(4) !! 0 is none
     integer :: k
 
-    normal = cross(corner(:, 2) - corner(:, 1), corner(:, 3) - corner(:, 1))
-    size_of = norm2(normal)
-    if (size_of > 0.0_wp) then
-      normal = normal/size_of
-      do k = 1, 3
-        share(k) = dot_product(normal, cross(corner(:, 1 + mod(k, 3)) - place, &
-          corner(:, 1 + mod(k + 1, 3)) - place))
+    share_node = .false.
+    do k = 1, 4
+      share_node = share_node .or. (one(k) > 0 .and. any(other == one(k)))
+    end do
+  end function share_node
+
+  !> A node may be inside other bodies of which no pair has faces together with its own.
+  pure subroutine judge_node(scene, node, look, deepest)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: node
+    type(look_t), intent(in) :: look
+    type(inside_t), intent(inout) :: deepest
+    integer :: times(scene%mesh%n_pieces), p
+    integer, parameter :: none(0) = 0
+    real(wp) :: depth
+    logical :: is_in_box
+
+    is_in_box = .false.
+    associate (x => look%hulls%x(:, node), piece => scene%mesh%piece(node))
+      if (look%only(1) > 0 .and. piece /= look%only(1)) return
+      do p = 1, scene%mesh%n_pieces
+        if (p == piece) cycle
+        is_in_box = all(x > look%hulls%low(:, p) + look%allowed .and. x < look%hulls%high(:, p) - &
+          look%allowed)
+        if (is_in_box) exit
       end do
-      distance = abs(dot_product(normal, place - corner(:, 1)))
-      if (all(share >= 0.0_wp)) return
-    end if
-    distance = huge(1.0_wp)
-    do k = 1, 3
-      associate (a => corner(:, k), b => corner(:, 1 + mod(k, 3)))
-        along = dot_product(place - a, b - a)/max(dot_product(b - a, b - a), tiny(1.0_wp))
-        distance = min(distance, norm2(place - a - max(0.0_wp, min(1.0_wp, along))*(b - a)))
+      if (.not. is_in_box) return
+      call times_inside(look%hulls, x, times)
+      do p = 1, scene%mesh%n_pieces
+        if (p == piece .or. times(p) < 1) cycle
+        if (.not. is_looked_at(look, piece, p)) cycle
+        depth = depth_below(look%hulls, p, x, none, max(look%allowed, deepest%depth))
+        if (.not. depth > 0.0_wp) cycle
+        if (has_pair(scene, node, p)) cycle
+        deepest = inside_t(node, 0, p, 0, depth)
+      end do
+    end associate
+  end subroutine judge_node
+
+  !> An edge may be inside a piece between the faces of that which it pierces.
+  pure subroutine judge_edge(scene, edges, e, ends, face, part, look, deepest)
+    type(scene_t), intent(in) :: scene
+    type(edges_t), intent(in) :: edges
+    integer, intent(in) :: e, face(:)
+    real(wp), intent(in) :: ends(:, :), part(:) !! (3,2) [length], of `find_piercing`
+    type(look_t), intent(inout) :: look
+    type(inside_t), intent(inout) :: deepest
+    integer :: piece, k
+    logical :: its(size(face)), is_seen(size(face))
+    real(wp) :: from, to
+
+    piece = scene%mesh%piece(edges%node(1, e))
+    is_seen = .false.
+    do k = 1, size(face)
+      if (is_seen(k)) cycle
+      its = look%hulls%piece(face) == look%hulls%piece(face(k))
+      is_seen = is_seen .or. its
+      if (.not. is_looked_at(look, piece, look%hulls%piece(face(k)))) cycle
+      from = 0.0_wp
+      do
+        to = min(1.0_wp, minval(part, mask=its .and. part > from))
+        call judge_part(scene, edges, e, ends, [from, to], pack(face, its .and. part >= from .and. &
+          part <= to), look, deepest)
+        if (.not. to < 1.0_wp) exit
+        from = to
+      end do
+    end do
+  end subroutine judge_edge
+
+  !> A part of an edge between faces: how deep is its middle, or its end where that is a node?
+  pure subroutine judge_part(scene, edges, e, ends, part, face, look, deepest)
+    type(scene_t), intent(in) :: scene
+    type(edges_t), intent(in) :: edges
+    integer, intent(in) :: e, face(:)
+    real(wp), intent(in) :: ends(:, :), part(2) !! (3,2) [length], [-]
+    type(look_t), intent(inout) :: look
+    type(inside_t), intent(inout) :: deepest
+    integer :: times(scene%mesh%n_pieces), k, pair
+    integer, allocatable :: own(:)
+    real(wp) :: at(3), place(3), depth, allowed
+
+    associate (piece => scene%mesh%piece(edges%node(1, e)), other => look%hulls%piece(face(1)))
+      at = [0.5_wp*sum(part), part]
+      place = matmul(ends, [1.0_wp - at(1), at(1)])
+      call times_inside(look%hulls, place, times)
+      if (times(other) < merge(2, 1, piece == other)) return
+      pair = pair_of(scene, edges%node(:, e), look%hulls%face(:, face))
+      if (.not. is_deep(scene, look, pair, [edges%face(:, e), face], huge(1.0_wp))) return
+      allowed = allowed_at(scene, look, pair, [edges%face(:, e), face])
+      if (pair > 0) call add_rise(edges, [edges%face(:, e), face], look, allowed)
+      allocate (own(0))
+      if (piece == other) own = own_nodes(look%hulls, edges%face(:, e))
+      do k = 1, 3
+        if (k > 1 .and. at(k) > 0.0_wp .and. at(k) < 1.0_wp) cycle
+        depth = depth_below(look%hulls, other, matmul(ends, [1.0_wp - at(k), at(k)]), own, &
+          max(allowed, deepest%depth))
+        if (depth > 0.0_wp) deepest = inside_t(edges%node(1, e), edges%node(2, e), other, pair, &
+          depth)
+      end do
+    end associate
+  end subroutine judge_part
+
+  !> The nodes of an edge's faces: faces that share a node never meet.
+  pure function own_nodes(hulls, faces) result(nodes)
+    type(hulls_t), intent(in) :: hulls
+    integer, intent(in) :: faces(2) !! the second may be 0
+    integer, allocatable :: nodes(:)
+
+    nodes = reshape(hulls%face(:, pack(faces, faces > 0)), [4*count(faces > 0)])
+    nodes = pack(nodes, nodes > 0)
+  end function own_nodes
+
+  !> Whether one piece may not be in another.
+  pure logical function is_looked_at(look, one, other) result(is)
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: one, other
+    integer :: k
+
+    is = look%hulls%is_closed(other) .and. (look%only(1) == 0 .or. all(look%only == [one, other]))
+    if (one /= other) is = is .and. look%hulls%body(one) /= look%hulls%body(other)
+    do k = 1, size(look%skipped, 2)
+      is = is .and. any(look%skipped(:, k) /= [one, other]) .and. any(look%skipped(:, k) /= &
+        [other, one])
+    end do
+  end function is_looked_at
+
+  !> The pair that has nodes of an edge in one of its surfaces and of one of the faces in the other:
+  !> at the rim of a surface the faces beside it get into what presses it; 0: none.
+  pure integer function pair_of(scene, edge, faces) result(pair)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: edge(2), faces(:, :) !! (4,n) nodes
+    integer :: f
+
+    do pair = 1, size(scene%pairs)
+      associate (of => scene%pairs(pair))
+        if (of%master_surface == 0) cycle
+        associate (slave => scene%surfaces(of%surface)%nodes, &
+                   master => scene%surfaces(of%master_surface)%nodes)
+          do f = 1, size(faces, 2)
+            if (has_one(slave, edge) .and. has_one(master, faces(:, f))) return
+            if (has_one(master, edge) .and. has_one(slave, faces(:, f))) return
+          end do
+        end associate
       end associate
     end do
-  end function distance
+    pair = 0
+  end function pair_of
+
+  !> Whether a pair has a node in one of its surfaces, and nodes of a piece in the other.
+  pure logical function has_pair(scene, node, piece) result(has)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: node, piece
+    integer :: p
+
+    has = .false.
+    do p = 1, size(scene%pairs)
+      if (scene%pairs(p)%master_surface == 0) cycle
+      associate (slave => scene%surfaces(scene%pairs(p)%surface)%nodes, &
+                 master => scene%surfaces(scene%pairs(p)%master_surface)%nodes)
+        has = has_one(slave, [node]) .and. any(scene%mesh%piece(master) == piece)
+        if (.not. has) has = has_one(master, [node]) .and. any(scene%mesh%piece(slave) == piece)
+      end associate
+      if (has) return
+    end do
+  end function has_pair
+
+  !> Whether an ascending list has one of some nodes.
+  pure logical function has_one(list, nodes)
+    integer, intent(in) :: list(:), nodes(:)
+    integer :: i, low, high, middle
+
+    has_one = .false.
+    if (size(list) == 0) return
+    do i = 1, size(nodes)
+      low = 1
+      high = size(list)
+      do while (low < high)
+        middle = (low + high)/2
+        if (list(middle) < nodes(i)) then
+          low = middle + 1
+        else
+          high = middle
+        end if
+      end do
+      has_one = has_one .or. list(low) == nodes(i)
+    end do
+  end function has_one
+
+  !> Whether a node of some faces presses, or one beside it.
+  pure logical function presses(look, faces)
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: faces(:) !! 0 is none
+    integer :: k
+
+    presses = .false.
+    do k = 1, size(faces)
+      if (faces(k) > 0) presses = presses .or. any(look%presses(look%hulls%face(:, faces(k))))
+    end do
+  end function presses
+
+  !> How deep faces may be in each other, whatever they are parts of: as deep as those of their pair
+  !> are between nodes where they press, as gaps are that the deck adds to those of the mesh, and at
+  !> small strain as turning takes them [length].
+  pure real(wp) function allowed_at(scene, look, pair, faces) result(allowed)
+    type(scene_t), intent(in) :: scene
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: pair, faces(:) !! 0 is none
+    real(wp) :: extra
+    integer :: k
+
+    allowed = look%allowed
+    extra = 0.0_wp
+    if (pair > 0) then
+      if (presses(look, faces)) allowed = allowed + beyond*look%entered(pair)
+      do k = 1, size(faces)
+        if (faces(k) > 0) extra = max(extra, maxval(look%extra_gap(look%hulls%face(:, faces(k)))))
+      end do
+      allowed = allowed + extra
+    end if
+    if (.not. scene%finite_strain) allowed = allowed + turned_by(scene, look, faces)
+  end function allowed_at
+
+  !> Faces of a pair may be in each other as far as the flat faces of a hollow stand out of it.
+  pure subroutine add_rise(edges, faces, look, allowed)
+    type(edges_t), intent(in) :: edges
+    integer, intent(in) :: faces(:) !! 0 is none
+    type(look_t), intent(inout) :: look
+    real(wp), intent(inout) :: allowed !! [length]
+
+    if (.not. allocated(look%rise)) look%rise = rises(look%hulls, edges)
+    allowed = allowed + maxval(look%rise(pack(faces, faces > 0)))
+  end subroutine add_rise
+
+  !> How far displacements take faces through each other at small strain by turning them, which is
+  !> of second order: the most that a node moves times the most that an edge turns or stretches
+  !> [length].
+  pure real(wp) function turned_by(scene, look, faces) result(turned)
+    type(scene_t), intent(in) :: scene
+    type(look_t), intent(in) :: look
+    integer, intent(in) :: faces(:) !! 0 is none
+    real(wp) :: moved
+    integer :: k, m, n, a, b
+
+    moved = 0.0_wp
+    turned = 0.0_wp
+    do k = 1, size(faces)
+      if (faces(k) == 0) cycle
+      n = count(look%hulls%face(:, faces(k)) > 0)
+      do m = 1, n
+        a = look%hulls%face(m, faces(k))
+        b = look%hulls%face(1 + mod(m, n), faces(k))
+        moved = max(moved, norm2(look%u(:, a)))
+        if (a /= b) turned = max(turned, norm2(look%u(:, a) - look%u(:, b))/max(tiny(1.0_wp), &
+          norm2(scene%mesh%coordinates(:, a) - scene%mesh%coordinates(:, b))))
+      end do
+    end do
+    turned = moved*turned
+  end function turned_by
 
 end module bodies_inside_mod

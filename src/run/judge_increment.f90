@@ -282,9 +282,10 @@ contains
       end if
       ! Where everything may touch none is on its way: what is inside has passed a surface.
       if (.not. (allocated(scene%may_overlap) .or. increment%last_of_step)) return
-      inside = find_inside(scene, plan%points, u, least)
+      call find_inside(scene, plan%points, solved%report%contact, u, least, &
+        increment%last_of_step, inside)
       if (inside%node == 0) return
-      if (allocated(scene%may_overlap)) then
+      if (allocated(scene%may_overlap) .or. inside%pair > 0) then
         call refuse_inside(scene, increment, inside, error)
       else
         call note_inside(scene, increment, inside, notes)

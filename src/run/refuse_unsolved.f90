@@ -514,20 +514,36 @@ contains
     type(inside_t), intent(in) :: inside
     type(error_t), allocatable, intent(out) :: error
 
-    call raise_at(increment, error, inside_in_words(scene, inside)//': contact is missed; give '// &
-      'their surfaces a *CONTACT PAIR of their own, or name them by *CONTACT EXCLUSIONS if '// &
-      'they may overlap')
+    character(:), allocatable :: advice
+
+    advice = 'give their surfaces a *CONTACT PAIR of their own, or name them by *CONTACT '// &
+      'EXCLUSIONS if they may overlap'
+    if (inside%pair > 0) advice = 'use smaller elements'
+    call raise_at(increment, error, inside_in_words(scene, inside)//': contact is missed; '//advice)
   end subroutine refuse_inside
 
-  !> "node 17 of UP is 0.2 inside LOW, where no contact pair keeps it out".
+  !> "node 17 of UP is 0.2 inside LOW, where no contact pair keeps it out"; "the edge of nodes 3 and
+  !> 4 of UP is 0.1 inside LOW, and no node of S:M feels it".
   pure function inside_in_words(scene, inside) result(words)
     type(scene_t), intent(in) :: scene
     type(inside_t), intent(in) :: inside
     character(:), allocatable :: words
 
-    words = 'node '//to_text(scene%mesh%node_id(inside%node))//' of '//piece_name(scene, &
-      scene%mesh%piece(inside%node))//' is '//to_text(inside%depth, 3)//' inside '// &
-      piece_name(scene, inside%piece)//', where no contact pair keeps it out'
+    words = 'node '//to_text(scene%mesh%node_id(inside%node))
+    if (inside%other_node > 0) words = 'the edge of nodes '//to_text(scene%mesh%node_id( &
+      inside%node))//' and '//to_text(scene%mesh%node_id(inside%other_node))
+    words = words//' of '//piece_name(scene, scene%mesh%piece(inside%node))//' is '// &
+      to_text(inside%depth, 3)//' inside '
+    if (scene%mesh%piece(inside%node) == inside%piece) then
+      words = words//'its own body'
+    else
+      words = words//piece_name(scene, inside%piece)
+    end if
+    if (inside%pair > 0) then
+      words = words//', and no node of '//scene%pairs(inside%pair)%name//' feels it'
+    else
+      words = words//', where no contact pair keeps it out'
+    end if
   end function inside_in_words
 
   !> The first element set that is a piece of the mesh; else the body of a node.

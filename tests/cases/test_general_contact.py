@@ -235,6 +235,40 @@ class General(unittest.TestCase):
                 else:
                     self.assertNotIn("inside LOW", run.errors + run.output)
 
+    def test_edges_that_cross_without_a_node_inside(self):
+        """Two ridges of one element each, across each other: supports move one into the other.
+
+        By 0.2 of what is between them they do not touch; by 0.02 beyond it the middle of each edge
+        is 0.02/sqrt(2) below the faces of the other.
+        """
+        # The diagonal of a unit square stands on end; the upper ridge is that turned over.
+        low = [(x, y, z) for x in (0.0, 3.0) for y, z in ((-1, -1), (0, -2), (1, -1), (0, 0))]
+        up = [(y + 1.5, x - 1.5, -z) for x, y, z in low]
+        nodes = "".join(f"{n}, {x}, {y}, {z + 0.1 * (n > 8)}\n"
+                        for n, (x, y, z) in enumerate(low + up, 1))
+        deck = ("*NODE\n" + nodes + "*ELEMENT, TYPE=C3D8, ELSET=LOW\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+                "*ELEMENT, TYPE=C3D8, ELSET=UP\n2, 9, 10, 11, 12, 13, 14, 15, 16\n"
+                "*ELSET, ELSET=ALL\nLOW, UP\n*NSET, NSET=BELOW, GENERATE\n1, 8\n"
+                "*NSET, NSET=ABOVE, GENERATE\n9, 16\n*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n"
+                "*SOLID SECTION, ELSET=ALL, MATERIAL=M\n*SURFACE, NAME=L\nLOW\n*SURFACE, NAME=U\n"
+                "UP\n*SURFACE INTERACTION, NAME=DRY\n{}*BOUNDARY\nBELOW, 1, 3\nABOVE, 1, 2\n"
+                "*STEP{}\n*STATIC\n1., 1.\n*BOUNDARY\nABOVE, 3, 3, -{}\n*END STEP\n")
+        pair = "*CONTACT PAIR, INTERACTION=DRY\nU, L\n"
+        leave = GENERAL + "*CONTACT EXCLUSIONS\nU, L\n"
+        for contact, moved, status in ((GENERAL, 0.08, 0), (GENERAL, 0.12, 2), (pair, 0.08, 0),
+                                       (pair, 0.12, 2), (leave, 0.12, 0), ("", 0.12, 0)):
+            for large in ("", ", NLGEOM"):
+                with self.subTest(contact=contact, moved=moved, large=large):
+                    run = Run(deck.format(contact, large, moved), name="deck")
+                    self.assertEqual(run.status, status, run.errors + run.output)
+                    said = r"the edge of nodes \d+ and \d+ of (LOW|UP) is 0.0141 inside (LOW|UP), "
+                    if status == 2:
+                        self.assertRegex(run.errors, said + "and no node of .* feels it:")
+                    elif not contact:
+                        self.assertRegex(run.output, said + "where no contact pair keeps it out")
+                    else:
+                        self.assertNotIn(" inside ", run.errors + run.output)
+
     def test_mistakes(self):
         for cards, part in (
             ("*CONTACT\n", "needs a *CONTACT INCLUSIONS"),
