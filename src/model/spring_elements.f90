@@ -13,7 +13,7 @@ module spring_elements_mod
 
   public :: foundation_t, listed_springs
   public :: spring_elements_t, spring_state_t, force_table_t, add_spring_element, some_springs, &
-    spring_ends, spring_direction, spring_state
+    spring_ends, spring_direction, spring_state, past_table
 
   !> Forces over elongations: straight between two rows, constant outside of them; 0 at 0.
   type :: force_table_t
@@ -173,6 +173,19 @@ contains
     if (.not. is_finite .or. springs%table(s) == 0) return
     call read_table(springs%tables(springs%table(s)), state)
   end function spring_state
+
+  !> How far a spring is past the ends of its table; 0 within it, and of springs without one.
+  pure real(wp) function past_table(springs, s, elongation) result(past)
+    type(spring_elements_t), intent(in) :: springs
+    integer, intent(in) :: s
+    real(wp), intent(in) :: elongation !! [length]
+
+    past = 0.0_wp
+    if (springs%table(s) == 0) return
+    associate (q => springs%tables(springs%table(s))%elongation)
+      past = max(0.0_wp, elongation - q(size(q)), q(1) - elongation)
+    end associate
+  end function past_table
 
   !> Force, stiffness and energy of an elongation by a table.
   pure subroutine read_table(table, state)

@@ -3,6 +3,7 @@ module increment_notes_mod
   use kinds_mod, only: wp, i8
   use text_mod, only: to_text, percent, counted
   use scene_mod, only: scene_t, master_name
+  use spring_elements_mod, only: past_table, spring_state, spring_state_t
   use contact_points_mod, only: contact_points_t
   use state_mod, only: state_t
   use increments_mod, only: increment_t, increment_name, count_increments, whole_increment, &
@@ -34,7 +35,7 @@ module increment_notes_mod
     note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
     note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown, &
-    note_energy, note_too_long, note_jump
+    note_energy, note_too_long, note_jump, note_past_table
 
   !> A line for the console.
   type :: note_t
@@ -76,6 +77,38 @@ contains
       'and the forces of this pair are wrong by about as much; more of the body, or all of it, '// &
       'has no such sides')
   end subroutine note_past_side
+
+  !> Springs past the ends of their tables have forces that do not grow: the one that is farthest.
+  pure subroutine note_past_table(scene, increment, u, notes)
+    type(scene_t), intent(in) :: scene
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: u(:, :) !! (3,n_nodes) at the end of the increment [length]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    type(spring_state_t) :: state, farthest
+    real(wp) :: past, most
+    integer :: s, n, worst
+
+    n = 0
+    most = 0.0_wp
+    worst = 0
+    associate (springs => scene%mesh%springs)
+      if (.not. allocated(springs%tables)) return
+      do s = 1, springs%n
+        state = spring_state(springs, s, scene%mesh%coordinates, u, scene%finite_strain)
+        past = past_table(springs, s, state%elongation)
+        if (past > 0.0_wp) n = n + 1
+        if (past <= most) cycle
+        most = past
+        worst = s
+        farthest = state
+      end do
+      if (worst == 0) return
+      call add_note(notes, increment, .false., ': '//counted(n, 'spring')//' past the end of '// &
+        'the table, where forces do not grow; the farthest is element '// &
+        to_text(springs%id(worst))//', by '//to_text(most, 3)//', at an elongation of '// &
+        to_text(farthest%elongation, 3)//' with a force of '//to_text(farthest%pull, 3))
+    end associate
+  end subroutine note_past_table
 
   !> How much of each body that could yield is above its first yield stress.
   pure subroutine note_yielded(scene, increment, yielded, notes)

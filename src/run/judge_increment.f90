@@ -54,7 +54,7 @@ module judge_increment_mod
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
-    note_past_side, note_grown, note_energy, note_jump
+    note_past_side, note_past_table, note_grown, note_energy, note_jump
   use yielded_bodies_mod, only: yielded_t, find_yielded
   use sector_slips_mod, only: find_past_sides
   implicit none
@@ -170,6 +170,7 @@ contains
           solver%choices%tolerance, solved%state%displacement), notes)
         if (scene%finite_strain) call note_past_side(scene, plan%points, increment, &
           find_past_sides(scene, plan%points, solved%state%displacement), notes)
+        call note_past_table(scene, increment, solved%state%displacement, notes)
         call note_node_behind(scene, increment, find_node_behind(scene, plan%points, &
           solved%state, least_overlap(scene, solver%choices%tolerance, &
           solved%state%displacement)), notes)

@@ -517,6 +517,27 @@ class Tables(unittest.TestCase):
         ))
         self.assertAlmostEqual(result.springs.force[-1][0], 16.0, delta=1e-3)
 
+    def test_past_the_table(self):
+        """The force stays, and the run names the spring that is farthest off."""
+        struts = {100: [12, 900], 101: [11, 901]}
+        for pulls, words in (
+            ((0.7, 0.9), "2 springs past the end of the table"),
+            ((0.7, 0.3), "1 spring past the end"), ((0.1, 0.3), ""),
+        ):
+            run = Run(deck(
+                cube(young=1e7), "*NODE\n900, 6., 0., 0.\n901, -5., 0., 0.\n",
+                self.table("SPRINGA", struts), "*STEP, NLGEOM\n*STATIC, DIRECT\n0.25, 1.\n"
+                f"*BOUNDARY\n900, 1, 1, {pulls[0]}\n901, 1, 1, {-pulls[1]}\n*END STEP\n",
+                held="A-ZMIN, 1, 3\n900, 1, 3\n901, 1, 3",
+            ), name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertEqual("past the end of the table" in run.output, bool(words))
+            self.assertIn(words, run.output)
+            if words:
+                worst = 100 + (pulls[1] > pulls[0])
+                self.assertIn(f"farthest is element {worst}, by", run.output)
+                self.assertIn("with a force of 40", run.output)
+
     def test_what_is_refused(self):
         """At small strain, by elongations that do not rise, with a force at 0, with one line."""
         def text(rows, nlgeom=", NLGEOM"):
