@@ -44,6 +44,8 @@ SWAPPED = {
     "any(": "all(",
     "all(": "any(",
 }
+EXPONENT = re.compile(r"\d\.?\d*e$")  # of a real number, before its sign
+BRANCH = re.compile(r"(else\s+)?if\s*\(.*\)\s*then$")
 NEGATED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "/=", "/=": "=="}
 BOUNDARY = {"<": "<=", "<=": "<", ">": ">=", ">=": ">"}
 
@@ -134,6 +136,49 @@ def integers(code: str) -> set[str]:
     }
 
 
+def end_of_operand(low: str, at: int, ends: str) -> int:
+    """Return where what begins at `at` ends: at one of `ends` outside of brackets, or at a bracket.
+
+    -1 where that is on another line.
+    """
+    depth = 0
+    for i in range(at, len(low)):
+        c = low[i]
+        if c in "+-" and EXPONENT.search(low[:i]):
+            continue
+        if depth == 0 and (c in ")]" or c in ends or low.startswith((".and.", ".or."), i)):
+            return i
+        depth += (c in "([") - (c in ")]")
+        if c == "&":
+            complete = depth == 0 and low[:i].rstrip()[-1:] not in (*"*/=(,+-", "")
+            return i if complete else -1
+    return len(low) if depth == 0 else -1
+
+
+def left_out(low: str, above: str) -> list[tuple[int, int, str, str]]:
+    """Return the terms of sums that a line may lack, and the caps min(a, b) without a or b."""
+    out: list[tuple[int, int, str, str]] = []
+    for m in re.finditer(r"[+-]", low):
+        before = low[: m.start()].rstrip().lstrip("& ") or above
+        if not before or before[-1] in "(=,*/<>[:&" or EXPONENT.search(before):
+            continue
+        end = end_of_operand(low, m.end(), "+-,<>=:/")
+        if low[end : end + 1] == "/" and low[end : end + 2] != "/=":
+            end = end_of_operand(low, end + 1, "+-,<>=:")
+        # What is a whole number alone is an index one more or less; a line is not left empty.
+        if end <= m.end() or not (low[: m.start()] + low[end:]).strip():
+            continue
+        if not re.fullmatch(r"\s*\d*\s*", low[m.end() : end]):
+            out.append((m.start(), end, "", "term"))
+    for m in re.finditer(r"(?<![\w%])(?:min|max)\(", low):
+        middle = end_of_operand(low, m.end(), ",")
+        end = end_of_operand(low, middle + 1, ",") if middle > 0 else -1
+        if middle > 0 and end > 0 and low[middle : middle + 1] == "," and low[end : end + 1] == ")":
+            for one in (low[m.end() : middle], low[middle + 1 : end]):
+                out.append((m.start(), end + 1, f"({one.strip()})", "cap"))
+    return out
+
+
 def changes(
     masked: str, only_constants: bool, whole: set[str], above: str
 ) -> list[tuple[int, int, str, str]]:
@@ -156,6 +201,7 @@ def changes(
         out.append((start + m.start(), start + m.end(), SWAPPED[m[0]], "constant"))
     if only_constants:
         return out
+    out += left_out(low, above)
     for m in re.finditer(r"\.and\.|\.or\.", low):
         out.append((m.start(), m.end(), SWAPPED[m[0]], "logic"))
     for m in re.finditer(r"\.not\.\s*", low):
@@ -168,7 +214,7 @@ def changes(
             out.append((m.start(), m.end(), BOUNDARY[m[0]], "comparison"))
     for m in re.finditer(r"[+-]", low):
         before = low[: m.start()].rstrip().lstrip("& ") or above
-        if re.search(r"\d\.?\d*e$", before) or not low[m.end() :].strip():
+        if EXPONENT.search(before) or not low[m.end() :].strip():
             continue
         if not before or before[-1] in "(=,*/<>[:&":
             if m[0] == "-":
@@ -239,6 +285,11 @@ def mutants_of(file: str, text: str) -> list[Mutant]:
                 )
         if declared:
             continue
+        if branch := BRANCH.match(code):
+            old = " ".join(lines[n - 1].strip() for n in range(statement.first, last + 1))
+            indent = re.match(r"\s*", lines[statement.first - 1])[0]  # type: ignore[index]
+            never = (branch[1] or "") + "if (.false.) then"
+            add(statement.first, last, old, never, "branch", indent + never, "")
         if (DROPPED.match(code) or ASSIGNMENT.match(code)) and not BLOCK.match(code):
             old = " ".join(lines[n - 1].strip() for n in range(statement.first, last + 1))
             indent = re.match(r"\s*", lines[statement.first - 1])[0]  # type: ignore[index]

@@ -2,6 +2,7 @@
 """Make mutants of one line of the source and see whether the tests notice.
 
     mutate.py [--room ROOM]... [--file FILE]... [--count N] [--seed N] [--units-only] [--list]
+    mutate.py --together --kinds term cap branch --least 0.8
 
 Each mutant is compiled alone and linked before the library, so a build costs seconds; the tree
 itself is never touched. The unit programs that reach the mutated module run first, then the
@@ -349,11 +350,14 @@ class Bench:
         return False, f"status {status}"
 
 
-def sample(tree: Tree, files: list[str], count: int, seed: int) -> list[Mutant]:
+def sample(files: list[str], options: argparse.Namespace) -> list[Mutant]:
     """Choose mutants of a room, the kinds of change in turn."""
+    count, seed = options.count, options.seed
     by_kind: dict[str, list[tuple[str, Mutant]]] = defaultdict(list)
     for file in files:
         for mutant in mutants_of(file, (SOURCE / file).read_text()):
+            if options.kinds and mutant.kind not in options.kinds:
+                continue
             place = hashlib.sha256(f"{seed}|{mutant.name}".encode()).hexdigest()
             by_kind[mutant.kind].append((place, mutant))
     kinds = [sorted(by_kind[k], key=lambda p: p[0]) for k in sorted(by_kind)]
@@ -520,8 +524,8 @@ class Campaign:
 
 def report(
     campaign: Campaign, mutants: list[Mutant], equivalent: dict[tuple[str, str, str, str], str]
-) -> str:
-    """Say how many of each room were killed, and which survived."""
+) -> tuple[str, float]:
+    """Say how many of each room were killed, and which survived; the part killed of all."""
     rooms: dict[str, Counter[str]] = defaultdict(Counter)
     lines = []
     for m in mutants:
@@ -551,7 +555,8 @@ def report(
         lines.append(
             f"{room:{width}}" + "".join(f"{counts[o]:18}" for o in OUTCOMES) + f"{part:>22}"
         )
-    return "\n".join(lines)
+    differ = total["killed"] + total["survived"]
+    return "\n".join(lines), total["killed"] / differ if differ else 1.0
 
 
 def main() -> int:
@@ -563,6 +568,11 @@ def main() -> int:
     parser.add_argument("--file", action="append", default=[], help="a file below src/")
     parser.add_argument(
         "--count", type=int, default=60, help="mutants a room, or a file where files are named (60)"
+    )
+    parser.add_argument("--together", action="store_true", help="so many of all rooms together")
+    parser.add_argument("--kinds", nargs="+", default=[], help="of change, only these")
+    parser.add_argument(
+        "--least", type=float, default=0.0, help="part killed below which the exit status is 1"
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
@@ -578,7 +588,14 @@ def main() -> int:
     )
     parser.add_argument("--list", action="store_true", help="list the mutants and do nothing")
     parser.add_argument("--report", action="store_true", help="report what is known and do nothing")
+    parser.add_argument(
+        "--make", action="store_true", help="make the tree first, with Make, if it is not there"
+    )
     options = parser.parse_args()
+    if options.make and not (options.build / "CMakeCache.txt").exists():
+        command = ["cmake", "-G", "Unix Makefiles", "-S", ROOT, "-B", options.build]
+        command += ["-DCMAKE_BUILD_TYPE=Release", "-DBIPOT_TESTS=ON"]
+        subprocess.run([*command, f"-DBIPOT_PYTHON={sys.executable}"], check=True)
     for needed in ("src/CMakeFiles/base_room.dir/flags.make", "tests/CMakeFiles"):
         if not (options.build / needed).exists():
             parser.error(
@@ -596,7 +613,9 @@ def main() -> int:
         if room not in rooms:
             parser.error(f"--room {room}: expected one of {', '.join(rooms)}")
         groups.append([f for f in files if room_of(f) == room])
-    mutants = [m for group in groups for m in sample(tree, group, options.count, options.seed)]
+    if options.together:
+        groups = [[f for group in groups for f in group]]
+    mutants = [m for group in groups for m in sample(group, options)]
     if options.list:
         for m in mutants:
             print(f"{m.name} {m.file}:{m.first} {m.kind}\n- {m.old}\n+ {m.new}")
@@ -611,8 +630,9 @@ def main() -> int:
                 ["cmake", "--build", str(tree.build)], check=True, stdout=subprocess.DEVNULL
             )
         campaign.go(mutants)
-    print(report(campaign, mutants, equivalent))
-    return 0
+    words, part = report(campaign, mutants, equivalent)
+    print(words)
+    return int(part < options.least)
 
 
 if __name__ == "__main__":

@@ -35,14 +35,48 @@ contains
 end module sample_mod
 """
 
+SUMS = """\
+module sums_mod
+contains
+  subroutine work(a, b)
+    x = a + b*f(c, d) - 1.0e-3_wp*e/g
+    y = a - b &
+      + c*d
+    z = a + f(b, &
+      c - 1)
+    if (a > b + c .and. &
+      d) then
+      w = -a
+    else if (a > 0) then
+      w = a
+    end if
+  end subroutine work
+end module sums_mod
+"""
+
 
 class Mutants(unittest.TestCase):
     def setUp(self):
         self.mutants = mutants_of("room/sample.f90", SOURCE)
+        self.sums = mutants_of("room/sums.f90", SUMS)
         self.lines = SOURCE.splitlines()
 
     def new_lines(self, kind):
         return [m.new for m in self.mutants if m.kind == kind]
+
+    def test_terms_and_branches(self):
+        """A term with all of its factors; a term that goes on in another line stays."""
+        self.assertEqual(
+            [m.new for m in self.sums if m.kind == "term"],
+            [
+                "x = a - 1.0e-3_wp*e/g",
+                "x = a + b*f(c, d)",
+                "y = a &",
+                "if (a > b .and. &",
+            ],
+        )
+        branches = [(m.new, m.last - m.first) for m in self.sums if m.kind == "branch"]
+        self.assertEqual(branches, [("if (.false.) then", 1), ("else if (.false.) then", 0)])
 
     def test_what_is_changed(self):
         condition = "if (x(i) <= tiny(1.0_wp) .or. .not. i > 2) cycle"
@@ -69,6 +103,11 @@ class Mutants(unittest.TestCase):
             [condition.replace(".or.", ".and."), condition.replace(".not. ", "")],
         )
         self.assertEqual(self.new_lines("min/max"), [assignment.replace("max", "min")])
+        self.assertEqual(
+            self.new_lines("cap"),
+            [assignment.replace("max(x(i), -y(1, i))", one) for one in ("(x(i))", "(-y(1, i))")],
+        )
+        self.assertEqual(self.new_lines("term"), [])
         self.assertEqual(
             self.new_lines("constant"),
             [
