@@ -8,7 +8,7 @@ module bodies_inside_mod
   use box_tree_mod, only: list_pairs
   use hulls_mod, only: hulls_t, make_hulls, n_triangles, triangle, times_inside, depth_below, &
     find_piercing
-  use outer_edges_mod, only: edges_t, edges_of, way_inwards, rises, beside
+  use outer_edges_mod, only: edges_t, edges_of, way_inwards, rises, within
   use scene_mod, only: scene_t
   use small_matrix_mod, only: cross
   use surfaces_mod, only: all_nodes_of
@@ -30,8 +30,8 @@ module bodies_inside_mod
   type :: look_t
     type(hulls_t) :: hulls               !! where bodies are
     real(wp), allocatable :: u(:, :)     !! (3,n_nodes) [length]
-    logical,  allocatable :: presses(:)
-    !! (0:n_nodes) whether a contact force acts on a slave, or on another of one of its faces
+    logical,  allocatable :: presses(:)  !! (0:n_nodes) whether a contact force acts on a slave
+    logical,  allocatable :: beside(:)   !! (0:n_nodes) or on another of one of its faces
     real(wp), allocatable :: entered(:)
     !! (n_pairs) how deep faces of a pair that presses are in each other between nodes [length]
     real(wp), allocatable :: extra_gap(:)
@@ -73,7 +73,7 @@ contains
     now%u = u
     call make_hulls(scene%mesh, scene%mesh%coordinates + u, now%hulls)
     now%ends_step = ends_step
-    now%allowed = least + beside*now%hulls%extent
+    now%allowed = least + within*now%hulls%extent
     allocate (now%entered(size(scene%pairs)), source=0.0_wp)
     allocate (now%presses(0:scene%mesh%n_nodes), source=.false.)
     allocate (now%extra_gap(0:scene%mesh%n_nodes), source=0.0_wp)
@@ -84,7 +84,7 @@ contains
       now%presses(points%node(i)) = .true.
       now%entered(points%pair(i)) = max(now%entered(points%pair(i)), -contact%least_gap(i))
     end do
-    call add_neighbours(scene, now%presses)
+    call find_neighbours(scene, now%presses, now%beside)
     now%skipped = removed_pieces(scene, points)
     do
       call find_deepest(scene, now, deepest)
@@ -95,6 +95,7 @@ contains
         call make_hulls(scene%mesh, scene%mesh%coordinates, rest%hulls)
         rest%ends_step = .true.
         rest%presses = .false.
+        rest%beside = .false.
         if (allocated(rest%rise)) deallocate (rest%rise)
       end if
       rest%only = [scene%mesh%piece(deepest%node), deepest%piece]
@@ -105,24 +106,24 @@ contains
   end subroutine find_inside
 
   !> Beside what presses: all nodes of the slave faces that have one that does.
-  pure subroutine add_neighbours(scene, presses)
+  pure subroutine find_neighbours(scene, presses, beside)
     type(scene_t), intent(in) :: scene
-    logical, intent(inout) :: presses(0:)
+    logical, intent(in) :: presses(0:)
+    logical, allocatable, intent(out) :: beside(:) !! (0:n_nodes)
     integer, allocatable :: faces(:, :)
-    logical :: near(0:size(presses) - 1)
     integer :: pair, f
 
-    near = presses
+    allocate (beside(0:size(presses) - 1))
+    beside = presses
     do pair = 1, size(scene%pairs)
       if (scene%pairs(pair)%master_surface == 0) cycle
       faces = all_nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
       do f = 1, size(faces, 2)
-        if (any(presses(faces(:, f)))) near(faces(:, f)) = .true.
+        if (any(presses(faces(:, f)))) beside(faces(:, f)) = .true.
       end do
     end do
-    presses = near
-    presses(0) = .false.
-  end subroutine add_neighbours
+    beside(0) = .false.
+  end subroutine find_neighbours
 
   !> Pieces that the deck lets overlap, and those whose pair a *STEP has removed.
   pure function removed_pieces(scene, points) result(pieces)
@@ -436,21 +437,22 @@ contains
     end do
   end function has_one
 
-  !> Whether a node of some faces presses, or one beside it.
-  pure logical function presses(look, faces)
+  !> Whether some faces have one of some nodes.
+  pure logical function have_any(look, faces, are_some)
     type(look_t), intent(in) :: look
     integer, intent(in) :: faces(:) !! 0 is none
+    logical, intent(in) :: are_some(0:) !! (0:n_nodes)
     integer :: k
 
-    presses = .false.
+    have_any = .false.
     do k = 1, size(faces)
-      if (faces(k) > 0) presses = presses .or. any(look%presses(look%hulls%face(:, faces(k))))
+      if (faces(k) > 0) have_any = have_any .or. any(are_some(look%hulls%face(:, faces(k))))
     end do
-  end function presses
+  end function have_any
 
-  !> How deep faces may be in each other, whatever they are parts of: as deep as those of their pair
-  !> are between nodes where they press, as gaps are that the deck adds to those of the mesh, and at
-  !> small strain as turning takes them [length].
+  !> How deep faces may be in each other, whatever they are parts of [length]: anything where their
+  !> nodes press, as then the pair feels it; beside them as deep as faces of the pair are between
+  !> nodes; gaps that the deck adds to those of the mesh; at small strain as turning takes them.
   pure real(wp) function allowed_at(scene, look, pair, faces) result(allowed)
     type(scene_t), intent(in) :: scene
     type(look_t), intent(in) :: look
@@ -461,7 +463,11 @@ contains
     allowed = look%allowed
     extra = 0.0_wp
     if (pair > 0) then
-      if (presses(look, faces)) allowed = allowed + beyond*look%entered(pair)
+      if (have_any(look, faces, look%presses)) then
+        allowed = huge(1.0_wp)
+        return
+      end if
+      if (have_any(look, faces, look%beside)) allowed = allowed + beyond*look%entered(pair)
       do k = 1, size(faces)
         if (faces(k) > 0) extra = max(extra, maxval(look%extra_gap(look%hulls%face(:, faces(k)))))
       end do

@@ -6,7 +6,7 @@ module outer_edges_mod
   implicit none
   private
 
-  public :: edges_t, edges_of, way_inwards, rises, beside
+  public :: edges_t, edges_of, way_inwards, rises, within
 
   !> The edges of outer faces.
   type :: edges_t
@@ -14,7 +14,7 @@ module outer_edges_mod
     integer, allocatable :: face(:, :) !! (2,n) outer faces that have it; the second may be 0
   end type edges_t
 
-  real(wp), parameter :: beside = 1.0e-6_wp
+  real(wp), parameter :: within = 1.0e-6_wp
   !! so far within their bodies edges are looked at, and so deep nothing is inside, of the mesh [-]
 
 contains
@@ -102,7 +102,7 @@ contains
       to_middle = middle_of(hulls, faces(k)) - 0.5_wp*sum(hulls%x(:, nodes), 2)
       way = way + to_middle/max(tiny(1.0_wp), norm2(to_middle)) - normal_of(hulls, faces(k))
     end do
-    way = 0.5_wp*beside*hulls%extent*way
+    way = 0.5_wp*within*hulls%extent*way
   end function way_inwards
 
 end module outer_edges_mod
