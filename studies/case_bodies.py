@@ -88,8 +88,8 @@ Source: NAFEMS R0094 (Konter 2006), benchmark 1. Hertz: half width {half_width:.
 {table(heads, rows)}
 
 The published displacements, 1.3069 and 1.3011 with linear elements, are not those of linear
-theory: strains reach 3 % and rotations 0.07 here, and the benchmark counts them. CalculiX on the
-mesh with n = 4 says the same: 1.269 without `NLGEOM`, 1.303 with it; bipot {sunk[4, 0]:.3f}.
+theory: strains reach 3 % at contact and rotations 0.07, and the benchmark counts them. CalculiX
+on the mesh with n = 4 says the same: 1.269 without `NLGEOM`, 1.303 with it; bipot {sunk[4, 0]:.3f}.
 """
 
 

@@ -188,7 +188,7 @@ def cylinder(n=4):
         return q, c, 50 + p
 
     quarter_disc(round_one, 50.0, counts, lower, (8.0, 8.0), ROUND="arc")
-    quarter_disc(round_one, 50.0, (n, n, 2 * n, 1), upper, (1.0, 8.0))
+    quarter_disc(round_one, 50.0, counts, upper, (8.0, 8.0))
     block = Mesh("BLOCK", 100001)
     ratio = 60.0
 
