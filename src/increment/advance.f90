@@ -41,8 +41,8 @@ module advance_mod
   use rigid_modes_mod, only: follow_turns
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t, take_duration
-  use newmark_mod, only: begins_anew, begin_motion, begin_again, begin_inertia, end_inertia, &
-    error_in_time, inertia_at, come_to_rest
+  use newmark_mod, only: begins_anew, begin_motion, begin_inertia, end_inertia, error_in_time, &
+    watch_inertia, inertia_at, come_to_rest
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent
@@ -79,26 +79,15 @@ contains
     !! MUMPS failed; a node is prescribed into an obstacle
 
     type(state_t) :: begun
-    real(wp), allocatable :: reaction(:, :)
 
     if (allocated(solver%body%inertia)) call take_duration(scene, points, duration_of( &
       scene%steps(increment%step), increment%position - increment%start), solver, error)
     if (allocated(error)) return
-    new = old
-    new%reaction = expected_reactions(scene, points, solver, old, increment)
-    if (.not. begins_anew(scene, solver, old, increment)) then
-      call advance_from(scene, points, solver, old, increment, new, report, error)
-      return
-    end if
     begun = old
-    call begin_motion(scene, points, solver, increment, begun)
-    call advance_from(scene, points, solver, begun, increment, new, report, error)
-    ! What loads and supports make the bodies begin with is known, not so what contact does.
-    if (allocated(error) .or. .not. (report%converged .and. any(abs(new%reaction) > 0.0_wp))) return
-    call begin_again(solver, new, begun)
-    reaction = new%reaction
+    if (begins_anew(scene, solver, old, increment)) call begin_motion(scene, points, solver, &
+      increment, begun)
     new = begun
-    new%reaction = reaction
+    new%reaction = expected_reactions(scene, points, solver, begun, increment)
     call advance_from(scene, points, solver, begun, increment, new, report, error)
   end subroutine advance
 
@@ -357,6 +346,7 @@ contains
         inertia_at(solver, new%displacement))
       call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
       report%in_time = error_in_time(solver, old, new)
+      call watch_inertia(solver, trial%forces%internal - inertia_at(solver, new%displacement), new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &

@@ -21,8 +21,8 @@ module newmark_mod
   implicit none
   private
 
-  public :: begins_anew, begin_motion, error_in_time, begin_inertia, inertia_at, &
-    rounding_of_inertia, end_inertia, begin_again, come_to_rest
+  public :: begins_anew, begin_motion, error_in_time, watch_inertia, begin_inertia, inertia_at, &
+    rounding_of_inertia, end_inertia, come_to_rest
 
 contains
 
@@ -138,8 +138,8 @@ contains
     state%begun_energy = state%begun_energy + (kinetic - state%kinetic_energy)
     state%kinetic_energy = kinetic
     ! What static increments leave of work is none of its errors.
-    if (was_at_rest) state%least_gain = kinetic + state%strain_energy + state%dissipation - &
-      state%external_work - state%begun_energy
+    if (was_at_rest) state%least_gain = given(state)
+    state%largest_energy = max(state%largest_energy, kinetic + state%strain_energy)
   end subroutine begin_motion
 
   !> Supports that begin to move at once: the velocities that their impulse leaves.
@@ -339,35 +339,31 @@ contains
     end associate
     error = max(error, max(abs(new%contact_work - old%contact_work), given(new) - given(old))/ &
       new%largest_energy)
-
-  contains
-
-    !> The energy that contact and the scheme have given.
-    pure real(wp) function given(state)
-      type(state_t), intent(in) :: state
-
-      given = state%kinetic_energy + state%strain_energy + state%dissipation - &
-        state%external_work - state%begun_energy
-    end function given
   end function error_in_time
 
-  !> Where a *STEP begins its loads may jump: have the first increment begin with the accelerations
-  !> and the forces that it ended with.
-  subroutine begin_again(solver, new, old)
-    type(step_solver_t), intent(in) :: solver
-    type(state_t), intent(in) :: new
-    type(state_t), intent(inout) :: old
+  !> The energy that contact and the scheme have given.
+  pure real(wp) function given(state)
+    type(state_t), intent(in) :: state
 
-    associate (mass => solver%body%inertia%mass)
-      old%acceleration = merge(0.0_wp, new%acceleration, solver%body%prescribed)
-      call follow_masters(solver%body%constraints, old%acceleration)
-      old%unopposed = -times_mass(mass, old%acceleration)
-      call give_to_masters(solver%body%constraints, old%unopposed)
-      call clear_dependent(solver, old%unopposed)
-    end associate
-    old%reaction = new%reaction
-    old%support_force = new%support_force
-  end subroutine begin_again
+    given = state%kinetic_energy + state%strain_energy + state%dissipation - &
+      state%external_work - state%begun_energy
+  end function given
+
+  !> Keep how large the forces of inertia get in a *STEP, beside the others.
+  pure subroutine watch_inertia(solver, internal, new)
+    type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: internal(:, :) !! (3,n_nodes) of strains [force]
+    type(state_t), intent(inout) :: new
+
+    if (new%increment == 1) then
+      new%most_inertia = 0.0_wp
+      new%most_force = 0.0_wp
+    end if
+    new%most_inertia = max(new%most_inertia, maxval(abs(times_mass(solver%body%inertia%mass, &
+      new%acceleration))))
+    new%most_force = max(new%most_force, maxval(abs(internal)), maxval(abs(new%external_force)), &
+      maxval(abs(new%support_force)))
+  end subroutine watch_inertia
 
   !> In a static *STEP bodies are at rest, and what they had of kinetic energy is lost.
   pure subroutine come_to_rest(state)

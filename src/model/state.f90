@@ -64,6 +64,8 @@ module state_mod
     real(wp), allocatable :: acceleration(:, :)   !! (3, n_nodes) 0 without mass [length/time^2]
     real(wp), allocatable :: unopposed(:, :)
     !! (3, n_nodes) internal forces less loads, contact and supports: what inertia answers [force]
+    real(wp) :: most_inertia = 0.0_wp  !! largest nodal force of inertia in the *STEP [force]
+    real(wp) :: most_force = 0.0_wp    !! of loads, strains and supports, likewise [force]
     real(wp) :: kinetic_energy = 0.0_wp           !! [energy]
     real(wp) :: contact_work = 0.0_wp
     !! cumulative, of normal forces along gaps that change: 0 in nature [energy]
@@ -137,6 +139,8 @@ contains
     call archive(list, state%velocity)
     call archive(list, state%acceleration)
     call archive(list, state%unopposed)
+    call archive(list, state%most_inertia)
+    call archive(list, state%most_force)
     call archive(list, state%kinetic_energy)
     call archive(list, state%contact_work)
     call archive(list, state%begun_energy)

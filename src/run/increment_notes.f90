@@ -35,7 +35,7 @@ module increment_notes_mod
     note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
     note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown, &
-    note_energy, note_too_long, note_jump, note_past_table
+    note_energy, note_too_long, note_jump, note_past_table, note_slow
 
   !> A line for the console.
   type :: note_t
@@ -665,6 +665,19 @@ contains
     end if
     call add_note(notes, increment, .true., words)
   end subroutine note_settled
+
+  !> A dynamic *STEP in which inertia does little.
+  pure subroutine note_slow(increment, state, notes)
+    type(increment_t), intent(in) :: increment !! the last of the *STEP
+    type(state_t), intent(in) :: state
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    real(wp), parameter :: little = 0.01_wp !! of the largest force [-]
+
+    if (state%most_inertia > little*state%most_force .or. .not. state%most_force > 0.0_wp) return
+    call add_note(notes, increment, .false., ': inertia is at most '//percent( &
+      state%most_inertia/state%most_force)//' of the largest force: *STATIC would do, if '// &
+      'supports and contact hold the bodies')
+  end subroutine note_slow
 
   !> An increment that is as short as increments get, and too long for its error in time.
   pure subroutine note_too_long(scene, increment, error, notes)

@@ -186,7 +186,7 @@ class ClosedForms(DynamicCase):
         with self.solve(slide()) as result:
             way = result.field("displacement")[:, 0].mean()
             self.assertAlmostEqual(way, 1 / 6, delta=5e-4)
-            self.assertAlmostEqual(result.history("energy/dissipation")[-1], 0.25, delta=5e-4)
+            self.assertAlmostEqual(result.history("energy/dissipation")[-1], 0.25, delta=1e-3)
 
     def test_free_fall_strains_nothing(self):
         """All sides may touch, and no element keeps its mass where it was."""
@@ -333,7 +333,7 @@ class Increments(DynamicCase):
         for text in (deck, by_error(deck)):
             with self.subTest(text is deck), self.solve(text) as result:
                 u, v = (result.field(x)[:, 0].mean() for x in ("displacement", "velocity"))
-                self.assertAlmostEqual(u / 0.315, 1.0, delta=0.01)
+                self.assertAlmostEqual(u / 0.315, 1.0, delta=0.015)
                 self.assertAlmostEqual(v / 2.1, 1.0, delta=0.005)
         late = Run(deck.replace("0., 0., 0.1, 0., 0.10000001", "0., 0., 0.105, 0., 0.10500001"),
                    name="d")
@@ -354,6 +354,20 @@ class Energies(DynamicCase):
         with self.solve(bounce()) as result:
             self.assertLess(abs(result.history("energy/balance")).max(), 1e-11)
             self.assertGreater(abs(result.history("energy/contact")).max(), 1e-3)
+
+    def test_a_slow_motion_needs_no_inertia(self):
+        """A block that is pressed in a period of its vibration, or in a thousand."""
+        for period, is_slow in ((0.02, False), (20.0, True)):
+            deck = (
+                block("B", (0, 0, 0), (1, 1, 0.5), (2, 2, 2))
+                + MATERIAL.format(1e4, 0.3)
+                + before_plane(0.0, 0.3)
+                + f"*AMPLITUDE, NAME=P, DEFINITION=SMOOTH STEP\n0., 0., {period!r}, 1.\n"
+                + step(period / 50, period, "*BOUNDARY, AMPLITUDE=P\nB-ZMAX, 3, 3, -0.01\n"
+                       "*BOUNDARY\nB-ZMAX, 1, 2\n")
+            )
+            run = Run(deck, name="d")
+            self.assertEqual("*STATIC would do" in run.output, is_slow, run.output + run.errors)
 
     def test_what_the_scheme_took_is_told(self):
         run = Run(bounce(alpha=-0.05), name="d")
