@@ -19,14 +19,14 @@ module outer_edges_mod
 
 contains
 
-  !> How far faces stand out of a hollow at most [length]: that of an arc between the middles of
-  !> neighbours which lean to each other by up to 40 degrees, twice as far, as meshes are not even.
+  !> How far faces stand out of a hollow at most [length]: as chords of the arcs through the middles
+  !> of neighbours that lean to each other by up to 40 degrees.
   pure function rises(hulls, edges) result(rise)
     type(hulls_t), intent(in) :: hulls
     type(edges_t), intent(in) :: edges
     real(wp) :: rise(size(hulls%piece))
     real(wp), parameter :: smooth = 0.766_wp !! cosine
-    real(wp) :: way(3), normal(3, 2)
+    real(wp) :: way(3), normal(3, 2), middle(3, 2), half, bend
     integer :: e, k
 
     rise = 0.0_wp
@@ -34,12 +34,16 @@ contains
       if (edges%face(2, e) == 0) cycle
       do k = 1, 2
         normal(:, k) = normal_of(hulls, edges%face(k, e))
+        middle(:, k) = middle_of(hulls, edges%face(k, e))
       end do
-      way = middle_of(hulls, edges%face(2, e)) - middle_of(hulls, edges%face(1, e))
       if (dot_product(normal(:, 1), normal(:, 2)) < smooth) cycle
+      way = middle(:, 2) - middle(:, 1)
       if (dot_product(normal(:, 1) - normal(:, 2), way) < 0.0_wp) cycle
-      rise(edges%face(:, e)) = max(rise(edges%face(:, e)), 0.25_wp*norm2(way)*norm2(normal(:, 1) - &
-        normal(:, 2)))
+      bend = norm2(normal(:, 1) - normal(:, 2))/max(tiny(1.0_wp), norm2(way))
+      do k = 1, 2
+        half = norm2(middle(:, k) - 0.5_wp*sum(hulls%x(:, edges%node(:, e)), 2))
+        rise(edges%face(k, e)) = max(rise(edges%face(k, e)), 0.5_wp*half**2*bend)
+      end do
     end do
   end function rises
 
