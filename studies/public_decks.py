@@ -127,6 +127,14 @@ def checked(program, deck, option=""):
     return errors[0] if errors else f"ended with status {done.returncode}"
 
 
+def foreseen(program, deck):
+    """Return what the plan says of the time of a run: "38 min of CPU time", or nothing."""
+    done = subprocess.run([program, "--plan", deck.name], cwd=deck.parent, capture_output=True,
+                          text=True, errors="replace", timeout=CHECK_LIMIT, check=False)
+    found = re.search(r"^ *time +about +(.*? of CPU time)", done.stdout, re.MULTILINE)
+    return found[1] if found else ""
+
+
 def run_bipot(program, cards, variant, folder, limit, option=""):
     """Run the deck of these cards; return how it ended, the time, the result or None, a message."""
     (folder / "ours.inp").write_text(for_bipot(cards, variant), encoding="latin-1")
@@ -297,6 +305,8 @@ def study(folder, program, options, rows):
             run_deck(program, row, cards, options)
         elif options.check and row.key in rows:
             rows[row.key].check, row = row.check, rows[row.key]
+        if options.check and row.check == "accepted" and not row.ours:
+            row.note = foreseen(program, deck)
         rows[row.key] = row
         keep_rows(rows, options.csv)
         print(row, file=sys.stderr, flush=True)

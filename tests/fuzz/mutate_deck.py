@@ -12,6 +12,7 @@ A deck is a list of lines without their ends, of bytes decoded as Latin-1: one c
 """
 
 import contextlib
+import itertools
 import re
 
 NUMBER = re.compile(r"(?<![\w<.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?![\w>.])")
@@ -359,8 +360,9 @@ def drop_card(rng, lines):
 
 
 def repeat_card(rng, lines):
-    """A card of which there can be but one of its name."""
-    cards = [card for card in cards_of(lines)
+    """A card of which there can be but one of its name; a step may repeat a pair."""
+    before_steps = itertools.takewhile(lambda card: card[0] != "STEP", cards_of(lines))
+    cards = [card for card in before_steps
              if card[0] in {"ELEMENT", "BLOCK", "MATERIAL", "OBSTACLE", "CONTACT PAIR",
                             "AMPLITUDE", "CONTACT SOLVER"}
              and (card[0] != "ELEMENT" or any(map(is_data, lines[card[1] + 1:card[2]])))]
