@@ -137,8 +137,11 @@ class Tree:
         return self
 
     def files(self) -> list[str]:
-        """Return what can be mutated: sources and what they include."""
-        return [*self.order, *sorted(self.included)]
+        """Return what can be mutated: sources that the tree builds, and what they include."""
+        objects = self.build / "src/CMakeFiles"
+        built = {o.relative_to(objects).parts[1:] for o in objects.rglob("*.f90.o")}
+        there = [f for f in self.order if Path(f + ".o").parts in built]
+        return [*there, *sorted(f for f, users in self.included.items() if set(users) & set(there))]
 
     def reached(self, modules: set[str]) -> set[str]:
         """Return the source files that users of these modules use, directly or not."""
