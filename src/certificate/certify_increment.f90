@@ -96,7 +96,7 @@ contains
     call weigh_friction(scene, old, new, contact, known)
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
-      tolerance, slips_of_turns(scene, points, forces%middles, contact%frame, old, new))
+      tolerance, slips_of_turns(scene, points, forces%middles, contact, old, new))
     if (present(own)) then
       certificate%equilibrium = max(certificate%equilibrium, wrong_motion)
       certificate%certified = certificate%certified .and. wrong_motion <= 10.0_wp*tolerance

@@ -14,7 +14,7 @@ module facing_surfaces_mod
   use increment_report_mod, only: contact_fields_t
   use obstacle_gaps_mod, only: frame_of
   use edge_middles_mod, only: edge_middles_t, find_edge_middles, vector_at_point
-  use shared_faces_mod, only: two_sides_t, rows_t, put_together, integrate
+  use shared_faces_mod, only: two_sides_t, rows_t, put_together, integrate, place_of_entry
   implicit none
   private
 
@@ -102,18 +102,18 @@ contains
     end do
   end subroutine find_gaps
 
-  !> By how much the gap of a node is above the mean: where it is covered in part, or by what is not
-  !> turned to its faces, (11.32). Across a step, or a concave edge, a mean is none of contact:
-  !> there a point that presses counts as open by its width, another one has the least gap.
+  !> By how much the gap of a node is above the mean: where what covers it is not turned to its
+  !> faces, (11.35). Across a step, or a concave edge, a mean is none of contact: there a point that
+  !> presses counts as open by its width, another one has the least gap.
   pure real(wp) function lift_of_guess(rows, here, mean, presses) result(lift)
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     real(wp), intent(in) :: mean    !! gap [length]
     logical, intent(in) :: presses
-    real(wp), parameter :: bare = 0.05_wp !! of its area: then all the way
+    real(wp), parameter :: aslant = 0.05_wp !! of what is covered: then all the way
 
     associate (above => rows%nearest(here) - mean)
-      lift = (1.0_wp - rows%straight(here)/rows%whole(here))/bare
+      lift = (1.0_wp - rows%straight(here)/rows%area(here))/aslant
       lift = max(0.0_wp, min(1.0_wp, lift))*max(0.0_wp, above)
       if (rows%is_torn(here)) lift = merge(sqrt(rows%area(here)), above, presses)
     end associate
@@ -125,12 +125,14 @@ contains
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here !! row
     real(wp) :: arm(3)          !! [length]
+    integer :: k
 
-    associate (entries => rows%of_row%item(rows%of_row%first(here): &
-               rows%of_row%first(here + 1) - 1))
-      arm = sides%q(:, here) - matmul(sides%y(:, rows%entry(entries)%place), &
-        rows%entry(entries)%part)/rows%area(here)
-    end associate
+    arm = sides%q(:, here)
+    do k = rows%of_row%first(here), rows%of_row%first(here + 1) - 1
+      associate (entry => rows%entry(rows%of_row%item(k)))
+        arm = arm - entry%part/rows%area(here)*place_of_entry(sides, entry)
+      end associate
+    end do
   end function arm_of
 
   !> Points that are left as they are: by nodes that hang, by sides that cannot move apart, and by
@@ -196,8 +198,8 @@ contains
     if (any(sides%a > 0.0_wp)) counts = 2.0_wp*compared
     differs = .false.
     weight = 0.0_wp
-    allocate (found%first(size(left) + 1), found%node(rows%n + size(left)), &
-      found%weight(rows%n + size(left)))
+    allocate (found%first(size(left) + 1), found%node(3*rows%n + size(left)), &
+      found%weight(3*rows%n + size(left)))
     n = 0
     do i = first, last
       associate (here => i - first + 1, whole => rows%whole(i - first + 1))
@@ -235,7 +237,7 @@ contains
           cycle
         end if
         normal = normal/norm2(normal)
-        call find_row(scene, sides, rows, here, found, n)
+        call find_row(scene, points, sides, rows, here, found, n)
         found%first(here + 1) = n + 1
         arm = arm_of(sides, rows, here)
         motion = relative_motion(found, here, middles, i, points%node(i), new%displacement)
@@ -310,7 +312,8 @@ contains
     place = 0.0_wp
     do k = rows%of_row%first(here), rows%of_row%first(here + 1) - 1
       associate (entry => rows%entry(rows%of_row%item(k)))
-        place = place + entry%part/rows%area(here)*(sides%y(:, entry%place) - sides%q(:, here))
+        place = place + entry%part/rows%area(here)*(place_of_entry(sides, entry) - &
+          sides%q(:, here))
       end associate
     end do
   end function faced_place
@@ -348,39 +351,68 @@ contains
   end subroutine take_out
 
   !> The weights of a row: of the master's nodes, or of the reference node that facets move with.
-  pure subroutine find_row(scene, sides, rows, here, found, n)
+  pure subroutine find_row(scene, points, sides, rows, here, found, n)
     type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
     type(two_sides_t), intent(in) :: sides
     type(rows_t), intent(in) :: rows
     integer, intent(in) :: here
     type(weights_t), intent(inout) :: found
     integer, intent(inout) :: n !! entries so far
-    integer :: k, l, node
+    real(wp) :: a, own
+    integer :: k, l
 
     if (scene%pairs(sides%pair)%master > 0) then
       associate (ref_node => scene%obstacles(scene%pairs(sides%pair)%master)%ref_node)
-        if (ref_node == 0) return
-        n = n + 1
-        found%node(n) = ref_node
-        found%weight(n) = 1.0_wp
+        if (ref_node > 0) call add(ref_node, 1.0_wp, here, found, n)
       end associate
-      return
     end if
     do k = rows%of_row%first(here), rows%of_row%first(here + 1) - 1
       associate (entry => rows%entry(rows%of_row%item(k)))
-        node = sides%node(entry%place)
-        do l = found%first(here), n
-          if (found%node(l) == node) exit
-        end do
-        if (l > n) then
-          n = l
-          found%node(n) = node
-          found%weight(n) = 0.0_wp
+        if (entry%place > 0) then
+          if (.not. allocated(sides%node)) cycle
+          call add(sides%node(entry%place), entry%part/rows%area(here), here, found, n)
+          cycle
         end if
-        found%weight(l) = found%weight(l) + entry%part/rows%area(here)
+        associate (row => -entry%place, ends => sides%ends(:, -entry%place))
+          a = 0.0_wp
+          if (ends(1) > 0) a = sides%a(row)
+          own = entry%part/rows%area(here)/(1.0_wp - 2.0_wp*a)
+          call add(node_of(row), own, here, found, n)
+          do l = 1, 2
+            if (ends(1) > 0) call add(node_of(ends(l)), -a*own, here, found, n)
+          end do
+        end associate
       end associate
     end do
+
+  contains
+
+    pure integer function node_of(row)
+      integer, intent(in) :: row
+
+      node_of = points%node(sides%first - 1 + row)
+    end function node_of
   end subroutine find_row
+
+  !> Add to the weight of a node in the last row.
+  pure subroutine add(node, weight, row, found, n)
+    integer, intent(in) :: node, row
+    real(wp), intent(in) :: weight          !! [-]
+    type(weights_t), intent(inout) :: found !! of this row its first entry is known
+    integer, intent(inout) :: n             !! entries so far
+    integer :: l
+
+    do l = found%first(row), n
+      if (found%node(l) == node) exit
+    end do
+    if (l > n) then
+      n = l
+      found%node(n) = node
+      found%weight(n) = 0.0_wp
+    end if
+    found%weight(l) = found%weight(l) + weight
+  end subroutine add
 
   !> Displacement of a point less that of what it faces.
   pure function relative_motion(rows, here, middles, i, node, u) result(motion)

@@ -16,7 +16,7 @@ module shared_faces_mod
   implicit none
   private
 
-  public :: two_sides_t, rows_t, put_together, integrate
+  public :: two_sides_t, rows_t, put_together, integrate, place_of_entry
 
   real(wp), parameter :: against = -0.2_wp !! cosine of normals that face each other, at most
   real(wp), parameter :: cos_15 = 0.966_wp, cos_30 = 0.866_wp !! of normals [-]
@@ -65,7 +65,8 @@ module shared_faces_mod
 
   !> What a master's place has in a row, not yet divided by the row's area.
   type :: entry_t
-    integer :: row = 0, place = 0
+    integer :: row = 0
+    integer :: place = 0           !! below 0: the point of that row of the slave
     real(wp) :: part = 0.0_wp      !! [length^2]
   end type entry_t
 
@@ -602,6 +603,8 @@ contains
     real(wp), dimension(size(row), size(row)) :: dual, mass, basis
     real(wp), dimension(size(row)) :: lumped, unit, whole
     real(wp) :: axes(3, 3), area, size_of_piece, normal(3)
+    real(wp) :: bare, plain !! of the face: not covered, with shape functions [-]
+    real(wp) :: aslant      !! of what is covered [-]
     integer :: piece(4, 5), i, k, a, n, n_parts, n_pieces
     logical :: regular
 
@@ -643,12 +646,28 @@ contains
       mass = matmul(basis, matmul(mass, transpose(basis)))
       lumped = matmul(basis, lumped)
     end if
+    bare = 1.0_wp - sum(lumped)/sum(whole)
+    aslant = 1.0_wp
+    do i = 1, n_parts
+      aslant = aslant - parts(i)%straight*sum(parts(i)%shared%lumped(:n))/sum(lumped)
+    end do
+    plain = max(0.0_wp, min(1.0_wp, (bare - 0.02_wp)/0.08_wp))*max(0.0_wp, min(1.0_wp, 1.0_wp - &
+      20.0_wp*aslant))
+    dual = 0.0_wp
     do a = 1, n
       unit = 0.0_wp
       unit(a) = 1.0_wp
-      call solve_small(mass, unit, dual(a, :), regular)
-      if (.not. regular) return
-      dual(a, :) = lumped(a)*dual(a, :)
+      if (plain < 1.0_wp) then
+        call solve_small(mass, unit, dual(a, :), regular)
+        if (.not. regular) return
+      end if
+      dual(a, :) = plain*unit + (1.0_wp - plain)*lumped(a)*dual(a, :)
+      do i = 1, n
+        if (i == a .or. .not. plain > 0.0_wp) cycle
+        ! The row is of the places of the other nodes, too.
+        call append(entry_t(row(a), -row(i), -plain*mass(a, i)), rows)
+        call append(entry_t(row(a), -row(a), plain*mass(a, i)), rows)
+      end do
     end do
     if (n > 4) dual = matmul(dual, basis)
     rows%area(row) = rows%area(row) + lumped
@@ -817,6 +836,19 @@ contains
     if (boxes%extent > 0.0_wp) key = int(parts*max(0.0_wp, min(1.0_wp, (coordinate - &
       boxes%lowest)/boxes%extent)))
   end function key_of
+
+  !> Where an entry of a row is.
+  pure function place_of_entry(sides, entry) result(place)
+    type(two_sides_t), intent(in) :: sides
+    type(entry_t), intent(in) :: entry
+    real(wp) :: place(3) !! [length]
+
+    if (entry%place > 0) then
+      place = sides%y(:, entry%place)
+    else
+      place = sides%q(:, -entry%place)
+    end if
+  end function place_of_entry
 
   pure subroutine append(entry, rows)
     type(entry_t), intent(in) :: entry

@@ -3,10 +3,11 @@
 module turned_slips_mod
   use kinds_mod, only: wp
   use small_matrix_mod, only: cross
-  use contact_points_mod, only: contact_points_t
+  use contact_points_mod, only: contact_points_t, weights_t
   use scene_mod, only: scene_t, pair_turns
   use sectors_mod, only: without_turn
   use state_mod, only: state_t
+  use increment_report_mod, only: contact_fields_t
   use edge_middles_mod, only: edge_middles_t, vector_at_point
   implicit none
   private
@@ -23,11 +24,11 @@ contains
 
   !> The slips of an increment past obstacles that turn: the chord on which a point goes over the
   !> material, as the obstacle stands halfway. docs/theory.md (9.8).
-  pure function slips_of_turns(scene, points, middles, frame, old, new) result(turned)
+  pure function slips_of_turns(scene, points, middles, contact, old, new) result(turned)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(edge_middles_t), intent(in) :: middles
-    real(wp), intent(in) :: frame(:, :, :)  !! (3,3,n_points) columns n, t1, t2
+    type(contact_fields_t), intent(in) :: contact !! of the increment
     type(state_t), intent(in) :: old, new
     type(turned_slips_t) :: turned
     real(wp) :: before(3, 3), after(3, 3), chord(3)
@@ -42,39 +43,48 @@ contains
       associate (obstacle => scene%pairs(points%pair(i))%master)
         before = orientation(old%rotation(:, obstacle))
         after = orientation(new%rotation(:, obstacle))
-        chord = matmul(arm_of(scene, points, middles, i, new), after) - &
-          matmul(arm_of(scene, points, middles, i, old), before)
+        chord = matmul(arm_of(scene, points, middles, contact%weights, i, new), after) - &
+          matmul(arm_of(scene, points, middles, contact%weights, i, old), before)
         chord = matmul(matmul(orientation(0.5_wp*turn_of(matmul(after, transpose(before)))), &
           before), chord)
         turned%slip(:, i) = matmul(without_turn(scene%mesh, points%node(i), .false., chord), &
-          frame(:, 2:, i))
+          contact%frame(:, 2:, i))
       end associate
     end do
   end function slips_of_turns
 
   !> Where a point is, from the reference node of its obstacle.
-  pure function arm_of(scene, points, middles, i, state) result(arm)
+  pure function arm_of(scene, points, middles, weights, i, state) result(arm)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(edge_middles_t), intent(in) :: middles
+    type(weights_t), intent(in) :: weights
     integer, intent(in) :: i
     type(state_t), intent(in) :: state
     real(wp) :: arm(3) !! [length]
+    integer :: k
 
     associate (node => points%node(i), x => scene%mesh%coordinates, u => state%displacement, &
                ref_node => scene%obstacles(scene%pairs(points%pair(i))%master)%ref_node)
       arm = (vector_at_point(middles, node, i, x) - x(:, ref_node)) + &
         (vector_at_point(middles, node, i, u) - u(:, ref_node))
+      ! A row may stand for places of other nodes of its slave, too.
+      do k = weights%first(i), weights%first(i + 1) - 1
+        associate (other => weights%node(k))
+          if (other /= ref_node) arm = arm - weights%weight(k)*(x(:, other) + u(:, other))
+        end associate
+      end do
     end associate
   end function arm_of
 
   !> The work of the torques that turn the obstacles, in an increment, by the trapezoidal rule.
   !>
   !> The turn is read off the matrix that takes one orientation to the other. docs/theory.md (9.9).
-  pure function work_of_torques(scene, points, middles, old, new) result(work)
+  pure function work_of_torques(scene, points, middles, before, after, old, new) result(work)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(edge_middles_t), intent(in) :: middles
+    type(weights_t), intent(in) :: before, after !! of old and new
     type(state_t), intent(in) :: old, new
     real(wp) :: work  !! [energy]
     real(wp) :: turn(3)
@@ -88,8 +98,8 @@ contains
         turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
           transpose(orientation(old%rotation(:, obstacle)))))
         work = work + 0.5_wp*dot_product(turn, &
-          cross(arm_of(scene, points, middles, i, old), old%reaction(:, i)) + &
-          cross(arm_of(scene, points, middles, i, new), new%reaction(:, i)))
+          cross(arm_of(scene, points, middles, before, i, old), old%reaction(:, i)) + &
+          cross(arm_of(scene, points, middles, after, i, new), new%reaction(:, i)))
       end associate
     end do
   end function work_of_torques

@@ -71,7 +71,7 @@ contains
   end subroutine find_reach
 
   !> Have points before flat facets placed in every iteration where these cover a node in part: its
-  !> gap, (11.32), is none of a plane.
+  !> row changes as it moves along, (11.34).
   pure subroutine follow_partly_covered(scene, points)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(inout) :: points

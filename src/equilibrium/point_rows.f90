@@ -191,7 +191,7 @@ contains
     type(kept_changes_t), intent(in) :: kept
     type(point_row_t), intent(inout) :: rows(:)
     integer, allocatable :: at(:)
-    integer :: k, c, first, last, here, n
+    integer :: k, c, first, last, here, n, m, m_first
 
     if (.not. allocated(kept%mortar%changes)) return
     call find_side_points(points, pair, side, first, last)
@@ -204,10 +204,17 @@ contains
         n = size(row%node)
         call widen(points%node(first - 1 + changes%node(from:to)), row, at)
         row%gap = 0.0_wp
+        m_first = changes%first_master(here)
+        m = changes%first_master(here + 1) - m_first
+        row%master = points%node(first - 1 + changes%master(m_first:m_first + m - 1))
+        deallocate (row%weight)
+        allocate (row%weight(3, m, size(row%node)), source=0.0_wp)
         do c = from, to
           associate (gap => row%gap(:, at(c - from + 1)))
             call add_normal(points, mortar, here, changes%normal(:, :, c), at(c - from + 1), row)
             gap = gap - matmul(mortar%normal(:, here), changes%faced(:, :, c))
+            row%weight(:, :, at(c - from + 1)) = changes%weight(:, changes%first_weight(c): &
+              changes%first_weight(c) + m - 1)
           end associate
         end do
         call add_lift(points, now, row)
@@ -215,6 +222,7 @@ contains
         ! A motion of both changes nothing.
         row%gap(:, n) = -sum(row%gap, dim=2)
         row%normal(:, :, n) = -sum(row%normal, dim=3)
+        row%weight(:, :, n) = -sum(row%weight, dim=3)
       end associate
     end do
   end subroutine add_facets

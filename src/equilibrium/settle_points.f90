@@ -85,7 +85,9 @@ contains
     type(set_t), intent(inout) :: set        !! where to begin; the end
     real(wp), allocatable, intent(out) :: both(:) !! changes of reactions; motions
     logical, intent(out) :: ok
-    real(wp), allocatable :: s(:, :), q(:)
+    real(wp), allocatable :: s(:, :), s_acting(:, :), b_acting(:), q(:)
+    logical, allocatable :: acts(:)
+    integer, allocatable :: acting(:), still(:)
     real(wp) :: free(3, points%n)
     integer, allocatable :: pivot(:)
     logical :: presses(points%n), slides(points%n), sticks
@@ -110,9 +112,24 @@ contains
       do attempt = 1, most_sets
         both = [q, matmul(system%b(:n), kept%maker%motion)]
         call write_law(points, now, kept, set, free, s, both)
-        call factorise_general(s, pivot, ok)
+        ! What does not press loses its reaction, whatever the others do.
+        acts = [(.false., a=1, m), (.true., a=m + 1, size(both))]
+        do i = 1, points%n
+          do a = 1, 3
+            if (system%row(a, i) > 0) acts(system%row(a, i) - n) = set%presses(i)
+          end do
+        end do
+        do a = 1, m
+          if (.not. acts(a)) both(a) = both(a)/s(a, a)
+        end do
+        acting = pack([(a, a=1, size(acts))], acts)
+        still = pack([(a, a=1, size(acts))], .not. acts)
+        s_acting = s(acting, acting)
+        b_acting = both(acting) - matmul(s(acting, still), both(still))
+        call factorise_general(s_acting, pivot, ok)
         if (.not. ok) return
-        call solve_factorised(s, pivot, both)
+        call solve_factorised(s_acting, pivot, b_acting)
+        both(acting) = b_acting
         q = matmul(kept%schur(:m, :), both) + (1.0_wp + set%on_reactions)*both(:m)
         presses = .false.
         slides = .false.

@@ -8,9 +8,10 @@ module dual_weights_mod
   use face_overlap_mod, only: overlap_t, outward_normal
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
     make_patch, values_at_nodes
-  use mortar_rows_mod, only: mortar_t
+  use mortar_rows_mod, only: mortar_t, aslant
   use weight_rows_mod, only: entries_t, append_entry
-  use slave_face_mod, only: face_t, share_with_ends, take_from_ends, append_place
+  use slave_face_mod, only: face_t, share_with_ends, take_from_ends, append_place, &
+    whole_area_of
   use covering_parts_mod, only: part_t
   implicit none
   private
@@ -22,68 +23,88 @@ module dual_weights_mod
 
 contains
 
-  !> Add what covers a slave face to the rows of its nodes, or to what they are apart from it, not
-  !> yet divided by their areas.
-  pure subroutine add_face(face, x, parts, makes_rows, mortar, entries)
+  !> Add what covers a slave face to the rows of its nodes, not yet divided by their areas; of a
+  !> master that moves as one what they are apart from it, and of its nodes no weights.
+  pure subroutine add_face(face, x, parts, makes_rows, is_plain, mortar, entries)
     type(face_t), intent(in) :: face
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
     type(part_t), intent(in) :: parts(:)
     logical, intent(in) :: makes_rows
+    logical, intent(in) :: is_plain
+    !! rows may stand for places of other nodes: where the master covers a part of the face
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
     type(overlap_t) :: overlap
-    real(wp), dimension(face%n) :: lumped, shared, unit
-    real(wp), dimension(face%n, face%n) :: mass, dual, given
-    real(wp) :: part_of(face%n, face_nodes), q(3, face%n), values(face%n, face_nodes, size(parts))
+    real(wp), dimension(face%n) :: lumped, unit
+    real(wp), dimension(face%n, face%n) :: mass, dual, shared, identity
+    real(wp) :: part_of(face%n, face_nodes), q(3, face%n)
     real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
-    real(wp) :: cosine
+    real(wp) :: cosine(size(parts)), opposed, plain
     integer :: a, b, i, k
+    real(wp) :: values(face%n, face_nodes, size(parts))
     logical :: regular, is_extrapolated
 
     if (size(parts) == 0) return
     lumped = 0.0_wp
     mass = 0.0_wp
+    opposed = 0.0_wp
     associate (n => face%n)
       do i = 1, size(parts)
         lumped = lumped + parts(i)%overlap%lumped(:n)
         mass = mass + parts(i)%overlap%mass(:n, :n)
+        ! What leans by more than 45 degrees counts nothing, by less than 30 all.
+        cosine(i) = -dot_product(parts(i)%plane%axis(:, 3), outward_normal(x(:, &
+          parts(i)%corner(:corners_in(parts(i)%corner)))))
+        cosine(i) = max(0.0_wp, min(1.0_wp, (cosine(i) - cos_45)/(cos_30 - cos_45)))
+        opposed = opposed + cosine(i)*sum(parts(i)%overlap%lumped(:n))
       end do
       if (sum(lumped) < least_cover*face%area) return
-      is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area
       call share_with_ends(face, lumped)
-      dual = 0.0_wp
+      do a = 1, n
+        call share_with_ends(face, mass(:, a))
+      end do
+      do a = 1, n
+        call share_with_ends(face, mass(a, :))
+      end do
+      identity = 0.0_wp
+      do a = 1, n
+        identity(a, a) = 1.0_wp
+      end do
+      plain = 0.0_wp
+      if (is_plain) plain = part_of_plain(opposed, sum(lumped), whole_area_of(face))
+      is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area .and. plain < 1.0_wp
+      dual = identity
       if (is_extrapolated) then
         call extrapolate(face, x, parts, values, regular)
         if (.not. regular) return
-      else
+      else if (plain < 1.0_wp) then
         do a = 1, n
-          call share_with_ends(face, mass(:, a))
-        end do
-        do a = 1, n
-          call share_with_ends(face, mass(a, :))
-        end do
-        do a = 1, n
-          unit = merge(1.0_wp, 0.0_wp, [(i == a, i=1, n)])
+          unit = identity(:, a)
           call solve_small(mass, unit, dual(:, a), regular) ! symmetric: columns are rows
           if (.not. regular) return
-          dual(:, a) = lumped(a)*dual(:, a)
+          dual(:, a) = plain*identity(:, a) + (1.0_wp - plain)*lumped(a)*dual(:, a)
         end do
       end if
     end associate
     q = face%x(:, :face%n)
     call take_from_ends(face, q)
     associate (n => face%n, row => face%row(:face%n))
-      given = face%given(:n, :n)
-      dual = matmul(dual, transpose(given))
-      shared = matmul(given, lumped)
-      mortar%area(row) = mortar%area(row) + shared
+      dual = matmul(dual, transpose(face%given(:n, :n)))
+      shared = plain*mass
+      do a = 1, n
+        shared(a, a) = shared(a, a) + (1.0_wp - plain)*lumped(a)
+      end do
+      shared = matmul(face%given(:n, :n), shared)
+      mortar%area(row) = mortar%area(row) + sum(shared, dim=2)
       do a = 1, n
         do b = 1, n
-          if (a == b .or. .not. makes_rows .or. .not. given(b, a) > 0.0_wp) cycle
+          if (a == b .or. .not. abs(shared(b, a)) > 0.0_wp) cycle
           ! The row of `b` stands for the place of `a`, too.
-          call append_place(face, row(b), b, given(b, a)*lumped(a), entries)
-          call append_place(face, row(b), a, -given(b, a)*lumped(a), entries)
+          call append_place(face, row(b), b, shared(b, a), entries)
+          call append_place(face, row(b), a, -shared(b, a), entries)
         end do
+        if (makes_rows) cycle
+        mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + matmul(q, shared(a, :))
       end do
       do i = 1, size(parts)
         overlap = parts(i)%overlap
@@ -95,36 +116,45 @@ contains
           call share_with_ends(face, overlap%mixed(:n, k))
         end do
         call share_with_ends(face, overlap%lumped(:n))
-        ! What leans by more than 45 degrees counts nothing, by less than 30 all.
-        cosine = -dot_product(parts(i)%plane%axis(:, 3), outward_normal(x(:, &
-          parts(i)%corner(:corners_in(parts(i)%corner)))))
-        mortar%opposed_area(row) = mortar%opposed_area(row) + matmul(given, &
-          overlap%lumped(:n))*max(0.0_wp, min(1.0_wp, (cosine - cos_45)/(cos_30 - cos_45)))
+        mortar%opposed_area(row) = mortar%opposed_area(row) + cosine(i)* &
+          matmul(face%given(:n, :n), overlap%lumped(:n))
         if (is_extrapolated) then
           do k = 1, parts(i)%n
-            part_of(:, k) = matmul(given, lumped*values(:, k, i))
+            part_of(:, k) = matmul(face%given(:n, :n), lumped*values(:, k, i))
           end do
         else
           part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
         end if
-        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
         mortar%nearest(row) = min(mortar%nearest(row), overlap%nearest)
+        mortar%least_gap(row) = min(mortar%least_gap(row), overlap%least_gap)
         mortar%entered(row) = mortar%entered(row) + overlap%entered(:n)
         mortar%normal(:, row) = mortar%normal(:, row) + matmul(overlap%facing(:, :n), &
-          transpose(given))
+          transpose(face%given(:n, :n)))
         do k = 1, parts(i)%n
           do a = 1, n
             if (makes_rows) then
               call append_entry(row(a), parts(i)%node(k), part_of(a, k), entries)
             else
-              mortar%apart(:, row(a)) = mortar%apart(:, row(a)) + part_of(a, k)* &
-                (q(:, a) - x(:, parts(i)%node(k)))
+              mortar%apart(:, row(a)) = mortar%apart(:, row(a)) - part_of(a, k)* &
+                x(:, parts(i)%node(k))
             end if
           end do
         end do
       end do
     end associate
   end subroutine add_face
+
+  !> How much of the functions of a face are its shape functions, the rest dual: none where the
+  !> master covers all of it, all where a tenth is bare; none, too, where a twentieth of what is
+  !> covered leans, for means of such faces are no gaps of their edges. docs/theory.md (11.32).
+  pure real(wp) function part_of_plain(opposed, covered, whole) result(part)
+    real(wp), intent(in) :: opposed, covered, whole !! of the face [length^2]
+    real(wp), parameter :: missed = 0.02_wp, in_part = 0.1_wp
+    !! coarse curved faces miss some 0.004 of what covers them [-]
+
+    part = max(0.0_wp, min(1.0_wp, (1.0_wp - covered/whole - missed)/(in_part - missed)))
+    part = part*max(0.0_wp, min(1.0_wp, 1.0_wp - (1.0_wp - opposed/covered)/aslant))
+  end function part_of_plain
 
   !> M^-1 int N~ N_k of (11.21), where less than half of the face is covered: values at its points
   !> of the polynomial that comes closest to the master's function over what is covered.

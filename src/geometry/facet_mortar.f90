@@ -99,7 +99,8 @@ contains
     call sort_unique(corners)
   end function corners_of
 
-  !> Normals, areas, and what nodes are apart from where the facets are; rows are empty.
+  !> Normals, areas, and what nodes are apart from where the facets are; rows have nodes of the
+  !> slave alone.
   pure subroutine face_facets(pair, reach, mortar, behind)
     type(facet_pair_t), intent(in) :: pair
     real(wp), intent(in) :: reach            !! as of `make_mortar` [length]

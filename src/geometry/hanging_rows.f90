@@ -13,10 +13,9 @@ contains
 
   !> Share the contributions of each hanging node equally among the nodes between which it lies.
   !> These then stand for their own place and for those of hanging nodes, by what they have of each.
-  pure subroutine fold_rows(slave, number, has_own, mortar, entries)
+  pure subroutine fold_rows(slave, number, mortar, entries)
     type(slave_t), intent(in) :: slave   !! with nodes that hang
     integer, intent(in) :: number(:)     !! (n_nodes) rows of the surface's
-    logical, intent(in) :: has_own       !! rows get what they stand for of the slave's own
     type(mortar_t), intent(inout) :: mortar
     type(entries_t), intent(inout) :: entries
     integer, dimension(face_corners, size(mortar%area)) :: rows, between
@@ -60,12 +59,12 @@ contains
           mortar%whole_area(row) = mortar%whole_area(row) + part*mortar%whole_area(own)
           mortar%area(row) = mortar%area(row) + part*mortar%area(own)
           mortar%opposed_area(row) = mortar%opposed_area(row) + part*mortar%opposed_area(own)
+          mortar%nearest(row) = min(mortar%nearest(row), mortar%nearest(own))
           mortar%normal(:, row) = mortar%normal(:, row) + part*mortar%normal(:, own)
           mortar%apart(:, row) = mortar%apart(:, row) + part*mortar%apart(:, own)
           mortar%least_gap(row) = min(mortar%least_gap(row), mortar%least_gap(own))
-          mortar%nearest(row) = min(mortar%nearest(row), mortar%nearest(own))
           mortar%entered(row) = mortar%entered(row) + part*mortar%entered(own)
-          if (.not. has_own .or. .not. mortar%area(own) > 0.0_wp) cycle
+          if (.not. mortar%area(own) > 0.0_wp) cycle
           call append_entry(row, between(k, own), part*mortar%area(own), entries)
           call append_entry(row, slave%hanging(1, h), -part*mortar%area(own), entries)
         end associate

@@ -35,9 +35,10 @@ contains
     real(wp), intent(in), optional :: behind
     !! how deep places may be in the master, where that is another distance [length]
     logical, intent(in), optional :: is_rigid
-    !! the master moves as one: its nodes need no weights, and the rows stay empty
+    !! the master moves as one: its nodes need no weights, and rows have nodes of the slave alone
     logical, intent(in), optional :: is_tie
-    !! rows are of nodes, each by itself; those beside nodes that hang have some of the slave's own
+    !! functions are dual, as of slave_t, and rows are of nodes; those beside nodes that hang have
+    !! some of the slave's own
     type(master_t) :: in_parts
     type(screen_t) :: screen
     type(part_t), allocatable :: parts(:), more(:)
@@ -49,10 +50,13 @@ contains
     real(wp) :: length, alpha(size(x, 2))
     integer, allocatable :: corners(:, :), whole(:)
     integer :: number(size(x, 2)), ends(2, size(x, 2)), n, f, i, s
-    logical :: makes_rows, of_nodes, finds_changes
+    logical :: makes_rows, are_of_nodes, are_plain, finds_changes
 
     makes_rows = .true.
     if (present(is_rigid)) makes_rows = .not. is_rigid
+    are_of_nodes = .false.
+    if (present(is_tie)) are_of_nodes = is_tie
+    are_plain = .not. (are_of_nodes .or. slave%is_dual)
     n = size(slave%nodes)
     number(slave%nodes) = [(i, i=1, n)]
     mortar = new_mortar(slave)
@@ -111,11 +115,11 @@ contains
           if (whole(s + 1) > f) exit
         end do
         call add_whole(face, plane, mortar)
-        call add_face(face, x, parts, makes_rows, mortar, entries)
+        call add_face(face, x, parts, makes_rows, are_plain, mortar, entries)
         if (finds_changes) call note_changes(face, parts, makes_rows, place, noted(f))
       end associate
     end do
-    if (allocated(slave%hanging)) call fold_rows(slave, number, makes_rows, mortar, entries)
+    if (allocated(slave%hanging)) call fold_rows(slave, number, mortar, entries)
     if (allocated(slave%is_fixed)) then
       where (slave%is_fixed) mortar%area = 0.0_wp
     end if
@@ -128,10 +132,7 @@ contains
       if (length > 0.0_wp) mortar%outward(:, i) = mortar%outward(:, i)/length
     end do
     call make_rows(mortar%area, entries, mortar%weights)
-    ! A tie is of nodes, each by itself.
-    of_nodes = .false.
-    if (present(is_tie)) of_nodes = is_tie
-    if (of_nodes .and. mortar%has_middles) then
+    if (are_of_nodes .and. mortar%has_middles) then
       call rows_of_nodes(slave%nodes, number, ends, alpha, mortar)
       alpha = 0.0_wp
     end if

@@ -69,8 +69,6 @@ contains
       call sort_unique(new%node)
     end if
     new%master = new%node
-    if (.not. makes_rows) deallocate (new%master)
-    if (.not. makes_rows) allocate (new%master(0))
     length = step*sqrt(face%area)
     associate (n => face%n, m => size(new%node))
       allocate (new%area(n, 0:3*m), new%normal(3, n, 0:3*m), new%apart(3, n, 0:3*m), &
@@ -138,7 +136,7 @@ contains
     added%normal = 0.0_wp
     added%apart = 0.0_wp
     entries%n = 0
-    call add_face(face, x, parts, makes_rows, added, entries)
+    call add_face(face, x, parts, makes_rows, .true., added, entries)
     new%area(:, copy) = added%area
     new%normal(:, :, copy) = added%normal
     new%apart(:, :, copy) = added%apart

@@ -6,8 +6,8 @@ module mortar_rows_mod
   implicit none
   private
 
-  public :: mortar_t, slave_t, opposite_t, changes_t, new_mortar, without_rounding, lifted_gap, &
-    enough_of_second_order
+  public :: mortar_t, slave_t, opposite_t, changes_t, new_mortar, without_rounding, &
+    lifted_gap, enough, enough_of_second_order, aslant
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -47,7 +47,7 @@ module mortar_rows_mod
     !! (n) of that what is turned towards the master: as seen along the normal, 0: not covered
     !! [length^2]
     real(wp), allocatable :: opposed_area(:)
-    !! (n) of that what is covered by faces that are turned straight towards it [length^2]
+    !! (n) of its area what is covered by faces that are turned straight towards it [length^2]
     real(wp), allocatable :: normal(:, :)   !! (3,n) from master to slave, 0: not covered [-]
     real(wp), allocatable :: outward(:, :) !! (3,n) of the slave surface, the mean of its faces [-]
     real(wp), allocatable :: apart(:, :)
@@ -88,6 +88,8 @@ module mortar_rows_mod
     !! (4,n) corners of all faces that may lie between; not allocated: those of both surfaces
     integer, allocatable :: piece(:)
     !! (n_nodes) the body of each; not allocated: not known, as `skin` is
+    logical :: is_dual = .false.
+    !! functions are dual where a part of a face is bare, too: each point stands for its own place
     logical :: asks_way_out = .false. !! what overlaps counts along ways out alone, has_way_out
     real(wp), allocatable :: mesh(:, :), u(:, :)
     !! (3,n_nodes) places and displacements, whose sums the nodes are at: what is apart then has the
@@ -97,9 +99,13 @@ module mortar_rows_mod
     !! of places: what is no further apart along the normal before anything moves touches [length]
   end type slave_t
 
-  ! Less of a node's area than that is no contact. Shares above it have weights of at most 170, with
-  ! mid-side nodes of 170, too: their functions have two signs.
+  ! Less of a node's area than that is no contact: its row is nearly that of its neighbours. Rows of
+  ! nodes, each by itself, have weights of at most 170 at larger shares, with mid-side nodes from
+  ! the second: their functions have two signs.
   real(wp), parameter :: enough = 1.0e-3_wp, enough_of_second_order = 0.05_wp !! [-]
+
+  real(wp), parameter :: aslant = 0.05_wp
+  !! of what is covered: where as much of it leans, what that changes is changed all the way [-]
 
 contains
 
@@ -110,27 +116,26 @@ contains
 
     n = size(slave%nodes)
     allocate (mortar%area(n), mortar%whole_area(n), mortar%faced_area(n), source=0.0_wp)
-    allocate (mortar%opposed_area(n), source=0.0_wp)
     allocate (mortar%normal(3, n), mortar%outward(3, n), mortar%apart(3, n), source=0.0_wp)
     allocate (mortar%entered(n), source=0.0_wp)
     allocate (mortar%least(n), source=enough)
+    allocate (mortar%opposed_area(n), source=0.0_wp)
     allocate (mortar%least_gap(n), mortar%nearest(n), source=huge(1.0_wp))
     if (allocated(slave%asks)) allocate (mortar%opposite(n))
   end function new_mortar
 
-  !> The gap of a node. Where the master covers it in part, or with faces that lean against those of
-  !> the node, the mean gap is a guess, and none below the least of what its faces see.
-  !> docs/theory.md (11.32).
+  !> The gap of a node. Where what covers it leans against its faces the mean gap is a guess, and
+  !> none below the least of what these see.
+  !> docs/theory.md (11.35).
   pure real(wp) function lifted_gap(mortar, i, gap) result(lifted)
     type(mortar_t), intent(in) :: mortar
     integer, intent(in) :: i
     real(wp), intent(in) :: gap           !! the mean [length]
-    real(wp), parameter :: in_part = 0.05_wp !! [-]
 
     lifted = gap
-    if (.not. mortar%whole_area(i) > 0.0_wp) return
+    if (.not. mortar%area(i) > 0.0_wp) return
     lifted = gap + max(0.0_wp, mortar%nearest(i) - gap)*max(0.0_wp, min(1.0_wp, (1.0_wp - &
-      mortar%opposed_area(i)/mortar%whole_area(i))/in_part))
+      mortar%opposed_area(i)/mortar%area(i))/aslant))
   end function lifted_gap
 
   !> What lies between two places of the undeformed mesh, without what rounding makes of a distance

@@ -5,13 +5,14 @@ module slave_face_mod
   use cells_mod, only: face_corners, face_nodes
   use face_shapes_mod, only: face_rule_t, rule_of, face_functions, face_gradients
   use small_matrix_mod, only: cross
-  use face_overlap_mod, only: plane_t, areas_of_nodes
+  use face_overlap_mod, only: plane_t, areas_of_nodes, plane_of_face
   use mortar_rows_mod, only: mortar_t, slave_t, enough_of_second_order
   use weight_rows_mod, only: entries_t, append_entry
   implicit none
   private
 
-  public :: face_t, what_neighbours_get, add_whole, share_with_ends, take_from_ends, append_place
+  public :: face_t, what_neighbours_get, add_whole, whole_area_of, share_with_ends, &
+    take_from_ends, append_place
 
   !> A slave face.
   type :: face_t
@@ -94,6 +95,27 @@ contains
       call add_to_rows(face, area, outward, mortar)
     end associate
   end subroutine add_whole
+
+  !> The area of a face, of one without mid-side nodes in its plane.
+  pure real(wp) function whole_area_of(face) result(area)
+    type(face_t), intent(in) :: face
+    type(face_rule_t) :: rule
+    real(wp) :: tangent(3, 2)
+    integer :: i
+
+    associate (x => face%x(:, :face%n))
+      if (face%n <= face_corners) then
+        area = sum(areas_of_nodes(plane_of_face(x)))
+        return
+      end if
+      area = 0.0_wp
+      rule = rule_of(face%n)
+      do i = 1, rule%n
+        tangent = matmul(x, transpose(face_gradients(face%n, rule%point(:, i))))
+        area = area + rule%weight(i)*norm2(cross(tangent(:, 1), tangent(:, 2)))
+      end do
+    end associate
+  end function whole_area_of
 
   !> Neighbours of nodes without a multiplier have what these have; such nodes keep their normals.
   pure subroutine add_to_rows(face, area, outward, mortar)

@@ -336,8 +336,9 @@ contains
       - nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2))
     call leave_to_supports(scene, solver, new)
     call find_heat(scene, trial%free, old, new, of_heat, surplus)
-    of_others = work_of_torques(scene, points, middles, old, new) + work_on_overlaps(scene, &
-      points, solver%first_gap, began, trial%placement, old, new) + of_heat + work_of_turns( &
+    of_others = work_of_torques(scene, points, middles, began%weights, &
+      report%contact%weights, old, new) + work_on_overlaps(scene, points, &
+      solver%first_gap, began, trial%placement, old, new) + of_heat + work_of_turns( &
       scene, old%displacement, new%displacement, 0.5_wp*(old%external_force + &
       old%support_force + new%external_force + new%support_force))
     if (allocated(solver%own_mass)) then
@@ -430,7 +431,7 @@ contains
 
   !> Points whose master has nodes with weights that are not among its nodes in reach, and those
   !> that flat facets cover where they did not in the undeformed mesh, or no longer, or whose gap is
-  !> not that of the plane of these: what they cover in part is above it, (11.32).
+  !> not that of the plane of these: rows of what they cover in part change, (11.34).
   pure subroutine find_strays(scene, points, solver, u, report, is_stray)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points

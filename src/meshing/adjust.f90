@@ -303,6 +303,7 @@ contains
         hanging_of(model%mesh%hangs, model%mesh%between, model%mesh%n_given, s))
       if (pair%master > 0) then
         now = join_facets(slave, x, obstacles(pair%master), at_rest)
+        now%slave%is_dual = .true.
         behind = reach_of_facets(now) + pair%overlap
         reach = behind + distance
         if (however_far) reach = reach + reach_of_all_facets(now)
@@ -316,6 +317,7 @@ contains
         if (however_far) reach = reach + reach_of_all(s, surfaces(pair%master_surface)%nodes, x)
         slave%skin = model%mesh%skin
         slave%piece = model%mesh%piece
+        slave%is_dual = .true.
         call make_mortar(slave, master, x, reach, mortar, behind)
         call keep_on_ends(slave%faces, s, x, mortar%normal, surfaces(pair%master_surface)%nodes)
       end if

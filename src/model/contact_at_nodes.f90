@@ -20,14 +20,17 @@ contains
     type(state_t), intent(in) :: state
     type(contact_fields_t), intent(in) :: contact
     real(wp), intent(inout) :: forces(:, :) !! (3,n_nodes) [force]
-    integer :: i, k
+    integer :: i, k, ref_node
 
     do i = 1, points%n
       call add_to_slave(points, contact%weights, i, state%reaction(:, i), forces)
-      if (scene%pairs(points%pair(i))%master > 0) cycle
-      associate (weights => contact%weights)
+      associate (weights => contact%weights, master => scene%pairs(points%pair(i))%master)
+        ref_node = 0
+        if (master > 0) ref_node = scene%obstacles(master)%ref_node
         do k = weights%first(i), weights%first(i + 1) - 1
           associate (node => weights%node(k))
+            ! What is on an obstacle is its own.
+            if (node == ref_node) cycle
             forces(:, node) = forces(:, node) - weights%weight(k)*state%reaction(:, i)
           end associate
         end do

@@ -10,7 +10,7 @@ module contact_points_mod
   public :: contact_points_t, is_pair_removed, weights_t, master_sides_t, master_nodes, &
     contact_nodes, is_covered, is_across, is_still, n_sides, faces_of_side, find_side_points, &
     face_one
-  public :: laws_of_points, law_at, is_in_middle, is_before_faces, list_slave, of_slave, &
+  public :: laws_of_points, law_at, is_in_middle, is_before_faces, list_slave, of_slave, of_row, &
     add_to_slave
 
   !> What concave edges divide a master of faces into: each side has integrals and points of its
@@ -87,7 +87,8 @@ module contact_points_mod
   !> negative; those of a row add up to 1.
   type :: weights_t
     integer,  allocatable :: first(:)  !! (n_points+1) where the row of each point begins
-    integer,  allocatable :: node(:)   !! (n_entries) master node
+    integer,  allocatable :: node(:)
+    !! (n_entries) of the master; of the slave, where the row stands for their places, too
     real(wp), allocatable :: weight(:) !! (n_entries) [-]
     logical,  allocatable :: covers(:) !! (n_points) whether a master of faces covers the point
     logical,  allocatable :: alone(:)
@@ -174,6 +175,22 @@ contains
       q = q + factor(k)*u(:, node(k))
     end do
   end function of_slave
+
+  !> The same on the slave's side of its row, which may have other nodes of the slave, too.
+  pure function of_row(points, weights, i, is_own, u) result(q)
+    type(contact_points_t), intent(in) :: points
+    type(weights_t), intent(in) :: weights
+    integer, intent(in) :: i
+    logical, intent(in) :: is_own(:) !! (n_nodes) nodes of the slave
+    real(wp), intent(in) :: u(:, :)  !! (3,n_nodes) [length]
+    real(wp) :: q(3)                 !! [length]
+    integer :: k
+
+    q = of_slave(points, weights, i, u)
+    do k = weights%first(i), weights%first(i + 1) - 1
+      if (is_own(weights%node(k))) q = q - weights%weight(k)*u(:, weights%node(k))
+    end do
+  end function of_row
 
   !> Add the reaction of a point to the forces on the slave's nodes.
   pure subroutine add_to_slave(points, weights, i, reaction, force)

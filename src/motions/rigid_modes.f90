@@ -23,7 +23,7 @@ module rigid_modes_mod
   implicit none
   private
 
-  public :: free_motions_t, find_free_motions, motion_at, find_rotation, hold_pins, &
+  public :: free_motions_t, find_free_motions, motion_at, hold_pins, &
     generalised_loads, add_motions, is_joined, follow_turns, place_of
 
   real(wp), parameter :: weakly = 1.0e-2_wp
@@ -479,27 +479,6 @@ contains
         node) - motions%centre(:, j))
     end if
   end function motion_at
-
-  !> The rotation of what a node belongs to, a body or a piece of one.
-  pure subroutine find_rotation(motions, mesh, j, node, rotation, extent)
-    type(free_motions_t), intent(in) :: motions
-    type(mesh_t), intent(in) :: mesh
-    integer, intent(in) :: j, node
-    real(wp), intent(out) :: rotation(3) !! a unit of the motion [1/length]
-    real(wp), intent(out) :: extent      !! [length]
-
-    rotation = 0.0_wp
-    extent = 0.0_wp
-    if (motions%body(j) == 0 .or. mesh%body(node) /= motions%body(j)) return
-    rotation = motions%rotation(:, j)
-    extent = motions%extent(j)
-    if (.not. allocated(motions%piece)) return
-    associate (piece => motions%piece(node))
-      if (piece == 0) return
-      rotation = motions%piece_rotation(:, piece, j)
-      extent = motions%piece_extent(piece)
-    end associate
-  end subroutine find_rotation
 
   !> Where a node is that motions turn.
   pure function place_of(motions, mesh, node) result(place)

@@ -7,10 +7,10 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacles_mod, only: on_axis
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, is_of_slave
   use step_contact_mod, only: changes_friction, changes_pairs, friction_in
   use sectors_mod, only: turn_sum_into_plane
-  use contact_points_mod, only: is_pair_removed, n_sides, find_side_points, of_slave
+  use contact_points_mod, only: is_pair_removed, n_sides, find_side_points, of_row
   use interference_mod, only: has_interference, allowed_interference
   use increment_report_mod, only: status_open, force_sums, largest_pressure, &
     is_redundant_at
@@ -235,12 +235,14 @@ contains
   subroutine moment(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    logical :: is_own(source%scene%mesh%n_nodes)
     integer :: i
 
+    if (source%last < source%first) return
+    is_own = is_of_slave(source%scene, source%points%pair(source%first))
     do i = source%first, source%last
-      values(1, :) = values(1, :) + cross(of_slave(source%points, &
-        source%report%contact%weights, i, source%scene%mesh%coordinates), &
-        source%state%reaction(:, i))
+      values(1, :) = values(1, :) + cross(of_row(source%points, source%report%contact%weights, i, &
+        is_own, source%scene%mesh%coordinates), source%state%reaction(:, i))
     end do
     values(1, :) = values(1, :) + cross(source%scene%mesh%origin, sum(source%state%reaction(:, &
       source%first:source%last), dim=2))
@@ -289,6 +291,7 @@ contains
   subroutine torque(source, values)
     type(field_source_t), intent(inout) :: source
     real(wp), intent(inout) :: values(:, :) !! (1, 3)
+    logical :: is_own(source%scene%mesh%n_nodes)
     real(wp) :: centre(3), place(3)
     integer :: i, ref_node
 
@@ -299,8 +302,9 @@ contains
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement, &
                weights => source%report%contact%weights)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
+      is_own = is_of_slave(source%scene, source%points%pair(source%first))
       do i = source%first, source%last
-        place = of_slave(source%points, weights, i, x) + of_slave(source%points, weights, i, u)
+        place = of_row(source%points, weights, i, is_own, x + u)
         values(1, :) = values(1, :) - cross(place - centre, source%state%reaction(:, i))
       end do
     end associate

@@ -40,14 +40,12 @@ module judge_increment_mod
   use expansion_mod, only: find_free_strain
   use bodies_mod, only: is_linear
   use law_limits_mod, only: stretched_t, find_limits, find_stretched
-  use leaning_pairs_mod, only: leaning_t, find_leaning
-  use tipping_bodies_mod, only: may_tip
   use follow_points_mod, only: rounding_of_places
   use checkpoint_mod, only: progress_t, start_shadows
   use measure_increment_mod, only: is_mesh_told, estimate_mesh, measure_deformation, &
     measure_stress, bound_theory
   use refuse_unsolved_mod, only: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
-    refuse_inside, refuse_leaning, refuse_inverted, refuse_deep_overlap, refuse_folded, &
+    refuse_inside, refuse_inverted, refuse_deep_overlap, refuse_folded, &
     refuse_lost_energy, refuse_gained_energy, refuse_lost_law, refuse_unstable, refuse_jump, &
     unstable_in_words, nearest_in_words, meshes_that_buckle
   use increment_notes_mod, only: note_t, note_unheld, note_entries, note_unfelt, note_apart, &
@@ -137,8 +135,6 @@ contains
       call judge_overlap(scene, plan, solver%choices%tolerance, solved, notes, error)
       if (allocated(error)) return
       if (is_dynamic) call refuse_gained_energy(increment, report, error)
-      if (allocated(error)) return
-      if (.not. is_dynamic) call judge_leaning(scene, plan, solver, solved, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, &
         increment%last_of_step, report)
@@ -304,28 +300,6 @@ contains
 
     allowed = 10.0_wp*tolerance*maxval(abs(u)) + rounding_of_places(scene, u)
   end function least_overlap
-
-  !> A body that only its mesh keeps from tipping over the edge of its master ends the run.
-  subroutine judge_leaning(scene, plan, solver, solved, error)
-    type(scene_t), intent(in) :: scene
-    type(plan_t), intent(in) :: plan
-    type(step_solver_t), intent(in) :: solver
-    type(solved_t), intent(in) :: solved
-    type(error_t), allocatable, intent(out) :: error
-    type(leaning_t) :: leaning
-    integer :: pair
-
-    do pair = 1, size(scene%pairs)
-      call find_leaning(scene, plan%points, solved%report%contact, solved%state%displacement, &
-        pair, leaning)
-      if (.not. leaning%beyond > 0.0_wp) cycle
-      if (.not. may_tip(scene, plan%points, solved%report%contact, solver%body%motions, pair, &
-        leaning)) cycle
-      call refuse_leaning(scene, solved%increment, pair, scene%mesh%body(plan%points%node( &
-        plan%points%first(pair))), leaning%beyond, error)
-      return
-    end do
-  end subroutine judge_leaning
 
   !> What was not solved may have had no stable equilibrium to begin with.
   subroutine explain_by_instability(scene, plan, solver, progress, solved, error)

@@ -34,7 +34,7 @@ module refuse_unsolved_mod
   implicit none
   private
 
-  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, refuse_leaning, &
+  public :: refuse_unsolved, refuse_missed_contact, refuse_unfelt_overlap, &
     refuse_inverted, refuse_deep_overlap, refuse_folded, refuse_lost_energy, &
     refuse_gained_energy, refuse_lost_law, &
     refuse_unstable, refuse_jump, unstable_in_words, nearest_in_words, meshes_that_buckle, &
@@ -421,25 +421,6 @@ contains
         'neighbours touches it: contact is missed; use '//advice)
     end associate
   end subroutine refuse_unfelt_overlap
-
-  !> A body that leans over an edge, and that nothing but that pair keeps from tipping, ends the
-  !> run: its mesh alone holds it.
-  subroutine refuse_leaning(scene, increment, pair, body, beyond, error)
-    type(scene_t), intent(in) :: scene
-    type(increment_t), intent(in) :: increment
-    integer, intent(in) :: pair, body
-    real(wp), intent(in) :: beyond !! the edge [length]
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: slave, master
-
-    slave = scene%surfaces(scene%pairs(pair)%surface)%name
-    master = master_name(scene, pair)
-    call raise_at(increment, error, slave//' presses '//to_text(beyond, 3)// &
-      ' beyond the edge of '//master//', where faces that it covers in part have nodes, and '// &
-      'nothing else keeps body '//to_text(body)//' (of node '//to_text(scene%mesh%node_id( &
-      findloc(scene%mesh%body, body, dim=1)))//') from tipping over; use '//master// &
-      ' as the slave, or smaller elements, to see whether it does')
-  end subroutine refuse_leaning
 
   !> An element that is inside out ends the run: no theory has such a body.
   subroutine refuse_inverted(scene, increment, element, least, error)

@@ -5,7 +5,6 @@ import numpy as np
 from bipot.report import table
 from studies.extremes.body_runs import (
     BROKEN,
-    LEANS,
     OPEN_RUN,
     OUTCOMES,
     REFUSED,
@@ -123,22 +122,11 @@ def findings(outcomes):
         lines += ["### What failed", ""]
         lines += table(["scene", "", ""], [[o.name, o.outcome, o.words] for o in failed])
         lines += [""]
-    leaning = [one for one in outcomes if one.leans > LEANS]
-    lines += ["### Right by the laws alone", ""]
-    if leaning:
-        lines += [
-            "The laws of contact are those of the mesh. A slave face that is covered in part acts "
-            "at its nodes, those beyond the edge of the master too ([theory](../theory.md), "
-            "section 11), so where the pressure of a pair acts may lie outside what the master "
-            "covers: on these meshes, at the end of a step, by this much of a face. Refined "
-            "meshes, or the other body as the slave, show what is so.",
-            "",
-        ]
-        rows = [[one.name, one.extreme, f"{one.leans:.2f}"] for one in leaning]
-        lines += [*table(["scene", "what is extreme", "outside, of a face"], rows), ""]
     unfelt = [one for one in outcomes if one.unfelt > 0]
     if unfelt:
         lines += [
+            "### Right by the laws alone",
+            "",
             "Faces that overlap between their nodes where nothing presses, of the largest "
             "displacement:",
             "",

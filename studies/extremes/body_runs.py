@@ -21,7 +21,6 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from bipot.report import Bar
 from studies.extremes.body_scenes import scene_of
@@ -29,7 +28,7 @@ from studies.extremes.judge import cause_of
 
 # isort: split
 # Of tests/judge, found through body_scenes.
-from between_nodes import covered_corners, ends_of_steps, unfelt_overlap
+from between_nodes import unfelt_overlap
 from judge import run_program
 from laws import Judge, Stored, Unreadable
 from load_path import LoadPath
@@ -48,7 +47,6 @@ RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN = (
     "right", "refused", "refuted", "unconfirmed", "wrong", "broken")  # fmt: skip
 OUTCOMES = (RIGHT, REFUSED, REFUTED_RUN, OPEN_RUN, WRONG, BROKEN)
 FAILURES = (WRONG, BROKEN)
-LEANS = 1e-6  # of a face: rounding is less
 PATIENCE = 120.0  # seconds in which the judge may begin something new in an increment
 LIMIT = 120.0  # seconds of the processor for a run
 
@@ -72,7 +70,6 @@ class BodyOutcome:
     apart: float = np.nan  # from the judge's displacements, of the largest
     forces_apart: float = np.nan  # from its forces, of the largest
     unfelt: float = 0.0  # how deep faces overlap where nothing presses, of the displacements
-    leans: float = 0.0  # how far outside what is covered a pair presses, of a slave face
     compared: int = 0  # increments that the judge solved
     increments: int = 0
 
@@ -122,7 +119,6 @@ def judge_run(one, scene, stored, status, message):
     if status == 0:
         one.outcome = RIGHT
         one.unfelt = unfelt_overlap(scene, stored)
-        one.leans = leaning(scene, stored)
         return
     one.words = message.strip().splitlines()[0] if message.strip() else ""
     if cause_of(message) is None:
@@ -154,40 +150,6 @@ def turned_by(scene):
         for a in scene.faces(pair.part, pair.side)
         for b in scene.faces(*pair.master)
     )
-
-
-def leaning(scene, stored):
-    """How far the middle of a pair's pressure lies outside what its master covers, of a slave face.
-
-    At the end of each step, along the plane across the mean normal of the pair.
-    """
-    farthest = 0.0
-    for row in ends_of_steps(stored):
-        x = stored.places + stored.u[row]
-        for pair in scene.pairs:
-            held = stored.pairs[scene.key_of(pair)]
-            force = np.maximum(held["reaction"][row][:, 0], 0.0)
-            if pair.small or force.sum() == 0:
-                continue
-            slave = scene.faces(pair.part, pair.side)
-            corners = covered_corners(slave, x, scene.faces(*pair.master))
-            normal = force @ held["frame"][row][:, 0]
-            *_, across = np.linalg.svd(normal[None])
-            flat = corners @ across[1:].T
-            middle = force @ x[held["rows"]] @ across[1:].T / force.sum()
-            size = max(np.ptp(x[list(face)] @ across[1:].T, axis=0).max() for face in slave)
-            outside = hull_distance(flat, middle)
-            farthest = max(farthest, outside / size)
-    return farthest
-
-
-def hull_distance(points, place):
-    """How far a place (2,) lies outside the convex hull of points (n, 2), 0 inside."""
-    try:
-        hull = ConvexHull(points)
-    except QhullError:  # a line, or less
-        return float(np.linalg.norm(points - place, axis=1).min())
-    return max(0.0, float((hull.equations[:, :2] @ place + hull.equations[:, 2]).max()))
 
 
 def read_counts(one, path):

@@ -687,7 +687,7 @@ class Mortar(unittest.TestCase):
     def test_overlap_of_two_squares(self):
         # A unit square over the left half of another: (11.1) there is that of half a face.
         below = np.array([(-0.5, 0, -0.1), (0.5, 0, -0.1), (0.5, 1, -0.1), (-0.5, 1, -0.1)])
-        placed = place_surface([(0, 1, 2, 3)], self.SQUARE, [(0, 1, 2, 3)], below)
+        placed = place_surface([(0, 1, 2, 3)], self.SQUARE, [(0, 1, 2, 3)], below, of_nodes=True)
         # int over 0 < x < 1/2 of (1-x)(1-y) and of x(1-y).
         np.testing.assert_allclose(placed.covered, [3 / 16, 3 / 16, 1 / 16, 1 / 16], atol=1e-15)
         np.testing.assert_allclose(placed.area, 0.25, atol=1e-15)
@@ -702,9 +702,13 @@ class Mortar(unittest.TestCase):
             slave = self.SQUARE + 0.2 * rng.uniform(-1, 1, (4, 3)) * (1, 1, 0)
             master = 1.5 * self.SQUARE[::-1] + 0.3 * rng.uniform(-1, 1, (4, 3)) * (1, 1, 0)
             halves = [(0, 1, 2), (0, 2, 3)] if rng.random() < 0.5 else [(0, 1, 2, 3)]
-            placed = place_surface([(0, 1, 2, 3)], slave, halves, master)
+            placed = place_surface([(0, 1, 2, 3)], slave, halves, master, of_nodes=True)
             on = placed.covered > 1e-3 * placed.area
             np.testing.assert_allclose((placed.weights @ master)[on], slave[on], atol=1e-10)
+            # Where a part is bare rows stand for means of places that are covered.
+            placed = place_surface([(0, 1, 2, 3)], slave, halves, master)
+            places = slave - placed.own @ slave
+            np.testing.assert_allclose((placed.weights @ master)[on], places[on], atol=1e-10)
 
     def test_normals_are_means_over_what_covers(self):
         # A roof of two slopes, its ridge under a quarter of the slave: N_a of each part, by hand.

@@ -305,7 +305,10 @@ class Edges(unittest.TestCase):
         x = of_pair(result, "UP-ZMIN:LOW-ZMAX", "coordinates")[:, 0]
         outside = x < 0.01
         self.assertTrue((covered[outside] == 0).all() and (covered[~outside] > 0).all())
-        self.assertTrue((gap[outside] == NO_GAP).all() and (np.abs(gap[~outside]) < 1e-8).all())
+        self.assertTrue((gap[outside] == NO_GAP).all())
+        # Nodes of a face that is covered in part press as they share the pressure at the edge.
+        self.assertGreater(gap[~outside].min(), -1e-8)
+        self.assertLess(gap[~outside].max(), 0.01 * 0.002)
         self.assertTrue((of_pair(result, "UP-ZMIN:LOW-ZMAX", "status")[-1][outside] == OPEN).all())
         self.assertEqual(
             np.abs(of_pair(result, "UP-ZMIN:LOW-ZMAX", "reaction")[-1][outside]).max(), 0
@@ -628,14 +631,12 @@ class Overhanging(unittest.TestCase):
         for surfaces in (self.SURFACES, "LOW-ZMAX, UP-ZMIN"):
             run = self.run_block(0.35, surfaces=surfaces)
             self.assertEqual(run.status, 0, run.errors)
-            self.assertNotIn("beyond the edge", run.output)
 
     def test_no_mesh_keeps_it_from_tipping(self):
         # Its middle is at 0.7 + 0.5, its nodes at 0.7 and 1.2, and the edge at 1.
         run = self.run_block(0.7)
         self.assertEqual(run.status, 2, run.output)
-        self.assertRegex(run.errors, r"UP-ZMIN presses 0\.2\d* beyond the edge of LOW-ZMAX, .* "
-                         r"nothing else keeps body 2 \(of node 65\) from tipping over")  # fmt: skip
+        self.assertIn("nothing balances the loads along body 2 (of node 65)", run.errors)
         # What the base does not cover is free for all that.
         self.assertNotIn("supports hold the normal", run.output)
         for run in (self.run_block(0.7, 10), self.run_block(0.7, surfaces="LOW-ZMAX, UP-ZMIN")):
@@ -650,7 +651,7 @@ class Overhanging(unittest.TestCase):
         joined = "*NODE\n9000, 0., 0., 5.\n*EQUATION\n2\n9000, 1, 1., 65, 1, -1.\n"
         run = self.run_block(0.7, joined=joined)
         self.assertEqual(run.status, 2, run.output)
-        self.assertRegex(run.errors, r"UP-ZMIN presses 0\.2\d* beyond the edge of LOW-ZMAX")
+        self.assertIn("nothing balances the loads", run.errors)
         self.assertEqual(self.run_block(0.35, joined=joined).status, 0)
 
     def test_what_supports_keep_upright_may_lean(self):

@@ -18,7 +18,7 @@ from held_points import (
 from joints import Joints, file_rows, with_rotations, with_stand_ins
 from least_squares import least_squares_in_cone
 from load_path import LoadPath
-from mortar import LEAST_SHARE, normal_of
+from mortar import LEAST_KEPT, LEAST_SHARE, normal_of
 from obstacles import across, chords, depth_below, locate, shift_of, turned, unit
 from scenes import CYLINDER, EPS, SPHERE
 from surfaces import Surface, Ties, settled
@@ -392,15 +392,21 @@ class Judge:
             })  # fmt: skip
         return out
 
-    def motion(self, obstacle, rows, u, before, rotations):
+    def motion(self, obstacle, rows, u, before, rotations, own=None):
         """How points (P, 3) moved in the increment against the material of an obstacle."""
-        moved = u[rows] - before[rows]
+        own = np.zeros((len(rows), len(u))) if own is None else own
+
+        def at_rows(values):
+            return values[rows] - own @ values
+
+        moved = at_rows(u - before)
         at = obstacle.reference
         if at is None:
             return moved
         old, new = (r[at] for r in rotations)
         if np.any(old) or np.any(new):
-            return chords(self.scene.points[rows], before[rows] - before[at], u[rows] - u[at],
+            return chords(at_rows(self.scene.points), at_rows(before) - before[at],
+                          at_rows(u) - u[at],
                           self.scene.points[at], old, new)  # fmt: skip
         return moved - (u - before)[at]
 
@@ -439,18 +445,15 @@ class Judge:
                 moved = self.way_over(surface, placed, (u, before), moved, told, gap)
             reference = None
         else:
-            master, reference = np.zeros((len(rows), len(u))), obstacle.reference
+            master, reference = placed.own, obstacle.reference
             fixed = held[rows]
             if reference is not None:
                 fixed = fixed & held[reference]
-            moved = self.motion(obstacle, rows, u, before, rotations)
+            moved = self.motion(obstacle, rows, u, before, rotations, placed.own)
         own = placed.gap
-        # With small sliding it is raised once, in the mesh, and grows linearly.
+        # With small sliding it grows linearly from that in the mesh.
         if obstacle is None and pair.small:
-            own = surface.first.lifted(own)
             own = own + np.einsum("pi,pi->p", placed.normal, u[rows] - master @ u)
-        else:
-            own = placed.lifted(own)
         own = own + self.added[rows]
         own_slip = across(moved, placed.normal)
         if placed.mirror is not None:
@@ -582,7 +585,7 @@ class Judge:
             if pair.wall is None:
                 continue
             seen = surface.place(u, self.stored.rotation[row])
-            depth = np.where(seen.share > 10 * LEAST_SHARE, -seen.lifted(seen.gap), 0.0)
+            depth = np.where(seen.share > 10 * LEAST_SHARE, -seen.gap, 0.0)
             depth = depth - 1e-12 * np.abs(self.scene.points).max()
             at = int(np.argmax(depth))
             self.note("node behind a wall by", row, max(0.0, depth[at]) / (length or 1.0),
@@ -608,7 +611,7 @@ class Judge:
             self.note("node without a place, covered by", row,
                       share[~has_row & ~p["blocked"]].max(initial=0.0), 1.01e-3)  # fmt: skip
             self.note("node with a place that nothing covers", row,
-                      float(np.any(has_row & (share < 0.5e-9))), 0)  # fmt: skip
+                      float(np.any(has_row & (share < 0.95 * LEAST_KEPT))), 0)  # fmt: skip
             self.note("reaction on a node without a place", row,
                       np.abs(p["force"][~has_row]).max(initial=0.0), 0)  # fmt: skip
             if not has_row.any():
@@ -661,10 +664,19 @@ class Judge:
             stored, strength = p["stored"], np.abs(p["force"]).sum()
             if "moment" not in stored:  # an own solution, or a wall
                 continue
-            arm = self.scene.points[p["rows"]]
+            own = np.zeros((len(p["rows"]), len(u)))
+            own = own if p["placed"] is None else p["placed"].own.copy()
+            if p["pair"].master is not None:  # nodes of both surfaces count as the master's
+                own[:, np.unique(self.scene.faces(*p["pair"].master))] = 0.0
+            arm = self.scene.points[p["rows"]] - own @ self.scene.points
             moment = np.cross(arm, p["force"]).sum(axis=0)
+            # What rows have of other nodes is known as weights are.
+            rough = 0.0
+            if own.any():
+                size = np.linalg.norm(p["force"], axis=1)
+                rough = (size * p["doubt"]).sum() * np.sqrt(p["area"].max())
             self.note("moment wrong by", row, np.abs(stored["moment"][row] - moment).max(),
-                      max(1e-11 * strength * reach, 1e-300))  # fmt: skip
+                      max(1e-11 * strength * reach + rough, 1e-300))  # fmt: skip
             if p["pair"].master is not None and not p["pair"].small:
                 left = np.cross(p["apart"], p["force"]).sum(axis=0)
                 room = 1e-11 * strength * reach + (
@@ -674,12 +686,12 @@ class Judge:
                 self.note("moment left of a pair wrong by", row, off, max(room, TINY))
             if "torque" not in stored:
                 continue
-            arm = arm + u[p["rows"]]
+            arm = arm + u[p["rows"]] - own @ u
             if p["reference"] is not None:
                 arm = arm - (self.scene.points + u)[p["reference"]]
             torque = -np.cross(arm, p["force"]).sum(axis=0)
             self.note("torque wrong by", row, np.abs(stored["torque"][row] - torque).max(),
-                      max(1e-11 * strength * reach, 1e-300))  # fmt: skip
+                      max(1e-11 * strength * reach + rough, 1e-300))  # fmt: skip
             if p["reference"] is not None:
                 on[p["reference"]] += torque
         for at in self.scene.references():

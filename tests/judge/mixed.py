@@ -42,7 +42,6 @@ from mixed_solver import solve_increment
 ROOT = Path(__file__).resolve().parents[2]
 ALLOWED = 2e-7  # twice what a certified increment may be off, of the largest force or motion
 ROUGH = 1e-6  # where faces that have deformed are integrated over: 3e-9 in 24 decks
-ALL_THE_WAY = 0.05  # of the area of a node: what of it is bare, where (11.32) counts in full
 AREA = 1e-5  # of areas of curved faces: 2e-7 in 24 decks
 
 
@@ -104,9 +103,8 @@ def judge(scene, path):
         largest = max(largest, np.abs(loads).max(), heat(scene, k) * 1e-3)
         if between:
             seen = in_mesh(scene, rows, u[k], start)
-            combination, normal, own_cover, whole, _ = seen
+            combination, normal, own_cover, whole = seen
             own_gap = np.einsum("pi,pi->p", normal, combination @ (scene.points + u[k]))
-            own_gap = own_gap + raised(scene, seen, u[k])
             on, share = cover[k] > 0, own_cover / whole
             note(k, "covered area", np.abs(own_cover - cover[k])[on].max(), own.max(), ROUGH)
             # What a node had while an increment was placed it keeps down to a fifth.
@@ -151,7 +149,7 @@ def judge(scene, path):
 
 
 def in_mesh(scene, rows, u=0.0, start=None):
-    """C (P, N), normals, areas, least gaps of the points before a body, in the order of `rows`.
+    """C (P, N), normals, covered and whole areas of points before a body, in the order of `rows`.
 
     `start` is what it was in the mesh, which small sliding keeps.
     """
@@ -160,14 +158,6 @@ def in_mesh(scene, rows, u=0.0, start=None):
     own, *found = slave_points(scene, u)
     order = np.searchsorted(own, rows)
     return tuple(one[order] for one in found)
-
-
-def raised(scene, seen, u):
-    """(P,) by how much gaps of points of which part is bare are above their means, (11.32)."""
-    combination, normal, cover, whole, nearest = seen
-    mean = np.einsum("pi,pi->p", normal, combination @ (scene.points + (0 if scene.small else u)))
-    bare = np.clip((1 - cover / whole) / ALL_THE_WAY, 0, 1)
-    return bare * np.maximum(0, np.where(cover > 0, nearest, mean) - mean)
 
 
 def heat(scene, k):
@@ -219,10 +209,9 @@ def solve_next(scene, path):
     def place_points(u, free):
         if scene.master:
             seen = in_mesh(scene, scene.foot, u, start)
-            combination, normal, cover, whole, _ = seen
+            combination, normal, cover, whole = seen
             on = cover / whole > LEAST_SHARE
             gap = np.einsum("pi,pi->p", normal, combination @ (scene.points + u))
-            gap = gap + raised(scene, seen, u)
             return combination[on], gap[on], normal[on]
         nothing = np.zeros(len(scene.foot))
         return before_obstacle(scene, scene.foot, u, free, nothing, 0.0)

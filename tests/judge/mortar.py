@@ -11,7 +11,8 @@ import numpy as np
 
 TURNED = -0.2  # the cosine of normals of faces that face each other, at most
 LEAST_SHARE = 1e-3  # of a node's area, from which on it has a row
-LEAST_KEPT = 1e-9  # down to which it keeps a row that it had
+LEAST_KEPT = 2e-4  # down to which it keeps a row that it had
+NOTHING = 1e-9  # of a face: what is covered has lost its digits
 
 XI = np.array([-1.0, 1.0, 1.0, -1.0])
 ETA = np.array([-1.0, -1.0, 1.0, 1.0])
@@ -137,7 +138,8 @@ class Placed:
     covered: np.ndarray  # (P,) of it
     weights: np.ndarray  # (P, M); 0 where nothing is covered
     normal: np.ndarray  # (P, 3)
-    apart: np.ndarray  # (P, 3) from the mean place on the master to the node
+    apart: np.ndarray  # (P, 3) from the mean place on the master to that of the row
+    own: np.ndarray  # (P, N) what rows have of other slave nodes, against theirs
     least: np.ndarray  # (P,) least distance in the faces about the node
     corner: np.ndarray  # (P,) least distance at corners of what faces share
     most: np.ndarray  # (P,) largest
@@ -169,14 +171,27 @@ def taken_over(has_none):
     return out
 
 
-def place_surface(slave, x, master, y, none=(), moved=None, skins=None):
+def plain_part(bare, aslant):
+    """How much of a face's functions are its shape functions, by what of it is bare, (11.32).
+
+    `aslant`: the part of what is covered that leans against it.
+    """
+    return float(np.clip((bare - 0.02) / 0.08, 0, 1) * np.clip(1 - 20 * aslant, 0, 1))
+
+
+def straight_part(n, m):
+    """How much of what a face with normal m covers counts, by the angle of the two, (11.35)."""
+    return float(np.clip((-(n @ m) - 0.707) / (0.866 - 0.707), 0, 1))
+
+
+def place_surface(slave, x, master, y, none=(), moved=None, skins=None, of_nodes=False):
     """Placed nodes of `slave` faces [(4 rows of x)] before `master` faces [(3 or 4 rows of y)].
 
     `none`: rows of slave nodes without a multiplier, (11.17); `y` is `x` then, and weights have
     those of the slave's own nodes for whose place their neighbours stand. `moved`: displacements
     that distances in the faces have beyond `x`, which is `y` then, and nothing else has. `skins`:
     all outer faces of the slave's body and of the master's, which may hide what overlaps; `y` is
-    `x` then.
+    `x` then. `of_nodes`: rows are of nodes, each by itself, as those of ties.
     """
     if moved is None:
         moved = np.zeros((max(len(x), len(y)), 3))
@@ -184,7 +199,7 @@ def place_surface(slave, x, master, y, none=(), moved=None, skins=None):
     number = {int(r): i for i, r in enumerate(rows)}
     count = len(rows)
     area, covered = np.zeros(count), np.zeros(count)
-    weights = np.zeros((count, len(y)))
+    weights, own_part = np.zeros((count, len(y))), np.zeros((count, len(x)))
     normal, bend = np.zeros((count, 3)), 0.0
     least, corner, most = (np.full(count, sign * np.inf) for sign in (1, 1, -1))
     normals = [normal_of(y[list(f)]) for f in master]
@@ -246,13 +261,21 @@ def place_surface(slave, x, master, y, none=(), moved=None, skins=None):
                 folded |= {("master", f)} if is_folded(seen) else {("slave", *face)}
             bend = max(bend, bend_of(seen), float(np.abs((there - there.mean(axis=0)) @ m).max()
                                                    / np.ptp(seen, axis=0).max()))  # fmt: skip
-        if lumped.sum() < LEAST_KEPT * own[0]:
+        if lumped.sum() < NOTHING * own[0]:
             continue
-        dual = given @ (lumped[:, None] * np.linalg.inv(mass))  # Phi = dual N, (11.1)
-        covered[at] += given @ lumped
-        for b, a in np.argwhere((given > 0) & ~np.eye(4, dtype=bool)):
-            weights[at[b], face[b]] += given[b, a] * lumped[a]
-            weights[at[b], face[a]] -= given[b, a] * lumped[a]
+        straight = sum(lump.sum() * straight_part(n, normals[f]) for f, _, lump in mixed)
+        plain = 0.0
+        if not of_nodes:
+            plain = plain_part(1 - lumped.sum() / own[0], 1 - straight / lumped.sum())
+        part = plain * np.eye(4)
+        if plain < 1:
+            part += (1 - plain) * lumped[:, None] * np.linalg.inv(mass)
+        dual = given @ part  # Phi = dual N, (11.1), (11.32)
+        shared = given @ (plain * mass + (1 - plain) * np.diag(lumped))
+        covered[at] += shared.sum(axis=1)
+        for b, a in np.argwhere((shared != 0) & ~np.eye(4, dtype=bool)):
+            own_part[at[b], face[b]] += shared[b, a]
+            own_part[at[b], face[a]] -= shared[b, a]
         for f, mix, lump in mixed:
             part = dual @ mix
             for a in range(4):
@@ -260,10 +283,13 @@ def place_surface(slave, x, master, y, none=(), moved=None, skins=None):
                 normal[at[a]] += (given @ lump)[a] * normals[f]
     some = covered > 0
     weights[some] /= covered[some, None]
+    own_part[some] /= covered[some, None]
     length = np.linalg.norm(normal, axis=1)
     normal[some] /= length[some, None]
-    apart = np.where(some[:, None], x[rows] - weights @ y, 0.0)
-    return Placed(rows, area, covered, weights, normal, apart, least, corner, most, bend,
+    apart = np.where(some[:, None], x[rows] - own_part @ x - weights @ y, 0.0)
+    if y is x:
+        weights += own_part
+    return Placed(rows, area, covered, weights, normal, apart, own_part, least, corner, most, bend,
                   len(folded))  # fmt: skip
 
 

@@ -5,7 +5,7 @@ hulls of mortar.py, integrals those of Gauss's product rule with 49 points a tri
 """
 
 import numpy as np
-from mortar import POINTS, TURNED, WEIGHTS, cross2, hull_of_overlap
+from mortar import POINTS, TURNED, WEIGHTS, cross2, hull_of_overlap, plain_part, straight_part
 from second_order import FACES
 
 PARTS = {3: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)],
@@ -64,11 +64,11 @@ def fit(kind, own, pieces):
     return found
 
 
-def place(mesh, slave, master, x, alpha):
+def place(mesh, slave, master, x, alpha, of_nodes=False):
     """Points of `slave` faces [(element, face)] before `master` faces, nodes at x (N, 3).
 
     Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas
-    (P,), areas (P,) of the nodes, and least gaps (P,) at corners of what their faces share.
+    (P,), and areas (P,) of the nodes. `of_nodes`: rows are of nodes, as those of ties.
     """
     faces = [mesh.face_nodes(e, f) for e, f in slave]
     facing = [mesh.face_nodes(e, f) for e, f in master]
@@ -76,7 +76,8 @@ def place(mesh, slave, master, x, alpha):
     number = {int(r): i for i, r in enumerate(rows)}
     count = len(rows)
     weights, normal = np.zeros((count, len(x))), np.zeros((count, 3))
-    covered, area, nearest = np.zeros(count), np.zeros(count), np.full(count, np.inf)
+    covered, area = np.zeros(count), np.zeros(count)
+    shared = np.zeros((count, count))
     seen_parts = []
     for nodes in facing:
         kind = len(nodes) // 2
@@ -94,6 +95,7 @@ def place(mesh, slave, master, x, alpha):
             own[m, kind + m] += share
             own[(m + 1) % kind, kind + m] += share
         lumped, pieces = np.zeros(2 * kind), []
+        mass, straight = np.zeros((2 * kind, 2 * kind)), 0.0
         area[at] += own @ face.shares(x[nodes])
         for part in PARTS[kind]:
             corners = x[[nodes[c] for c in part]]
@@ -133,31 +135,34 @@ def place(mesh, slave, master, x, alpha):
                 up = np.cross(along[1] @ x[other], along[0] @ x[other])
                 up /= np.linalg.norm(up, axis=1)[:, None]
                 lumped += w @ mine
-                pieces.append((other, here, w, theirs))
+                mass += mine.T @ (w[:, None] * mine)
+                straight += w.sum() * straight_part(n, m)
+                pieces.append((other, here, w, theirs, mine))
                 normal[at] += mine.T @ (w[:, None] * up)
-                middle = PARENT[kind][list(part)].mean(0)
-                mine = face.at(places_seen(face, x[nodes], plane, polygon, middle))[0]
-                middle = PARENT[size][list(piece)].mean(0)
-                theirs, along = opposite.at(places_seen(opposite, x[other], plane, polygon, middle))
-                up = np.cross(along[1] @ x[other], along[0] @ x[other])
-                up /= np.linalg.norm(up, axis=1)[:, None]
-                gap = np.einsum("gi,gi->g", up, mine @ x[nodes] - theirs @ x[other])
-                nearest[at] = np.minimum(nearest[at], gap.min())
         if lumped.sum() <= 0:
             continue
         covered[at] += lumped
-        fits = fit(kind, own, [piece[1:] for piece in pieces])
-        for (other, *_), values in zip(pieces, fits, strict=True):
-            part = lumped[:, None] * values
+        plain = 0.0
+        if not of_nodes:
+            bare = 1 - lumped.sum() / face.shares(x[nodes]).sum()
+            plain = plain_part(bare, 1 - straight / lumped.sum())
+        shared[np.ix_(at, at)] += plain * mass + (1 - plain) * np.diag(lumped)
+        fits = [0.0] * len(pieces)
+        if plain < 1:
+            fits = fit(kind, own, [piece[1:4] for piece in pieces])
+        for (other, _, w, theirs, mine), values in zip(pieces, fits, strict=True):
+            part = plain * mine.T @ (w[:, None] * theirs) + (1 - plain) * lumped[:, None] * values
             for k, a in enumerate(at):
                 np.add.at(weights[a], other, part[k])
     some = covered > 0
     weights[some] /= covered[some, None]
     normal[some] /= np.linalg.norm(normal[some], axis=1)[:, None]
-    combination = -weights
+    shared[some] /= covered[some, None]
+    places = np.zeros((count, len(x)))  # of the points
     for i, r in enumerate(rows):
         part = alpha.get(int(r), 0.0)
-        combination[i, r] += 1 / (1 - 2 * part)
+        places[i, r] = 1 / (1 - 2 * part)
         if part:
-            combination[i, list(mesh.middles[int(r)])] -= part / (1 - 2 * part)
-    return rows, combination, normal, covered, area, nearest
+            places[i, list(mesh.middles[int(r)])] -= part / (1 - 2 * part)
+    of_rows = np.where(some[:, None], shared @ places, places)
+    return rows, of_rows - weights, normal, covered, area

@@ -312,10 +312,6 @@ def confirm(scene, stored, message):
     deep = re.search(r"node (\d+) of \S+ begins (\S+) inside its master", message)
     if deep:
         return judge_overlap(scene, increment, int(deep[1]), float(deep[2]))
-    if "from tipping over" in message:
-        left = left_by_pressure(scene, increment)
-        words = f"pressures on what is covered leave {left:.1e} of the loads unbalanced"
-        return (CONFIRMED if left > 1e-6 else REFUTED), words
     loads = loads + prescribed_pull(increment)
     # Normals of faces turn as these are bent, by no more than strains.
     bent = 30 * largest_strain(scene, loads) if has_surfaces(scene) else 0.0

@@ -231,7 +231,6 @@ class Increment:
             mirror = np.zeros(3)
             if obstacle is not None and obstacle.reference is not None:
                 self.partner[p, obstacle.reference] = 1.0
-                self.drag[p] = self.drag_of(obstacle, row, u)
             if seen[index] is None:
                 gap, normal, _ = locate(
                     self.obstacle_now(obstacle), self.scene.points[[row]], u[[row]],
@@ -240,6 +239,8 @@ class Increment:
                 gaps[p], normal = gap[0], normal[0]
             else:
                 gaps[p], normal, mirror, counts[p] = self.before_surface(p, seen[index], u)
+            if obstacle is not None and obstacle.reference is not None:
+                self.drag[p] = self.drag_of(obstacle, p, u)
             movable = ~self.held[row] & (mirror == 0)
             others = np.flatnonzero(self.partner[p])
             movable = movable | ((~self.held[others]).any(axis=0) & (mirror == 0))
@@ -271,25 +272,30 @@ class Increment:
         if not counts:
             return 0.0, np.eye(3)[2], mirror, False
         self.kept.add(p)
-        if obstacle is None:
-            self.partner[p] = seen.weights[at]
+        self.partner[p] += seen.weights[at] if obstacle is None else seen.own[at]
         if obstacle is None and self.scene.pairs[index].small:
-            gap = self.surfaces[index].first.lifted(seen.gap[at])[at]
-            gap += seen.normal[at] @ (u[row] - seen.weights[at] @ u)
+            gap = seen.gap[at] + seen.normal[at] @ (u[row] - seen.weights[at] @ u)
         else:
-            gap = seen.lifted(seen.gap[at])[at]
+            gap = seen.gap[at]
         return gap + self.added[row], seen.normal[at], mirror, True
 
-    def drag_of(self, obstacle, row, u):
+    def drag_of(self, obstacle, p, u):
         """What the turn of an obstacle adds to the way of a point against it, (9.8)."""
         at = obstacle.reference
         old, new = (r[at] for r in self.rotations)
         if not (np.any(old) or np.any(new)):
             return np.zeros(3)
+        # What the row has of other nodes of its slave; the reference node is the obstacle's.
+        own = self.partner[p].copy()
+        own[at] = 0.0
+
+        def at_row(values):
+            return values[self.points[p][1]] - own @ values
+
         before = self.before
-        way = chords(self.scene.points[[row]], (before[row] - before[at])[None],
-                     (u[row] - u[at])[None], self.scene.points[at], old, new)[0]  # fmt: skip
-        return way - ((u - before)[row] - (u - before)[at])
+        way = chords(at_row(self.scene.points)[None], (at_row(before) - before[at])[None],
+                     (at_row(u) - u[at])[None], self.scene.points[at], old, new)[0]  # fmt: skip
+        return way - (at_row(u - before) - (u - before)[at])
 
     def relative(self, u):
         """Motions (P, 3) of the points from the start of the increment, less their masters'.

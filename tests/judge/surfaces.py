@@ -10,7 +10,6 @@ from obstacles import corners_at
 # parallelograms its rule is one of degree 9 (docs/theory.md, section 11).
 ROUNDING = 1e-11
 BENT = 1e-6
-ALL_THE_WAY = 0.05  # of the area of a node: what of it is bare, where (11.32) counts in full
 
 
 @dataclass
@@ -27,11 +26,6 @@ class Seen(Placed):
         rounded = 1e-13 * size / np.sqrt(self.area.max())
         share = np.maximum(self.share, 1e-12)
         return ROUNDING + rough + rounded / share
-
-    def lifted(self, gap):
-        """(P,) gaps of nodes of which part is bare: no mean is below the least, (11.32)."""
-        bare = np.clip((1 - self.share) / ALL_THE_WAY, 0, 1)
-        return gap + bare * np.maximum(0, np.where(self.covered > 0, self.corner, gap) - gap)
 
 
 class Surface:
@@ -188,7 +182,7 @@ class Ties:
         self.size = max(np.ptp(scene.points[r], axis=0).max() for r in scene.bodies())
         for tie in scene.ties:
             slave, master = scene.faces(*tie.slave), scene.faces(*tie.master)
-            placed = place_surface(slave, scene.points, master, scene.points)
+            placed = place_surface(slave, scene.points, master, scene.points, of_nodes=True)
             tied = placed.share > LEAST_SHARE
             doubt = ROUNDING + BENT * placed.bend**2
             reached = np.concatenate([placed.rows, np.unique(master)])
@@ -227,7 +221,7 @@ def settled(scene):
     for tie in scene.ties:
         slave, master = scene.faces(*tie.slave), scene.faces(*tie.master)
         for _ in range(10):
-            placed = place_surface(slave, points, master, points)
+            placed = place_surface(slave, points, master, points, of_nodes=True)
             on = placed.share > LEAST_SHARE
             shift = placed.gap[on, None] * placed.normal[on]
             points[placed.rows[on]] -= shift
@@ -239,7 +233,7 @@ def settled(scene):
         slave, master = scene.faces(pair.part, pair.side), scene.faces(*pair.master)
         moves = None
         for _ in range(3):
-            placed = place_surface(slave, points, master, points)
+            placed = place_surface(slave, points, master, points, of_nodes=True)
             if moves is None:
                 moves = (placed.share > LEAST_SHARE) & (placed.gap <= pair.adjust)
             points[placed.rows[moves]] -= placed.gap[moves, None] * placed.normal[moves]

@@ -128,8 +128,8 @@ MISTAKES = [
     Mistake(
         "dual functions with the wrong sign off the diagonal",
         "geometry/dual_weights.f90",
-        "dual(:, a) = lumped(a)*dual(:, a)",
-        "dual(:, a) = lumped(a)*dual(:, a)*merge(1, -1, [1, 2, 3, 4] == a)",
+        "(1.0_wp - plain)*lumped(a)*dual(:, a)",
+        "(1.0_wp - plain)*lumped(a)*dual(:, a)*merge(1, -1, [1, 2, 3, 4] == a)",
         BODIES,
     ),
     Mistake(

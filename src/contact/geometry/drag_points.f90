@@ -2,8 +2,8 @@
 module drag_points_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, turn_between
-  use scene_mod, only: scene_t, pair_turns
-  use contact_points_mod, only: contact_points_t, of_slave
+  use scene_mod, only: scene_t, pair_turns, is_of_slave
+  use contact_points_mod, only: contact_points_t, of_row
   use state_mod, only: state_t
   use placement_mod, only: placement_t
   implicit none
@@ -27,6 +27,7 @@ contains
     real(wp), intent(in) :: rotation(:, :)  !! (3,n_obstacles) at its end [rad]
     type(placement_t), intent(inout) :: placement !! gets `drag`
     real(wp) :: half(3, 3), arm(3), before(3), after(3)
+    logical :: is_own(size(u, 2))
     integer :: pair, i
 
     do pair = 1, size(scene%pairs)
@@ -34,14 +35,16 @@ contains
       associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
                  before_turn => old%rotation(:, scene%pairs(pair)%master), &
                  after_turn => rotation(:, scene%pairs(pair)%master))
+        is_own = is_of_slave(scene, pair)
         half = rotation_matrix(0.5_wp*turn_between(before_turn, after_turn))
         do i = points%first(pair), points%first(pair + 1) - 1
           associate (ref_node => obstacle%ref_node)
-            arm = of_slave(points, placement%weights, i, scene%mesh%coordinates) - &
+            arm = of_row(points, placement%weights, i, is_own, &
+              scene%mesh%coordinates) - &
               scene%mesh%coordinates(:, ref_node)
-            before = arm + of_slave(points, placement%weights, i, old%displacement) - &
+            before = arm + of_row(points, placement%weights, i, is_own, old%displacement) - &
               old%displacement(:, ref_node)
-            after = arm + of_slave(points, placement%weights, i, u) - u(:, ref_node)
+            after = arm + of_row(points, placement%weights, i, is_own, u) - u(:, ref_node)
             placement%drag(:, i) = (matmul(after, half) - after) - (matmul(half, before) - before)
           end associate
         end do

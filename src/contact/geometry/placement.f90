@@ -12,7 +12,7 @@ module placement_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
     n_sides, find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
-  use mortar_rows_mod, only: mortar_t, lifted_gap
+  use mortar_rows_mod, only: mortar_t, lifted_gap, enough
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
     turn_into_plane, replace_rows
   implicit none
@@ -58,10 +58,8 @@ module placement_mod
     !! increment (drag_points_mod), 0 where none turns [length]
   end type placement_t
 
-  ! How much of its node's area a surface must cover for a point that counted in the same increment:
-  ! else points at the edge of the master come and go.
-  real(wp), parameter :: enough_to_stay = 1.0e-9_wp !! [-]
-  ! The same of what counts at all, of faces with mid-side nodes: weights become 7000.
+  ! How much of what counts at all a surface must cover for a point that counted in the same
+  ! increment: else points at the edge of the master come and go.
   real(wp), parameter :: part_to_stay = 0.2_wp !! [-]
   ! More than that no deck's digits make of edges that are flush.
   real(wp), parameter :: a_little = 1.0e-4_wp !! [-]
@@ -400,7 +398,7 @@ contains
   end subroutine place_before_surface
 
   !> The same before facets of an obstacle, wherever it has turned and moved to: what covers a point
-  !> moves as its reference node does, with weight 1.
+  !> moves as its reference node does, with weight 1, the last of its row.
   pure subroutine place_before_facets(scene, points, pair, side, u, stay, obstacle, placement)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -412,28 +410,44 @@ contains
     type(mortar_t) :: mortar
     type(weights_t) :: rows
     real(wp) :: shift(3)
-    integer :: i, k, first, last
+    integer :: i, j, k, first, last
 
     call find_side_points(points, pair, side, first, last)
     shift = shift_of(obstacle, u)
     call face_obstacle(scene, points, pair, side, u, obstacle, mortar)
     call place_covered(scene%mesh, points, first, stay, mortar, placement)
-    allocate (rows%first(last - first + 2))
-    k = 1
+    associate (n => size(mortar%weights%node) + last - first + 1)
+      allocate (rows%first(last - first + 2), rows%node(n), rows%weight(n))
+    end associate
+    k = 0
     do i = first, last
-      rows%first(i - first + 1) = k
-      placement%apart(:, i) = 0.0_wp
-      if (.not. placement%weights%covers(i)) cycle
-      if (obstacle%ref_node > 0) k = k + 1
-      placement%apart(:, i) = mortar%apart(:, i - first + 1)
-      placement%gap(i) = lifted_gap(mortar, i - first + 1, placement%gap(i) + lift_alone(points, &
-        placement%weights, i, u, mortar%normal(:, i - first + 1)) - points%extra_gap(i)) + &
-        points%extra_gap(i)
-      placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
+      associate (here => i - first + 1)
+        rows%first(here) = k + 1
+        placement%apart(:, i) = 0.0_wp
+        if (.not. placement%weights%covers(i)) cycle
+        placement%apart(:, i) = mortar%apart(:, here)
+        placement%gap(i) = lifted_gap(mortar, here, placement%gap(i) + lift_alone(points, &
+          placement%weights, i, u, mortar%normal(:, here)) - points%extra_gap(i)) + &
+          points%extra_gap(i)
+        placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
+        do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
+          associate (node => points%node(first - 1 + mortar%weights%node(j)), &
+                     weight => mortar%weights%weight(j))
+            if (.not. abs(weight) > 0.0_wp) cycle
+            k = k + 1
+            rows%node(k) = node
+            rows%weight(k) = weight
+            placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
+          end associate
+        end do
+        if (obstacle%ref_node == 0) cycle
+        k = k + 1
+        rows%node(k) = obstacle%ref_node
+        rows%weight(k) = 1.0_wp
+      end associate
     end do
-    rows%first(last - first + 2) = k
-    call replace_rows(placement%weights, first, rows%first, spread(obstacle%ref_node, 1, k - 1), &
-      spread(1.0_wp, 1, k - 1))
+    rows%first(last - first + 2) = k + 1
+    call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
   end subroutine place_before_facets
 
   !> How much further along the normal a node in the middle of an edge has moved than its point of
@@ -470,9 +484,9 @@ contains
     around = no_slip_along(mesh, 1, .true.)
     do i = first, first + size(mortar%area) - 1
       associate (here => i - first + 1, covers => placement%weights%covers)
-        counts = mortar%area(here) > mortar%least(here)*mortar%whole_area(here)
-        if (stay .and. covers(i)) counts = mortar%area(here) > merge(part_to_stay* &
-          mortar%least(here), enough_to_stay, mortar%has_middles)*mortar%whole_area(here)
+        counts = mortar%area(here) > enough*mortar%whole_area(here)
+        if (stay .and. covers(i)) counts = mortar%area(here) > part_to_stay*enough* &
+          mortar%whole_area(here)
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
         placement%unplaced_gap(i) = no_gap
