@@ -106,17 +106,12 @@ contains
     real(wp) :: most
     logical :: found, ok, is_rough, has_most, falls
 
+    call allow_options(reader, card, 'USER')
     if (has_option(card, 'USER')) then
       call report(reader, option_position(card, 'USER'), '*FRICTION, USER is not available', &
         'friction is Coulomb''s: mu on a line of its own, *CHANGE FRICTION for later steps')
       return
     end if
-    if (has_option(card, 'ANISOTROPIC')) then
-      call report(reader, option_position(card, 'ANISOTROPIC'), 'friction that depends on the '// &
-        'direction of slip is not available', 'one mu for all directions')
-      return
-    end if
-    call allow_options(reader, card)
     is_rough = .false.
     call flag_option(reader, card, 'ROUGH', is_rough)
     call real_option(reader, card, 'TAUMAX', huge(1.0_wp), most, has_most)
