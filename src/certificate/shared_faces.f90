@@ -6,6 +6,7 @@ module shared_faces_mod
   use small_matrix_mod, only: cross, solve_small
   use sorting_mod, only: order_of, count_below
   use surfaces_mod, only: all_nodes_of
+  use mesh_mod, only: plane_strain, plane_stress
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, faces_of_side, find_side_points
   use state_mod, only: state_t
@@ -61,6 +62,8 @@ module shared_faces_mod
     real(wp), allocatable :: z(:, :)     !! (3,n) of these corners [length]
     integer, allocatable :: corner_of_row(:), corner_of_place(:) !! what these are of them
     real(wp) :: largest = 0.0_wp         !! diagonal of the boxes [length]
+    real(wp) :: breadth = 1.0_wp
+    !! how much of the slave the master can cover: of slices, what it is thick beside it [-]
   end type two_sides_t
 
   !> What a master's place has in a row, not yet divided by the row's area.
@@ -163,6 +166,11 @@ contains
         deallocate (sides%node)
       end if
       sides%at_rest = sides%y
+      if (any(mesh%plane == [plane_strain, plane_stress]) .and. of%master == 0) then
+        associate (there => sides%y(3, :), here => sides%x(3, :))
+          sides%breadth = min(1.0_wp, (maxval(there) - minval(there))/(maxval(here) - minval(here)))
+        end associate
+      end if
       moved = 0.0_wp
       reach = 0.5_wp*max(largest_face(sides%slave, sides%x), largest_face(sides%master, sides%y))
       sides%stays = of%small_sliding .and. of%master == 0
@@ -646,7 +654,7 @@ contains
       mass = matmul(basis, matmul(mass, transpose(basis)))
       lumped = matmul(basis, lumped)
     end if
-    bare = 1.0_wp - sum(lumped)/sum(whole)
+    bare = 1.0_wp - sum(lumped)/(sides%breadth*sum(whole))
     aslant = 1.0_wp
     do i = 1, n_parts
       aslant = aslant - parts(i)%straight*sum(parts(i)%shared%lumped(:n))/sum(lumped)

@@ -71,7 +71,8 @@ contains
         identity(a, a) = 1.0_wp
       end do
       plain = 0.0_wp
-      if (is_plain) plain = part_of_plain(opposed, sum(lumped), whole_area_of(face))
+      if (is_plain) plain = part_of_plain(opposed, sum(lumped), face%breadth* &
+        whole_area_of(face))
       is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area .and. plain < 1.0_wp
       dual = identity
       if (is_extrapolated) then

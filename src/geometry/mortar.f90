@@ -83,6 +83,7 @@ contains
     screen%reach = reach
     if (present(behind)) screen%reach(2) = behind
     s = 0
+    face%breadth = slave%breadth
     do f = 1, size(slave%faces, 2)
       face%n = count(slave%faces(:, f) > 0)
       face%node(:size(slave%faces, 1)) = slave%faces(:, f)

@@ -88,6 +88,8 @@ module mortar_rows_mod
     !! (4,n) corners of all faces that may lie between; not allocated: those of both surfaces
     integer, allocatable :: piece(:)
     !! (n_nodes) the body of each; not allocated: not known, as `skin` is
+    real(wp) :: breadth = 1.0_wp
+    !! how much of its faces the master can cover: of slices, what it is thick beside them [-]
     logical :: is_dual = .false.
     !! functions are dual where a part of a face is bare, too: each point stands for its own place
     logical :: asks_way_out = .false. !! what overlaps counts along ways out alone, has_way_out

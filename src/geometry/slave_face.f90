@@ -23,6 +23,7 @@ module slave_face_mod
     real(wp) :: alpha(face_nodes) = 0.0_wp
     !! of a node in the middle of an edge the part of the ends in its point, (9.11); else 0 [-]
     real(wp) :: area = 0.0_wp                      !! [length^2]
+    real(wp) :: breadth = 1.0_wp                   !! as of slave_t [-]
     real(wp) :: given(face_nodes, face_nodes) = 0.0_wp !! as of `what_neighbours_get` [-]
   end type face_t
 

@@ -7,6 +7,7 @@ module faced_side_mod
   use kinds_mod, only: wp
   use obstacles_mod, only: obstacle_t
   use obstacle_shapes_mod, only: shift_of, rounding_at_rest
+  use mesh_mod, only: plane_strain, plane_stress
   use scene_mod, only: scene_t
   use local_refinement_mod, only: hanging_of
   use surfaces_mod, only: all_nodes_of
@@ -96,6 +97,11 @@ contains
         if (.not. any(slave%asks)) deallocate (slave%asks)
       end if
       if (present(asks_changes)) slave%asks_changes = asks_changes
+      if (any(mesh%plane == [plane_strain, plane_stress])) then
+        associate (z => mesh%coordinates(3, :))
+          slave%breadth = min(1.0_wp, (maxval(z(m)) - minval(z(m)))/(maxval(z(s)) - minval(z(s))))
+        end associate
+      end if
       far = reach + reach_of_all(s, m, x)
       allocate (faced%is_fixed(last - first + 1), faced%still(3, last - first + 1), source=.false.)
       allocate (faced%driven_in(last - first + 1), source=0.0_wp)
