@@ -8,7 +8,7 @@ module dual_weights_mod
   use face_overlap_mod, only: overlap_t, outward_normal
   use curved_overlap_mod, only: whole_face_t, whole_face, find_curved_overlap, patch_t, &
     make_patch, values_at_nodes
-  use mortar_rows_mod, only: mortar_t, aslant
+  use mortar_rows_mod, only: mortar_t, aslant, enough_of_second_order
   use weight_rows_mod, only: entries_t, append_entry
   use slave_face_mod, only: face_t, share_with_ends, take_from_ends, append_place, &
     whole_area_of
@@ -19,6 +19,7 @@ module dual_weights_mod
   public :: add_face
 
   real(wp), parameter :: half = 0.5_wp !! of a face: with less functions are hard to tell apart [-]
+  real(wp), parameter :: in_part = 0.1_wp !! of a face: bare all the way [-]
   real(wp), parameter :: least_cover = 1.0e-9_wp !! of a face; less has lost its digits [-]
 
 contains
@@ -39,7 +40,7 @@ contains
     real(wp), dimension(face%n, face%n) :: mass, dual, shared, identity
     real(wp) :: part_of(face%n, face_nodes), q(3, face%n)
     real(wp), parameter :: cos_30 = 0.866_wp, cos_45 = 0.707_wp !! [-]
-    real(wp) :: cosine(size(parts)), opposed, plain
+    real(wp) :: cosine(size(parts)), opposed, plain, whole
     integer :: a, b, i, k
     real(wp) :: values(face%n, face_nodes, size(parts))
     logical :: regular, is_extrapolated
@@ -71,8 +72,12 @@ contains
         identity(a, a) = 1.0_wp
       end do
       plain = 0.0_wp
-      if (is_plain) plain = part_of_plain(opposed, sum(lumped), face%breadth* &
-        whole_area_of(face))
+      whole = face%breadth*whole_area_of(face)
+      if (is_plain) plain = part_of_plain(opposed, sum(lumped), whole)
+      ! Dual functions of a part have two signs, with mid-side nodes wildly so.
+      if (n > face_corners .and. plain < 1.0_wp .and. sum(lumped) < (1.0_wp - in_part)*whole) then
+        mortar%least(face%row(:n)) = enough_of_second_order
+      end if
       is_extrapolated = n > face_corners .and. sum(lumped) < half*face%area .and. plain < 1.0_wp
       dual = identity
       if (is_extrapolated) then
@@ -150,7 +155,7 @@ contains
   !> covered leans, for means of such faces are no gaps of their edges. docs/theory.md (11.32).
   pure real(wp) function part_of_plain(opposed, covered, whole) result(part)
     real(wp), intent(in) :: opposed, covered, whole !! of the face [length^2]
-    real(wp), parameter :: missed = 0.02_wp, in_part = 0.1_wp
+    real(wp), parameter :: missed = 0.02_wp
     !! coarse curved faces miss some 0.004 of what covers them [-]
 
     part = max(0.0_wp, min(1.0_wp, (1.0_wp - covered/whole - missed)/(in_part - missed)))

@@ -7,7 +7,7 @@ module mortar_rows_mod
   private
 
   public :: mortar_t, slave_t, opposite_t, changes_t, new_mortar, without_rounding, &
-    lifted_gap, enough, enough_of_second_order, aslant
+    lifted_gap, enough_of_second_order, aslant
 
   !> The place of the master that lies opposite a slave node.
   type :: opposite_t
@@ -101,9 +101,9 @@ module mortar_rows_mod
     !! of places: what is no further apart along the normal before anything moves touches [length]
   end type slave_t
 
-  ! Less of a node's area than that is no contact: its row is nearly that of its neighbours. Rows of
-  ! nodes, each by itself, have weights of at most 170 at larger shares, with mid-side nodes from
-  ! the second: their functions have two signs.
+  ! Less of a node's area than that is no contact: its row is nearly that of its neighbours. Dual
+  ! functions of a part of a face, of ties and of what leans, have weights of at most 170 at larger
+  ! shares, with mid-side nodes from the second.
   real(wp), parameter :: enough = 1.0e-3_wp, enough_of_second_order = 0.05_wp !! [-]
 
   real(wp), parameter :: aslant = 0.05_wp

@@ -6,7 +6,7 @@ module slave_face_mod
   use face_shapes_mod, only: face_rule_t, rule_of, face_functions, face_gradients
   use small_matrix_mod, only: cross
   use face_overlap_mod, only: plane_t, areas_of_nodes, plane_of_face
-  use mortar_rows_mod, only: mortar_t, slave_t, enough_of_second_order
+  use mortar_rows_mod, only: mortar_t, slave_t
   use weight_rows_mod, only: entries_t, append_entry
   implicit none
   private
@@ -69,7 +69,6 @@ contains
     integer :: i, a
 
     associate (n => face%n, row => face%row(:face%n))
-      if (n > face_corners) mortar%least(row) = enough_of_second_order
       if (n <= face_corners) then
         area = areas_of_nodes(plane)
         outward = spread(plane%axis(:, 3), 2, n)*spread(area, 1, 3)

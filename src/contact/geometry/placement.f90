@@ -12,7 +12,7 @@ module placement_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_across, &
     n_sides, find_side_points, is_in_middle, of_slave
   use local_frame_mod, only: local_frame
-  use mortar_rows_mod, only: mortar_t, lifted_gap, enough
+  use mortar_rows_mod, only: mortar_t, lifted_gap
   use faced_side_mod, only: faced_side_t, face_surface, face_obstacle, keep_joined, &
     turn_into_plane, replace_rows
   implicit none
@@ -484,8 +484,8 @@ contains
     around = no_slip_along(mesh, 1, .true.)
     do i = first, first + size(mortar%area) - 1
       associate (here => i - first + 1, covers => placement%weights%covers)
-        counts = mortar%area(here) > enough*mortar%whole_area(here)
-        if (stay .and. covers(i)) counts = mortar%area(here) > part_to_stay*enough* &
+        counts = mortar%area(here) > mortar%least(here)*mortar%whole_area(here)
+        if (stay .and. covers(i)) counts = mortar%area(here) > part_to_stay*mortar%least(here)* &
           mortar%whole_area(here)
         if (counts) call turn_into_plane(is_across(points, i), mortar%normal(:, here), counts)
         covers(i) = counts
