@@ -126,7 +126,8 @@ contains
           matmul(face%given(:n, :n), overlap%lumped(:n))
         if (is_extrapolated) then
           do k = 1, parts(i)%n
-            part_of(:, k) = matmul(face%given(:n, :n), lumped*values(:, k, i))
+            part_of(:, k) = matmul(face%given(:n, :n), plain*overlap%mixed(:n, k) + (1.0_wp - &
+              plain)*lumped*values(:, k, i))
           end do
         else
           part_of(:, :parts(i)%n) = matmul(transpose(dual), overlap%mixed(:n, :parts(i)%n))
