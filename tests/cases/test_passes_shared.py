@@ -51,7 +51,8 @@ class Finds(unittest.TestCase):
         self.addCleanup(result.close)
         self.assertIn("would pass the face", printed)
         force = result.pairs[0].resultant[:, 0]
-        self.assertAlmostEqual(force.max(), 1.915, delta=0.01)
+        # Of the tool's edges half is past the face: 1.915 where dual rows had it all.
+        self.assertAlmostEqual(force.max(), 0.974, delta=0.01)
         self.assertEqual(force[-1], 0.0)
 
     def test_a_bump_under_a_node_is_measured_and_noted(self):
