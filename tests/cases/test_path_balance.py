@@ -47,7 +47,9 @@ B-ZMAX, 3, 3, -0.1
 
 class Path(unittest.TestCase):
     def test_a_fall_down_a_step_is_lost_in_any_increment(self):
-        # Of the fall h the trapezoidal rule has h (R1 + R2)/2 on contact, which nothing dissipates.
+        # The front of the face goes down while the edge passes below it; what then still rests on
+        # the upper floor falls at once. All of the fall h is h (R1 + R2)/2 by the trapezoidal rule,
+        # which nothing dissipates.
         for h, increment in ((0.02, 0.1), (0.05, 0.1), (0.05, 0.02)):
             with self.subTest(h=h, increment=increment):
                 floor = [(-1.0, 0.0), (1.53, 0.0), (1.53, -h), (4.0, -h)]
@@ -58,9 +60,11 @@ class Path(unittest.TestCase):
                 self.assertIsNotNone(told, run.errors)
                 with run.result() as result:
                     before = result.file["contact/B-ZMIN:G/resultant"][0][2]
-                lost = h * before * (1 - h / 0.1 / 2)
-                np.testing.assert_allclose([float(told[1]), float(told[3])], lost, rtol=1.0)
-                self.assertGreater(lost, 0.1 * float(told[2]))
+                    went = result.history("energy/balance")[-1]
+                at_once, strain, in_quarters = (float(one) for one in told.groups())
+                self.assertAlmostEqual(in_quarters / at_once, 1, delta=0.05)
+                self.assertGreater(at_once, 0.1 * strain)
+                self.assertLess(went + at_once, h * before * (1 - h / 0.1 / 2))
 
     def test_the_same_fall_down_a_ramp_is_work(self):
         floor = [(-1.0, 0.0), (1.55, 0.0), (2.55, -0.02), (4.0, -0.02)]
