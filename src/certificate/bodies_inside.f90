@@ -38,11 +38,11 @@ module bodies_inside_mod
     !! (0:n_nodes) that the deck adds to those of slaves [length]
     real(wp), allocatable :: rise(:)     !! (n_faces) of `rises` [length]
     integer,  allocatable :: skipped(:, :) !! (2,n) pieces that may be in each other
-    integer :: only(2) = 0               !! pieces that are looked at; 0: all
+    logical :: is_first_enough = .false. !! any place will do
+    logical :: skips_found = .false.     !! pieces found in each other are skipped, and no place is
     real(wp) :: allowed = 0.0_wp         !! depth that is none [length]
     logical :: ends_step = .true.
   end type look_t
-
 
   real(wp), parameter :: beyond = 4.0_wp
   !! as deep may the corners of faces be as the deepest place that means are taken over [-]
@@ -64,7 +64,7 @@ contains
     real(wp), intent(in) :: least          !! depth that rounding and tolerance leave [length]
     logical, intent(in) :: ends_step
     type(inside_t), intent(out) :: deepest
-    type(inside_t) :: at_rest
+    type(inside_t) :: none
     type(look_t) :: now, rest
     integer :: i
 
@@ -86,23 +86,22 @@ contains
     end do
     call find_neighbours(scene, now%presses, now%beside)
     now%skipped = removed_pieces(scene, points)
-    do
-      call find_deepest(scene, now, deepest)
-      if (deepest%node == 0) return
-      if (rest%only(1) == 0) then
-        rest = now
-        rest%u = 0.0_wp
-        call make_hulls(scene%mesh, scene%mesh%coordinates, rest%hulls)
-        rest%ends_step = .true.
-        rest%presses = .false.
-        rest%beside = .false.
-        if (allocated(rest%rise)) deallocate (rest%rise)
-      end if
-      rest%only = [scene%mesh%piece(deepest%node), deepest%piece]
-      call find_deepest(scene, rest, at_rest)
-      if (at_rest%node == 0) return
-      now%skipped = reshape([now%skipped, rest%only], [2, size(now%skipped, 2) + 1])
-    end do
+    now%is_first_enough = .true.
+    call find_deepest(scene, now, deepest)
+    if (deepest%node == 0) return
+    ! Most scenes end here; what the deck's mesh has in each other is looked for in others alone.
+    now%is_first_enough = .false.
+    rest = now
+    rest%u = 0.0_wp
+    call make_hulls(scene%mesh, scene%mesh%coordinates, rest%hulls)
+    rest%ends_step = .true.
+    rest%presses = .false.
+    rest%beside = .false.
+    rest%skips_found = .true.
+    if (allocated(rest%rise)) deallocate (rest%rise)
+    call find_deepest(scene, rest, none)
+    now%skipped = rest%skipped
+    call find_deepest(scene, now, deepest)
   end subroutine find_inside
 
   !> Beside what presses: all nodes of the slave faces that have one that does.
@@ -149,7 +148,7 @@ contains
   !> The place that is deepest inside.
   pure subroutine find_deepest(scene, look, deepest)
     type(scene_t), intent(in) :: scene
-    type(look_t), intent(inout) :: look  !! gets `rise` where that is asked for
+    type(look_t), intent(inout) :: look  !! gets `rise` and `skipped` where they are asked for
     type(inside_t), intent(out) :: deepest
     logical :: is_outer(0:scene%mesh%n_nodes), is_suspect(0:size(look%hulls%piece))
     type(edges_t) :: edges
@@ -168,6 +167,7 @@ contains
           call find_piercing(look%hulls, ends, own_nodes(look%hulls, faces), n, face, part)
         end associate
         if (n > 0) call judge_edge(scene, edges, e, ends, face(:n), part(:n), look, deepest)
+        if (look%is_first_enough .and. deepest%node > 0) return
       end do
     end if
     if (scene%mesh%n_pieces < 2) return
@@ -177,6 +177,7 @@ contains
     end do
     do i = 1, scene%mesh%n_nodes
       if (is_outer(i)) call judge_node(scene, i, look, deepest)
+      if (look%is_first_enough .and. deepest%node > 0) return
     end do
   end subroutine find_deepest
 
@@ -259,7 +260,7 @@ contains
   pure subroutine judge_node(scene, node, look, deepest)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: node
-    type(look_t), intent(in) :: look
+    type(look_t), intent(inout) :: look
     type(inside_t), intent(inout) :: deepest
     integer :: times(scene%mesh%n_pieces), p
     integer, parameter :: none(0) = 0
@@ -268,7 +269,6 @@ contains
 
     is_in_box = .false.
     associate (x => look%hulls%x(:, node), piece => scene%mesh%piece(node))
-      if (look%only(1) > 0 .and. piece /= look%only(1)) return
       do p = 1, scene%mesh%n_pieces
         if (p == piece) cycle
         is_in_box = all(x > look%hulls%low(:, p) + look%allowed .and. x < look%hulls%high(:, p) - &
@@ -283,7 +283,7 @@ contains
         depth = depth_below(look%hulls, p, x, none, max(look%allowed, deepest%depth))
         if (.not. depth > 0.0_wp) cycle
         if (has_pair(scene, node, p)) cycle
-        deepest = inside_t(node, 0, p, 0, depth)
+        call note_place(look, piece, inside_t(node, 0, p, 0, depth), deepest)
       end do
     end associate
   end subroutine judge_node
@@ -345,11 +345,25 @@ contains
         if (k > 1 .and. at(k) > 0.0_wp .and. at(k) < 1.0_wp) cycle
         depth = depth_below(look%hulls, other, matmul(ends, [1.0_wp - at(k), at(k)]), own, &
           max(allowed, deepest%depth))
-        if (depth > 0.0_wp) deepest = inside_t(edges%node(1, e), edges%node(2, e), other, pair, &
-          depth)
+        if (depth > 0.0_wp) call note_place(look, piece, inside_t(edges%node(1, e), &
+          edges%node(2, e), other, pair, depth), deepest)
       end do
     end associate
   end subroutine judge_part
+
+  !> Keep a place that is deeper than those before it, or skip its pieces from here on.
+  pure subroutine note_place(look, piece, found, deepest)
+    type(look_t), intent(inout) :: look
+    integer, intent(in) :: piece           !! of its node
+    type(inside_t), intent(in) :: found
+    type(inside_t), intent(inout) :: deepest
+
+    if (look%skips_found) then
+      look%skipped = reshape([look%skipped, piece, found%piece], [2, size(look%skipped, 2) + 1])
+    else
+      deepest = found
+    end if
+  end subroutine note_place
 
   !> The nodes of an edge's faces: faces that share a node never meet.
   pure function own_nodes(hulls, faces) result(nodes)
@@ -367,7 +381,7 @@ contains
     integer, intent(in) :: one, other
     integer :: k
 
-    is = look%hulls%is_closed(other) .and. (look%only(1) == 0 .or. all(look%only == [one, other]))
+    is = look%hulls%is_closed(other)
     if (one /= other) is = is .and. look%hulls%body(one) /= look%hulls%body(other)
     do k = 1, size(look%skipped, 2)
       is = is .and. any(look%skipped(:, k) /= [one, other]) .and. any(look%skipped(:, k) /= &
