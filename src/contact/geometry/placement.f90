@@ -348,7 +348,7 @@ contains
     type(faced_side_t) :: faced
     type(weights_t) :: rows
     real(wp) :: moved                    !! along the normal [length]
-    integer :: i, k, j, first, last
+    integer :: i, k, first, last
 
     call find_side_points(points, pair, side, first, last)
     call face_surface(scene, points, pair, side, u, faced)
@@ -373,15 +373,10 @@ contains
         rows%first(here) = k + 1
         if (.not. placement%weights%covers(i)) cycle
         placement%reference(:, i) = of_slave(points, placement%weights, i, u)
-        do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
-          associate (node => mortar%weights%node(j), weight => mortar%weights%weight(j))
-            if (.not. abs(weight) > 0.0_wp) cycle
-            k = k + 1
-            rows%node(k) = node
-            rows%weight(k) = weight
-            placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
-          end associate
-        end do
+        associate (its => mortar%weights, last_one => mortar%weights%first(here + 1) - 1)
+          call add_to_row(its%node(its%first(here):last_one), its%weight(its%first(here): &
+            last_one), u, rows, k, placement%reference(:, i))
+        end associate
         if (scene%pairs(pair)%small_sliding) then
           moved = dot_product(mortar%normal(:, here), placement%reference(:, i))
           placement%gap(i) = placement%gap(i) + moved
@@ -410,7 +405,7 @@ contains
     type(mortar_t) :: mortar
     type(weights_t) :: rows
     real(wp) :: shift(3)
-    integer :: i, j, k, first, last
+    integer :: i, k, first, last
 
     call find_side_points(points, pair, side, first, last)
     shift = shift_of(obstacle, u)
@@ -430,16 +425,10 @@ contains
           placement%weights, i, u, mortar%normal(:, here)) - points%extra_gap(i)) + &
           points%extra_gap(i)
         placement%reference(:, i) = of_slave(points, placement%weights, i, u) - shift
-        do j = mortar%weights%first(here), mortar%weights%first(here + 1) - 1
-          associate (node => points%node(first - 1 + mortar%weights%node(j)), &
-                     weight => mortar%weights%weight(j))
-            if (.not. abs(weight) > 0.0_wp) cycle
-            k = k + 1
-            rows%node(k) = node
-            rows%weight(k) = weight
-            placement%reference(:, i) = placement%reference(:, i) - weight*u(:, node)
-          end associate
-        end do
+        associate (its => mortar%weights, last_one => mortar%weights%first(here + 1) - 1)
+          call add_to_row(points%node(first - 1 + its%node(its%first(here):last_one)), &
+            its%weight(its%first(here):last_one), u, rows, k, placement%reference(:, i))
+        end associate
         if (obstacle%ref_node == 0) cycle
         k = k + 1
         rows%node(k) = obstacle%ref_node
@@ -449,6 +438,25 @@ contains
     rows%first(last - first + 2) = k + 1
     call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
   end subroutine place_before_facets
+
+  !> Add nodes with weights behind the entries of rows, and take their motion off that of the row.
+  pure subroutine add_to_row(node, weight, u, rows, n, motion)
+    integer, intent(in) :: node(:)
+    real(wp), intent(in) :: weight(:)      !! [-]
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) [length]
+    type(weights_t), intent(inout) :: rows !! room for more
+    integer, intent(inout) :: n            !! entries so far
+    real(wp), intent(inout) :: motion(3)   !! [length]
+    integer :: k
+
+    do k = 1, size(node)
+      if (.not. abs(weight(k)) > 0.0_wp) cycle
+      n = n + 1
+      rows%node(n) = node(k)
+      rows%weight(n) = weight(k)
+      motion = motion - weight(k)*u(:, node(k))
+    end do
+  end subroutine add_to_row
 
   !> How much further along the normal a node in the middle of an edge has moved than its point of
   !> (9.11), where it is one by itself; 0 of others.
