@@ -1,4 +1,4 @@
-"""Faces of which a support takes a corner past their diagonal: no contact is computed over these."""
+"""Faces of which a support takes a corner past their diagonal: contact is not computed there."""
 
 import unittest
 
