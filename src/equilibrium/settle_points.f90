@@ -85,12 +85,9 @@ contains
     type(set_t), intent(inout) :: set        !! where to begin; the end
     real(wp), allocatable, intent(out) :: both(:) !! changes of reactions; motions
     logical, intent(out) :: ok
-    real(wp), allocatable :: s(:, :), s_acting(:, :), b_acting(:), q(:)
-    logical, allocatable :: acts(:)
-    integer, allocatable :: acting(:), still(:)
+    real(wp), allocatable :: s(:, :), q(:)
     real(wp) :: free(3, points%n)
-    integer, allocatable :: pivot(:)
-    logical :: presses(points%n), slides(points%n), sticks
+    logical :: presses(points%n), slides(points%n), sticks, acts(size(kept%schur, 1))
     integer :: i, a, n, m, attempt
 
     associate (system => kept%maker%system)
@@ -112,24 +109,14 @@ contains
       do attempt = 1, most_sets
         both = [q, matmul(system%b(:n), kept%maker%motion)]
         call write_law(points, now, kept, set, free, s, both)
-        ! What does not press loses its reaction, whatever the others do.
-        acts = [(.false., a=1, m), (.true., a=m + 1, size(both))]
+        acts = .true.
         do i = 1, points%n
           do a = 1, 3
             if (system%row(a, i) > 0) acts(system%row(a, i) - n) = set%presses(i)
           end do
         end do
-        do a = 1, m
-          if (.not. acts(a)) both(a) = both(a)/s(a, a)
-        end do
-        acting = pack([(a, a=1, size(acts))], acts)
-        still = pack([(a, a=1, size(acts))], .not. acts)
-        s_acting = s(acting, acting)
-        b_acting = both(acting) - matmul(s(acting, still), both(still))
-        call factorise_general(s_acting, pivot, ok)
+        call solve_acting(s, acts, both, ok)
         if (.not. ok) return
-        call solve_factorised(s_acting, pivot, b_acting)
-        both(acting) = b_acting
         q = matmul(kept%schur(:m, :), both) + (1.0_wp + set%on_reactions)*both(:m)
         presses = .false.
         slides = .false.
@@ -153,6 +140,30 @@ contains
       end do
     end associate
   end subroutine solve_law
+
+  !> Solve where some rows have their diagonal alone: what does not press loses its reaction,
+  !> whatever the others do.
+  subroutine solve_acting(s, acts, both, ok)
+    real(wp), intent(in) :: s(:, :)        !! (n,n)
+    logical, intent(in) :: acts(:)         !! (n) false: of the row the diagonal alone is there
+    real(wp), intent(inout) :: both(:)     !! (n) right-hand side in, solution out
+    logical, intent(out) :: ok             !! regular
+    real(wp), allocatable :: part(:, :), solution(:)
+    integer, allocatable :: pivot(:)
+    integer :: its(count(acts)), others(size(acts) - count(acts)), i
+
+    its = pack([(i, i=1, size(acts))], acts)
+    others = pack([(i, i=1, size(acts))], .not. acts)
+    do i = 1, size(others)
+      both(others(i)) = both(others(i))/s(others(i), others(i))
+    end do
+    allocate (part, source=s(its, its))
+    allocate (solution, source=both(its) - matmul(s(its, others), both(others)))
+    call factorise_general(part, pivot, ok)
+    if (.not. ok) return
+    call solve_factorised(part, pivot, solution)
+    both(its) = solution
+  end subroutine solve_acting
 
   !> The matrix and the right-hand side with each point in its branch of the law.
   subroutine write_law(points, now, kept, set, free, s, both)
