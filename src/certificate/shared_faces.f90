@@ -655,12 +655,17 @@ contains
       lumped = matmul(basis, lumped)
     end if
     bare = 1.0_wp - sum(lumped)/(sides%breadth*sum(whole))
+    ! Functions of faces of eight nodes are below 0 over half of the face.
+    if (n > 4 .and. corners_of(row) == 4) then
+      parts(:n_parts)%straight = parts(:n_parts)%straight*min(1.0_wp, 1.0_wp - bare)
+      bare = 0.0_wp
+    end if
     aslant = 1.0_wp
     do i = 1, n_parts
       aslant = aslant - parts(i)%straight*sum(parts(i)%shared%lumped(:n))/sum(lumped)
     end do
-    plain = max(0.0_wp, min(1.0_wp, (bare - 0.02_wp)/0.08_wp))*max(0.0_wp, min(1.0_wp, 1.0_wp - &
-      20.0_wp*aslant))
+    plain = max(0.0_wp, min(1.0_wp, (bare - 0.02_wp)/0.08_wp))*max(0.0_wp, min(1.0_wp, (1.0_wp &
+      - 20.0_wp*aslant)/0.9_wp))
     dual = 0.0_wp
     do a = 1, n
       unit = 0.0_wp

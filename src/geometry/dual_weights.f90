@@ -73,7 +73,12 @@ contains
       end do
       plain = 0.0_wp
       whole = face%breadth*whole_area_of(face)
-      if (is_plain) plain = part_of_plain(opposed, sum(lumped), whole)
+      if (n == face_nodes) then
+        ! Functions of eight nodes are below 0 over half of a face: a bare part counts as leaning.
+        cosine = cosine*min(1.0_wp, sum(lumped)/whole)
+      else if (is_plain) then
+        plain = part_of_plain(opposed, sum(lumped), whole)
+      end if
       ! Dual functions of a part have two signs, with mid-side nodes wildly so.
       if (n > face_corners .and. plain < 1.0_wp .and. sum(lumped) < (1.0_wp - in_part)*whole) then
         mortar%least(face%row(:n)) = enough_of_second_order
@@ -160,7 +165,8 @@ contains
     !! coarse curved faces miss some 0.004 of what covers them [-]
 
     part = max(0.0_wp, min(1.0_wp, (1.0_wp - covered/whole - missed)/(in_part - missed)))
-    part = part*max(0.0_wp, min(1.0_wp, 1.0_wp - (1.0_wp - opposed/covered)/aslant))
+    ! What leans by rounding does not lean.
+    part = part*max(0.0_wp, min(1.0_wp, (1.0_wp - (1.0_wp - opposed/covered)/aslant)/0.9_wp))
   end function part_of_plain
 
   !> M^-1 int N~ N_k of (11.21), where less than half of the face is covered: values at its points

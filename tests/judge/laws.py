@@ -658,7 +658,7 @@ class Judge:
         """Moments and torques in the file are those of the reactions."""
         if not any("moment" in p["stored"] for p in points):  # an own solution
             return
-        on = np.zeros_like(u)
+        on, loose = np.zeros_like(u), np.zeros(len(u))
         reach = np.abs(self.scene.points).max() + np.abs(u).max()
         for p in points:
             stored, strength = p["stored"], np.abs(p["force"]).sum()
@@ -694,11 +694,13 @@ class Judge:
                       max(1e-11 * strength * reach + rough, 1e-300))  # fmt: skip
             if p["reference"] is not None:
                 on[p["reference"]] += torque
+                loose[p["reference"]] += rough
         for at in self.scene.references():
             if any(dof > 2 for node, dof in self.path.prescribed if node == at):
-                size = max(1e-11 * np.abs(self.stored.contact_force[row]).sum() * reach, 1e-300)
+                size = 1e-11 * np.abs(self.stored.contact_force[row]).sum() * reach + loose[at]
                 self.note("moment of a support wrong by", row,
-                          np.abs(self.stored.moments[row][at] + on[at]).max(), size)  # fmt: skip
+                          np.abs(self.stored.moments[row][at] + on[at]).max(),
+                          max(size, 1e-300))  # fmt: skip
 
     def check_ties(self, row, u, held):
         """Tied nodes go where the mean of their masters goes."""

@@ -36,7 +36,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from mixed_scenes import FAMILIES, LEAST_SHARE, Scene, slave_points
+from mixed_scenes import FAMILIES, Scene, slave_points
 from mixed_solver import solve_increment
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -103,14 +103,14 @@ def judge(scene, path):
         largest = max(largest, np.abs(loads).max(), heat(scene, k) * 1e-3)
         if between:
             seen = in_mesh(scene, rows, u[k], start)
-            combination, normal, own_cover, whole = seen
-            own_gap = np.einsum("pi,pi->p", normal, combination @ (scene.points + u[k]))
+            combination, normal, own_cover, whole, _, enough = seen
+            own_gap = gaps_at(scene, seen, u[k])
             on, share = cover[k] > 0, own_cover / whole
             note(k, "covered area", np.abs(own_cover - cover[k])[on].max(), own.max(), ROUGH)
             # What a node had while an increment was placed it keeps down to a fifth.
-            least = LEAST_SHARE * (0.95 if scene.small else 0.19)
-            note(k, "rows", float(np.any(share[on] < least)
-                                  or np.any(share[~on] > 1.05 * LEAST_SHARE)), 1.0)  # fmt: skip
+            least = enough * (0.95 if scene.small else 0.19)
+            note(k, "rows", float(np.any(share[on] < least[on])
+                                  or np.any(share[~on] > 1.05 * enough[~on])), 1.0)  # fmt: skip
         else:
             combination, own_gap, normal = before_obstacle(
                 scene, rows, u[k], scene.free_motion(k, tie), told_gap[k], length
@@ -149,7 +149,7 @@ def judge(scene, path):
 
 
 def in_mesh(scene, rows, u=0.0, start=None):
-    """C (P, N), normals, covered and whole areas of points before a body, in the order of `rows`.
+    """C (P, N), normals, covered and whole areas, gaps and least shares of points, as `rows` are.
 
     `start` is what it was in the mesh, which small sliding keeps.
     """
@@ -158,6 +158,12 @@ def in_mesh(scene, rows, u=0.0, start=None):
     own, *found = slave_points(scene, u)
     order = np.searchsorted(own, rows)
     return tuple(one[order] for one in found)
+
+
+def gaps_at(scene, seen, u):
+    """(P,) gaps; with small sliding those in the mesh and how far both sides have parted since."""
+    combination, normal, *_, gap, _ = seen
+    return gap + (np.einsum("pi,pi->p", normal, combination @ u) if scene.small else 0.0)
 
 
 def heat(scene, k):
@@ -209,9 +215,9 @@ def solve_next(scene, path):
     def place_points(u, free):
         if scene.master:
             seen = in_mesh(scene, scene.foot, u, start)
-            combination, normal, cover, whole = seen
-            on = cover / whole > LEAST_SHARE
-            gap = np.einsum("pi,pi->p", normal, combination @ (scene.points + u))
+            combination, normal, cover, whole, _, enough = seen
+            on = cover / whole > enough
+            gap = gaps_at(scene, seen, u)
             return combination[on], gap[on], normal[on]
         nothing = np.zeros(len(scene.foot))
         return before_obstacle(scene, scene.foot, u, free, nothing, 0.0)

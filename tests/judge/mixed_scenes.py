@@ -5,7 +5,6 @@ from quadratic_mortar import place
 from second_order import Box, Mesh
 
 FAMILIES = ("plain", "loads", "tied", "bodies")
-LEAST_SHARE = 1e-3  # of a node's area, from which on it has a row before faces
 TYPES = [("C3D10",), ("C3D15",), ("C3D20",), ("C3D20R",), ("C3D20", "C3D15"),
          ("C3D20R", "C3D15"), ("C3D10", "C3D15"), ("C3D15", "C3D10")]  # fmt: skip
 
@@ -195,7 +194,7 @@ class Scene:
         """Rows of the nodes of the tie, and what (N,) each follows, (11.23)."""
         slave, master = self.tie
         alpha = self.mesh.edge_shares(slave)
-        rows, combination, _, covered, area = place(
+        rows, combination, _, covered, area, *_ = place(
             self.mesh, slave, master, self.points, alpha, of_nodes=True)
         share = covered / area
         assert share.min() > 0.9  # the slave is inside its master

@@ -176,7 +176,7 @@ def plain_part(bare, aslant):
 
     `aslant`: the part of what is covered that leans against it.
     """
-    return float(np.clip((bare - 0.02) / 0.08, 0, 1) * np.clip(1 - 20 * aslant, 0, 1))
+    return float(np.clip((bare - 0.02) / 0.08, 0, 1) * np.clip((1 - 20 * aslant) / 0.9, 0, 1))
 
 
 def straight_part(n, m):

@@ -5,8 +5,19 @@ hulls of mortar.py, integrals those of Gauss's product rule with 49 points a tri
 """
 
 import numpy as np
-from mortar import POINTS, TURNED, WEIGHTS, cross2, hull_of_overlap, plain_part, straight_part
+from mortar import (
+    LEAST_SHARE,
+    POINTS,
+    TURNED,
+    WEIGHTS,
+    cross2,
+    hull_of_overlap,
+    plain_part,
+    straight_part,
+)
 from second_order import FACES
+
+DUAL_SHARE = 0.05  # the same where functions of a part of a face are dual
 
 PARTS = {3: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)],
          4: [(0, 4, 7), (4, 1, 5), (5, 2, 6), (7, 6, 3), (4, 5, 6, 7)]}  # fmt: skip
@@ -68,7 +79,8 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
     """Points of `slave` faces [(element, face)] before `master` faces, nodes at x (N, 3).
 
     Returns rows (P,), the combinations C (P, N) with d(u) = C u, normals (P, 3), covered areas
-    (P,), and areas (P,) of the nodes. `of_nodes`: rows are of nodes, as those of ties.
+    (P,), areas (P,) of the nodes, the gaps (P,) raised by (11.35), and the shares (P,) of their
+    areas from which on they have rows. `of_nodes`: rows are of nodes, as those of ties.
     """
     faces = [mesh.face_nodes(e, f) for e, f in slave]
     facing = [mesh.face_nodes(e, f) for e, f in master]
@@ -77,7 +89,8 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
     count = len(rows)
     weights, normal = np.zeros((count, len(x))), np.zeros((count, 3))
     covered, area = np.zeros(count), np.zeros(count)
-    shared = np.zeros((count, count))
+    nearest, opposed = np.full(count, np.inf), np.zeros(count)
+    least, shared = np.full(count, LEAST_SHARE), np.zeros((count, count))
     seen_parts = []
     for nodes in facing:
         kind = len(nodes) // 2
@@ -95,7 +108,7 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
             own[m, kind + m] += share
             own[(m + 1) % kind, kind + m] += share
         lumped, pieces = np.zeros(2 * kind), []
-        mass, straight = np.zeros((2 * kind, 2 * kind)), 0.0
+        mass, straight, turned = np.zeros((2 * kind, 2 * kind)), 0.0, []
         area[at] += own @ face.shares(x[nodes])
         for part in PARTS[kind]:
             corners = x[[nodes[c] for c in part]]
@@ -139,13 +152,26 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
                 straight += w.sum() * straight_part(n, m)
                 pieces.append((other, here, w, theirs, mine))
                 normal[at] += mine.T @ (w[:, None] * up)
+                turned.append(straight_part(n, m) * (w @ mine))
+                middle = PARENT[kind][list(part)].mean(0)
+                mine = face.at(places_seen(face, x[nodes], plane, polygon, middle))[0]
+                middle = PARENT[size][list(piece)].mean(0)
+                theirs, along = opposite.at(places_seen(opposite, x[other], plane, polygon, middle))
+                up = np.cross(along[1] @ x[other], along[0] @ x[other])
+                up /= np.linalg.norm(up, axis=1)[:, None]
+                gap = np.einsum("gi,gi->g", up, mine @ x[nodes] - theirs @ x[other])
+                nearest[at] = np.minimum(nearest[at], gap.min())
         if lumped.sum() <= 0:
             continue
         covered[at] += lumped
+        bare = max(0.0, 1 - lumped.sum() / face.shares(x[nodes]).sum())
         plain = 0.0
-        if not of_nodes:
-            bare = 1 - lumped.sum() / face.shares(x[nodes]).sum()
+        if not of_nodes and kind == 3:
             plain = plain_part(bare, 1 - straight / lumped.sum())
+        if plain < 1 and bare > 0.1:
+            least[at] = DUAL_SHARE
+        # Functions of eight nodes are below 0 over half of a face.
+        opposed[at] += np.sum(turned, axis=0) * (1 - bare if kind == 4 else 1)
         shared[np.ix_(at, at)] += plain * mass + (1 - plain) * np.diag(lumped)
         fits = [0.0] * len(pieces)
         if plain < 1:
@@ -165,4 +191,8 @@ def place(mesh, slave, master, x, alpha, of_nodes=False):
         if part:
             places[i, list(mesh.middles[int(r)])] -= part / (1 - 2 * part)
     of_rows = np.where(some[:, None], shared @ places, places)
-    return rows, of_rows - weights, normal, covered, area
+    combination = of_rows - weights
+    gap = np.einsum("pi,pi->p", normal, combination @ x)
+    slanted = np.clip(20 * (1 - opposed / np.where(some, covered, 1.0)), 0, 1)
+    gap += slanted * np.maximum(0, np.where(some, nearest, gap) - gap)
+    return rows, combination, normal, covered, area, gap, least
