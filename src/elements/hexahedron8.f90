@@ -22,7 +22,7 @@ module hexahedron8_mod
   public :: stiffness_length
   public :: displacement_gradients, strain_of, mode_strain_of, force_of
   public :: elastic_stiffness, strain_matrix
-  public :: volume_mean, extrapolate_to_nodes
+  public :: volume_mean, gradient_in_middle, extrapolate_to_nodes
   public :: xi_node, eta_node, zeta_node, gauss
 
   real(wp), parameter :: xi_node(8) = [-1, 1, 1, -1, -1, 1, 1, -1]
@@ -341,6 +341,18 @@ contains
     d = jacobian_determinants(x)
     mean = matmul(values, d(:8))/sum(d(:8))
   end function volume_mean
+
+  !> The gradient, in the middle of the element, of what is trilinear in its coordinates through
+  !> the values at the Gauss points.
+  pure function gradient_in_middle(x, values) result(gradient)
+    real(wp), intent(in) :: x(3, 8)      !! nodes [length]
+    real(wp), intent(in) :: values(6, 8) !! at the Gauss points
+    real(wp) :: gradient(3, 6)           !! [1/length]
+    real(wp) :: by_xi(6, 3)
+
+    by_xi = 0.125_wp/gauss*matmul(values, reshape([xi_node, eta_node, zeta_node], [8, 3]))
+    gradient = transpose(matmul(by_xi, inverse(centre_jacobian(x))))
+  end function gradient_in_middle
 
   !> Values at the nodes: trilinear in the element's coordinates through those at the Gauss points.
   pure function extrapolate_to_nodes(values) result(at_nodes)

@@ -4,7 +4,8 @@
 !> body a linear stress is fitted to the means of the elements that meet there; a node on the body's
 !> surface, where elements are missing, takes what the fits of its neighbours inside say of it.
 !> Where a mesh has nothing inside (a plate of one layer), nodes where more elements meet stand for
-!> those inside.
+!> those inside. Across a layer the means are all at one place: there the gradients of the elements'
+!> own stresses are fitted, which say how it bends.
 !>
 !> Elements of second order give several places each where their stress is more accurate than
 !> elsewhere; around a node inside the body a quadratic stress is fitted to these. Mid-side nodes
@@ -37,16 +38,17 @@ module patch_recovery_mod
 contains
 
   !> Smooth stresses at the nodes of the elements of one material; 0 at other nodes.
-  subroutine recover_at_nodes(mesh, of_material, means, smooth, samples)
+  subroutine recover_at_nodes(mesh, of_material, means, gradients, smooth, samples)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: of_material
-    real(wp), intent(in) :: means(:, :)   !! (6,n_elements) mean stress of each [force/length^2]
-    real(wp), intent(out) :: smooth(:, :) !! (6,n_nodes) [force/length^2]
+    real(wp), intent(in) :: means(:, :)        !! (6,n_elements) of each [force/length^2]
+    real(wp), intent(in) :: gradients(:, :, :) !! (3,6,n_elements) in its middle [force/length^3]
+    real(wp), intent(out) :: smooth(:, :)      !! (6,n_nodes) [force/length^2]
     type(samples_t), intent(in), optional :: samples !! of elements of second order
-    real(wp), allocatable :: fit(:, :, :) !! (4 or 10,6,n_nodes) as of make_fit or fit_samples
+    real(wp), allocatable :: fit(:, :, :) !! (10,6,n_nodes) as of make_fit or fit_samples
     real(wp), allocatable :: middle(:, :) !! (3,n_nodes) where that value is [length]
     type(lists_t) :: at
-    integer :: n_elements(mesh%n_nodes), node, n_terms
+    integer :: n_elements(mesh%n_nodes), node
     logical :: is_inside(mesh%n_nodes), has_fit(mesh%n_nodes)
 
     at = elements_at_nodes(mesh, mesh%material == of_material)
@@ -61,11 +63,7 @@ contains
         call mark_centres(nodes_of(elements), node)
       end associate
     end do
-    n_terms = n_linear
-    if (present(samples)) then
-      if (size(samples%place, 2) > 0) n_terms = n_quadratic
-    end if
-    allocate (fit(n_terms, 6, mesh%n_nodes), source=0.0_wp)
+    allocate (fit(n_quadratic, 6, mesh%n_nodes), source=0.0_wp)
     allocate (middle(3, mesh%n_nodes))
     do node = 1, mesh%n_nodes
       if (.not. has_fit(node)) cycle
@@ -73,7 +71,7 @@ contains
         if (has_samples(elements)) then
           call fit_samples(samples, elements, is_inside(node), fit(:, :, node), middle(:, node))
         else
-          call make_fit(mesh, elements, means, fit(:n_linear, :, node), middle(:, node))
+          call make_fit(mesh, elements, means, gradients, fit(:, :, node), middle(:, node))
         end if
       end associate
     end do
@@ -148,13 +146,8 @@ contains
       stress = 0.0_wp
       do i = 1, n
         associate (centre => list(i))
-          if (size(fit, 1) == n_linear) then
-            stress = stress + matmul([1.0_wp, mesh%coordinates(:, node) - middle(:, centre)], &
-              fit(:, :, centre))
-          else
-            stress = stress + matmul(terms(mesh%coordinates(:, node) - middle(:, centre)), &
-              fit(:, :, centre))
-          end if
+          stress = stress + matmul(terms(mesh%coordinates(:, node) - middle(:, centre)), &
+            fit(:, :, centre))
         end associate
       end do
       stress = stress/real(n, wp)
@@ -241,15 +234,16 @@ contains
     end do
   end function surrounded
 
-  !> The linear stress closest to the means of some elements; constant along what they do not span.
-  subroutine make_fit(mesh, elements, means, fit, middle)
+  !> The linear stress closest to the means of some elements. Across a layer of them it is that of
+  !> the elements themselves, whose gradient there changes linearly along the layer.
+  subroutine make_fit(mesh, elements, means, gradients, fit, middle)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: elements(:)
-    real(wp), intent(in) :: means(:, :)
-    real(wp), intent(out) :: fit(4, 6)  !! value in the middle of the elements and its gradient
+    real(wp), intent(in) :: means(:, :), gradients(:, :, :)
+    real(wp), intent(out) :: fit(:, :)  !! (10,6) factors of the terms, from the elements' middle
     real(wp), intent(out) :: middle(3)  !! [length]
-    real(wp) :: a(size(elements), 4), extent
-    integer :: e, i
+    real(wp) :: a(size(elements), n_linear), extent, across(3, 3), along(3, 3), change(n_linear, 6)
+    integer :: n_across, e, i
 
     a(:, 1) = 1.0_wp
     do e = 1, size(elements)
@@ -262,22 +256,59 @@ contains
     ! From their middle: what they do not span is then a column of zeros, apart from the constant.
     middle = sum(a(:, 2:), dim=1)/real(size(elements), wp)
     a(:, 2:) = a(:, 2:) - spread(middle, 1, size(elements))
-    call flatten(mesh, elements, middle, a(:, 2:))
+    call flatten(mesh, elements, middle, a(:, 2:), across, along, n_across)
     extent = maxval(abs(a(:, 2:)))
     if (extent <= 0.0_wp) extent = 1.0_wp
     a(:, 2:) = a(:, 2:)/extent
-    fit = solve_least_squares(a, transpose(means(:, elements)))
-    fit(2:, :) = fit(2:, :)/extent
+    fit = 0.0_wp
+    fit(:n_linear, :) = of_values(transpose(means(:, elements)))
+    do i = 1, n_across
+      change = of_values(transpose(reshape(matmul(along(:, i), reshape(gradients(:, :, elements), &
+        [3, 6*size(elements)])), [6, size(elements)])))
+      fit = fit + product_of(across(:, i), change)
+    end do
+
+  contains
+
+    !> A value in the middle of the elements and its gradient.
+    function of_values(values) result(found)
+      real(wp), intent(in) :: values(:, :) !! (n_elements,6)
+      real(wp) :: found(n_linear, 6)
+
+      found = solve_least_squares(a, values)
+      found(2:, :) = found(2:, :)/extent
+    end function of_values
+
   end subroutine make_fit
+
+  !> The factors of the terms of a product of linear polynomials.
+  pure function product_of(slope, linear) result(factors)
+    real(wp), intent(in) :: slope(3)     !! of x; its value at 0 is 0
+    real(wp), intent(in) :: linear(:, :) !! (4,n) a value at 0 and its slope, each
+    real(wp) :: factors(n_quadratic, size(linear, 2))
+    integer :: i, j
+
+    factors(1, :) = 0.0_wp
+    do i = 1, 3
+      j = 1 + modulo(i, 3)
+      factors(1 + i, :) = slope(i)*linear(1, :)
+      factors(n_linear + i, :) = slope(i)*linear(1 + i, :)
+      factors(n_linear + 3 + i, :) = slope(i)*linear(1 + j, :) + slope(j)*linear(1 + i, :)
+    end do
+  end function product_of
 
   !> Take from the middles of elements what they are apart along directions in which that is next to
   !> nothing beside the extent of the elements: a gradient along these would be what rounding or a
   !> little bend of a single layer makes of it, and be carried far outside the middles.
-  subroutine flatten(mesh, elements, middle, apart)
+  subroutine flatten(mesh, elements, middle, apart, across, along, n_across)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: elements(:)
     real(wp), intent(in) :: middle(3)       !! of the middles [length]
     real(wp), intent(inout) :: apart(:, :)  !! (n_elements,3) of each, from there [length]
+    real(wp), intent(out) :: across(:, :), along(:, :)
+    !! (3,3) the part along(:, i) across(:, i).x of a place x is what was taken: such a direction,
+    !! and how far the place is along it [length/length, -]
+    integer, intent(out) :: n_across        !! the columns of these that are set
     ! Mean squares along a direction, of the middles over those of the corners: 0.5 in a box of two
     ! by two by two, 0 across a flat layer. A layer whose bends are a tenth of its thickness has
     ! 0.01. [-]
@@ -287,6 +318,7 @@ contains
     integer :: e, a, i
     logical :: ok
 
+    n_across = 0
     extent = maxval(abs(apart))
     if (extent <= 0.0_wp) return
     of_corners = 0.0_wp
@@ -313,10 +345,11 @@ contains
     if (.not. ok) return
     do i = 1, 3
       if (ratio(i) >= least) cycle
-      associate (along => matmul(apart, matmul(of_corners, scaled(:, i)/width)))
-        apart = apart - spread(along, 2, 3)*spread(matmul(of_corners, scaled(:, i)*width), 1, &
-          size(elements))
-      end associate
+      n_across = n_across + 1
+      across(:, n_across) = matmul(of_corners, scaled(:, i)/width)
+      along(:, n_across) = matmul(of_corners, scaled(:, i)*width)
+      apart = apart - spread(matmul(apart, across(:, n_across)), 2, 3)*spread(along(:, n_across), &
+        1, size(elements))
     end do
   end subroutine flatten
 

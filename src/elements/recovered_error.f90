@@ -16,7 +16,8 @@ module recovered_error_mod
   use element_laws_mod, only: elasticity_at, elasticity_at_points, law_at
   use material_law_mod, only: law_t, finite_stress, finite_energy
   use logarithmic_stress_mod, only: logarithmic_stress, energy_of_change
-  use hexahedron8_mod, only: jacobian_determinants, volume_mean, xi_node, eta_node, zeta_node, gauss
+  use hexahedron8_mod, only: jacobian_determinants, volume_mean, gradient_in_middle, xi_node, &
+    eta_node, zeta_node, gauss
   use elements_mod, only: gauss_strain
   use finite_forces_mod, only: logarithmic_stresses
   use expansion_mod, only: thermal_energy
@@ -51,13 +52,15 @@ contains
     !! (n_elements) int d : C^-1 : d, d the stresses less the smooth ones [energy]
     real(wp), intent(out) :: relative      !! their sum over int sigma : C^-1 : sigma [-]
     real(wp), parameter :: rounding = 1.0e-20_wp !! of the energy of thermal stresses: none left
-    real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :), gradient(:, :, :, :)
+    real(wp), allocatable :: stress(:, :, :), means(:, :), smooth(:, :), h(:, :, :, :), &
+      slopes(:, :, :)
     type(samples_t) :: samples
     real(wp) :: weight(16), energy
     integer :: material, e, nodes(8)
 
     allocate (stress(6, 8, mesh%n_elements), means(6, mesh%n_elements), smooth(6, mesh%n_nodes))
-    allocate (gradient(3, 3, 8, merge(mesh%n_elements, 0, is_finite)))
+    allocate (slopes(3, 6, mesh%n_elements), source=0.0_wp)
+    allocate (h(3, 3, 8, merge(mesh%n_elements, 0, is_finite)))
     allocate (of_elements(mesh%n_elements), source=0.0_wp)
     call make_samples(mesh, materials, u, free, is_finite, samples)
     energy = 0.0_wp
@@ -67,16 +70,17 @@ contains
         associate (elastic => elasticity_at(mesh, materials, e))
           nodes = nodes_of_hexahedron(mesh%connectivity, e)
           if (is_finite) then
-            call logarithmic_stresses(mesh, materials, free(e), u, e, gradient(:, :, :, e), &
+            call logarithmic_stresses(mesh, materials, free(e), u, e, h(:, :, :, e), &
               stress(:, :8, e))
           else
             stress(:, :8, e) = stress_of(gauss_strain(mesh%element_kind(e), &
               mesh%coordinates(:, nodes), u(:, nodes), elastic), elastic, free(e))
           end if
           means(:, e) = volume_mean(mesh%coordinates(:, nodes), stress(:, :8, e))
+          slopes(:, :, e) = gradient_in_middle(mesh%coordinates(:, nodes), stress(:, :8, e))
         end associate
       end do
-      call recover_at_nodes(mesh, material, means, smooth, samples)
+      call recover_at_nodes(mesh, material, means, slopes, smooth, samples)
       do e = 1, mesh%n_elements
         if (mesh%material(e) /= material) cycle
         associate (law => law_at(mesh, materials, e), elastic => elasticity_at(mesh, materials, e))
@@ -88,7 +92,7 @@ contains
           weight = jacobian_determinants(mesh%coordinates(:, nodes))
           if (is_finite) then
             weight = (1.0_wp + free(e))**3*weight
-            call add_finite_energies(law, gradient(:, :, :, e), weight(:8), &
+            call add_finite_energies(law, h(:, :, :, e), weight(:8), &
               interpolate(smooth(:, nodes)) - stress(:, :8, e), energy, of_elements(e))
           else
             energy = energy + complementary_energy(stress(:, :8, e), weight(:8), elastic)
