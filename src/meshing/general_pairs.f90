@@ -9,6 +9,7 @@ module general_pairs_mod
   use mesh_draft_mod, only: mesh_draft_t, solids
   use obstacle_shapes_mod, only: is_meshed, locate_point
   use obstacles_mod, only: obstacle_t
+  use self_contact_mod, only: divide_surface
   use sets_mod, only: model_t
   use surface_list_mod, only: add_faces, surface_list_t
   use surface_reach_mod, only: against
@@ -91,6 +92,7 @@ contains
     call find_bodies(model, contact, sides, bodies)
     allocate (group(1 + size(sides%named, 1), 0), group_surface(0))
     do one = 1, bodies%n
+      if (.not. bodies%is_rigid(one)) call pair_itself(one)
       do other = one + 1, bodies%n
         if (.not. can_meet(bodies, one, other)) cycle
         if (is_slave(bodies, one, other)) then
@@ -128,6 +130,36 @@ contains
         end do
       end do
     end subroutine pair_bodies
+
+    !> The pairs of a body with itself: faces of it that see each other in the mesh. There is none
+    !> where no face sees another.
+    subroutine pair_itself(body)
+      integer, intent(in) :: body
+      integer, allocatable :: kinds(:), verdict(:, :), side(:), faces(:, :), index(:)
+      integer, allocatable :: number(:) ! of each kind among those of the body
+      integer :: of(2), f, k, v
+
+      allocate (kinds, source=kinds_of(sides, body))
+      allocate (verdict, source=verdicts(sides, contact%rules, kinds, kinds))
+      if (all(verdict < 0)) return
+      allocate (number(size(sides%named, 1)), source=0)
+      number(kinds) = [(k, k=1, size(kinds))]
+      associate (first => sides%first(body), last => sides%first(body + 1) - 1)
+        allocate (faces, source=sides%face(:, first:last))
+        number = number(sides%kind(first:last))
+      end associate
+      do v = 0, maxval(verdict)
+        if (.not. any(verdict == v)) cycle
+        call divide_surface(model%mesh, faces, side, number, verdict == v)
+        if (.not. any(side > 0)) cycle
+        do k = 1, 2
+          index = pack([(f, f=1, size(side))], side == k)
+          call add_faces(model%mesh, free_name(surfaces, bodies%name(body)%text, group_surface), &
+            faces(:, index), surfaces, of(k))
+        end do
+        pairs = [pairs, general_pair_t(of(1), 0, of(2), v)]
+      end do
+    end subroutine pair_itself
 
     !> The pairs of a body and an obstacle. Before one that is no mesh they are of the faces that
     !> are turned towards it: the others would be parts of the areas of their nodes.
@@ -231,8 +263,8 @@ contains
       end do
     end do
     contact%may_overlap = reshape([((pack([one, other], are_left_out(one, other)), one=1, &
-      other - 1), other=1, size(has, 1))], [2, count([((are_left_out(one, other), one=1, &
-      other - 1), other=1, size(has, 1))])])
+      other), other=1, size(has, 1))], [2, count([((are_left_out(one, other), one=1, &
+      other), other=1, size(has, 1))])])
   end subroutine find_left_out
 
   !> A name that neither a surface with a name nor another of the general pairs has.

@@ -3,7 +3,9 @@ module self_contact_mod
   use cells_mod, only: face_corners
   use connectivity_mod, only: corners_in, nodes_of_face
   use faces_mod, only: face_area_vectors
+  use face_grid_mod, only: face_grid_t, faces_near, make_face_grid
   use kinds_mod, only: wp
+  use lists_mod, only: columns_with, lists_by_key, lists_t
   use mesh_draft_mod, only: mesh_draft_t
   use small_matrix_mod, only: cross
   use sorting_mod, only: order_of
@@ -19,17 +21,20 @@ contains
   !>
   !> From the middle of a face, and from near its corners, rays along its normal meet the first face
   !> that is turned towards it and shares no node with it. From the nearest two on, faces get the
-  !> other side than what they see; of several that may be first, one whose neighbours have a side
-  !> gets that of its neighbours. Faces that see nothing get the side of neighbours that they
-  !> continue; around an edge they get none, and touch nothing.
-  subroutine divide_surface(mesh, faces, side)
+  !> other side than what they see; what begins anew gets the side of a face beside it that has one.
+  !> Faces that see nothing get the side of neighbours that they continue; around an edge they get
+  !> none, and touch nothing.
+  subroutine divide_surface(mesh, faces, side, kind, may_touch)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: faces(:, :)            !! (2,n) element, face
     integer, allocatable, intent(out) :: side(:)  !! (n) 0: no face sees another
-    integer :: corner(face_corners, size(faces, 2)), f
+    integer, intent(in), optional :: kind(:)      !! (n) of each face; left out: all are alike
+    logical, intent(in), optional :: may_touch(:, :) !! (n_kinds,n_kinds) whether kinds touch
+    integer :: corner(face_corners, size(faces, 2)), f, k
     real(wp) :: normal(3, size(faces, 2))
     integer, allocatable :: seen(:, :), order(:)  !! (2,n_seen) faces that see each other
     real(wp), allocatable :: distance(:)          !! (n_seen) [length]
+    logical, allocatable :: counts(:)
 
     do f = 1, size(faces, 2)
       corner(:, f) = nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f))
@@ -38,11 +43,16 @@ contains
       normal(:, f) = normal(:, f)/max(norm2(normal(:, f)), tiny(1.0_wp))
     end do
     call look_along_normals(mesh, corner, normal, seen, distance)
+    if (present(kind) .and. present(may_touch)) then
+      counts = [(may_touch(kind(seen(1, k)), kind(seen(2, k))), k=1, size(distance))]
+      seen = seen(:, pack([(k, k=1, size(counts))], counts))
+      distance = pack(distance, counts)
+    end if
     allocate (side(size(faces, 2)), source=0)
     if (size(distance) == 0) return
     ! Alike but for a millionth are in the order of the faces.
-    call order_of(nint(distance*(1.0e6_wp/maxval(distance))), order)
-    call colour(mesh, corner, normal, seen(:, order), side)
+    call order_of(nint(distance*(1.0e6_wp/max(maxval(distance), tiny(1.0_wp)))), order)
+    call colour(mesh%n_nodes, corner, normal, seen(:, order), side)
   end subroutine divide_surface
 
   !> Which faces see each other, and how far apart.
@@ -53,11 +63,17 @@ contains
     integer, allocatable, intent(out) :: seen(:, :)    !! (2,n_seen)
     real(wp), allocatable, intent(out) :: distance(:)  !! (n_seen) [length]
     real(wp), parameter :: inwards = 0.1_wp   !! of a ray near a corner, towards the middle [-]
-    real(wp) :: from(3, face_corners + 1), middle(3), least, t
-    integer :: f, g, k, n, first, n_seen
+    type(face_grid_t) :: grid
+    real(wp) :: from(3, face_corners + 1), middle(3), low(3), high(3), way
+    integer :: f, k, n, first, n_seen
 
     allocate (seen(2, 5*size(corner, 2)), distance(5*size(corner, 2)))
     n_seen = 0
+    if (size(corner, 2) > 0) then
+      grid = make_face_grid(corner, mesh%coordinates)
+      low = minval(grid%box(:, 1, :), 2)
+      high = maxval(grid%box(:, 2, :), 2)
+    end if
     do f = 1, size(corner, 2)
       n = corners_in(corner(:, f))
       middle = sum(mesh%coordinates(:, corner(:n, f)), 2)/n
@@ -66,26 +82,65 @@ contains
         from(:, k) = middle + (1.0_wp - inwards)*(mesh%coordinates(:, corner(k, f)) - middle)
       end do
       do k = 1, n + 1
-        least = huge(1.0_wp)
-        first = 0
-        do g = 1, size(corner, 2)
-          if (dot_product(normal(:, f), normal(:, g)) > against) cycle
-          t = way_to(mesh%coordinates(:, corner(:corners_in(corner(:, g)), g)), from(:, k), &
-            normal(:, f))
-          if (t >= least) cycle
-          least = t
-          first = g
-        end do
+        call find_first(from(:, k), normal(:, f), first, way)
         if (first == 0) cycle
         if (share_a_node(corner(:, f), corner(:, first))) cycle
         n_seen = n_seen + 1
         seen(:, n_seen) = [f, first]
-        distance(n_seen) = least
+        distance(n_seen) = max(0.0_wp, way)
       end do
     end do
     seen = seen(:, :n_seen)
     distance = distance(:n_seen)
+
+  contains
+
+    !> The first face that is turned towards a place before it: parts of the way twice as long as
+    !> the one before are looked at until one has a face, or the way has left the surface's box.
+    subroutine find_first(place, along, first, way)
+      real(wp), intent(in) :: place(3), along(3) !! [length], [-]
+      integer, intent(out) :: first              !! 0: none
+      real(wp), intent(out) :: way               !! how far away it is [length]
+      integer, allocatable :: near(:)
+      real(wp) :: begin, end, last, t
+      integer :: g, i
+
+      first = 0
+      way = huge(1.0_wp)
+      last = leaves_box(place, along, low, high)
+      begin = 0.0_wp
+      end = norm2(grid%size)
+      do
+        call faces_near(grid, place + min(begin*along, end*along), place + max(begin*along, &
+          end*along), near)
+        do i = 1, size(near)
+          g = near(i)
+          if (dot_product(along, normal(:, g)) > against) cycle
+          t = way_to(mesh%coordinates(:, corner(:corners_in(corner(:, g)), g)), place, along)
+          if (t >= way) cycle
+          way = t
+          first = g
+        end do
+        if (way <= end .or. end >= last) exit
+        t = end - begin
+        begin = end
+        end = end + 2.0_wp*t
+      end do
+    end subroutine find_first
+
   end subroutine look_along_normals
+
+  !> How far along a direction a place in a box leaves it.
+  pure real(wp) function leaves_box(place, along, low, high) result(way)
+    real(wp), intent(in) :: place(3), along(3), low(3), high(3) !! [length], [-], [length]
+    integer :: i
+
+    way = huge(1.0_wp)
+    do i = 1, 3
+      if (along(i) > 0.0_wp) way = min(way, (high(i) - place(i))/along(i))
+      if (along(i) < 0.0_wp) way = min(way, (low(i) - place(i))/along(i))
+    end do
+  end function leaves_box
 
   !> Whether two faces have a corner in common.
   pure logical function share_a_node(one, other) result(share)
@@ -98,10 +153,11 @@ contains
     end do
   end function share_a_node
 
-  !> How far along a direction a face lies before a place; huge where it does not.
+  !> How far along a direction a face lies before a place, or on it; huge where it does not.
   pure real(wp) function way_to(corner, from, along) result(way)
     real(wp), intent(in) :: corner(:, :)  !! (3,3) or (3,4) [length]
     real(wp), intent(in) :: from(3), along(3)
+    real(wp), parameter :: touching = 1.0e-9_wp !! of the size of the face: nearer is there [-]
     real(wp) :: normal(3), middle(3), slope
     integer :: k, n
     logical :: is_in
@@ -120,58 +176,54 @@ contains
       end associate
     end do
     if (.not. is_in) return
-    if (dot_product(normal, middle - from)/slope > 0.0_wp) way = dot_product(normal, middle - &
-      from)/slope
+    way = dot_product(normal, middle - from)/slope
+    if (way < -touching*sqrt(norm2(normal))) way = huge(1.0_wp)
   end function way_to
 
   !> Give faces their sides, from the nearest two that see each other on.
-  subroutine colour(mesh, corner, normal, seen, side)
-    type(mesh_draft_t), intent(in) :: mesh
+  subroutine colour(n_nodes, corner, normal, seen, side)
+    integer, intent(in) :: n_nodes
     integer, intent(in) :: corner(:, :)   !! (4,n)
     real(wp), intent(in) :: normal(:, :)  !! (3,n)
     integer, intent(in) :: seen(:, :)     !! (2,n_seen) the nearest first
     integer, intent(inout) :: side(:)     !! (n)
-    integer :: of_node(0:mesh%n_nodes) !! side of each node
-    integer :: face_of(0:mesh%n_nodes) !! the face that gave it
-    integer :: k
-    logical :: has_changed
+    type(lists_t) :: sight                !! of each face those that it sees or is seen by
+    type(lists_t) :: about                !! of each node the faces that have it
+    logical :: sees(size(side))
+    integer :: queue(size(side))          !! faces that have a side, in the order of getting it
+    integer :: n_queued, n_looked, n_beside, k
+    logical :: gave
 
-    of_node = 0
-    face_of = 0
-    do
-      ! What is seen from a side, then what lies beside one.
-      has_changed = .false.
-      do k = 1, size(seen, 2)
-        if (side(seen(1, k)) > 0 .eqv. side(seen(2, k)) > 0) cycle
-        if (side(seen(1, k)) > 0) then
-          call give(seen(2, k), 3 - side(seen(1, k)))
-        else
-          call give(seen(1, k), 3 - side(seen(2, k)))
-        end if
-        has_changed = .true.
-      end do
-      if (has_changed) cycle
-      do k = 1, size(seen, 2)
-        if (side(seen(1, k)) > 0) cycle
-        if (beside(seen(1, k)) == 0) cycle
-        call give(seen(1, k), beside(seen(1, k)))
-        has_changed = .true.
-        exit
-      end do
-      if (has_changed) cycle
-      k = findloc([(side(seen(1, k)) == 0, k=1, size(seen, 2))], .true., dim=1)
-      if (k == 0) exit
+    associate (one => [seen(1, :), seen(2, :)], other => [seen(2, :), seen(1, :)])
+      sight = lists_by_key(one, size(side))
+      sight%item = other(sight%item)
+    end associate
+    about = columns_with(corner, n_nodes)
+    sees = .false.
+    sees([seen]) = .true.
+    n_queued = 0
+    n_looked = 0
+    n_beside = 0
+    do k = 1, size(seen, 2)
+      if (side(seen(1, k)) > 0) cycle
       call give(seen(1, k), 1)
-    end do
-    do
-      has_changed = .false.
-      do k = 1, size(side)
-        if (side(k) > 0) cycle
-        if (beside(k) == 0 .or. .not. continues(k)) cycle
-        call give(k, beside(k))
-        has_changed = .true.
+      do
+        ! What is seen from a side, then what lies beside one.
+        if (n_looked < n_queued) then
+          n_looked = n_looked + 1
+          call go_across(queue(n_looked))
+        else if (n_beside < n_queued) then
+          call go_on(queue(n_beside + 1), of_sight=.true., gave=gave)
+          if (.not. gave) n_beside = n_beside + 1
+        else
+          exit
+        end if
       end do
-      if (.not. has_changed) exit
+    end do
+    n_beside = 0
+    do while (n_beside < n_queued)
+      call go_on(queue(n_beside + 1), of_sight=.false., gave=gave)
+      if (.not. gave) n_beside = n_beside + 1
     end do
 
   contains
@@ -180,36 +232,42 @@ contains
       integer, intent(in) :: face, its
 
       side(face) = its
-      where (of_node(corner(:, face)) == 0) face_of(corner(:, face)) = face
-      where (of_node(corner(:, face)) == 0) of_node(corner(:, face)) = its
-      of_node(0) = 0
+      n_queued = n_queued + 1
+      queue(n_queued) = face
     end subroutine give
 
-    !> Whether a face goes on from one that gave a corner of it its side, within 60 degrees.
-    pure logical function continues(face)
+    !> What a face sees gets the other side.
+    subroutine go_across(face)
       integer, intent(in) :: face
-      real(wp), parameter :: flat = 0.5_wp !! cosine of the normals, at least
       integer :: i
 
-      continues = .false.
-      do i = 1, corners_in(corner(:, face))
-        associate (node => corner(i, face))
-          if (of_node(node) == 0) cycle
-          continues = continues .or. dot_product(normal(:, face), normal(:, face_of(node))) >= flat
-        end associate
+      do i = sight%first(face), sight%first(face + 1) - 1
+        if (side(sight%item(i)) == 0) call give(sight%item(i), 3 - side(face))
       end do
-    end function continues
+    end subroutine go_across
 
-    !> The side of most corners that have one; 0: none has.
-    pure integer function beside(face)
+    !> A neighbour of a face gets its side: one that sees something, or one that sees nothing and
+    !> continues it within 60 degrees.
+    subroutine go_on(face, of_sight, gave)
       integer, intent(in) :: face
+      logical, intent(in) :: of_sight
+      logical, intent(out) :: gave     !! false: there is none without a side
+      real(wp), parameter :: flat = 0.5_wp !! cosine of the normals, at least
+      integer :: c, i
 
-      beside = 0
-      associate (of => of_node(corner(:, face)))
-        if (all(of == 0)) return
-        beside = merge(1, 2, count(of == 1) >= count(of == 2))
-      end associate
-    end function beside
+      gave = .false.
+      do c = 1, corners_in(corner(:, face))
+        do i = about%first(corner(c, face)), about%first(corner(c, face) + 1) - 1
+          associate (other => about%item(i))
+            if (side(other) > 0 .or. (sees(other) .neqv. of_sight)) cycle
+            if (.not. of_sight .and. dot_product(normal(:, face), normal(:, other)) < flat) cycle
+            call give(other, side(face))
+          end associate
+          gave = .true.
+          return
+        end do
+      end do
+    end subroutine go_on
 
   end subroutine colour
 

@@ -6,49 +6,68 @@ import numpy as np
 from program import Run
 
 N = 6  # elements along each arm
+HEIGHT = [0.0, 0.5, 0.56, 1.06]  # of the arms and the slot between them
+# The corners of six tetrahedra that a cube is cut into, alike in all cubes, and the ends of the
+# edges whose middles an element has, in the order of its nodes.
+TETRAHEDRA = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
+OF_TETRAHEDRON = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+OF_SQUARE = [(0, 1), (1, 2), (2, 3), (3, 0)]
+KINDS = {"C3D8": [], "C3D10": OF_TETRAHEDRON, "CPE4": [], "CPE8": OF_SQUARE}
 
 
-def clip(pair, kind="C3D8", step="*STEP"):
+def clip(contact, kind="C3D8", step="*STEP"):
     """Return the deck of a C of one layer of elements, 0.06 apart, whose upper arm is pressed down.
 
-    INNER is the inside of both arms, LOW and UP its two parts, ALL all outer faces.
+    LOW and UP are what of the slot belongs to either arm, LOW-NODES and UP-NODES their nodes, SKIN
+    all outer faces.
     """
-    size = 8 if kind == "C3D8" else 4
-    height = [0.0, 0.5, 0.56, 1.06]
-    layers = 2 if size == 8 else 1
-    ids, nodes, elements = {}, "", ""
+    is_plane = kind.startswith("CPE")
+    ids, elements = {}, ""
 
-    def node(i, j, k):
-        if (i, j, k) not in ids:
-            ids[i, j, k] = len(ids) + 1
-            place = [0.5 * i, height[j], 0.5 * k][:2 if size == 4 else 3]
-            nonlocal nodes
-            nodes += f"{ids[i, j, k]}, " + ", ".join(map(str, place)) + "\n"
-        return ids[i, j, k]
+    def number(place):
+        return ids.setdefault(place, len(ids) + 1)
 
     cells = [(i, j) for j in (0, 2) for i in range(N)] + [(0, 1)]
-    for e, (i, j) in enumerate(cells, 1):
-        corners = [node(a, b, k) for k in range(layers)
+    n = 0
+    for i, j in cells:
+        corners = [(0.5 * a, HEIGHT[b], 0.5 * k)[:2 if is_plane else 3]
+                   for k in range(1 if is_plane else 2)
                    for a, b in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))]
-        elements += f"{e}, " + ", ".join(map(str, corners)) + "\n"
-    # Faces towards the slot: of the cell (0, 1) the right one.
-    up, right, down = ("S5", "S4", "S3") if size == 8 else ("S3", "S2", "S1")
-    low = "".join(f"{e}, {up}\n" for e in range(2, N + 1))
-    high = "".join(f"{e}, {down}\n" for e in range(N + 2, 2 * N + 1))
-    held = [ids[i, 0, k] for i in range(N + 1) for k in range(layers)]
-    tip = [ids[N, 3, k] for k in range(layers)]
-    across = "" if size == 4 else "*NSET, NSET=EVERY, GENERATE\n1, " + str(len(ids)) + "\n"
+        parts = [corners]
+        if kind == "C3D10":
+            parts = [[corners[k] for k in part] for part in TETRAHEDRA]
+        for part in parts:
+            middles = [tuple((x + y) / 2 for x, y in zip(part[a], part[b], strict=True))
+                       for a, b in KINDS[kind]]
+            n += 1
+            elements += f"{n}, " + ", ".join(str(number(place)) for place in part + middles) + "\n"
+    nodes = "".join(f"{n}, " + ", ".join(map(str, place)) + "\n" for place, n in ids.items())
+
+    def those(chosen):
+        return "".join(f"{n}\n" for place, n in ids.items() if chosen(*place[:2]))
+
+    held = those(lambda x, y: y == 0)
+    tip = those(lambda x, y: (x, y) == (0.5 * N, HEIGHT[3]))
+    every = "" if is_plane else "*BOUNDARY\nEVERY, 3, 3\n"
     return (
-        f"*NODE\n{nodes}*ELEMENT, TYPE={kind}, ELSET=B\n{elements}{across}"
-        f"*SURFACE, NAME=LOW\n{low}*SURFACE, NAME=UP\n{high}"
-        f"*SURFACE, NAME=INNER\n{low}{high}{2 * N + 1}, {right}\n"
+        f"*NODE, NSET=EVERY\n{nodes}*ELEMENT, TYPE={kind}, ELSET=B\n{elements}"
+        f"*NSET, NSET=HELD\n{held}*NSET, NSET=TIP\n{tip}"
+        f"*NSET, NSET=LOW\n{those(lambda x, y: x >= 0.5 and y == HEIGHT[1])}"
+        f"*NSET, NSET=UP\n{those(lambda x, y: x >= 0.5 and y == HEIGHT[2])}"
+        "*SURFACE, NAME=SKIN\nB\n"
         "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*SOLID SECTION, ELSET=B, MATERIAL=M\n"
-        "*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.2\n"
-        f"*CONTACT PAIR, INTERACTION=I\n{pair}\n"
-        f"{step}\n*STATIC\n0.5, 1.\n*BOUNDARY\n"
-        + "".join(f"{n}, 1, 2\n" for n in held) + "".join(f"{n}, 2, 2, -0.12\n" for n in tip)
-        + ("" if size == 4 else "EVERY, 3, 3\n") + "*END STEP\n"
+        f"*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.2\n{contact}"
+        f"{step}\n*STATIC\n0.5, 1.\n*BOUNDARY\nHELD, 1, 2\nTIP, 2, 2, -0.12\n{every}"
+        "*END STEP\n"
     )
+
+
+def pair(surfaces):
+    """Return a contact pair."""
+    return f"*CONTACT PAIR, INTERACTION=I\n{surfaces}\n"
+
+
+GENERAL = "*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n*CONTACT PROPERTY ASSIGNMENT\n, , I\n"
 
 
 class Self(unittest.TestCase):
@@ -61,22 +80,41 @@ class Self(unittest.TestCase):
         return result, run
 
     def test_is_its_parts_by_name(self):
-        """To 1e-8, at small and finite strain, of solids and of plane strain."""
-        for kind in ("C3D8", "CPE4"):
+        """To 1e-8, at small and finite strain, as a pair with itself and by general contact."""
+        for kind in KINDS:
             for step in ("*STEP", "*STEP, NLGEOM"):
-                with self.subTest(kind=kind, step=step):
-                    named, _ = self.solve(clip("LOW, UP", kind, step))
-                    force = np.abs(named.pairs["LOW:UP"].normal_force[-1])
-                    self.assertGreater(force.max(), 0.1)
-                    for pair, name in (("INNER, INNER", "INNER:INNER"), ("INNER", "INNER:INNER")):
-                        itself, run = self.solve(clip(pair, kind, step))
-                        self.assertIn("contact of INNER with itself: ", run.output)
+                named, _ = self.solve(clip(pair("LOW, UP"), kind, step))
+                force = np.abs(named.pairs["LOW:UP"].normal_force[-1])
+                self.assertGreater(force.max(), 0.1)
+                for contact, name, said in (
+                    (pair("SKIN, SKIN"), "SKIN:SKIN", "contact of SKIN with itself: "),
+                    (GENERAL, "B:B", ""),
+                ):
+                    with self.subTest(kind=kind, step=step, contact=name):
+                        itself, run = self.solve(clip(contact, kind, step))
+                        self.assertIn(said, run.output)
                         self.assertEqual(list(itself.pairs), [name])
                         u, v = (of.field("displacement") for of in (itself, named))
                         self.assertLess(abs(u - v).max(), 1e-8 * abs(v).max())
 
+    def test_one_name_is_the_surface_with_itself(self):
+        itself, _ = self.solve(clip(pair("SKIN")))
+        self.assertEqual(list(itself.pairs), ["SKIN:SKIN"])
+
+    def test_what_excludes_a_body_from_itself(self):
+        """Nothing presses then, and the edges that get into the body are no mistake."""
+        for lines in ("SKIN, SKIN\n", "SKIN\n"):
+            result, run = self.solve(clip(GENERAL + "*CONTACT EXCLUSIONS\n" + lines))
+            self.assertEqual(list(result.pairs), [])
+            self.assertNotIn("inside its own body", run.output)
+
+    def test_a_pair_by_hand_wins_for_its_faces(self):
+        result, _ = self.solve(clip(GENERAL + pair("UP, LOW")))
+        self.assertEqual(list(result.pairs), ["UP:LOW"])
+
     def test_what_does_not_see_itself_is_a_mistake(self):
-        run = Run(clip("LOW, LOW"), "--check", name="deck")
+        """By name; general contact makes no such pair."""
+        run = Run(clip(pair("LOW, LOW")), "--check", name="deck")
         self.assertEqual(run.status, 1)
         self.assertIn("no face of 'LOW' sees another in the mesh", run.errors)
 
