@@ -48,7 +48,7 @@ contains
       has_mass = spread(mass > 0.0_wp, 1, 3)
       call mark_masters(forces%constraints, forces%prescribed, has_mass)
       where (forces%prescribed)
-        v = u/dt
+        v = forces%speed
         a = (v - old%velocity)/dt
       else where (has_mass)
         a = ((u/dt - old%velocity)/dt - (0.5_wp - beta)*old%acceleration)/beta

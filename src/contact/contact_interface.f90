@@ -422,7 +422,8 @@ contains
       do i = 1, size(scene%steps(step)%boundary)
         associate (b => scene%steps(step)%boundary(i))
           values = b%value
-          if (b%amplitude > 0) values = b%value*amplitude_range(scene%amplitudes(b%amplitude))
+          if (b%amplitude > 0) values = b%from + b%value* &
+            amplitude_range(scene%amplitudes(b%amplitude))
           lowest(b%dof, b%node) = min(lowest(b%dof, b%node), minval(values))
           highest(b%dof, b%node) = max(highest(b%dof, b%node), maxval(values))
         end associate

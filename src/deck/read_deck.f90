@@ -70,6 +70,7 @@ module read_deck_mod
   use read_system_mod, only: read_system
   use read_temperatures_mod, only: read_first_temperatures
   use read_dynamics_mod, only: check_dynamics, read_first_velocities
+  use follow_velocities_mod, only: follow_velocities
   use read_steps_mod, only: read_steps
   use read_surfaces_mod, only: read_surfaces
   use read_transforms_mod, only: read_transforms
@@ -395,6 +396,7 @@ contains
       call read_first_velocities(reader, model, scene%first_velocity)
       call read_steps(reader, model, amplitudes, scene%pairs, draft%surfaces, scene%steps, &
         scene%regions, scene%finite_strain)
+      call follow_velocities(reader, model, scene%first_velocity, amplitudes%list, scene%steps)
       call move_alloc(amplitudes%list, scene%amplitudes)
       scene%accuracy%chooses_theory = reader%chooses_theory
       scene%accuracy%keeps_small_strain = reader%keeps_small_strain

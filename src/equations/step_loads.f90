@@ -251,6 +251,7 @@ contains
           displacement(b%dof, b%node, :) = 0.0_wp ! of several values the last counts
           if (b%amplitude > 0 .and. (k == step .or. follows_on(scene, b%amplitude))) then
             displacement(b%dof, b%node, b%amplitude) = b%value
+            displacement(b%dof, b%node, pattern_hold) = b%from
           else
             displacement(b%dof, b%node, pattern_hold) = u(b%dof, b%node)
             if (k /= step .or. b%fixed) cycle

@@ -35,6 +35,7 @@ contains
     type(increment_t), intent(in) :: increment
     real(wp), parameter :: rounded = 1.0e-9_wp !! loads and velocities that are the same [-]
     real(wp), allocatable :: u_free(:, :), loads(:, :)
+    real(wp), dimension(3, scene%mesh%n_nodes) :: first, last
     type(increment_t) :: beginning
 
     begins_anew = allocated(solver%body%inertia)
@@ -48,8 +49,8 @@ contains
     beginning = beginning_of(scene, solver, increment)
     call sum_patterns(scene, solver%response, beginning%fraction, beginning%step_time, u_free, &
       loads)
-    begins_anew = differ(loads, old%external_force) .or. differ(merge(velocities_of_supports( &
-      scene, solver, increment), 0.0_wp, solver%body%prescribed), merge(old%velocity, 0.0_wp, &
+    call find_speeds(scene, solver, increment, first, last)
+    begins_anew = differ(loads, old%external_force) .or. differ(first, merge(old%velocity, 0.0_wp, &
       solver%body%prescribed))
 
   contains
@@ -80,18 +81,71 @@ contains
     end associate
   end function beginning_of
 
-  !> The mean velocities of supports in an increment, jumps as it begins left out.
-  pure function velocities_of_supports(scene, solver, increment) result(v)
+  !> The velocities of supports where an increment begins and ends, and their acceleration at its
+  !> beginning: by a cubic through their places behind a jump there, at two between and at the end.
+  pure subroutine find_speeds(scene, solver, increment, first, last, acceleration)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(increment_t), intent(in) :: increment
-    real(wp) :: v(3, scene%mesh%n_nodes) !! [length/time]
+    real(wp), dimension(3, scene%mesh%n_nodes), intent(out) :: first, last !! [length/time]
+    real(wp), intent(out), optional :: acceleration(3, scene%mesh%n_nodes) !! [length/time^2]
+    real(wp) :: place(3, scene%mesh%n_nodes, 0:3)
+    type(increment_t) :: beginning, at
+    integer :: i
 
-    associate (loads => solver%response%loads)
-      v = (prescribed_displacement(scene, loads, increment) - prescribed_displacement(scene, &
-        loads, beginning_of(scene, solver, increment)))/solver%body%inertia%dt
+    beginning = beginning_of(scene, solver, increment)
+    associate (dt => increment%step_time - beginning%step_time)
+      do i = 0, 3
+        at = increment
+        if (i == 0) at = beginning
+        if (i == 1 .or. i == 2) then
+          at%step_time = beginning%step_time + i*dt/3.0_wp
+          at%fraction = at%step_time/scene%steps(increment%step)%period
+        end if
+        place(:, :, i) = merge(prescribed_displacement(scene, solver%response%loads, at), 0.0_wp, &
+          solver%body%prescribed)
+      end do
+      first = (9.0_wp*place(:, :, 1) - 4.5_wp*place(:, :, 2) + place(:, :, 3) - &
+        5.5_wp*place(:, :, 0))/dt
+      last = (5.5_wp*place(:, :, 3) - 9.0_wp*place(:, :, 2) + 4.5_wp*place(:, :, 1) - &
+        place(:, :, 0))/dt
+      if (present(acceleration)) acceleration = 9.0_wp*(2.0_wp*place(:, :, 0) - &
+        5.0_wp*place(:, :, 1) + 4.0_wp*place(:, :, 2) - place(:, :, 3))/dt**2
     end associate
-  end function velocities_of_supports
+  end subroutine find_speeds
+
+  !> The kinetic energy that bodies have when the fastest of their supports takes them along, of the
+  !> whole *STEP: a motion that begins at rest has little beside which errors count.
+  pure real(wp) function energy_of_supports(scene, solver, step) result(energy)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    integer, intent(in) :: step
+    integer, parameter :: n = 128 !! places of the *STEP that are looked at
+    real(wp), dimension(3, scene%mesh%n_nodes) :: here, before
+    real(wp) :: speed(0:scene%mesh%n_pieces)
+    type(increment_t) :: at
+    integer :: i, node
+
+    speed = 0.0_wp
+    do i = 0, n
+      at%fraction = real(i, wp)/n
+      at%step_time = at%fraction*scene%steps(step)%period
+      here = prescribed_displacement(scene, solver%response%loads, at)
+      if (i > 0) then
+        do node = 1, scene%mesh%n_nodes
+          associate (of_piece => speed(scene%mesh%piece(node)))
+            of_piece = max(of_piece, norm2(here(:, node) - before(:, node)))
+          end associate
+        end do
+      end if
+      before = here
+    end do
+    speed = speed*n/scene%steps(step)%period
+    energy = 0.0_wp
+    do i = 1, scene%mesh%n_pieces
+      energy = energy + 0.5_wp*solver%body%inertia%mass%whole(1, 1, i)*speed(i)**2
+    end do
+  end function energy_of_supports
 
   !> The state where accelerations jump: what loads, and the contact forces that are there, make of
   !> the bodies. Nodes without mass are in balance.
@@ -103,9 +157,9 @@ contains
     type(state_t), intent(inout) :: state
     type(placement_t) :: began
     real(wp), allocatable :: u_free(:, :), loads(:, :)
+    real(wp), dimension(3, scene%mesh%n_nodes) :: first, last, of_supports, of_inertia
     real(wp) :: free(scene%mesh%n_elements), kinetic
     integer :: inverted
-
     type(increment_t) :: beginning
     logical :: was_at_rest
 
@@ -119,7 +173,8 @@ contains
       ! Given velocities are those of free nodes.
       where (held .and. state%increments_done == 0) state%velocity = 0.0_wp
       call follow_masters(solver%body%constraints, state%velocity)
-      call strike(scene, solver, increment, state%velocity)
+      call find_speeds(scene, solver, increment, first, last, of_supports)
+      call strike(solver, first, state%velocity)
       call sum_patterns(scene, solver%response, beginning%fraction, beginning%step_time, u_free, &
         loads)
       state%external_force = loads
@@ -131,37 +186,54 @@ contains
         state%reaction, scene%mesh%n_nodes)
       call give_to_masters(solver%body%constraints, state%unopposed)
       call clear_dependent(solver, state%unopposed)
+      state%support_force = merge(state%unopposed, 0.0_wp, held)
       where (held .or. .not. have_inertia(solver)) state%unopposed = 0.0_wp
-      call accelerate(solver, -state%unopposed, state%acceleration)
+      of_inertia = inertia_of(solver, of_supports)
+      call accelerate(solver, -state%unopposed - of_inertia, state%acceleration)
+      where (held) state%acceleration = of_supports
+      of_inertia = inertia_of(solver, state%acceleration)
+      where (held)
+        state%unopposed = -of_inertia
+        state%support_force = state%support_force + of_inertia
+      end where
       kinetic = 0.5_wp*sum(state%velocity*times_mass(mass, state%velocity))
     end associate
     state%begun_energy = state%begun_energy + (kinetic - state%kinetic_energy)
     state%kinetic_energy = kinetic
     ! What static increments leave of work is none of its errors.
     if (was_at_rest) state%least_gain = given(state)
-    state%largest_energy = max(state%largest_energy, kinetic + state%strain_energy)
+    state%largest_energy = max(state%largest_energy, kinetic + state%strain_energy, &
+      energy_of_supports(scene, solver, increment%step))
   end subroutine begin_motion
 
   !> Supports that begin to move at once: the velocities that their impulse leaves.
-  subroutine strike(scene, solver, increment, velocity)
-    type(scene_t), intent(in) :: scene
+  subroutine strike(solver, speed, velocity)
     type(step_solver_t), intent(in) :: solver
-    type(increment_t), intent(in) :: increment    !! that begins
+    real(wp), intent(in) :: speed(:, :)           !! (3,n_nodes) of supports [length/time]
     real(wp), intent(inout) :: velocity(:, :)     !! (3,n_nodes) [length/time]
-    real(wp), dimension(3, size(velocity, 2)) :: impulse, change
+    real(wp), dimension(3, size(velocity, 2)) :: change
 
     associate (body => solver%body)
-      change = velocities_of_supports(scene, solver, increment) - velocity
-      where (.not. body%prescribed) change = 0.0_wp
+      change = merge(speed - velocity, 0.0_wp, body%prescribed)
       call follow_masters(body%constraints, change)
       if (.not. maxval(abs(change)) > 0.0_wp) return
-      impulse = -times_mass(body%inertia%mass, change)
-      call give_to_masters(body%constraints, impulse)
       velocity = velocity + change
-      call accelerate(solver, impulse, change)
+      call accelerate(solver, -inertia_of(solver, change), change)
       velocity = velocity + change
     end associate
   end subroutine strike
+
+  !> The forces of inertia of accelerations, or the momentum of velocities, where they act.
+  pure function inertia_of(solver, a) result(f)
+    type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: a(:, :)  !! (3,n_nodes)
+    real(wp) :: f(3, size(a, 2)), moved(3, size(a, 2))
+
+    moved = a
+    call follow_masters(solver%body%constraints, moved)
+    f = times_mass(solver%body%inertia%mass, moved)
+    call give_to_masters(solver%body%constraints, f)
+  end function inertia_of
 
   !> Which degrees of freedom accelerate by forces: those of nodes that have mass, and what these
   !> depend on.
@@ -252,17 +324,19 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
-    real(wp), dimension(3, scene%mesh%n_nodes) :: u
+    real(wp), dimension(3, scene%mesh%n_nodes) :: u, first
     real(wp), allocatable :: answer(:, :, :)
 
     if (.not. allocated(solver%body%inertia)) return
     associate (inertia => solver%body%inertia)
-      u = prescribed_displacement(scene, solver%response%loads, increment)
+      if (.not. allocated(solver%speed)) allocate (solver%speed, mold=u)
+      call find_speeds(scene, solver, increment, first, solver%speed)
       solver%predictor = old%displacement + inertia%dt*(old%velocity + inertia%dt*(0.5_wp - &
         inertia%beta)*old%acceleration)
-      ! What supports move has the accelerations of its mean velocities.
-      where (solver%body%prescribed) solver%predictor = u - inertia%beta*(u - old%displacement - &
-        inertia%dt*old%velocity)
+      ! Supports have the mean acceleration of the increment.
+      u = prescribed_displacement(scene, solver%response%loads, increment)
+      where (solver%body%prescribed) solver%predictor = u - inertia%beta*inertia%dt* &
+        (solver%speed - old%velocity)
       call follow_masters(solver%body%constraints, solver%predictor)
       solver%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
       call apply_inverse(solver%body%inverse, reshape(solver%left_over + inertia%factor* &
@@ -307,8 +381,8 @@ contains
       call follow_masters(solver%body%constraints, new%acceleration)
       new%velocity = old%velocity + inertia%dt*((1.0_wp - inertia%gamma)*old%acceleration + &
         inertia%gamma*new%acceleration)
-      where (solver%body%prescribed .or. .not. has_inertia) new%velocity = &
-        (u - old%displacement)/inertia%dt
+      where (.not. has_inertia) new%velocity = (u - old%displacement)/inertia%dt
+      where (solver%body%prescribed) new%velocity = solver%speed
       call follow_masters(solver%body%constraints, new%velocity)
       of_inertia = times_mass(inertia%mass, new%acceleration)
       new%unopposed = internal - inertia_at(solver, u) - external - pressed

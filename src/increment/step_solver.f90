@@ -60,6 +60,7 @@ module step_solver_mod
     real(wp), allocatable :: left_over(:, :)
     !! (3,n_nodes) loads by forces of its beginning [force]
     real(wp), allocatable :: by_inertia(:, :) !! (3,n_nodes) displacement by both [length]
+    real(wp), allocatable :: speed(:, :) !! (3,n_nodes) of supports at its end [length/time]
   end type step_solver_t
 
 contains

@@ -115,6 +115,7 @@ contains
     trial%forces%constraints = scene%constraints
     if (has_turning(scene)) trial%turned_from = old%displacement(:, scene%rotations%rotation_node)
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
+    if (allocated(solver%body%inertia)) trial%forces%speed = solver%speed
     trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
       increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)

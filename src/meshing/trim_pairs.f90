@@ -4,7 +4,7 @@ module trim_pairs_mod
   use connectivity_mod, only: corners_in, nodes_of_face
   use faces_mod, only: face_area_vectors
   use kinds_mod, only: wp
-  use loads_mod, only: amplitude_range, amplitude_t, load_step_t
+  use loads_mod, only: amplitude_range, amplitude_t, load_step_t, nodal_value_t
   use matching_faces_mod, only: held_throughout
   use mesh_mod, only: deck_rounding
   use obstacle_shapes_mod, only: is_meshed
@@ -226,24 +226,23 @@ contains
     largest = 0.0_wp
     do s = 1, size(steps)
       do i = 1, size(steps(s)%boundary)
-        largest = max(largest, farthest(steps(s)%boundary(i)%value, steps(s)%boundary(i)%amplitude))
+        largest = max(largest, farthest(steps(s)%boundary(i)))
       end do
       if (.not. allocated(steps(s)%rotations)) cycle
       do i = 1, size(steps(s)%rotations)
-        largest = max(largest, length*farthest(steps(s)%rotations(i)%value, &
-          steps(s)%rotations(i)%amplitude))
+        largest = max(largest, length*farthest(steps(s)%rotations(i)))
       end do
     end do
     largest = sqrt(3.0_wp)*largest
 
   contains
 
-    pure real(wp) function farthest(value, amplitude)
-      real(wp), intent(in) :: value
-      integer, intent(in) :: amplitude
+    pure real(wp) function farthest(of)
+      type(nodal_value_t), intent(in) :: of
 
-      farthest = abs(value)
-      if (amplitude > 0) farthest = maxval(abs(value*amplitude_range(amplitudes(amplitude))))
+      farthest = abs(of%value)
+      if (of%amplitude > 0) farthest = maxval(abs(of%from + of%value*amplitude_range( &
+        amplitudes(of%amplitude))))
     end function farthest
 
   end function largest_motion

@@ -102,12 +102,17 @@ contains
     shortest = step%period/step%n_increments*real(smallest_increment, wp)/real(whole_increment, wp)
     do k = 1, size(amplitudes)
       associate (a => amplitudes(k))
-        if (allocated(a%cosine)) cycle
         begin = merge(-step_start, 0.0_wp, a%total)
-        do i = 2, size(a%time)
-          if (a%time(i) - a%time(i - 1) > shortest) cycle
-          if (.not. abs(a%value(i) - a%value(i - 1)) > straight*maxval(abs(a%value))) cycle
-          associate (at => a%time(i - 1) + begin)
+        do i = 1, size(a%time)
+          if (allocated(a%cosine)) then
+            ! Where a series begins; its value there is behind the jump, but of its integral.
+            if (a%integrals == 0 .or. .not. jumps_at(a, i, 0.0_wp)) cycle
+          else
+            if (i == 1) cycle
+            if (a%time(i) - a%time(i - 1) > shortest) cycle
+            if (.not. abs(a%value(i) - a%value(i - 1)) > straight*maxval(abs(a%value))) cycle
+          end if
+          associate (at => a%time(max(1, i - 1)) + begin)
             if (at < shortest .or. at > step%period - shortest) cycle
             jumps = [jumps, position_of(step, at)]
             over = [over, a%time(i) + begin]

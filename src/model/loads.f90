@@ -6,7 +6,8 @@ module loads_mod
   private
 
   public :: amplitude_t, nodal_value_t, pressure_t, gravity_t, interference_t, friction_t, &
-    pair_change_t, load_step_t, following_t, amplitude_value, amplitude_range, start_of_step
+    pair_change_t, load_step_t, following_t, amplitude_value, amplitude_rate, amplitude_range, &
+    start_of_step
 
   !> Values over time: a table, linear between its points and constant outside; or a Fourier series
   !>
@@ -23,6 +24,12 @@ module loads_mod
     real(wp) :: rounding = 0.0_wp
     !! of a table: corners are parabolas, as far as this part of the shorter interval beside each
     real(wp), allocatable :: cosine(:), sine(:) !! (n) of a series; not allocated: a table
+    ! Of prescribed velocities and accelerations:
+    integer  :: integrals = 0        !! over time, 1 or 2, that make the value; 0: none
+    real(wp) :: begin = 0.0_wp       !! where they begin
+    real(wp) :: end = huge(1.0_wp)   !! behind which the integrand is what it is there
+    real(wp) :: drift = 0.0_wp       !! rate of the value at their beginning, if they are 2 [1/time]
+    real(wp) :: horizon = 0.0_wp     !! of the run: no later time is asked for
   end type amplitude_t
 
   !> A displacement or a force of one degree of freedom.
@@ -33,6 +40,9 @@ module loads_mod
     integer  :: amplitude = 0 !! index into the scene's amplitudes; 0: ramp from the last value
     logical  :: fixed = .false. !! of a displacement: it stays what it is as the step begins
     logical  :: is_way = .false. !! of a displacement: a dynamic step takes it there evenly, too
+    integer  :: rate = 0
+    !! as the deck is read: the value is a velocity, 1, or an acceleration, 2, of a displacement
+    real(wp) :: from = 0.0_wp !! of a displacement with an amplitude: what that is added to
   end type nodal_value_t
 
   !> A pressure on a surface of faces, positive into the body.
@@ -124,15 +134,42 @@ contains
   end function start_of_step
 
   !> The value of `amplitude` at a time of a step.
-  pure function amplitude_value(amplitude, step_time, step_start) result(value)
+  pure real(wp) function amplitude_value(amplitude, step_time, step_start) result(value)
     type(amplitude_t), intent(in) :: amplitude
     real(wp), intent(in) :: step_time            !! from the start of the step
     real(wp), intent(in), optional :: step_start !! where the step begins; 0 if left out
-    real(wp) :: value, fraction, time, angle
-    integer :: n, i
+    real(wp) :: time
 
     time = step_time
     if (present(step_start) .and. amplitude%total) time = step_start + step_time
+    if (amplitude%integrals == 0) then
+      value = given_value(amplitude, time)
+    else
+      value = integral(amplitude, amplitude%integrals, time)
+      if (amplitude%integrals == 2) value = value + amplitude%drift*max(0.0_wp, time - &
+        amplitude%begin)
+    end if
+  end function amplitude_value
+
+  !> How fast an amplitude that is an integral grows at a time of the run.
+  pure real(wp) function amplitude_rate(amplitude, time) result(rate)
+    type(amplitude_t), intent(in) :: amplitude
+    real(wp), intent(in) :: time
+
+    if (amplitude%integrals == 2) then
+      rate = amplitude%drift + integral(amplitude, 1, time)
+    else
+      rate = given_value(amplitude, min(time, amplitude%end))
+    end if
+  end function amplitude_rate
+
+  !> What the deck gives at a time.
+  pure real(wp) function given_value(amplitude, time) result(value)
+    type(amplitude_t), intent(in) :: amplitude
+    real(wp), intent(in) :: time
+    real(wp) :: angle
+    integer :: i
+
     if (allocated(amplitude%cosine)) then
       value = amplitude%value(1)
       if (time < amplitude%time(1)) return
@@ -142,21 +179,28 @@ contains
       end do
       return
     end if
-    n = size(amplitude%time)
-    if (time <= amplitude%time(1)) then
-      value = amplitude%value(1)
+    do i = 1, size(amplitude%time)
+      if (time < amplitude%time(i) .or. (i == 1 .and. time <= amplitude%time(1))) exit
+    end do
+    value = value_between(amplitude, i - 1, time)
+  end function given_value
+
+  !> The value of a table between two of its points, or outside of all.
+  pure real(wp) function value_between(amplitude, i, time) result(value)
+    type(amplitude_t), intent(in) :: amplitude
+    integer, intent(in) :: i                     !! the first of them; 0: before all
+    real(wp), intent(in) :: time
+    real(wp) :: fraction
+
+    if (i == 0 .or. i == size(amplitude%time)) then
+      value = amplitude%value(max(1, i))
       return
     end if
-    value = amplitude%value(n)
-    do i = 2, n
-      if (time >= amplitude%time(i)) cycle
-      fraction = (time - amplitude%time(i - 1))/(amplitude%time(i) - amplitude%time(i - 1))
-      if (amplitude%is_smooth) fraction = fraction**3*(10.0_wp + fraction*(-15.0_wp + &
-        6.0_wp*fraction))
-      value = (1.0_wp - fraction)*amplitude%value(i - 1) + fraction*amplitude%value(i)
-      value = value + rounded(i - 1) + rounded(i)
-      return
-    end do
+    fraction = (time - amplitude%time(i))/(amplitude%time(i + 1) - amplitude%time(i))
+    if (amplitude%is_smooth) fraction = fraction**3*(10.0_wp + fraction*(-15.0_wp + &
+      6.0_wp*fraction))
+    value = (1.0_wp - fraction)*amplitude%value(i) + fraction*amplitude%value(i + 1)
+    value = value + rounded(i) + rounded(i + 1)
 
   contains
 
@@ -166,23 +210,120 @@ contains
       real(wp) :: reach, bend
 
       rounded = 0.0_wp
-      if (.not. amplitude%rounding > 0.0_wp .or. k == 1 .or. k == n) return
+      reach = reach_of_corner(amplitude, k)
+      if (.not. reach > 0.0_wp .or. abs(time - amplitude%time(k)) >= reach) return
       associate (t => amplitude%time(k - 1:k + 1), v => amplitude%value(k - 1:k + 1))
-        reach = amplitude%rounding*min(t(2) - t(1), t(3) - t(2))
-        if (abs(time - t(2)) >= reach) return
         bend = (v(3) - v(2))/(t(3) - t(2)) - (v(2) - v(1))/(t(2) - t(1))
         rounded = bend*(reach - abs(time - t(2)))**2/(4.0_wp*reach)
       end associate
     end function rounded
 
-  end function amplitude_value
+  end function value_between
+
+  !> How far the parabola at a point of a table reaches on each side [time].
+  pure real(wp) function reach_of_corner(amplitude, k) result(reach)
+    type(amplitude_t), intent(in) :: amplitude
+    integer, intent(in) :: k
+
+    reach = 0.0_wp
+    if (k > 1 .and. k < size(amplitude%time)) reach = amplitude%rounding*min(amplitude%time(k) - &
+      amplitude%time(k - 1), amplitude%time(k + 1) - amplitude%time(k))
+  end function reach_of_corner
+
+  !> What the deck gives, integrated `n` times from where that begins: int (time - s)^(n-1) ds of
+  !> the value at s. Exact, of tables too: these are polynomials of degree 5 at most.
+  pure real(wp) function integral(amplitude, n, time) result(value)
+    type(amplitude_t), intent(in) :: amplitude
+    integer, intent(in) :: n              !! 1 or 2
+    real(wp), intent(in) :: time
+    real(wp) :: start, stop, from
+    integer :: i
+
+    value = 0.0_wp
+    start = amplitude%begin
+    if (time <= start) return
+    stop = min(time, amplitude%end)
+    if (time > stop) value = given_value(amplitude, stop)*(time - stop)**n/n
+    if (allocated(amplitude%cosine)) then
+      value = value + amplitude%value(1)*((time - start)**n - (time - stop)**n)/n
+      from = max(start, amplitude%time(1))
+      if (stop > from) value = value + of_series(stop) - of_series(from)
+      return
+    end if
+    from = start
+    associate (t => amplitude%time)
+      do i = 0, size(t)
+        if (i > 0) call add_piece(i, t(i) + reach_of_corner(amplitude, i), &
+          from, value)
+        if (i == size(t)) then
+          call add_piece(i, stop, from, value)
+        else
+          call add_piece(i, t(i + 1) - reach_of_corner(amplitude, i + 1), from, value)
+          call add_piece(i, t(i + 1), from, value)
+        end if
+      end do
+    end associate
+
+  contains
+
+    !> From where the pieces before it end to a place between two points, by Gauss's formula.
+    pure subroutine add_piece(i, to, from, sum)
+      integer, intent(in) :: i
+      real(wp), intent(in) :: to
+      real(wp), intent(inout) :: from, sum
+      real(wp), parameter :: place(4) = [-0.861136311594052575_wp, -0.339981043584856265_wp, &
+        0.339981043584856265_wp, 0.861136311594052575_wp]
+      real(wp), parameter :: weight(4) = [0.347854845137453857_wp, 0.652145154862546143_wp, &
+        0.652145154862546143_wp, 0.347854845137453857_wp]
+      real(wp) :: s
+      integer :: g
+
+      associate (length => min(to, stop) - from)
+        if (.not. length > 0.0_wp) return
+        do g = 1, 4
+          s = from + 0.5_wp*length*(1.0_wp + place(g))
+          sum = sum + 0.5_wp*length*weight(g)*value_between(amplitude, i, s)*(time - s)**(n - 1)
+        end do
+        from = min(to, stop)
+      end associate
+    end subroutine add_piece
+
+    !> An antiderivative of what the terms of the series add, times (time - s)^(n-1), at s.
+    pure real(wp) function of_series(s)
+      real(wp), intent(in) :: s
+      real(wp) :: angle, first, second
+      integer :: k
+
+      first = 0.0_wp
+      second = 0.0_wp
+      do k = 1, size(amplitude%cosine)
+        associate (w => k*amplitude%frequency)
+          angle = w*(s - amplitude%time(1))
+          first = first + (amplitude%cosine(k)*sin(angle) - amplitude%sine(k)*cos(angle))/w
+          second = second - (amplitude%cosine(k)*cos(angle) + amplitude%sine(k)*sin(angle))/w**2
+        end associate
+      end do
+      of_series = first
+      if (n == 2) of_series = (time - s)*first + second
+    end function of_series
+
+  end function integral
 
   !> Bounds of the values of `amplitude`: of a table the least and the largest.
   pure function amplitude_range(amplitude) result(bounds)
     type(amplitude_t), intent(in) :: amplitude
     real(wp) :: bounds(2)
-    real(wp) :: swing
+    integer, parameter :: n = 1000 !! places at which an integral is looked at
+    real(wp) :: swing, values(0:n)
+    integer :: i
 
+    if (amplitude%integrals > 0) then
+      values = [(amplitude_value(amplitude, amplitude%begin + i*(amplitude%horizon - &
+        amplitude%begin)/n), i=0, n)]
+      swing = maxval(abs(values(1:) - values(:n - 1)))
+      bounds = [minval(values), maxval(values)] + [-swing, swing]
+      return
+    end if
     bounds = [minval(amplitude%value), maxval(amplitude%value)]
     if (.not. allocated(amplitude%cosine)) return
     swing = sum(hypot(amplitude%cosine, amplitude%sine))

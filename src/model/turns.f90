@@ -64,7 +64,7 @@ contains
             turns%by_amplitude(r%dof, o, :) = 0.0_wp
             turns%held(r%dof, o) = now(r%dof, o)
             if (r%amplitude > 0) then
-              turns%held(r%dof, o) = 0.0_wp
+              turns%held(r%dof, o) = r%from
               turns%by_amplitude(r%dof, o, r%amplitude) = r%value
             else if (.not. r%fixed) then
               turns%ramp(r%dof, o) = r%value - now(r%dof, o)

@@ -4,6 +4,7 @@ The histories of tests/data/dynamics.json were made by a prototype in Python tha
 with the program: HHT-alpha, bricks, no mass at the plane, the inertia of the whole body put right.
 """
 
+import itertools
 import json
 import math
 import re
@@ -227,6 +228,50 @@ class ClosedForms(DynamicCase):
                     result.field("displacement", row)[top, 0], 0.2 * time, rtol=1e-12
                 )
             self.assertEqual(row, 5)
+
+    def test_amplitudes_of_velocities_are_integrated(self):
+        """Displacements are their integrals, of tables and series, to rounding; energy stays."""
+        times, values = np.array([0, 0.25, 0.6, 1.0]), np.array([0, 1, -0.5, 0.25])
+        table = "0., 0., 0.25, 1., 0.6, -0.5, 1., 0.25\n"
+        kinds = {"NAME=A": lambda t: np.interp(t, times, values),
+                 "NAME=A, DEFINITION=PERIODIC": lambda t: np.sin(7 * t)}  # fmt: skip
+        for (name, rate), order in itertools.product(kinds.items(), (1, 2)):
+            lines = table if name == "NAME=A" else "1, 7., 0., 0.\n0., 1.\n"
+            kind = ("VELOCITY", "ACCELERATION")[order - 1]
+            deck = (
+                block("B", (0, 0, 0), (1, 1, 1), (1, 1, 1)) + MATERIAL.format(1e4, 0.3)
+                + f"*AMPLITUDE, {name}\n{lines}" + thrown(B=(0.3, 0, 0))
+                + step(0.02, 1.0, f"*BOUNDARY, TYPE={kind}, AMPLITUDE=A\nB-ZMIN, 1, 1, 2.\n"
+                       "*BOUNDARY\nB-ZMIN, 2, 3\n*NODE FILE, FREQUENCY=1\nU\n", alpha=0.0)
+            )  # fmt: skip
+            # Gauss's formula on the fine pieces of the table: it has its corners at their ends.
+            fine = np.linspace(0, 1, 2001)
+            x, w = np.polynomial.legendre.leggauss(4)
+            at = fine[:-1, None] + 0.00025 * (1 + x)
+            with self.subTest(kind + lines), self.solve(deck) as result:
+                base = result.points[:, 2] < 0.1
+                for row, time in enumerate(result.history("time")):
+                    each = np.where(at < time, (time - at) ** (order - 1) * 2 * rate(at), 0)
+                    far = (each @ w).sum() * 0.00025 + (0.3 * time if order == 2 else 0)
+                    np.testing.assert_allclose(
+                        result.field("displacement", row)[base, 0], far, atol=1e-9
+                    )
+                self.assertEqual(row, 49)
+
+    def test_prescribed_accelerations_go_on(self):
+        """By the speed that the step before ends with, as a stone that is thrown; then evenly."""
+        held = "*BOUNDARY\nB-ZMIN, 2, 3\n"
+        pushed = "*BOUNDARY, TYPE=ACCELERATION\nB-ZMIN, 1, 1, {}\n"
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 1), (1, 1, 1)) + MATERIAL.format(1e4, 0.3)
+            + step(0.05, 1.0, pushed.format(2.0) + held, alpha=0.0) + step(0.05, 0.5, "", 0.0)
+            + step(0.05, 1.0, pushed.format(-4.0), 0.0) + step(0.05, 1.0, pushed.format(0.0), 0.0)
+        )  # fmt: skip
+        with self.solve(deck) as result:
+            base = result.points[:, 2] < 0.1
+            found = result.field("displacement")[base, 0]
+        # 1 + 2 (1/2) + 2/8; at 3, less 4/2; then at -1.
+        np.testing.assert_allclose(found, 2.25 + 3.0 - 2.0 - 1.0, rtol=1e-12)
 
     def test_a_mass_on_a_spring_swings(self):
         """Its place is v/w sin(w t), with an error that falls as the square of the increment."""

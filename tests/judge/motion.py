@@ -248,6 +248,15 @@ class March:
                 break
         return r
 
+    def of_supports(self):
+        """The kinetic energy of the body as fast as its supports get."""
+        if not self.scene.driven:
+            return 0.0
+        places = np.array([place for _, place in self.scene.table])
+        speed = np.linalg.norm(self.scene.way) * np.abs(np.diff(places)).max() / self.scene.dt
+        mass = np.resize([1.0, 0.0, 0.0], len(self.held))
+        return 0.5 * speed**2 * mass @ self.m @ mass
+
     def march(self):
         """All increments."""
         scene, dt, alpha, c = self.scene, self.scene.dt, self.scene.alpha, 1 + self.scene.alpha
@@ -274,11 +283,13 @@ class March:
                         v = v + self.accelerations(-self.m @ change)
                     if done == 0:
                         begun = 0.5 * v @ self.m @ v
-                        largest = begun
+                        largest = max(begun, self.of_supports())
                     pull = self.k @ u - load
                     pull[self.dofs] -= r
                     g0 = np.where(self.heavy, pull, 0.0)
                     a = self.accelerations(-g0)
+                    support = np.where(self.held, pull + self.m @ a, 0.0)
+                    g0 = np.where(self.held, -self.m @ a, g0)
                 p = u + dt * v + dt * dt * (0.5 - self.beta) * a
                 p[self.held] = (end - self.beta * (end - u - dt * v))[self.held]
                 inertia = self.m @ p / (c * self.beta * dt * dt)

@@ -1,6 +1,6 @@
 !> What a step prescribes.
 !>
-!>     *BOUNDARY[, AMPLITUDE=name][, OP=MOD|NEW][, FIXED]
+!>     *BOUNDARY[, AMPLITUDE=name][, OP=MOD|NEW][, FIXED][, TYPE=VELOCITY|ACCELERATION]
 !>     BODY-ZMAX, 1, 2, 0.            set or node, first dof, last dof, displacement
 !>     BODY-XMIN, XSYMM               or XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE
 !>     900, 5, 5, 0.17                dofs 4 to 6: rotation vector of a reference node
@@ -90,15 +90,15 @@ contains
   end subroutine close_step
 
   !> *BOUNDARY: set or node, first dof[, last dof[, value]], or set or node, XSYMM and its kin
-  subroutine read_boundary(reader, card, model, amplitudes, draft, replace, has_time, is_velocity)
+  subroutine read_boundary(reader, card, model, amplitudes, draft, replace, has_time, is_dynamic)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
     type(model_t), intent(in) :: model
     type(amplitude_list_t), intent(in) :: amplitudes
     type(load_draft_t), intent(inout) :: draft
     logical, intent(inout) :: replace !! set by OP=NEW
-    logical, intent(in) :: has_time !! whether the period of the step was read
-    logical, intent(inout) :: is_velocity !! set by TYPE=VELOCITY, whose values are velocities
+    logical, intent(in), optional :: has_time   !! whether the period of the step was read
+    logical, intent(in), optional :: is_dynamic !! whether it is a *DYNAMIC
     type(fields_t) :: fields
     type(reference_t) :: reference
     type(nodal_value_t) :: value
@@ -110,9 +110,8 @@ contains
     call flag_option(reader, card, 'FIXED', value%fixed)
     choice = 1
     call choice_option(reader, card, 'TYPE', choice, ok)
-    value%is_way = choice == 2
-    if (value%is_way) call check_velocity(reader, card, has_time)
-    is_velocity = is_velocity .or. value%is_way
+    value%rate = choice - 1
+    if (value%rate > 0) call check_rate(reader, card, value%rate, has_time, is_dynamic)
     call read_op(reader, card, replace)
     call amplitude_option(reader, card, amplitudes, value%amplitude)
     if (value%fixed .and. has_option(card, 'AMPLITUDE')) call report(reader, &
@@ -158,21 +157,34 @@ contains
     end do lines
   end subroutine read_boundary
 
-  !> Report a TYPE=VELOCITY that is no steady motion over a step.
-  subroutine check_velocity(reader, card, has_time)
+  !> Report a velocity or an acceleration that no displacement follows from.
+  subroutine check_rate(reader, card, rate, has_time, is_dynamic)
     type(reader_t), intent(inout) :: reader
     type(card_t), intent(in) :: card
-    logical, intent(in) :: has_time !! as of read_boundary
+    integer, intent(in) :: rate                           !! as of nodal_value_t
+    logical, intent(in), optional :: has_time, is_dynamic !! as of read_boundary
     character(*), parameter :: hint = 'write the displacements at the end of each step'
+    character(:), allocatable :: name
+    logical :: is_below, inertia_counts
 
-    if (has_option(card, 'AMPLITUDE') .or. has_option(card, 'FIXED')) then
+    name = 'TYPE=VELOCITY'
+    if (rate == 2) name = 'TYPE=ACCELERATION'
+    is_below = .false.
+    if (present(has_time)) is_below = has_time
+    inertia_counts = .false.
+    if (present(is_dynamic)) inertia_counts = is_dynamic
+    if (has_option(card, 'FIXED')) then
+      call report(reader, option_position(card, 'TYPE'), name//' does not go with FIXED', hint)
+    else if (.not. is_below) then
       call report(reader, option_position(card, 'TYPE'), &
-        'TYPE=VELOCITY goes with neither AMPLITUDE nor FIXED', hint)
-    else if (.not. has_time) then
+        name//' belongs into a step, below its *STATIC or *DYNAMIC', hint)
+    else if (rate == 2 .and. .not. inertia_counts) then
+      call report(reader, option_position(card, 'TYPE'), name//' takes a *DYNAMIC step', hint)
+    else if (has_option(card, 'AMPLITUDE') .and. .not. inertia_counts) then
       call report(reader, option_position(card, 'TYPE'), &
-        'TYPE=VELOCITY belongs into a step, below its *STATIC or *DYNAMIC', hint)
+        name//' with AMPLITUDE takes a *DYNAMIC step', hint)
     end if
-  end subroutine check_velocity
+  end subroutine check_rate
 
   !> Take the ROT NODEs of rigid bodies out of a list of nodes.
   pure subroutine split_rotations(model, nodes, turned)

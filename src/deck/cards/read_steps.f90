@@ -11,7 +11,6 @@
 module read_steps_mod
   use cards_mod, only: keep_reading, note, reader_t, report
   use diagnostics_mod, only: quoted
-  use follow_velocities_mod, only: follow_velocities
   use fields_mod, only: end_data, field_position, field_text, fields_t, is_empty_field, &
     next_data_line, real_field
   use kinds_mod, only: wp
@@ -59,8 +58,7 @@ contains
     integer :: k, s, static_of, position
     type(card_t) :: of_step
     integer :: renewed(reader%n_steps) !! where a step says *BOUNDARY, OP=NEW first, or 0
-    integer :: hurried(reader%n_steps) !! where it says TYPE=VELOCITY last, or 0
-    logical :: forget, is_velocity
+    logical :: forget
     character(*), parameter :: second = 'a second *STATIC or *DYNAMIC in this step'
 
     finite_strain = .false.
@@ -68,7 +66,6 @@ contains
     s = 0
     static_of = 0
     renewed = 0
-    hurried = 0
     position = 0
     call start_step(draft, model%mesh%n_nodes)
     call start_element_loads(element_draft, model)
@@ -111,14 +108,12 @@ contains
         call allow_options(reader, card)
         call allow_no_data(reader, card)
       case ('BOUNDARY')
-        is_velocity = .false.
         if (s == 0) then
           forget = .false.
-          call read_boundary(reader, card, model, amplitudes, draft, forget, .false., is_velocity)
+          call read_boundary(reader, card, model, amplitudes, draft, forget)
         else
           call read_boundary(reader, card, model, amplitudes, draft, steps(s)%replace_boundary, &
-            static_of == s, is_velocity)
-          if (is_velocity) hurried(s) = card%position
+            static_of == s, steps(s)%is_dynamic)
           if (steps(s)%replace_boundary .and. renewed(s) == 0) renewed(s) = card%position
         end if
       case ('CLOAD')
@@ -143,7 +138,6 @@ contains
       end select
     end do
     call finish_step()
-    call follow_velocities(reader, model, amplitudes%list, hurried, steps)
     call check_released(reader, model, steps, renewed)
     do s = 1, size(steps)
       call note_fast_series(reader, amplitudes, steps(s))

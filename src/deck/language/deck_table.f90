@@ -190,8 +190,8 @@ module deck_table_mod
     'APPLICATION=TRANSIENT FIDELITY|MODERATE DISSIPATION', 'SOLVER, RELATIVE TO ABSOLUTE, '// &
     'NOHAF, HAFTOL, HALFTOL, INITIAL, FULLY', 'increment, period, smallest, largest'), &
     rule_t('END STEP', in_step, is_read), &
-    rule_t('BOUNDARY', anywhere, is_read, load_options//', FIXED, TYPE=DISPLACEMENT|VELOCITY', &
-    data='node or set, first dof, last dof, value'), &
+    rule_t('BOUNDARY', anywhere, is_read, load_options//', FIXED, '// &
+    'TYPE=DISPLACEMENT|VELOCITY|ACCELERATION', data='node or set, first dof, last dof, value'), &
     rule_t('CLOAD', in_step, is_read, load_options//', FOLLOWER', data='node or set, dof, force'), &
     rule_t('DLOAD', in_step, is_read, load_options, &
     data='element or set, face, pressure; element or set, kind, value, direction'), &
