@@ -14,7 +14,7 @@ module own_inertia_mod
   use edge_middles_mod, only: edge_middles_t, find_edge_middles
   use constrained_forces_mod, only: hand_over, hand_down, mark_masters
   use error_measures_mod, only: ratio, rounded
-  use own_mass_mod, only: own_mass_t, nodal_masses, weigh
+  use own_mass_mod, only: own_mass_t, nodal_masses, weigh, momentum_about_centres
   implicit none
   private
 
@@ -151,6 +151,7 @@ contains
         new%contact_work = new%contact_work + mean(1)*dot_product(contact%frame(:, 1, i), way)
       end associate
     end do
+    call follow_turning(scene, own, old, new)
     rounding = nothing*sum(nodal_masses(scene%mesh, own))*(maxval(abs(new%displacement))/ &
       time_between(scene%steps(own%step), old, new))**2
     gain = new%kinetic_energy + energy%strain + new%dissipation - new%external_work - &
@@ -161,7 +162,41 @@ contains
     energy = energy_t(external_work=new%external_work, strain=energy%strain, &
       dissipation=new%dissipation, kinetic=new%kinetic_energy, contact=new%contact_work, &
       begun=new%begun_energy, balance=new%contact_work - gain, &
-      risen=ratio(gain - new%least_gain, max(new%largest_energy, rounding)))
+      risen=ratio(gain - new%least_gain, max(new%largest_energy, rounding)), &
+      turned=maxval([0.0_wp, (ratio(norm2(new%twist(:, i)), sqrt(2.0_wp*max(new%largest_energy, &
+      rounding)*mean_inertia(own, i))), i=1, scene%mesh%n_pieces)]))
   end subroutine balance_in_time
+
+  !> Add the angular momentum that pieces get in an increment, and no torque explains.
+  pure subroutine follow_turning(scene, own, old, new)
+    type(scene_t), intent(in) :: scene
+    type(own_mass_t), intent(in) :: own
+    type(state_t), intent(in) :: old
+    type(state_t), intent(inout) :: new
+    real(wp), dimension(3, scene%mesh%n_nodes) :: first, last
+
+    associate (mesh => scene%mesh, alpha => scene%steps(own%step)%alpha)
+      first = mesh%coordinates(:, :mesh%n_nodes)
+      last = first
+      if (scene%finite_strain) then
+        first = first + old%displacement
+        last = last + new%displacement
+      end if
+      new%twist = old%twist + momentum_about_centres(mesh, own, last, weigh(mesh, own, &
+        new%velocity)) - momentum_about_centres(mesh, own, first, weigh(mesh, own, old%velocity)) &
+        + time_between(scene%steps(own%step), old, new)*((0.5_wp + alpha)*momentum_about_centres( &
+        mesh, own, first, old%unopposed) + (0.5_wp - alpha)*momentum_about_centres(mesh, own, &
+        last, new%unopposed))
+    end associate
+  end subroutine follow_turning
+
+  !> The mean of the moments of inertia of a piece.
+  pure real(wp) function mean_inertia(own, piece)
+    type(own_mass_t), intent(in) :: own
+    integer, intent(in) :: piece
+
+    mean_inertia = (own%inertia(4, 4, piece) + own%inertia(5, 5, piece) + own%inertia(6, 6, &
+      piece))/3.0_wp*own%reach(piece)**2
+  end function mean_inertia
 
 end module own_inertia_mod

@@ -12,7 +12,7 @@ module own_mass_mod
   implicit none
   private
 
-  public :: own_mass_t, own_mass_of, nodal_masses, weigh
+  public :: own_mass_t, own_mass_of, nodal_masses, weigh, inertia_off, momentum_about_centres
 
   !> What is spread over elements, what stands at nodes, and the inertia of pieces by integrals.
   type :: own_mass_t
@@ -63,7 +63,8 @@ contains
           call take_element(scene, e, of_cell(cell), is_skin, own)
         end associate
       end do
-      own%counts = .not. are_barred(scene, step, held)
+      ! What stands in the deformed body does not turn with it.
+      own%counts = .not. (are_barred(scene, step, held) .or. scene%finite_strain)
     end associate
     call sum_inertia(scene%mesh, own)
   end function own_mass_of
@@ -305,6 +306,54 @@ contains
       end do
     end do
   end subroutine sum_inertia
+
+  !> How far the inertia that the sums have is from that by integrals, along the rigid motions of
+  !> pieces: their centres and moments of inertia. 0 where it is put right.
+  pure real(wp) function inertia_off(own) result(off)
+    type(own_mass_t), intent(in) :: own
+    integer :: p, i, k
+
+    off = 0.0_wp
+    do p = 1, size(own%reach)
+      if (any(own%counts(:, p))) cycle
+      do i = 1, 6
+        do k = 1, 6
+          off = max(off, abs(own%of_sum(i, k, p) - own%inertia(i, k, p))/sqrt( &
+            own%inertia(i, i, p)*own%inertia(k, k, p)))
+        end do
+      end do
+    end do
+  end function inertia_off
+
+  !> The angular momentum of each piece about its centre of mass, of velocities, or the torque of
+  !> forces: sum of x x M v, and of x x f.
+  pure function momentum_about_centres(mesh, own, x, f) result(momentum)
+    type(mesh_t), intent(in) :: mesh
+    type(own_mass_t), intent(in) :: own
+    real(wp), intent(in) :: x(:, :), f(:, :)   !! (3,n_nodes) places, and momenta or forces
+    real(wp) :: momentum(3, mesh%n_pieces)
+    real(wp) :: centre(3, mesh%n_pieces), weight(mesh%n_pieces), one(3, mesh%n_nodes)
+    integer :: node
+
+    one = 1.0_wp
+    one = weigh(mesh, own, one)
+    centre = 0.0_wp
+    weight = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (p => mesh%piece(node))
+        if (p == 0) cycle
+        centre(:, p) = centre(:, p) + one(1, node)*x(:, node)
+        weight(p) = weight(p) + one(1, node)
+      end associate
+    end do
+    centre = centre/spread(weight, 1, 3)
+    momentum = 0.0_wp
+    do node = 1, mesh%n_nodes
+      associate (p => mesh%piece(node))
+        if (p > 0) momentum(:, p) = momentum(:, p) + cross(x(:, node) - centre(:, p), f(:, node))
+      end associate
+    end do
+  end function momentum_about_centres
 
   !> The masses of elements and nodes times a field.
   pure subroutine add_sums(mesh, own, a, f)

@@ -41,13 +41,15 @@ module mass_matrix_mod
 contains
 
   !> The mass of a mesh.
-  subroutine make_mass(mesh, materials, touches, keeps, mass, stuck_element, stuck_piece)
+  subroutine make_mass(mesh, materials, touches, keeps, puts_right, mass, stuck_element, &
+    stuck_piece)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
     logical, intent(in) :: touches(:)    !! (n_nodes) nodes that may touch
     logical, intent(in) :: keeps(:, :)
     !! (6,n_pieces) rigid motions whose inertia is put right: translations along x, y, z and
     !! rotations about them
+    logical, intent(in) :: puts_right    !! else the lists' mass is all, as bodies that turn need it
     type(mass_t), intent(out) :: mass
     integer, intent(out) :: stuck_element !! no node of its piece can take its mass; 0: none
     integer, intent(out) :: stuck_piece   !! its mass is on a line; 0: none
@@ -71,6 +73,7 @@ contains
     call move_alloc(value, mass%value)
     mass%carries = diagonal_of(mass) > 0.0_wp
     call put_right(mesh, whole, keeps, mass, stuck_piece)
+    if (.not. puts_right) mass%missing = 0.0_wp
 
   contains
 

@@ -45,7 +45,7 @@ module advance_mod
     watch_inertia, inertia_at, come_to_rest
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
-  use renew_tangent_mod, only: begin_with_tangent
+  use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
   use turned_bodies_mod, only: begin_turned, end_turned
   use other_gaps_mod, only: x_free_of
   use friction_by_rate_mod, only: depends_on_rate, find_coefficients, give_coefficients
@@ -107,7 +107,7 @@ contains
     type(increment_report_t) :: none
     real(wp), dimension(3, size(new%reaction, 2)) :: reaction
     real(wp) :: clock, on_tangents
-    logical :: is_held
+    logical :: is_held, is_in_motion
     integer :: i
     logical :: is_elsewhere, is_given !! where to start from
 
@@ -131,11 +131,16 @@ contains
     new = old
     call mark_end(increment, new)
     new%reaction = reaction
-    if (.not. is_given) call begin_turned(scene, now, solver, old, trial, error)
+    is_in_motion = allocated(solver%body%inertia) .and. .not. (is_given .or. is_linear(scene))
+    if (is_in_motion) then
+      call begin_in_motion(scene, now, solver, old, trial, error)
+    else if (.not. is_given) then
+      call begin_turned(scene, now, solver, old, trial, error)
+    end if
     if (allocated(error)) return
     if (trial%has_turned) new%reaction = trial%applied_reaction
-    if (.not. (is_elsewhere .or. trial%has_turned)) call begin_extrapolated(scene, now, solver, &
-      old, increment, reaction, trial)
+    if (.not. (is_elsewhere .or. trial%has_turned .or. is_in_motion)) call begin_extrapolated( &
+      scene, now, solver, old, increment, reaction, trial)
     call complete(scene, now, solver, old, trial, new, report, error)
     if (trial%is_extrapolated .and. .not. allocated(error) .and. (has_no_result(report) .or. &
       (is_linear(scene) .and. .not. report%converged))) then

@@ -117,7 +117,7 @@ contains
       return
     end if
     call make_mass(scene%mesh, scene%materials, touches, motions_kept(scene, step, prescribed), &
-      mass, element, piece)
+      .not. scene%finite_strain, mass, element, piece)
     if (element > 0) then
       call raise(error, exit_wrong_input, bare//'the body of element '// &
         to_text(scene%mesh%element_id(element))//' has no others'//cure)

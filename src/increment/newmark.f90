@@ -8,14 +8,15 @@ module newmark_mod
   use contact_points_mod, only: contact_points_t
   use increments_mod, only: increment_t, smallest_increment
   use state_mod, only: state_t
-  use bodies_mod, only: find_internal_force
+  use bodies_mod, only: find_internal_force, is_linear
   use expansion_mod, only: find_free_strain
   use mass_matrix_mod, only: times_mass, diagonal_of
   use inertia_mod, only: inertial_force
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse
-  use load_response_mod, only: sum_patterns, prescribed_displacement
+  use increment_forces_mod, only: imposed_t
+  use load_response_mod, only: sum_patterns, impose_loads, prescribed_displacement
   use dynamic_step_mod, only: goes_on
   use step_solver_mod, only: step_solver_t
   implicit none
@@ -34,8 +35,7 @@ contains
     type(state_t), intent(in) :: old
     type(increment_t), intent(in) :: increment
     real(wp), parameter :: rounded = 1.0e-9_wp !! loads and velocities that are the same [-]
-    real(wp), allocatable :: u_free(:, :), loads(:, :)
-    real(wp), dimension(3, scene%mesh%n_nodes) :: first, last
+    real(wp), dimension(3, scene%mesh%n_nodes) :: first, last, loads
     type(increment_t) :: beginning
 
     begins_anew = allocated(solver%body%inertia)
@@ -47,8 +47,7 @@ contains
     if (.not. (goes_on(scene, increment%step, solver%body%prescribed) .and. &
       allocated(old%acceleration))) return
     beginning = beginning_of(scene, solver, increment)
-    call sum_patterns(scene, solver%response, beginning%fraction, beginning%step_time, u_free, &
-      loads)
+    loads = loads_at(scene, solver, beginning, old%displacement)
     call find_speeds(scene, solver, increment, first, last)
     begins_anew = differ(loads, old%external_force) .or. differ(first, merge(old%velocity, 0.0_wp, &
       solver%body%prescribed))
@@ -62,6 +61,23 @@ contains
     end function differ
 
   end function begins_anew
+
+  !> The loads at an end of an increment, on bodies that are displaced.
+  function loads_at(scene, solver, increment, u) result(loads)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: u(:, :)            !! (3,n_nodes) [length]
+    real(wp) :: loads(3, scene%mesh%n_nodes)   !! [force]
+    real(wp), allocatable :: u_free(:, :)
+    type(imposed_t) :: imposed
+
+    call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, u_free, &
+      imposed%external)
+    call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, u, &
+      imposed)
+    loads = imposed%external
+  end function loads_at
 
   !> The beginning of an increment, as an end: behind the jumps that are there.
   pure type(increment_t) function beginning_of(scene, solver, increment) result(beginning)
@@ -156,8 +172,7 @@ contains
     type(increment_t), intent(in) :: increment !! that begins there
     type(state_t), intent(inout) :: state
     type(placement_t) :: began
-    real(wp), allocatable :: u_free(:, :), loads(:, :)
-    real(wp), dimension(3, scene%mesh%n_nodes) :: first, last, of_supports, of_inertia
+    real(wp), dimension(3, scene%mesh%n_nodes) :: loads, first, last, of_supports, of_inertia
     real(wp) :: free(scene%mesh%n_elements), kinetic
     integer :: inverted
     type(increment_t) :: beginning
@@ -169,14 +184,14 @@ contains
       source=0.0_wp)
     if (was_at_rest) allocate (state%acceleration, state%unopposed, &
       mold=state%velocity)
+    if (.not. allocated(state%twist)) allocate (state%twist(3, scene%mesh%n_pieces), source=0.0_wp)
     associate (mass => solver%body%inertia%mass, held => solver%body%prescribed)
       ! Given velocities are those of free nodes.
       where (held .and. state%increments_done == 0) state%velocity = 0.0_wp
       call follow_masters(solver%body%constraints, state%velocity)
       call find_speeds(scene, solver, increment, first, last, of_supports)
       call strike(solver, first, state%velocity)
-      call sum_patterns(scene, solver%response, beginning%fraction, beginning%step_time, u_free, &
-        loads)
+      loads = loads_at(scene, solver, beginning, state%displacement)
       state%external_force = loads
       call find_free_strain(scene, increment%step, increment%start, free)
       call find_internal_force(scene, free, state%displacement, state%modes, state%unopposed, &
@@ -339,6 +354,8 @@ contains
         (solver%speed - old%velocity)
       call follow_masters(solver%body%constraints, solver%predictor)
       solver%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
+      ! At finite strain iterations begin where the increment does.
+      if (.not. is_linear(scene)) return
       call apply_inverse(solver%body%inverse, reshape(solver%left_over + inertia%factor* &
         times_mass(inertia%mass, solver%predictor), [3, size(u, 2), 1]), answer, error)
       if (.not. allocated(error)) solver%by_inertia = answer(:, :, 1)

@@ -14,11 +14,12 @@ module renew_tangent_mod
   use rigid_modes_mod, only: add_motions
   use stiffness_inverse_mod, only: apply_inverse, moved_by
   use step_solver_mod, only: step_solver_t, linearise_at
+  use newmark_mod, only: inertia_at
   use trial_mod, only: trial_t, apply_reactions
   implicit none
   private
 
-  public :: begin_with_tangent, renew_tangent
+  public :: begin_with_tangent, begin_in_motion, renew_tangent
 
 contains
 
@@ -32,16 +33,43 @@ contains
     type(trial_t), intent(inout) :: trial              !! its displacements and applied reactions
     type(increment_report_t), intent(inout) :: report  !! as of renew_tangent
     type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
+
+    call apply_reactions(points, old, trial)
+    call renew_tangent(scene, points, solver, tangent_at(scene, old%displacement, old%step, &
+      old%position, projection=0.0_wp), trial, report, error)
+    if (allocated(error) .or. report%ending == ended_indefinite) return
+    call add_loads(scene, solver, old, trial, error)
+  end subroutine begin_with_tangent
+
+  !> The same by the factor that there is, of an increment of a dynamic *STEP at finite strain: in
+  !> balance with inertia nothing is yet where it begins.
+  subroutine begin_in_motion(scene, points, solver, old, trial, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial              !! its displacements and applied reactions
+    type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
+
+    call apply_reactions(points, old, trial)
+    trial%u_contact = moved_by(solver%body%inverse, trial%applied_force)
+    trial%u_free = old%displacement - trial%u_contact
+    call add_loads(scene, solver, old, trial, error)
+  end subroutine begin_in_motion
+
+  !> What loads, supports and inertia add to the displacement of an increment's beginning.
+  subroutine add_loads(scene, solver, old, trial, error)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(inout) :: solver
+    type(state_t), intent(in) :: old
+    type(trial_t), intent(inout) :: trial              !! its displacement without contact
+    type(error_t), allocatable, intent(out) :: error   !! MUMPS failed
     real(wp), dimension(3, scene%mesh%n_nodes) :: moved, held, loads
     real(wp), allocatable :: correction(:, :, :)
     real(wp) :: added(3, scene%mesh%n_nodes, 1)
     type(modes_t) :: modes
     integer :: inverted
 
-    call apply_reactions(points, old, trial)
-    call renew_tangent(scene, points, solver, tangent_at(scene, old%displacement, old%step, &
-      old%position, projection=0.0_wp), trial, report, error)
-    if (allocated(error) .or. report%ending == ended_indefinite) return
     moved = 0.0_wp
     where (trial%forces%prescribed) moved = trial%forces%displacement - old%displacement
     call follow_masters(solver%body%constraints, moved)
@@ -49,13 +77,14 @@ contains
     call find_internal_force(scene, trial%free, old%displacement, modes, held, inverted)
     call find_tangent_force(scene, reshape(moved, [shape(moved), 1]), added, solver%body%tangent)
     held = held + added(:, :, 1)
+    if (allocated(solver%body%inertia)) held = held + inertia_at(solver, old%displacement + moved)
     loads = trial%forces%external
     call turn_moments(scene, trial%forces%prescribed, old%displacement, loads)
     call apply_inverse(solver%body%inverse, reshape(loads + trial%applied_force - held, &
       [shape(held), 1]), correction, error)
     if (allocated(error)) return
     trial%u_free = trial%u_free + moved + correction(:, :, 1)
-  end subroutine begin_with_tangent
+  end subroutine add_loads
 
   !> Factor, compliance and contact problem of a tangent, from whose displacement the iteration
   !> goes on. One that is not positive definite ends the increment, as the report says:

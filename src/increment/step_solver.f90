@@ -209,6 +209,8 @@ contains
     type(step_solver_t), intent(inout) :: solver     !! prepared for the step
     type(error_t), allocatable, intent(out) :: error !! as of set_supports and prepare_step
     type(solver_work_t) :: work
+    type(tangent_t), allocatable :: tangent
+    integer :: after
     logical :: prescribed(3, scene%mesh%n_nodes)
 
     associate (inertia => solver%body%inertia)
@@ -217,7 +219,14 @@ contains
     end associate
     prescribed = solver%body%prescribed
     work = solver%on_tangents
-    call make_all(scene, points, prescribed, solver, work, error)
+    if (allocated(solver%body%tangent)) then
+      tangent = solver%body%tangent
+      after = solver%body%made_after
+      call linearise_at(scene, points, tangent, solver, error)
+      solver%body%made_after = after
+    else
+      call make_all(scene, points, prescribed, solver, work, error)
+    end if
     if (.not. allocated(error)) call respond_to_loads(scene, solver%choices%tolerance, &
       solver%body, solver%response, work, error)
     solver%on_tangents = work

@@ -104,7 +104,8 @@ contains
 
     call sum_patterns(scene, solver%response, increment%fraction, increment%step_time, &
       trial%u_free, trial%forces%external, trial%summed_loads)
-    if (allocated(solver%body%inertia)) trial%u_free = trial%u_free + solver%by_inertia
+    if (allocated(solver%body%inertia) .and. is_linear(scene)) trial%u_free = trial%u_free + &
+      solver%by_inertia
     call impose_loads(scene, solver%response%loads, increment%fraction, increment%step_time, &
       old%displacement, trial%forces%imposed_t)
     allocate (trial%free(scene%mesh%n_elements))

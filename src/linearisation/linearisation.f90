@@ -120,7 +120,7 @@ contains
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
       if (allocated(body%inertia)) then
         call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses)
+          n_stiffnesses, body%tangent)
         call add_mass(scene%mesh, body%inertia, inverse%map, start, neighbours, k)
       else
         call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &

@@ -17,8 +17,10 @@ contains
 
     what = ''
     if (.not. any(scene%steps%is_dynamic)) return
-    if (scene%finite_strain) then
-      what = 'NLGEOM'
+    if (scene%finite_strain .and. allocated(scene%rotations)) then
+      what = 'couplings that turn at finite strain'
+    else if (scene%finite_strain .and. scene%precision%renews_tangent) then
+      what = 'TANGENT=NEWTON'
     else if (scene%accuracy%chooses_theory) then
       what = 'NLGEOM=AUTO'
     else if (scene%precision%iterative) then

@@ -93,6 +93,8 @@ module increment_report_mod
     real(wp) :: begun = 0.0_wp       !! kinetic, that the run began with
     real(wp) :: risen = 0.0_wp
     !! what contact and scheme have given since the least that they had, of the largest energy [-]
+    real(wp) :: turned = 0.0_wp
+    !! angular momentum of a body that no torque explains, of what the largest energy would give [-]
   end type energy_t
 
   !> The contact as it stands at the end of the increment, point by point, in the local frames.

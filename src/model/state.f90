@@ -72,6 +72,8 @@ module state_mod
     real(wp) :: begun_energy = 0.0_wp             !! kinetic, that the run began with [energy]
     real(wp) :: least_gain = 0.0_wp
     !! of the energy that contact and scheme have given, the least so far [energy]
+    real(wp), allocatable :: twist(:, :)
+    !! (3, n_pieces) angular momentum that no torque explains [mass length^2/time]
     real(wp) :: largest_energy = 0.0_wp !! that has been there, or was turned over [energy]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
@@ -144,6 +146,7 @@ contains
     call archive(list, state%kinetic_energy)
     call archive(list, state%contact_work)
     call archive(list, state%begun_energy)
+    call archive(list, state%twist)
     call archive(list, state%least_gain)
     call archive(list, state%largest_energy)
     call archive(list, state%external_work)

@@ -129,6 +129,8 @@ contains
           'energy', parts*e%balance)
         call ratio('error/in_time', 'error of the increment by its length, beside the energy; '// &
           '-1: no dynamic increment', report%in_time)
+        call ratio('error/angular_momentum', 'angular momentum of a body that no torque '// &
+          'explains, of what the largest energy would give it', e%turned)
       else
         call real_number('energy/balance', 'work less strain less dissipation: of the order of '// &
           'the increment', 'energy', parts*e%balance)

@@ -18,6 +18,7 @@ module increment_notes_mod
   use opposed_reactions_mod, only: opposed_t, find_opposed_reactions
   use follow_points_mod, only: rounding_of_places
   use contact_resolution_mod, only: small_contact_t, find_small_contacts
+  use own_mass_mod, only: own_mass_t, inertia_off
   use stability_mod, only: stability_t
   use shadow_run_mod, only: is_unstable, may_be_unstable
   use load_cycles_mod, only: load_cycles_t
@@ -35,7 +36,7 @@ module increment_notes_mod
     note_kinks, note_touch, note_turn, note_double, note_redundant, note_opposed_reactions, &
     note_unusual, note_unstable, note_hourglass, note_coincident, note_unknown_stability, &
     note_lost_shadow, note_followed, note_settled, note_yielded, note_past_side, note_grown, &
-    note_energy, note_too_long, note_jump, note_past_table, note_slow
+    note_energy, note_turning, note_too_long, note_jump, note_past_table, note_slow
 
   !> A line for the console.
   type :: note_t
@@ -678,6 +679,23 @@ contains
       state%most_inertia/state%most_force)//' of the largest force: *STATIC would do, if '// &
       'supports and contact hold the bodies')
   end subroutine note_slow
+
+  !> What turns of bodies at finite strain have of errors: slave nodes without mass, and the scheme.
+  pure subroutine note_turning(increment, own, turned, notes)
+    type(increment_t), intent(in) :: increment   !! the last of the *STEP
+    type(own_mass_t), intent(in) :: own
+    real(wp), intent(in) :: turned               !! as of energy_t [-]
+    type(note_t), allocatable, intent(inout) :: notes(:)
+    real(wp), parameter :: little = 0.01_wp
+
+    if (inertia_off(own) > little) call add_note(notes, increment, .false., ': slave nodes '// &
+      'carry no mass, by which centres and moments of inertia of bodies are up to '//percent( &
+      inertia_off(own))//' off; smaller elements at contact, or slave surfaces that name less, '// &
+      'make that less')
+    if (turned > little) call add_note(notes, increment, .false., ': the scheme in time '// &
+      'changed the angular momentum of a body by '//percent(turned)//'; shorter increments '// &
+      'make that less')
+  end subroutine note_turning
 
   !> An increment that is as short as increments get, and too long for its error in time.
   pure subroutine note_too_long(scene, increment, error, notes)

@@ -52,7 +52,7 @@ module judge_increment_mod
     note_inside, note_node_behind, note_small_contacts, note_kinks, note_touch, note_redundant, &
     note_opposed_reactions, note_unusual, note_unstable, note_hourglass, note_coincident, &
     note_unknown_stability, note_lost_shadow, note_followed, note_settled, note_yielded, &
-    note_past_side, note_past_table, note_grown, note_energy, note_jump, note_slow
+    note_past_side, note_past_table, note_grown, note_energy, note_jump, note_slow, note_turning
   use yielded_bodies_mod, only: yielded_t, find_yielded
   use sector_slips_mod, only: find_past_sides
   implicit none
@@ -154,6 +154,8 @@ contains
         if (is_dynamic) then
           call note_energy(increment, report%energy, solved%state%largest_energy, notes)
           call note_slow(increment, solved%state, notes)
+          if (scene%finite_strain) call note_turning(increment, solver%own_mass, &
+            report%energy%turned, notes)
         end if
         call note_redundant(scene, plan%points, increment, report, notes)
         call note_coincident(scene, plan%points, solver%choices%tolerance, increment, &

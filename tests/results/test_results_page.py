@@ -310,7 +310,7 @@ class Page(unittest.TestCase):
     def test_histories(self):
         self.assertIn("All of these are (T).", section("/history"))
         listed = listed_shapes(section("/history"))
-        for name in ("energy/kinetic", "energy/contact", "error/in_time"):
+        for name in ("energy/kinetic", "energy/contact", "error/in_time", "error/angular_momentum"):
             del listed[name]
             self.assertEqual(self.moving["history"][name].shape, (2,))
         self.check("history", {name: ["T"] for name in listed}, self.sizes)
