@@ -8,7 +8,8 @@ module choose_divisions_mod
   use convergence_mod, only: growth_of_cost, growth_with_parts
   use cut_runs_mod, only: cuts_for_trials
   use step_errors_mod, only: error_on_mesh, later_step_runs, part_for_steps
-  use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough
+  use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough, &
+    by_elements
   implicit none
   private
 
@@ -118,7 +119,8 @@ contains
     most = maxval(sequence%runs(runs)%divisions)
     divisions = 2*most
     least = huge(1.0_wp)
-    mesh = merge(errors%mesh, sequence%wanted, errors%mesh >= 0.0_wp)
+    mesh = sequence%wanted
+    if (errors%mesh >= 0.0_wp) mesh = by_elements(errors)
     tried = minval(sequence%runs(runs)%divisions)
     do while (tried <= most)
       left = sequence%wanted - error_on_mesh(sequence, runs, tried)

@@ -13,7 +13,7 @@ module next_run_mod
   use cut_runs_mod, only: cuts_for_trials, waits_for_half, is_all_but_cut
   use step_errors_mod, only: runs_for_steps, later_step_runs, change_is_known, with_inferred
   use sequence_error_mod, only: sequence_error_t, estimate_sequence, take_steps, is_enough, &
-    is_enough_but_steps, speaks_alone, total_error
+    is_enough_but_steps, speaks_alone, total_error, by_elements
   use choose_divisions_mod, only: choose_divisions, waits_with_steps, waits_for_mesh, &
     mesh_for_steps, most_divisions
   implicit none
@@ -336,8 +336,8 @@ contains
     runs = mesh_runs(sequence, family)
     associate (last => sequence%runs(runs(size(runs))))
       left = sequence%wanted - max(0.0_wp, errors%load_steps) - errors%others
-      if (errors%mesh >= 0.0_wp) left = sequence%wanted - (total_error(errors) - errors%mesh - &
-        errors%geometry)
+      if (errors%mesh >= 0.0_wp) left = sequence%wanted - (total_error(errors) - &
+        by_elements(errors)) - errors%facets
       if (is_enough(sequence, errors)) then
         choice%outcome = is_reached
         choice%of_run = runs(size(runs))
@@ -381,7 +381,7 @@ contains
         return
       end if
       order = max(hoped_order, errors%of_mesh(errors%worst)%order)
-      needed = 1.0_wp/size_for_error(1.0_wp, errors%mesh + errors%geometry, aimed_at*left, order)
+      needed = 1.0_wp/size_for_error(1.0_wp, by_elements(errors), aimed_at*left, order)
       choice%mesh_size = finer(sequence, last%mesh_size, merge(least_step, min(needed, &
         wary_step), errors%of_mesh(errors%worst)%order <= least_order + rounding))
       choice%may_be_last = needed <= largest_step
@@ -393,8 +393,8 @@ contains
       ! Refused is what no machine of this size does for all that estimates may be too large. Else
       ! the next mesh replaces the forecast by a fact, as long as its plan fits; what is small yet
       ! is no measure of what is not, and another mesh is cheap.
-      least_needed = 1.0_wp/size_for_error(1.0_wp, (errors%mesh + errors%geometry)/most_too_large, &
-        left, order)
+      least_needed = 1.0_wp/size_for_error(1.0_wp, by_elements(errors)/most_too_large, left, &
+        order)
       if (last%memory > small*memory_left) then
         if (memory_when_finer(sequence, last%memory, max(1.0_wp, least_needed)) > memory_left) then
           choice%outcome = beyond_machine

@@ -19,7 +19,8 @@ module sequence_error_mod
   private
 
   public :: sequence_error_t, estimate_sequence, speaks_alone, says_of_steps, take_steps, &
-    total_error, is_enough, is_enough_but_steps, extrapolated, extrapolated_error, estimate_cuts
+    total_error, by_elements, is_enough, is_enough_but_steps, extrapolated, extrapolated_error, &
+    estimate_cuts
 
   !> Where finer meshes lead.
   type :: course_t
@@ -203,14 +204,23 @@ contains
 
   end subroutine compare_meshes
 
-  !> All that is known of a run's error; negative where that by the mesh is not known.
+  !> All that is known of a run's error; negative where that by the mesh is not known. What meshes
+  !> change and what the last one says of its geometry do not see the same, as in the error of a
+  !> run alone: the root of the squares counts. docs/theory.md section 10.
   pure real(wp) function total_error(errors) result(error)
     type(sequence_error_t), intent(in) :: errors
 
     error = -1.0_wp
-    if (errors%mesh >= 0.0_wp) error = errors%together + errors%others + errors%geometry + &
-      errors%facets
+    if (errors%mesh >= 0.0_wp) error = errors%together - errors%mesh + errors%others + &
+      by_elements(errors)
   end function total_error
+
+  !> What smaller elements make smaller, and facets.
+  pure real(wp) function by_elements(errors) result(error)
+    type(sequence_error_t), intent(in) :: errors !! that by the mesh is known
+
+    error = norm2([errors%mesh, errors%geometry + errors%facets])
+  end function by_elements
 
   !> Whether there are no more than so many runs, on the mesh that the deck writes down: it is no
   !> coarse one that leads to others, and its first run says by itself how wrong it is.

@@ -109,6 +109,39 @@ module dense_mod
       integer, intent(out) :: info
     end subroutine dgeqrf
 
+    !> LAPACK: QR factors, each column the longest that is left.
+    subroutine dgeqp3(m, n, a, lda, jpvt, tau, work, lwork, info)
+      import :: wp
+      implicit none
+      integer, intent(in) :: m, n, lda, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(inout) :: jpvt(*)
+      real(wp), intent(out) :: tau(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dgeqp3
+
+    !> LAPACK: products with Q, from the QR factors.
+    subroutine dormqr(side, trans, m, n, k, a, lda, tau, c, ldc, work, lwork, info)
+      import :: wp
+      implicit none
+      character, intent(in) :: side, trans
+      integer, intent(in) :: m, n, k, lda, ldc, lwork
+      real(wp), intent(in) :: a(lda, *), tau(*)
+      real(wp), intent(inout) :: c(ldc, *)
+      real(wp), intent(out) :: work(*)
+      integer, intent(out) :: info
+    end subroutine dormqr
+
+    !> LAPACK: inverse of a triangle.
+    subroutine dtrtri(uplo, diag, n, a, lda, info)
+      import :: wp
+      implicit none
+      character, intent(in) :: uplo, diag
+      integer, intent(in) :: n, lda
+      real(wp), intent(inout) :: a(lda, *)
+      integer, intent(out) :: info
+    end subroutine dtrtri
+
     !> LAPACK: the columns of Q, from the QR factors.
     subroutine dorgqr(m, n, k, a, lda, tau, work, lwork, info)
       import :: wp
@@ -360,22 +393,68 @@ contains
   end subroutine singular_values
 
   !> Orthonormal columns that A takes to 0; none where LAPACK does not converge.
-  function null_space(a, threshold) result(null)
+  function null_space(a, threshold) result(basis)
     real(wp), intent(in) :: a(:, :)          !! (m,n)
     real(wp), intent(in) :: threshold        !! of the largest singular value: taken for 0 [-]
-    real(wp), allocatable :: null(:, :)      !! (n,k)
+    real(wp), allocatable :: basis(:, :)      !! (n,k)
     real(wp) :: s(size(a, 2)), v(size(a, 2), size(a, 2))
     integer :: n, k
     logical :: ok
 
     n = size(a, 2)
+    if (are_independent(a)) then
+      allocate (basis(n, 0))
+      return
+    end if
+    call null_space_by_rank(a, threshold, basis, ok)
+    if (ok) return
     k = 0
-    v = 0.0_wp
-    ok = .not. are_independent(a)
-    if (ok) call singular_values(a, s, v, ok)
+    call singular_values(a, s, v, ok)
     if (ok .and. n > 0) k = count(s <= threshold*s(1))
-    null = v(:, n - k + 1:)
+    basis = v(:, n - k + 1:)
   end function null_space
+
+  !> The same from A^T P = Q R with the longest columns first, at a tenth of the cost, where that
+  !> leaves no doubt: the first r rows of R are independent by more than the threshold, and the
+  !> others, R_2, are rounding. |r_11| <= s_1 <= |R|_F, s_r >= 1/|R_1^-1|_F, s_r+1 <= |R_2|_F.
+  subroutine null_space_by_rank(a, threshold, basis, is_certain)
+    real(wp), intent(in) :: a(:, :)          !! (m,n)
+    real(wp), intent(in) :: threshold        !! of the largest singular value [-]
+    real(wp), allocatable, intent(out) :: basis(:, :) !! (n,n-r) where that is certain
+    logical, intent(out) :: is_certain
+    integer, parameter :: block = 32         !! columns at once
+    real(wp) :: factor(size(a, 2), size(a, 1)), r(size(a, 2), size(a, 1)), tau(size(a, 1))
+    real(wp) :: work(block*(size(a, 1) + size(a, 2) + 1)), rounding
+    real(wp), allocatable :: inverse(:, :)
+    integer :: pivot(size(a, 1)), m, n, rank, i, info
+
+    m = size(a, 1)
+    n = size(a, 2)
+    is_certain = .false.
+    if (m == 0 .or. n == 0) return
+    factor = transpose(a)
+    pivot = 0
+    call dgeqp3(n, m, factor, n, pivot, tau, work, size(work), info)
+    if (info /= 0) return
+    r = 0.0_wp
+    do i = 1, m
+      r(:min(i, n), i) = factor(:min(i, n), i)
+    end do
+    rounding = 10.0_wp*(m + n)*epsilon(1.0_wp)*abs(r(1, 1))
+    rank = count(abs([(r(i, i), i=1, min(m, n))]) > rounding)
+    if (rank == 0) return
+    if (norm2(r(rank + 1:, :)) > min(rounding, threshold*abs(r(1, 1)))) return
+    inverse = r(:rank, :rank)
+    call dtrtri('U', 'N', rank, inverse, rank, info)
+    if (info /= 0) return
+    if (threshold*norm2(inverse)*norm2(r) >= 1.0_wp) return
+    allocate (basis(n, n - rank), source=0.0_wp)
+    do i = 1, n - rank
+      basis(rank + i, i) = 1.0_wp
+    end do
+    call dormqr('L', 'N', n, n - rank, rank, factor, n, tau, basis, n, work, size(work), info)
+    is_certain = info == 0
+  end subroutine null_space_by_rank
 
   !> Orthonormal columns Q = A B that span what those of A span; none where LAPACK does not
   !> converge.

@@ -212,7 +212,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! as of `advance`
     type(state_t) :: before
     type(increment_report_t) :: of_before
-    real(wp) :: largest(points%n), apart
+    real(wp) :: largest(points%n), apart, clock
     integer :: i, n_again
 
     largest = points%mu
@@ -276,8 +276,10 @@ contains
       call watch_inactive(scene, points, solver, new, report, error)
       if (allocated(error)) return
       if (report%ending == ended_out_of_reach) return
+      clock = wall_seconds()
       report%certificate = certify_increment(scene, points, solver%choices%tolerance, &
         report%contact, old, new, trial%forces%imposed_t, solver%own_mass)
+      report%certify_time = report%certify_time + wall_seconds() - clock
       ! Where no solver gets any further the certificate judges what the best of them found.
       if (report%certificate%certified .and. report%ending == ended_stalled .and. &
         trial%controls%solver == solver_auto) report%converged = .true.

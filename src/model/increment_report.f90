@@ -6,8 +6,8 @@ module increment_report_mod
   implicit none
   private
 
-  public :: increment_report_t, certificate_t, error_parts_t, total_error, energy_t, &
-    contact_fields_t
+  public :: increment_report_t, certificate_t, error_parts_t, total_error, entered_beside_mesh, &
+    energy_t, contact_fields_t
   public :: status_open, status_stick, status_slide
   public :: cycle_none, cycle_differs, cycle_settled
   public :: ended_well, ended_at_limit, ended_stalled, ended_diverging, ended_unbalanced, &
@@ -156,6 +156,7 @@ module increment_report_mod
     integer  :: moved_point = 0 !! before a surface, that moved the most and did not settle; 0: none
     real(wp) :: wall_time = 0.0_wp      !! of the whole increment [s]
     real(wp) :: contact_time = 0.0_wp   !! of it, in the contact solver [s]
+    real(wp) :: certify_time = 0.0_wp   !! and in the certificate [s]
     integer  :: worst_point = 0         !! the point of the largest residual, 0 if none
     integer  :: passed_point = 0        !! that an obstacle would press from behind, 0 if none
     real(wp) :: part_to_try = 1.0_wp    !! of the increment: there it passes no point [-]
@@ -193,11 +194,9 @@ contains
   !> The parts together but the theory's: the error of the small-strain solution. Negative where
   !> mesh, load steps or geometry are not estimated. The stress recovery that mesh is found by does
   !> not see the geometry, nor the other way round: signs are as often opposite as equal. Where they
-  !> are known to be opposite the difference counts, or a quarter of the larger, by which it may be
-  !> wrong itself. docs/theory.md section 10.
+  !> are known to be opposite the difference counts. docs/theory.md section 10.
   pure real(wp) function total_error(errors) result(total)
     type(error_parts_t), intent(in) :: errors
-    real(wp), parameter :: doubt = 0.25_wp !! of an estimate [-]
     real(wp) :: mesh, geometry
 
     total = -1.0_wp
@@ -205,13 +204,39 @@ contains
       0.0_wp) return
     mesh = errors%mesh
     geometry = errors%geometry
-    if (errors%too_stiff >= 0.0_wp .and. errors%too_soft > 0.0_wp) then
-      mesh = max(abs(errors%too_stiff - errors%too_soft), doubt*max(errors%too_stiff, &
-        errors%too_soft))
+    if (is_opposite(errors)) then
+      mesh = left_of_both(errors)
       geometry = geometry - errors%too_soft
     end if
     total = errors%contact + errors%load_steps + norm2([mesh, geometry]) + errors%arithmetic
   end function total_error
+
+  !> What counts of faces that are entered between their nodes beside what meshes change of the
+  !> forces: where the two signs are known, what the mesh leaves of it.
+  pure real(wp) function entered_beside_mesh(errors) result(entered)
+    type(error_parts_t), intent(in) :: errors
+
+    entered = errors%between_nodes
+    if (is_opposite(errors)) entered = entered - errors%too_soft + min(errors%too_soft, &
+      left_of_both(errors))
+  end function entered_beside_mesh
+
+  !> Whether bodies are too stiff, and obstacles let in, by what is known.
+  pure logical function is_opposite(errors)
+    type(error_parts_t), intent(in) :: errors
+
+    is_opposite = errors%too_stiff >= 0.0_wp .and. errors%too_soft > 0.0_wp
+  end function is_opposite
+
+  !> What is left of both then: the difference, or a quarter of the larger, by which that may be
+  !> wrong itself. docs/theory.md (10.32).
+  pure real(wp) function left_of_both(errors) result(left)
+    type(error_parts_t), intent(in) :: errors
+    real(wp), parameter :: doubt = 0.25_wp !! of an estimate [-]
+
+    left = max(abs(errors%too_stiff - errors%too_soft), doubt*max(errors%too_stiff, &
+      errors%too_soft))
+  end function left_of_both
 
   !> The error of small strain as users get it: a bound above 1 says nothing. Huge: not known.
   pure real(wp) function told_theory(error, is_estimate) result(told)

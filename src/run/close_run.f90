@@ -69,7 +69,8 @@ contains
         seconds(s%factorise)//', condense '//seconds(s%condense)//', loads '// &
         seconds(s%loads)//','
       lines(2)%text = '                contact '//seconds(tally%contact_time)// &
-        ', displacements '//seconds(tally%step_time - tally%contact_time)//', estimate '// &
+        ', displacements '//seconds(tally%step_time - tally%contact_time - &
+        tally%certify_time)//', certificate '//seconds(tally%certify_time)//', estimate '// &
         seconds(tally%estimate_time)//', write '//seconds(tally%write_time)
       lines(3)%text = 'linear solver   '//precision_in_words(tally%precision)//': residual '// &
         or_rounding(tally%unrefined)//', '//or_rounding(tally%imbalance)//' after refinement'

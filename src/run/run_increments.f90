@@ -25,6 +25,7 @@ module run_increments_mod
   use increment_notes_mod, only: note_t
   use judge_increment_mod, only: solved_t, watch_t, begin_watch, judge_increment
   use solve_next_mod, only: solve_next
+  use increment_report_mod, only: entered_beside_mesh
   implicit none
   private
 
@@ -148,7 +149,7 @@ contains
         errors%arithmetic, errors%mesh])
       if (.not. increment%last_of_step) return
       if (errors%load_steps < 0.0_wp) progress%worst_errors(1) = not_known
-      progress%geometry = max(progress%geometry, [errors%between_nodes, errors%at_edges, &
+      progress%geometry = max(progress%geometry, [entered_beside_mesh(errors), errors%at_edges, &
         errors%of_facets])
       if (errors%geometry < 0.0_wp) progress%geometry = not_known
       of_supports = 0.0_wp

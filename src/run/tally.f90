@@ -66,6 +66,7 @@ module tally_mod
     real(wp) :: contact_time = 0.0_wp
     real(wp) :: step_time = 0.0_wp      !! advancing, contact included
     real(wp) :: write_time = 0.0_wp
+    real(wp) :: certify_time = 0.0_wp   !! of it, in the certificate
     real(wp) :: estimate_time = 0.0_wp  !! of errors
     real(wp) :: total_time = 0.0_wp
     real(wp) :: earlier_time = 0.0_wp   !! of it, in sessions that this one continues
@@ -118,6 +119,7 @@ contains
     tally%newton_raphson = tally%newton_raphson + report%newton_raphson_iterations
     tally%contact_time = tally%contact_time + report%contact_time
     tally%step_time = tally%step_time + report%wall_time
+    tally%certify_time = tally%certify_time + report%certify_time
   end subroutine add_increment
 
   !> What small strain leaves out of the run.
@@ -235,7 +237,9 @@ contains
       call add('seconds_loads', work%loads)
     end if
     call amount('seconds_contact', tally%contact_time)
-    if (lists) call add('seconds_recover', tally%step_time - tally%contact_time)
+    if (lists) call add('seconds_recover', tally%step_time - tally%contact_time - &
+      tally%certify_time)
+    call amount('seconds_certify', tally%certify_time)
     call amount('seconds_write', tally%write_time)
     call amount('seconds_estimate', tally%estimate_time)
     call amount('seconds_total', tally%total_time)
