@@ -4,7 +4,8 @@
 !> that it began with, which were judged with the increment before. docs/theory.md, section 13.
 module own_inertia_mod
   use kinds_mod, only: wp
-  use scene_mod, only: scene_t
+  use scene_mod, only: scene_t, material_t
+  use stress_forces_mod, only: find_stress_forces
   use contact_points_mod, only: contact_points_t
   use loads_mod, only: load_step_t
   use increments_mod, only: whole_increment
@@ -32,14 +33,15 @@ contains
     type(state_t), intent(in) :: old, new             !! before and after the increment
     type(increment_forces_t), intent(inout) :: forces !! internal ones are known
     real(wp), intent(out) :: wrong                    !! [-]
-    real(wp), dimension(3, scene%mesh%n_nodes) :: a, v, f, handed
+    real(wp), dimension(3, scene%mesh%n_nodes) :: a, v, f, handed, damping, u
     real(wp), dimension(scene%mesh%n_nodes) :: mass, rounding, none
     real(wp) :: alpha, beta, gamma, dt, scale(0:scene%mesh%n_bodies), of_places
     real(wp) :: added_up
     logical :: has_mass(3, scene%mesh%n_nodes), is_rounding(0:scene%mesh%n_bodies)
     integer :: node
 
-    associate (step => scene%steps(own%step), u => new%displacement - old%displacement)
+    u = new%displacement - old%displacement
+    associate (step => scene%steps(own%step))
       dt = time_between(step, old, new)
       alpha = step%alpha
       beta = (1.0_wp - alpha)*(1.0_wp - alpha)/4.0_wp
@@ -62,6 +64,11 @@ contains
       call hand_down(forces%constraints, forces%prescribed, v)
     end associate
     f = (weigh(scene%mesh, own, a) - alpha*old%unopposed)/(1.0_wp + alpha)
+    call find_damping(scene, own, old, u, dt, damping, rounding)
+    wrong = max(ratio(maxval(abs(new%damping_force - damping)), maxval(abs(damping)) + &
+      maxval(abs(forces%internal))), ratio(maxval(abs(new%mean_velocity - u/dt)), &
+      maxval(abs(u/dt)) + 8.0_wp*epsilon(1.0_wp)*maxval(abs(new%displacement))/dt))
+    forces%rounding = forces%rounding + rounding
     of_places = 8.0_wp*epsilon(1.0_wp)*maxval(abs(new%displacement))/(beta*dt*dt)
     rounding = mass*of_places/(1.0_wp + alpha)
     ! Velocities are sums, of as many increments as there were.
@@ -72,29 +79,72 @@ contains
       associate (body => scene%mesh%body(node))
         scale(body) = max(scale(body), norm2(f(:, node)), norm2(forces%internal(:, node)), &
           norm2(forces%external(:, node)))
-        is_rounding(body) = is_rounding(body) .and. norm2(forces%external(:, node) - f(:, node)) &
-          <= added_up*rounding(node) + forces%rounding(node) + rounded*norm2(f(:, node))
+        is_rounding(body) = is_rounding(body) .and. norm2(forces%external(:, node) - damping(:, &
+          node) - f(:, node)) <= added_up*rounding(node) + forces%rounding(node) + &
+          rounded*norm2(f(:, node))
       end associate
     end do
     handed = f
     none = rounding
     call hand_over(forces%constraints, forces%prescribed, handed, none)
     handed = handed + new%unopposed
-    wrong = max(ratio(max(0.0_wp, maxval(abs(new%acceleration - a)) - of_places), &
+    wrong = max(wrong, ratio(max(0.0_wp, maxval(abs(new%acceleration - a)) - of_places), &
       maxval(abs(a))), ratio(max(0.0_wp, maxval(abs(new%velocity - v)) - of_places*dt), &
       maxval(abs(v))))
     do node = 1, scene%mesh%n_nodes
       associate (body => scene%mesh%body(node))
         wrong = max(wrong, ratio(max(0.0_wp, norm2(handed(:, node)) - rounding(node) - &
           forces%rounding(node)), scale(body)))
-        if (is_rounding(body)) f(:, node) = forces%external(:, node)
+        if (is_rounding(body)) f(:, node) = forces%external(:, node) - damping(:, node)
       end associate
     end do
     if (.not. allocated(forces%applied)) forces%applied = forces%external
-    forces%external = forces%external - f
+    forces%external = forces%external - f - damping
     where (is_rounding(scene%mesh%body)) rounding = added_up*rounding
     forces%rounding = forces%rounding + rounding
   end subroutine add_inertia
+
+  !> The forces by which materials damp, of the velocities at the end by the last two means.
+  pure subroutine find_damping(scene, own, old, u, dt, force, rounding)
+    type(scene_t), intent(in) :: scene
+    type(own_mass_t), intent(in) :: own
+    type(state_t), intent(in) :: old
+    real(wp), intent(in) :: u(:, :)        !! (3,n_nodes) of the increment [length]
+    real(wp), intent(in) :: dt             !! [time]
+    real(wp), intent(out) :: force(:, :)   !! (3,n_nodes) [force]
+    real(wp), intent(out) :: rounding(:)   !! (n_nodes) that they carry [force]
+    type(material_t) :: softer(size(scene%materials))
+    type(increment_forces_t) :: viscous
+    real(wp) :: v(3, scene%mesh%n_nodes), least
+    integer :: e, m
+
+    force = 0.0_wp
+    rounding = 0.0_wp
+    v = u/dt + 0.5_wp*(u/dt - old%mean_velocity)
+    least = 1.0e-14_wp*maxval(scene%materials%stiffness_damping)
+    if (least > 0.0_wp) then
+      softer = scene%materials
+      do m = 1, size(softer)
+        associate (law => softer(m)%law, by => max(least, softer(m)%stiffness_damping))
+          law%elastic%shear = by*law%elastic%shear
+          law%elastic%lambda = by*law%elastic%lambda
+          law%elastic%c = by*law%elastic%c
+        end associate
+      end do
+      call find_stress_forces(scene%mesh, softer, v, old%displacement/dt, viscous)
+      force = viscous%internal
+      rounding = viscous%rounding
+    end if
+    if (.not. any(scene%materials%mass_damping > 0.0_wp)) return
+    v = weigh(scene%mesh, own, v)
+    do e = 1, scene%mesh%n_nodes
+      associate (element => findloc(scene%mesh%piece(scene%mesh%connectivity%node( &
+          scene%mesh%connectivity%first(:scene%mesh%n_elements))), scene%mesh%piece(e), dim=1))
+        if (element > 0 .and. scene%mesh%piece(e) > 0) force(:, e) = force(:, e) + &
+          scene%materials(scene%mesh%material(element))%mass_damping*v(:, e)
+      end associate
+    end do
+  end subroutine find_damping
 
   !> The time from one state to the next, of a *STEP.
   pure real(wp) function time_between(step, old, new) result(dt)
@@ -134,6 +184,7 @@ contains
     new%kinetic_energy = 0.5_wp*sum(new%velocity*weigh(scene%mesh, own, new%velocity))
     new%dissipation = old%dissipation
     new%contact_work = old%contact_work
+    new%damped = old%damped + 0.5_wp*sum(u*(old%damping_force + new%damping_force))
     do i = 1, points%n
       way = u(:, points%node(i))
       if (middles%is_any) then
@@ -154,14 +205,14 @@ contains
     call follow_turning(scene, own, old, new)
     rounding = nothing*sum(nodal_masses(scene%mesh, own))*(maxval(abs(new%displacement))/ &
       time_between(scene%steps(own%step), old, new))**2
-    gain = new%kinetic_energy + energy%strain + new%dissipation - new%external_work - &
-      new%begun_energy
+    gain = new%kinetic_energy + energy%strain + new%dissipation + new%damped - &
+      new%external_work - new%begun_energy
     new%largest_energy = max(old%largest_energy, new%kinetic_energy + energy%strain, &
-      abs(new%dissipation) + abs(new%external_work))
+      abs(new%dissipation) + abs(new%damped) + abs(new%external_work))
     new%least_gain = min(old%least_gain, gain)
     energy = energy_t(external_work=new%external_work, strain=energy%strain, &
       dissipation=new%dissipation, kinetic=new%kinetic_energy, contact=new%contact_work, &
-      begun=new%begun_energy, balance=new%contact_work - gain, &
+      damped=new%damped, begun=new%begun_energy, balance=new%contact_work - gain, &
       risen=ratio(gain - new%least_gain, max(new%largest_energy, rounding)), &
       turned=maxval([0.0_wp, (ratio(norm2(new%twist(:, i)), sqrt(2.0_wp*max(new%largest_energy, &
       rounding)*mean_inertia(own, i))), i=1, scene%mesh%n_pieces)]))

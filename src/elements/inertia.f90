@@ -3,10 +3,14 @@
 module inertia_mod
   use kinds_mod, only: wp
   use mass_matrix_mod, only: mass_t, times_mass
+  use damping_mod, only: damping_t
   implicit none
   private
 
-  public :: inertia_t, new_inertia, inertial_force
+  public :: inertia_t, new_inertia, inertial_force, mass_factors, earlier_part
+
+  real(wp), parameter :: newest = 1.5_wp
+  !! share of the last mean velocity in that of damping; the one before has the rest [-]
 
   !> The scheme of Hilber, Hughes and Taylor on increments of one length, divided by 1 + alpha: so
   !> stiffness, loads and reactions stand as they do in statics.
@@ -16,21 +20,26 @@ module inertia_mod
     real(wp) :: beta = 0.25_wp, gamma = 0.5_wp !! of Newmark's formulas [-]
     real(wp) :: dt = 1.0_wp         !! length of the increments [time]
     real(wp) :: factor = 0.0_wp     !! 1/((1 + alpha) beta dt^2): of M in the stiffness [1/time^2]
+    real(wp) :: slope = 0.0_wp      !! velocity of damping by displacement: of C in it [1/time]
+    type(damping_t) :: damping
   end type inertia_t
 
 contains
 
   !> The scheme of a mass.
-  pure type(inertia_t) function new_inertia(mass, alpha, dt) result(inertia)
+  pure type(inertia_t) function new_inertia(mass, damping, alpha, dt) result(inertia)
     type(mass_t), intent(in) :: mass
+    type(damping_t), intent(in) :: damping
     real(wp), intent(in) :: alpha, dt !! as of inertia_t
 
     inertia%mass = mass
+    inertia%damping = damping
     inertia%alpha = alpha
     inertia%beta = 0.25_wp*(1.0_wp - alpha)**2
     inertia%gamma = 0.5_wp - alpha
     inertia%dt = dt
     inertia%factor = 1.0_wp/((1.0_wp + alpha)*inertia%beta*dt**2)
+    inertia%slope = newest/dt
   end function new_inertia
 
   !> The force of inertia of displacements that are not those of the predictor, as a part of the
@@ -42,5 +51,25 @@ contains
 
     f = inertia%factor*times_mass(inertia%mass, u - predictor)
   end function inertial_force
+
+  !> What the mass of each node is multiplied by in the stiffness, with its part of the damping.
+  pure function mass_factors(inertia) result(factor)
+    type(inertia_t), intent(in) :: inertia
+    real(wp) :: factor(size(inertia%mass%piece)) !! (n_nodes) [1/time^2]
+
+    factor = inertia%factor
+    if (allocated(inertia%damping%rate)) factor = factor + inertia%slope*inertia%damping%rate
+  end function mass_factors
+
+  !> The mean velocities that damping goes by, as a part that displacements at the end are taken
+  !> from: it is `slope` times the displacement less this.
+  pure function earlier_part(inertia, u, mean) result(part)
+    type(inertia_t), intent(in) :: inertia
+    real(wp), intent(in) :: u(:, :)    !! (3,n_nodes) as the increment begins [length]
+    real(wp), intent(in) :: mean(:, :) !! (3,n_nodes) velocity of the one before [length/time]
+    real(wp) :: part(3, size(u, 2))    !! [length/time]
+
+    part = inertia%slope*u + (newest - 1.0_wp)*mean
+  end function earlier_part
 
 end module inertia_mod

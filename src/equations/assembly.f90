@@ -13,7 +13,7 @@ module assembly_mod
   use finite_forces_mod, only: tangent_t, element_tangent
   use spring_elements_mod, only: spring_ends
   use spring_forces_mod, only: spring_tangent
-  use inertia_mod, only: inertia_t
+  use inertia_mod, only: inertia_t, mass_factors
   use sorting_mod, only: count_below
   use dof_map_mod, only: dof_map_t, equations_of
   implicit none
@@ -156,15 +156,16 @@ contains
     type(triplets_t) :: mass
     integer,  allocatable :: lower_start(:), constraint(:, :)
     real(wp), allocatable :: blocks(:, :, :)
-    real(wp) :: pair(6, 6)
+    real(wp) :: pair(6, 6), factor(mesh%n_nodes)
     integer :: node, l, i
 
+    factor = mass_factors(inertia)
     allocate (constraint(3, mesh%n_nodes), source=constraint_of(map%constraints, mesh%n_nodes))
     lower_start = lower_lists(start, neighbours)
     allocate (blocks(3, 3, lower_start(mesh%n_nodes + 1) - 1), source=0.0_wp)
     do node = 1, mesh%n_nodes
       do l = inertia%mass%first(node), inertia%mass%first(node + 1) - 1
-        associate (m => inertia%factor*inertia%mass%value(l), other => inertia%mass%other(l))
+        associate (m => factor(node)*inertia%mass%value(l), other => inertia%mass%other(l))
           if (other > node .or. .not. abs(m) > 0.0_wp) cycle
           pair = 0.0_wp
           do i = 1, 3

@@ -252,9 +252,9 @@ contains
         new%reaction)
       call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
         old, new, report%contact)
-      if (allocated(solver%body%inertia)) call end_inertia(solver, old, trial%forces%internal, &
-        nodal_forces(points, trial%placement%weights, new%reaction, size(new%displacement, 2)), &
-        trial%forces%external, new)
+      if (allocated(solver%body%inertia)) call end_inertia(scene, solver, old, &
+        trial%forces%internal, nodal_forces(points, trial%placement%weights, new%reaction, &
+        size(new%displacement, 2)), trial%forces%external, new)
       if (is_together(scene, solver)) report%x_free = x_free_of(solver%contact, report%contact)
       ! Pressures before obstacles are over the faces as they are deformed.
       if (.not. is_linear(scene)) then
@@ -351,10 +351,11 @@ contains
     if (allocated(solver%own_mass)) then
       report%energy%external_work = of_others
       report%energy%strain = strain_energy(scene, trial%free, new, trial%forces%internal - &
-        inertia_at(solver, new%displacement))
+        inertia_at(scene, solver, new%displacement))
       call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
       report%in_time = error_in_time(solver, old, new)
-      call watch_inertia(solver, trial%forces%internal - inertia_at(solver, new%displacement), new)
+      call watch_inertia(solver, trial%forces%internal - inertia_at(scene, solver, &
+        new%displacement), new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &

@@ -9,6 +9,7 @@ module dynamic_step_mod
   use contact_points_mod, only: contact_points_t
   use mass_matrix_mod, only: mass_t, make_mass
   use inertia_mod, only: inertia_t, new_inertia
+  use damping_mod, only: new_damping
   use elasticity_mod, only: young_modulus
   use cells_mod, only: cells
   use connectivity_mod, only: nodes_of_element
@@ -126,7 +127,8 @@ contains
         to_text(scene%mesh%node_id(findloc(scene%mesh%piece, piece, dim=1)))//' are on a line'// &
         cure)
     else
-      inertia = new_inertia(mass, scene%steps(step)%alpha, length_of_increments(scene, step))
+      inertia = new_inertia(mass, new_damping(scene%mesh, scene%materials), &
+        scene%steps(step)%alpha, length_of_increments(scene, step))
     end if
   end subroutine make_inertia
 

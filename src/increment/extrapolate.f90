@@ -47,7 +47,7 @@ contains
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
       trial%forces%internal, report%worst_element)
     if (allocated(solver%body%inertia)) trial%forces%internal = trial%forces%internal + &
-      inertia_at(solver, new%displacement)
+      inertia_at(scene, solver, new%displacement)
     call let_loads_follow(scene, new%displacement, trial%forces%imposed_t)
   end subroutine update_forces
 

@@ -12,6 +12,7 @@ module load_response_mod
   use mesh_forces_mod, only: internal_force, force_rounding
   use bodies_mod, only: is_linear, find_tangent_force
   use mass_matrix_mod, only: times_mass
+  use damping_mod, only: damping_force
   use increment_forces_mod, only: imposed_t
   use following_loads_mod, only: let_loads_follow
   use constraints_mod, only: give_to_masters
@@ -60,7 +61,8 @@ contains
       if (allocated(body%inertia)) then
         do g = 1, size(load, 3)
           load(:, :, g) = load(:, :, g) - body%inertia%factor*times_mass(body%inertia%mass, &
-            loads%displacement(:, :, g))
+            loads%displacement(:, :, g)) - damping_force(body%inertia%damping, scene%mesh, &
+            body%inertia%mass, body%inertia%slope*loads%displacement(:, :, g))
         end do
       end if
       call apply_inverse(body%inverse, load, response%displacement, error)

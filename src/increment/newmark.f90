@@ -11,7 +11,8 @@ module newmark_mod
   use bodies_mod, only: find_internal_force, is_linear
   use expansion_mod, only: find_free_strain
   use mass_matrix_mod, only: times_mass, diagonal_of
-  use inertia_mod, only: inertial_force
+  use inertia_mod, only: inertial_force, earlier_part
+  use damping_mod, only: damping_force
   use placement_mod, only: placement_t, place_state
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse
@@ -197,8 +198,10 @@ contains
       call find_internal_force(scene, free, state%displacement, state%modes, state%unopposed, &
         inverted)
       call place_state(scene, points, solver%undeformed, state, began, everywhere=.true.)
-      state%unopposed = state%unopposed - loads - nodal_forces(points, began%weights, &
-        state%reaction, scene%mesh%n_nodes)
+      state%mean_velocity = state%velocity
+      state%damping_force = damping_by(scene, solver, state%velocity)
+      state%unopposed = state%unopposed + state%damping_force - loads - nodal_forces(points, &
+        began%weights, state%reaction, scene%mesh%n_nodes)
       call give_to_masters(solver%body%constraints, state%unopposed)
       call clear_dependent(solver, state%unopposed)
       state%support_force = merge(state%unopposed, 0.0_wp, held)
@@ -353,23 +356,38 @@ contains
       where (solver%body%prescribed) solver%predictor = u - inertia%beta*inertia%dt* &
         (solver%speed - old%velocity)
       call follow_masters(solver%body%constraints, solver%predictor)
+      solver%earlier = earlier_part(inertia, old%displacement, old%mean_velocity)
       solver%left_over = inertia%alpha/(1.0_wp + inertia%alpha)*old%unopposed
       ! At finite strain iterations begin where the increment does.
       if (.not. is_linear(scene)) return
       call apply_inverse(solver%body%inverse, reshape(solver%left_over + inertia%factor* &
-        times_mass(inertia%mass, solver%predictor), [3, size(u, 2), 1]), answer, error)
+        times_mass(inertia%mass, solver%predictor) + damping_by(scene, solver, solver%earlier), &
+        [3, size(u, 2), 1]), answer, error)
       if (.not. allocated(error)) solver%by_inertia = answer(:, :, 1)
     end associate
   end subroutine begin_inertia
 
-  !> The force of inertia, less what is left of the beginning's, as a part of the internal force.
-  pure function inertia_at(solver, u) result(f)
+  !> The forces of inertia and damping, less what is left of the beginning's, as a part of the
+  !> internal force.
+  pure function inertia_at(scene, solver, u) result(f)
+    type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) [length]
     real(wp) :: f(3, size(u, 2))          !! [force]
 
-    f = inertial_force(solver%body%inertia, u, solver%predictor) - solver%left_over
+    f = inertial_force(solver%body%inertia, u, solver%predictor) - solver%left_over + damping_by( &
+      scene, solver, solver%body%inertia%slope*u - solver%earlier)
   end function inertia_at
+
+  !> The forces of damping by velocities.
+  pure function damping_by(scene, solver, v) result(f)
+    type(scene_t), intent(in) :: scene
+    type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: v(:, :)       !! (3,n_nodes) [length/time]
+    real(wp) :: f(3, size(v, 2))          !! [force]
+
+    f = damping_force(solver%body%inertia%damping, scene%mesh, solver%body%inertia%mass, v)
+  end function damping_by
 
   !> How well it is known, of places that are rounded.
   pure function rounding_of_inertia(solver, u) result(rounding)
@@ -382,7 +400,8 @@ contains
   end function rounding_of_inertia
 
   !> Velocities and accelerations at the end of the increment, and the forces that they answer.
-  subroutine end_inertia(solver, old, internal, pressed, external, new)
+  subroutine end_inertia(scene, solver, old, internal, pressed, external, new)
+    type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
     real(wp), dimension(:, :), intent(in) :: internal, pressed, external
@@ -402,7 +421,10 @@ contains
       where (solver%body%prescribed) new%velocity = solver%speed
       call follow_masters(solver%body%constraints, new%velocity)
       of_inertia = times_mass(inertia%mass, new%acceleration)
-      new%unopposed = internal - inertia_at(solver, u) - external - pressed
+      new%mean_velocity = (u - old%displacement)/inertia%dt
+      new%damping_force = damping_by(scene, solver, inertia%slope*u - solver%earlier)
+      new%unopposed = internal - inertia_at(scene, solver, u) + new%damping_force - external - &
+        pressed
       call give_to_masters(solver%body%constraints, new%unopposed)
       call clear_dependent(solver, new%unopposed)
       call give_to_masters(solver%body%constraints, of_inertia)
@@ -436,7 +458,7 @@ contains
   pure real(wp) function given(state)
     type(state_t), intent(in) :: state
 
-    given = state%kinetic_energy + state%strain_energy + state%dissipation - &
+    given = state%kinetic_energy + state%strain_energy + state%dissipation + state%damped - &
       state%external_work - state%begun_energy
   end function given
 
@@ -461,7 +483,8 @@ contains
     type(state_t), intent(inout) :: state
 
     if (allocated(state%velocity)) deallocate (state%velocity)
-    if (allocated(state%acceleration)) deallocate (state%acceleration, state%unopposed)
+    if (allocated(state%acceleration)) deallocate (state%acceleration, state%unopposed, &
+      state%mean_velocity, state%damping_force)
     state%begun_energy = state%begun_energy - state%kinetic_energy
     state%kinetic_energy = 0.0_wp
   end subroutine come_to_rest

@@ -77,7 +77,8 @@ contains
     call find_internal_force(scene, trial%free, old%displacement, modes, held, inverted)
     call find_tangent_force(scene, reshape(moved, [shape(moved), 1]), added, solver%body%tangent)
     held = held + added(:, :, 1)
-    if (allocated(solver%body%inertia)) held = held + inertia_at(solver, old%displacement + moved)
+    if (allocated(solver%body%inertia)) held = held + inertia_at(scene, &
+      solver, old%displacement + moved)
     loads = trial%forces%external
     call turn_moments(scene, trial%forces%prescribed, old%displacement, loads)
     call apply_inverse(solver%body%inverse, reshape(loads + trial%applied_force - held, &

@@ -59,6 +59,8 @@ module step_solver_mod
     !! (3,n_nodes) where it would go without accelerations at its end [length]
     real(wp), allocatable :: left_over(:, :)
     !! (3,n_nodes) loads by forces of its beginning [force]
+    real(wp), allocatable :: earlier(:, :)
+    !! (3,n_nodes) what the velocities of damping are less than by its displacements [length/time]
     real(wp), allocatable :: by_inertia(:, :) !! (3,n_nodes) displacement by both [length]
     real(wp), allocatable :: speed(:, :) !! (3,n_nodes) of supports at its end [length/time]
   end type step_solver_t
@@ -215,7 +217,7 @@ contains
 
     associate (inertia => solver%body%inertia)
       if (.not. abs(inertia%dt - dt) > 0.0_wp) return
-      inertia = new_inertia(inertia%mass, inertia%alpha, dt)
+      inertia = new_inertia(inertia%mass, inertia%damping, inertia%alpha, dt)
     end associate
     prescribed = solver%body%prescribed
     work = solver%on_tangents

@@ -24,7 +24,8 @@ module linearisation_mod
   use bodies_mod, only: is_linear, find_internal_force
   use turning_couplings_mod, only: has_turning, turned_constraints
   use stiffen_couplings_mod, only: stiffen_couplings
-  use inertia_mod, only: inertia_t
+  use inertia_mod, only: inertia_t, mass_factors
+  use damping_mod, only: stiffened
   use state_mod, only: modes_t
   use finite_forces_mod, only: tangent_t
   use assembly_mod, only: triplets_t, add_mass, diagonal_of, diagonal_ratio, assemble_stiffness
@@ -119,8 +120,8 @@ contains
       call coupled_nodes(scene%mesh, body%constraints, start, neighbours)
       n_schur = merge(inverse%map%n_interface, 0, inverse%is_condensed)
       if (allocated(body%inertia)) then
-        call assemble_stiffness(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
-          n_stiffnesses, body%tangent)
+        call assemble_stiffness(scene%mesh, stiffened(body%inertia%damping, scene%materials, &
+          body%inertia%slope), inverse%map, start, neighbours, k, n_stiffnesses, body%tangent)
         call add_mass(scene%mesh, body%inertia, inverse%map, start, neighbours, k)
       else
         call assemble_parts(scene%mesh, scene%materials, inverse%map, start, neighbours, k, &
@@ -184,10 +185,12 @@ contains
     type(linearisation_t), intent(inout) :: body
     type(error_t), allocatable, intent(out) :: error !! MUMPS failed
     real(wp), allocatable :: pattern(:, :, :), strength(:, :, :)
+    real(wp) :: factor(scene%mesh%n_nodes)
     integer :: place(scene%mesh%n_pieces) !! of a piece in its body
     integer :: body_of(scene%mesh%n_pieces), node, piece, k
 
     if (.not. allocated(body%inertia)) return
+    factor = mass_factors(body%inertia)
     associate (mesh => scene%mesh, mass => body%inertia%mass)
       body_of = 0
       do node = 1, mesh%n_nodes
@@ -207,8 +210,8 @@ contains
       end do
       do piece = 1, mesh%n_pieces
         associate (last => 6*place(piece))
-          strength(last - 5:last, last - 5:last, body_of(piece)) = body%inertia%factor* &
-            mass%missing(:, :, piece)
+          strength(last - 5:last, last - 5:last, body_of(piece)) = factor(findloc(mesh%piece, &
+            piece, dim=1))*mass%missing(:, :, piece)
         end associate
       end do
       call add_rank(body%inverse, pattern, strength, mesh%body, error)

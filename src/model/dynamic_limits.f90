@@ -19,6 +19,8 @@ contains
     if (.not. any(scene%steps%is_dynamic)) return
     if (scene%finite_strain .and. allocated(scene%rotations)) then
       what = 'couplings that turn at finite strain'
+    else if (scene%finite_strain .and. any(scene%materials%stiffness_damping > 0.0_wp)) then
+      what = 'BETA of *DAMPING at finite strain'
     else if (scene%finite_strain .and. scene%precision%renews_tangent) then
       what = 'TANGENT=NEWTON'
     else if (scene%accuracy%chooses_theory) then

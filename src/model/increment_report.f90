@@ -90,6 +90,7 @@ module increment_report_mod
     !! follows it is what the scheme has taken
     real(wp) :: kinetic = 0.0_wp
     real(wp) :: contact = 0.0_wp     !! work of normal forces, which have none in nature
+    real(wp) :: damped = 0.0_wp      !! by materials
     real(wp) :: begun = 0.0_wp       !! kinetic, that the run began with
     real(wp) :: risen = 0.0_wp
     !! what contact and scheme have given since the least that they had, of the largest energy [-]

@@ -26,6 +26,8 @@ module scene_mod
     character(:), allocatable :: name
     type(law_t) :: law
     type(orientation_t) :: orientation !! of its axes, where the law is not isotropic
+    real(wp) :: mass_damping = 0.0_wp      !! ALPHA of *DAMPING, >= 0 [1/time]
+    real(wp) :: stiffness_damping = 0.0_wp !! BETA of *DAMPING, >= 0 [time]
     real(wp) :: density = 0.0_wp   !! > 0 where gravity acts, 0 where not given [mass/length^3]
     real(wp) :: expansion = 0.0_wp !! coefficient of thermal expansion [1/temperature]
     real(wp) :: yield = 0.0_wp

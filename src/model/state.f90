@@ -64,6 +64,8 @@ module state_mod
     real(wp), allocatable :: acceleration(:, :)   !! (3, n_nodes) 0 without mass [length/time^2]
     real(wp), allocatable :: unopposed(:, :)
     !! (3, n_nodes) internal forces less loads, contact and supports: what inertia answers [force]
+    real(wp), allocatable :: mean_velocity(:, :) !! (3, n_nodes) in the increment [length/time]
+    real(wp), allocatable :: damping_force(:, :) !! (3, n_nodes) of materials that damp [force]
     real(wp) :: most_inertia = 0.0_wp  !! largest nodal force of inertia in the *STEP [force]
     real(wp) :: most_force = 0.0_wp    !! of loads, strains and supports, likewise [force]
     real(wp) :: kinetic_energy = 0.0_wp           !! [energy]
@@ -77,6 +79,7 @@ module state_mod
     real(wp) :: largest_energy = 0.0_wp !! that has been there, or was turned over [energy]
     real(wp) :: external_work = 0.0_wp            !! cumulative [energy]
     real(wp) :: dissipation = 0.0_wp              !! cumulative, by friction [energy]
+    real(wp) :: damped = 0.0_wp                   !! cumulative, by materials [energy]
     real(wp) :: strain_energy = 0.0_wp            !! [energy]
   end type state_t
 
@@ -141,6 +144,9 @@ contains
     call archive(list, state%velocity)
     call archive(list, state%acceleration)
     call archive(list, state%unopposed)
+    call archive(list, state%mean_velocity)
+    call archive(list, state%damping_force)
+    call archive(list, state%damped)
     call archive(list, state%most_inertia)
     call archive(list, state%most_force)
     call archive(list, state%kinetic_energy)

@@ -124,8 +124,10 @@ contains
           parts*e%kinetic)
         call real_number('energy/contact', 'work of normal forces along gaps that change: none '// &
           'in nature', 'energy', parts*e%contact)
+        call real_number('energy/damped', 'work lost to *DAMPING', 'energy', parts*e%damped)
         call real_number('energy/balance', 'kinetic energy of the beginning, work and work of '// &
-          'contact, less kinetic energy, strain and dissipation: what the scheme has taken', &
+          'contact, less kinetic energy, strain, dissipation and damped: what the scheme has '// &
+          'taken', &
           'energy', parts*e%balance)
         call ratio('error/in_time', 'error of the increment by its length, beside the energy; '// &
           '-1: no dynamic increment', report%in_time)

@@ -362,6 +362,47 @@ class ClosedForms(DynamicCase):
         self.assertLess(abs(late[1]), 0.02 * v / k**0.5)
         self.assertAlmostEqual(late[0] / late[1], 4.0, delta=0.3)
 
+    def test_a_damped_brick_swings(self):
+        """By exp(-z w t), and what damping takes is what is gone; errors fall as dt squared."""
+        frequency, ratio = 30.0, (2.0 / 30.0 + 0.003 * 30.0) / 2
+        swings = frequency * math.sqrt(1 - ratio**2)
+        late = []
+        for dt in (0.01, 0.005):
+            deck = (
+                block("B", (0, 0, 0), (1, 1, 1), (1, 1, 1))
+                + MATERIAL.format(300.0, 0.0) + "*DAMPING, ALPHA=2., BETA=0.003\n"
+                + "*BOUNDARY\nB-ZMIN, 1, 3\nB-ZMAX, 1, 2\n" + thrown(**{"B-ZMAX": (0, 0, 1.0)})
+                + step(dt, 1.0, "*NODE FILE, FREQUENCY=1\nU\n", alpha=0.0)
+            )  # fmt: skip
+            with self.solve(deck) as result:
+                time = result.history("time")
+                top = result.points[:, 2] > 0.9
+                found = [result.field("displacement", i)[top, 2].mean() for i in range(len(time))]
+                had = result.history("energy/kinetic") + result.history("energy/strain")
+                np.testing.assert_allclose(result.history("energy/damped"), 1 / 6 - had, atol=1e-13)
+            right = np.exp(-ratio * frequency * time) / swings * np.sin(swings * time)
+            late.append(abs(found - right).max() * frequency)
+        self.assertLess(late[1], 0.01)
+        self.assertLess(late[1], 0.3 * late[0])
+
+    def test_damping_moves_nothing(self):
+        """A body that rings and lands keeps its momentum until then; its skin is damped, too."""
+        damped = "*DAMPING, BETA=0.002\n*OBSTACLE"
+        deck = bounce(0.3).replace("*OBSTACLE", damped, 1).replace(
+            "*STEP\n", thrown(**{"B-ZMAX": (0.0, 0.0, 0.5)}) + "*STEP\n"
+        )
+        with self.solve(deck) as result:
+            lost = result.history("energy/damped")
+            gone = [result.history(f"energy/{x}") for x in ("kinetic", "strain", "balance")]
+            force = result.pairs[0].resultant[:, 2]
+        # At rest but for the top: a quarter of the momentum of a body that moves as fast.
+        first = int(np.argmax(force > 0))
+        self.assertGreater(first, 20)
+        self.assertGreater(np.diff(lost).min(), -1e-4 * lost[-1])
+        self.assertGreater(lost[first - 1], 0.01)
+        self.assertLess(abs(gone[2]).max(), 1e-12)
+        self.assertGreater(force.max(), 10.0)
+
     def test_a_coupling_hands_on_what_moves_it(self):
         """Its reference node has the mass of its surface: momentum is force times time, and a body
         is moved by it as by its own nodes."""

@@ -310,7 +310,9 @@ class Page(unittest.TestCase):
     def test_histories(self):
         self.assertIn("All of these are (T).", section("/history"))
         listed = listed_shapes(section("/history"))
-        for name in ("energy/kinetic", "energy/contact", "error/in_time", "error/angular_momentum"):
+        moving = ("energy/kinetic", "energy/contact", "energy/damped", "error/in_time",
+                  "error/angular_momentum")  # fmt: skip
+        for name in moving:
             del listed[name]
             self.assertEqual(self.moving["history"][name].shape, (2,))
         self.check("history", {name: ["T"] for name in listed}, self.sizes)

@@ -123,12 +123,14 @@ contains
     type(scene_t), intent(in) :: scene
     type(card_t) :: card
     character(:), allocatable :: beyond
-    integer :: step, k, e
+    integer :: step, k, e, first(scene%mesh%n_pieces) !! material of a piece
     logical :: jumps
 
     if (.not. any(scene%steps%is_dynamic)) then
       if (allocated(scene%first_velocity)) call note(reader, '*INITIAL CONDITIONS, '// &
         'TYPE=VELOCITY is ignored: no step is a *DYNAMIC')
+      if (any(reader%cards(:reader%n_cards)%keyword == 'DAMPING')) call note(reader, '*DAMPING '// &
+        'is ignored: no step is a *DYNAMIC')
       return
     end if
     step = findloc(scene%steps%is_dynamic, .true., dim=1)
@@ -146,6 +148,20 @@ contains
         if (material%density > 0.0_wp) cycle
         call report(reader, card%position, '*DYNAMIC takes the mass of bodies, and material '// &
           material%name//' of element '//to_text(scene%mesh%element_id(e))//' has no *DENSITY')
+        exit
+      end associate
+    end do
+    first = 0
+    do e = 1, scene%mesh%n_elements
+      associate (piece => scene%mesh%piece(scene%mesh%connectivity%node( &
+          scene%mesh%connectivity%first(e))), material => scene%mesh%material, all => &
+          scene%materials)
+        if (first(piece) == 0) first(piece) = material(e)
+        associate (apart => all(material(e))%mass_damping - all(first(piece))%mass_damping)
+          if (.not. abs(apart) > 0.0_wp) cycle
+        end associate
+        call report(reader, card%position, 'materials '//all(first(piece))%name//' and '// &
+          all(material(e))%name//' of a body have unlike ALPHA of *DAMPING: a body has one')
         exit
       end associate
     end do

@@ -22,7 +22,7 @@ module read_properties_mod
   use mesh_draft_mod, only: refused_element, solids
   use element_types_mod, only: element_types
   use options_mod, only: allow_no_data, allow_options, card_t, choice_option, flag_option, &
-    has_option, integer_option, name_option, open_card, option_position
+    has_option, integer_option, name_option, open_card, option_position, signed_option
   use new_law_mod, only: new_law, other_law
   use orientations_mod, only: directions_at, no_orientation, orientation_t
   use read_anisotropic_mod, only: read_anisotropic
@@ -69,15 +69,16 @@ contains
     type(name_table_t), intent(out) :: names
     type(card_t) :: card
     character(:), allocatable :: name
-    logical, allocatable :: elastic(:), dense(:), expands(:), yields(:)
+    logical, allocatable :: elastic(:), dense(:), expands(:), yields(:), damps(:)
     integer :: k, n
 
     call open_directory(reader, 'MATERIAL', 'material', names, n)
-    allocate (materials(n), elastic(n), dense(n), expands(n), yields(n))
+    allocate (materials(n), elastic(n), dense(n), expands(n), yields(n), damps(n))
     yields = .false.
     elastic = .false.
     dense = .false.
     expands = .false.
+    damps = .false.
     do k = 1, reader%n_cards
       select case (reader%cards(k)%keyword)
       case ('MATERIAL')
@@ -110,6 +111,10 @@ contains
         call open_card(reader, k, card)
         call find_owner(reader, names, card, dense, n)
         if (n > 0) call read_density(reader, card, materials(n)%density)
+      case ('DAMPING')
+        call open_card(reader, k, card)
+        call find_owner(reader, names, card, damps, n)
+        if (n > 0) call read_damping(reader, card, materials(n))
       case ('EXPANSION')
         call open_card(reader, k, card)
         call find_owner(reader, names, card, expands, n)
@@ -373,6 +378,34 @@ contains
     call end_data(reader, card, fields, &
       'a density that depends on temperature is not available: one line')
   end subroutine read_density
+
+  !> *DAMPING[, ALPHA=number][, BETA=number]: forces by velocities, as mass and stiffness are.
+  subroutine read_damping(reader, card, material)
+    type(reader_t), intent(inout) :: reader
+    type(card_t), intent(in) :: card
+    type(material_t), intent(inout) :: material
+
+    call allow_options(reader, card)
+    call allow_no_data(reader, card)
+    call read_part('ALPHA', material%mass_damping)
+    call read_part('BETA', material%stiffness_damping)
+
+  contains
+
+    subroutine read_part(name, value)
+      character(*), intent(in) :: name
+      real(wp), intent(inout) :: value
+      logical :: ok
+
+      if (.not. has_option(card, name)) return
+      call signed_option(reader, card, name, value, ok)
+      if (ok .and. value >= 0.0_wp) return
+      if (ok) call report(reader, option_position(card, name), name//' of *DAMPING must not be '// &
+        'negative')
+      value = 0.0_wp
+    end subroutine read_part
+
+  end subroutine read_damping
 
   !> *EXPANSION[, TYPE=ISO][, ZERO=temperature]: a coefficient, which does not depend on the
   !> temperature: so what it counts from does not matter.

@@ -116,6 +116,7 @@ module deck_table_mod
     rule_t('REFINE', in_model, is_read, 'NSET=name, ELSET=name, TIMES=count:1', &
     data='x, y, z, radius'), &
     rule_t('DENSITY', in_model, is_read, data='density, temperature'), &
+    rule_t('DAMPING', in_model, is_read, 'ALPHA=number, BETA=number'), &
     rule_t('EXPANSION', in_model, is_read, 'TYPE=ISO|ISOTROPIC', 'ZERO', &
     'coefficient, temperature'), &
     rule_t('SOLID SECTION', in_model, is_read, 'ELSET=name!, MATERIAL=name!, ORIENTATION=name', &
@@ -329,7 +330,6 @@ module deck_table_mod
     rule_t('MASS', anywhere, is_outside, remark='*DENSITY gives bodies weight'), &
     rule_t('ROTARY INERTIA', anywhere, is_outside, remark=static_only), &
     rule_t('POINT MASS', anywhere, is_outside, remark='*DENSITY gives bodies weight'), &
-    rule_t('DAMPING', anywhere, is_outside, remark=static_only), &
     rule_t('VISCO', anywhere, is_procedure, remark=static_only), &
     rule_t('FREQUENCY', anywhere, is_procedure, remark=static_only), &
     rule_t('COMPLEX FREQUENCY', anywhere, is_procedure, remark=static_only), &
