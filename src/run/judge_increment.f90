@@ -32,8 +32,7 @@ module judge_increment_mod
   use faces_between_nodes_mod, only: entries_t, face_entry_t, list_faces
   use nodes_behind_mod, only: find_node_behind
   use bodies_inside_mod, only: find_inside, inside_t
-  use unfelt_overlaps_mod, only: find_unfelt_overlap, hollows_of_pairs, fits_of_pairs, &
-    turns_of_pairs
+  use unfelt_overlaps_mod, only: find_unfelt_overlap, fits_of_pairs, turns_of_pairs
   use initial_overlaps_mod, only: find_deep_overlap
   use sequence_error_mod, only: says_of_steps
   use inverted_elements_mod, only: find_reach, find_inverted
@@ -273,8 +272,8 @@ contains
         else
           places = places + u
         end if
-        call find_unfelt_overlap(scene, plan%points, solved%report%contact, &
-          hollows_of_pairs(scene, places), allowed, unfelt, is_missed)
+        call find_unfelt_overlap(scene, plan%points, solved%report%contact, places, allowed, &
+          unfelt, is_missed)
         if (is_missed) then
           call refuse_unfelt_overlap(scene, increment, unfelt, error)
           return

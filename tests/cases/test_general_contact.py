@@ -269,6 +269,35 @@ class General(unittest.TestCase):
                     else:
                         self.assertNotIn(" inside ", run.errors + run.output)
 
+    def test_a_hollow_elsewhere_excuses_nothing(self):
+        """A hub shrinks into a shaft with a bore: quarters of four faces in five, as a slice.
+
+        Where faces of the shaft's bore stand out of it by 0.0096, its outside is convex: only what
+        those of the hub stand out of it, 0.0123, is no overlap.
+        """
+        nodes = elements = sets = ""
+        for name, inner, outer, n, first in (("S", 0.5, 1.0, 4, 1), ("H", 1.0, 1.6, 5, 101)):
+            rows = [range(first + i * (n + 1), first + (i + 1) * (n + 1)) for i in range(2)]
+            for radius, row in zip((inner, outer), rows, strict=True):
+                angles = np.linspace(0, np.pi / 2, n + 1)
+                nodes += "".join(f"{node}, {radius * np.cos(a):.9f}, {radius * np.sin(a):.9f}\n"
+                                 for node, a in zip(row, angles, strict=True))
+            elements += f"*ELEMENT, TYPE=CPE4, ELSET={name}\n"
+            elements += "".join(f"{first + k}, {a}, {b}, {b + 1}, {a + 1}\n"
+                                for k, (a, b) in enumerate(zip(*rows, strict=True)) if k < n)
+            sets += (f"*NSET, NSET={name}-Y\n{rows[0][0]}, {rows[1][0]}\n*NSET, NSET={name}-X\n"
+                     f"{rows[0][-1]}, {rows[1][-1]}\n*NSET, NSET={name}-ALL, GENERATE\n"
+                     f"{rows[0][0]}, {rows[1][-1]}\n")
+        deck = ("*NODE\n" + nodes + elements + sets + "*NSET, NSET=BORE, GENERATE\n1, 5\n"
+                "*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.3\n*EXPANSION\n1e-4\n*ELSET, ELSET=ALL\n"
+                "S, H\n*SOLID SECTION, ELSET=ALL, MATERIAL=M\n" + GENERAL + "*STEP, NLGEOM\n"
+                "*STATIC\n1., 1.\n*BOUNDARY\nS-Y, 2\nH-Y, 2\nS-X, 1\nH-X, 1\nBORE, 1, 2\n"
+                "*TEMPERATURE\nH-ALL, -20.\n*END STEP\n")
+        run = Run(deck, name="deck")
+        self.assertEqual(run.status, 2, run.output)
+        self.assertRegex(run.errors, "H is 0.0149 deep into the face of nodes .* of S, but no node "
+                         "of that face or of its neighbours touches it: contact is missed")
+
     def test_mistakes(self):
         for cards, part in (
             ("*CONTACT\n", "needs a *CONTACT INCLUSIONS"),

@@ -308,9 +308,10 @@ contains
   !> The deepest entry that no touching node excuses.
   !>
   !> A dent may reach over several faces: a node that touches near one of them is near all of it.
-  pure type(face_entry_t) function deepest_untouched(dents, near) result(deepest)
+  pure type(face_entry_t) function deepest_untouched(dents, near, counts) result(deepest)
     type(face_entry_t), intent(in) :: dents(:)
     logical, intent(in) :: near(:) !! (n_nodes) of faces with a touching node
+    logical, intent(in), optional :: counts(:) !! (n) which may be the deepest; left out: all
     logical :: reached(size(near)), grows
     integer :: i
 
@@ -327,6 +328,9 @@ contains
       end do
     end do
     do i = 1, size(dents)
+      if (present(counts)) then
+        if (.not. counts(i)) cycle
+      end if
       if (any(reached(dents(i)%nodes(:corners_in(dents(i)%nodes))))) cycle
       call keep_deeper(dents(i)%depth, dents(i)%pair, dents(i)%nodes, deepest)
     end do

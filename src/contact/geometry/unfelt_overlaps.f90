@@ -16,25 +16,25 @@ module unfelt_overlaps_mod
   implicit none
   private
 
-  public :: find_unfelt_overlap, find_entered_faces, hollows_of_pairs, fits_of_pairs, &
-    turns_of_pairs
+  public :: find_unfelt_overlap, find_entered_faces, fits_of_pairs, turns_of_pairs
 
 contains
 
   !> The deepest overlap of slave faces near which no node touches, of all pairs.
   !>
-  !> It is a missed contact where it is deeper than flat faces stand out of a hollow side: by that
+  !> It is a missed contact where it is deeper than flat faces stand out of a hollow there: by that
   !> much the meshes of a pin and its hole overlap, and the bodies do not.
-  pure subroutine find_unfelt_overlap(scene, points, contact, hollow, allowed, deepest, is_missed)
+  pure subroutine find_unfelt_overlap(scene, points, contact, places, allowed, deepest, is_missed)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of an increment
-    real(wp), intent(in) :: hollow(:)             !! (n_pairs) of `hollows_of_pairs` [length]
+    real(wp), intent(in) :: places(:, :)          !! (3,n_nodes) of faces [length]
     real(wp), intent(in) :: allowed(:)            !! (n_pairs) what is no overlap [length]
     type(face_entry_t), intent(out) :: deepest    !! depth 0: there is none
     logical, intent(out) :: is_missed
+    type(face_entry_t), allocatable :: dents(:)
     type(face_entry_t) :: found
-    logical :: missed
+    logical, allocatable :: near(:)
     integer :: pair, side
 
     is_missed = .false.
@@ -43,16 +43,54 @@ contains
         if (.not. is_before_faces(of, scene%obstacles)) cycle
         if (is_pair_removed(points, pair)) cycle
         do side = 1, n_sides(points, pair)
-          found = of_side(scene, points, contact, allowed(pair), pair, side)
-          if (.not. found%depth > 0.0_wp) cycle
-          missed = found%depth > allowed(pair) + hollow(pair)
-          if (is_missed .and. .not. missed) cycle
-          if (found%depth > deepest%depth .or. (missed .and. .not. is_missed)) deepest = found
-          is_missed = missed
+          call list_dents(scene, points, contact, allowed(pair), pair, side, dents, near)
+          if (size(dents) == 0) cycle
+          found = deepest_untouched(dents, near, dents%depth > allowed(pair) + hollows_at(scene, &
+            points, contact, places, side, dents))
+          if (found%depth > 0.0_wp) then
+            if (.not. is_missed .or. found%depth > deepest%depth) deepest = found
+            is_missed = .true.
+          else if (.not. is_missed) then
+            found = deepest_untouched(dents, near)
+            if (found%depth > deepest%depth) deepest = found
+          end if
         end do
       end associate
     end do
   end subroutine find_unfelt_overlap
+
+  !> How far flat faces stand out of hollows where faces of a pair have overlaps: of the slave at
+  !> their nodes, and of the master at those that these face; where they face nothing of all of it.
+  pure function hollows_at(scene, points, contact, places, side, dents) result(hollow)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: places(:, :)    !! (3,n_nodes) of faces [length]
+    integer, intent(in) :: side             !! of the pair's master
+    type(face_entry_t), intent(in) :: dents(:) !! of one pair
+    real(wp) :: hollow(size(dents))         !! [length]
+    real(wp), dimension(scene%mesh%n_nodes) :: of_slave, of_master, faced !! [length]
+    integer :: first, last, i, k
+
+    associate (pair => scene%pairs(dents(1)%pair), rows => contact%weights)
+      of_slave = rises_at(scene%mesh, scene%surfaces(pair%surface), places)
+      of_master = 0.0_wp
+      if (pair%master == 0) of_master = rises_at(scene%mesh, &
+        scene%surfaces(pair%master_surface), places)
+      call find_side_points(points, dents(1)%pair, side, first, last)
+      faced = 0.0_wp
+      do i = first, last
+        faced(points%node(i)) = maxval(of_master)
+        if (rows%first(i) < rows%first(i + 1)) faced(points%node(i)) = maxval(of_master( &
+          rows%node(rows%first(i):rows%first(i + 1) - 1)))
+      end do
+    end associate
+    do k = 1, size(dents)
+      associate (nodes => dents(k)%nodes(:corners_in(dents(k)%nodes)))
+        hollow(k) = maxval(of_slave(nodes)) + maxval(faced(nodes))
+      end associate
+    end do
+  end function hollows_at
 
   !> Add the overlaps of faces between their nodes, in contact or not: the deepest, and the contact
   !> energy that they leave out. docs/theory.md (10.8).
@@ -101,21 +139,6 @@ contains
     end do
   end subroutine find_entered_faces
 
-  !> The deepest overlap with one side of a pair's master, of faces near which no node touches.
-  pure function of_side(scene, points, contact, allowed, pair, side) result(deepest)
-    type(scene_t), intent(in) :: scene
-    type(contact_points_t), intent(in) :: points
-    type(contact_fields_t), intent(in) :: contact
-    real(wp), intent(in) :: allowed !! [length]
-    integer, intent(in) :: pair, side
-    type(face_entry_t) :: deepest
-    type(face_entry_t), allocatable :: dents(:)
-    logical, allocatable :: near(:)
-
-    call list_dents(scene, points, contact, allowed, pair, side, dents, near)
-    if (size(dents) > 0) deepest = deepest_untouched(dents, near)
-  end function of_side
-
   !> The overlaps of a pair's faces with one side of its master, and which nodes are of faces with
   !> one that touches.
   pure subroutine list_dents(scene, points, contact, allowed, pair, side, dents, near)
@@ -159,25 +182,6 @@ contains
     end do
   end subroutine list_dents
 
-  !> How far the meshes of each pair may overlap without contact: as flat faces stand out of
-  !> surfaces that are hollow, or that bending has made so; 0 of pairs that are not before faces.
-  pure function hollows_of_pairs(scene, places) result(hollow)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(in) :: places(:, :) !! (3,n_nodes) [length]
-    real(wp) :: hollow(size(scene%pairs)) !! [length]
-    integer :: pair
-
-    hollow = 0.0_wp
-    do pair = 1, size(scene%pairs)
-      associate (of => scene%pairs(pair))
-        if (.not. is_before_faces(of, scene%obstacles)) cycle
-        hollow(pair) = hollowness(scene%mesh, scene%surfaces(of%surface), places)
-        if (of%master == 0) hollow(pair) = hollow(pair) + hollowness(scene%mesh, &
-          scene%surfaces(of%master_surface), places)
-      end associate
-    end do
-  end function hollows_of_pairs
-
   !> How far the meshes of each pair overlap in contact, where one is hollow: as flat faces differ
   !> from the smooth surfaces; 0 of other pairs.
   pure function fits_of_pairs(scene) result(fit)
@@ -187,9 +191,13 @@ contains
     type(smooth_faces_t) :: faces
     integer :: pair
 
-    fit = hollows_of_pairs(scene, scene%mesh%coordinates)
+    fit = 0.0_wp
     do pair = 1, size(scene%pairs)
-      associate (of => scene%pairs(pair))
+      associate (of => scene%pairs(pair), x => scene%mesh%coordinates)
+        if (.not. is_before_faces(of, scene%obstacles)) cycle
+        fit(pair) = maxval(rises_at(scene%mesh, scene%surfaces(of%surface), x))
+        if (of%master == 0) fit(pair) = fit(pair) + maxval(rises_at(scene%mesh, &
+          scene%surfaces(of%master_surface), x))
         if (.not. fit(pair) > 0.0_wp) cycle
         faces = make_smooth_faces(scene%mesh, scene%surfaces(of%surface))
         if (fit(pair) <= flat*maxval(faces%half)) then
@@ -248,19 +256,23 @@ contains
     end do
   end subroutine add_turns
 
-  !> How far flat faces stand out of a smooth hollow surface, at most; 0 of flat or convex ones.
-  pure real(wp) function hollowness(mesh, surface, places) result(rise)
+  !> How far the flat faces about each node stand out of a smooth hollow surface, at most; 0 of flat
+  !> or convex ones.
+  pure function rises_at(mesh, surface, places) result(rise)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), intent(in) :: surface
-    real(wp), intent(in) :: places(:, :) !! (3,n_nodes) [length]
+    real(wp), intent(in) :: places(:, :)  !! (3,n_nodes) [length]
+    real(wp) :: rise(mesh%n_nodes)        !! [length]
     type(smooth_faces_t) :: faces
     integer :: f
 
     faces = make_smooth_faces(mesh, surface, places)
     rise = 0.0_wp
     do f = 1, size(faces%nodes, 2)
-      rise = max(rise, -minval(matmul(faces%normal(:, f), faces%bulge(:, :, f))))
+      associate (nodes => faces%nodes(:corners_in(faces%nodes(:, f)), f))
+        rise(nodes) = max(rise(nodes), -minval(matmul(faces%normal(:, f), faces%bulge(:, :, f))))
+      end associate
     end do
-  end function hollowness
+  end function rises_at
 
 end module unfelt_overlaps_mod
