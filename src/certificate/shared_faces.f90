@@ -56,6 +56,9 @@ module shared_faces_mod
     type(boxes_t) :: boxes               !! of each piece
     real(wp), allocatable :: normal(:, :)          !! (3,n) and its outward normal [-]
     real(wp), allocatable :: at_rest(:, :) !! (3,n_places) places in the mesh [length]
+    real(wp), allocatable :: rows_at_rest(:, :) !! (3,n_rows) the same of the slave's nodes [length]
+    real(wp) :: at_most = huge(1.0_wp)
+    !! how deep they are in each other there; huge: bodies are not known [length]
     integer, allocatable :: skin(:, :)   !! (4,n) corners of what may lie between
     integer, allocatable :: body(:)      !! (n) of these corners; where it is not known all alike
     type(boxes_t) :: skin_boxes
@@ -166,6 +169,7 @@ contains
         deallocate (sides%node)
       end if
       sides%at_rest = sides%y
+      sides%rows_at_rest = sides%x
       if (any(mesh%plane == [plane_strain, plane_stress]) .and. of%master == 0) then
         associate (there => sides%y(3, :), here => sides%x(3, :))
           sides%breadth = min(1.0_wp, (maxval(there) - minval(there))/(maxval(here) - minval(here)))
@@ -204,6 +208,7 @@ contains
       if (.not. sides%stays) sides%z = sides%z + new%displacement
       sides%corner_of_row = points%node(sides%first:sides%last)
       sides%corner_of_place = sides%node
+      sides%at_most = 2.0_wp*scene%pairs(pair)%overlap + 1.0e-6_wp*sides%before
     else
       call note_own_faces(sides)
     end if
@@ -414,16 +419,17 @@ contains
   end subroutine integrate
 
   !> Find what a piece of a slave face and the masters see of each other.
-  pure subroutine find_parts(sides, piece, x, row, axes, area, parts, n)
+  pure subroutine find_parts(sides, piece, mine, row, axes, area, parts, n)
     type(two_sides_t), intent(in) :: sides
     integer, intent(in) :: piece     !! which of the face it is
-    real(wp), intent(in) :: x(:, :)  !! (3,3) or (3,4) corners of the piece [length]
+    integer, intent(in) :: mine(:)   !! (3) or (4) rows of its corners
     integer, intent(in) :: row(:)    !! of all nodes of the face
     real(wp), intent(in) :: axes(3, 3), area !! unit vectors, the third its normal; [length^2]
     type(part_t), allocatable, intent(inout) :: parts(:) !! room for more than n
     integer, intent(inout) :: n      !! how many there are, those of pieces before it among them
     real(wp), dimension(3) :: middle, low, high
-    real(wp) :: flat(2, size(x, 2)), place(2, 4), height(4), range(2), plane(3), along, aside
+    real(wp) :: x(3, size(mine))     !! of its corners [length]
+    real(wp) :: flat(2, size(mine)), place(2, 4), height(4), range(2), plane(3), along, aside
     type(shared_t) :: shared
     type(veil_t), allocatable :: veils(:), between(:)
     integer, allocatable :: met(:)
@@ -432,6 +438,7 @@ contains
     real(wp) :: nearest
     integer :: i, k, f, a
 
+    x = sides%x(:, mine)
     middle = sum(x, dim=2)/real(size(x, 2), wp)
     do a = 1, size(x, 2)
       flat(:, a) = matmul(x(:, a) - middle, axes(:, :2))
@@ -456,6 +463,8 @@ contains
       end associate
       may_see(i) = may_see(i) .and. .not. (any(maxval(place(:, :k), 2) < minval(flat, 2)) .or. &
         any(minval(place(:, :k), 2) > maxval(flat, 2)))
+      if (may_see(i) .and. maxval(height(:k)) < -touching*sqrt(area)) may_see(i) = .not. &
+        is_its_back(sides, mine, f, sum(height(:k))/k)
       if (may_see(i)) range = [min(range(1), minval(height(:k))), max(range(2), &
         maxval(height(:k)))]
     end do
@@ -513,6 +522,27 @@ contains
         sides%normal(:, f), axes(:, 3)) - cos_45)/(cos_30 - cos_45))), piece, f, plane, shared)
     end do
   end subroutine find_parts
+
+  !> Whether what is behind a piece of a face is the other side of a wall of one body: it was there
+  !> in the mesh, deeper than the two sides are in each other, and is no less than half as deep now.
+  pure logical function is_its_back(sides, mine, f, height) result(is)
+    type(two_sides_t), intent(in) :: sides
+    integer, intent(in) :: mine(:), f    !! rows of the piece's corners; the master's piece
+    real(wp), intent(in) :: height       !! of that above the piece [length]
+    real(wp) :: way(3), outward(3), before
+
+    is = .false.
+    if (sides%stays .or. .not. allocated(sides%node)) return
+    associate (corner => sides%piece(:count(sides%piece(:, f) > 0), f))
+      if (sides%body(sides%corner_of_row(mine(1))) /= sides%body(sides%corner_of_place( &
+        corner(1)))) return
+      way = sum(sides%at_rest(:, corner), 2)/size(corner) - sum(sides%rows_at_rest(:, mine), 2)/ &
+        size(mine)
+    end associate
+    outward = area_vector(sides%rows_at_rest(:, mine))
+    before = dot_product(way, outward)/max(tiny(1.0_wp), norm2(outward))
+    is = before < -sides%at_most .and. height < 0.5_wp*before
+  end function is_its_back
 
   !> A piece of the master in a plane, and above it.
   pure subroutine look_at(sides, f, origin, axes, place, height, k)
@@ -631,7 +661,8 @@ contains
         axes(:, 1) = x(:, 3) - x(:, 1) - dot_product(axes(:, 3), x(:, 3) - x(:, 1))*axes(:, 3)
         axes(:, 1) = axes(:, 1)/norm2(axes(:, 1))
         axes(:, 2) = cross(axes(:, 3), axes(:, 1))
-        call find_parts(sides, i, x, row, axes, size_of_piece, parts, n_parts)
+        call find_parts(sides, i, piece(:count(piece(:, i) > 0), i), row, axes, size_of_piece, &
+          parts, n_parts)
       end associate
     end do
     call find_basis(sides, row, basis)

@@ -12,7 +12,7 @@ module covering_parts_mod
   use surface_reach_mod, only: largest_face, against
   use sight_mod, only: screen_t, cover_t, find_covers, leave_seen, has_way_out, height_of, &
     touching
-  use mortar_rows_mod, only: opposite_t
+  use mortar_rows_mod, only: opposite_t, slave_t
   use slave_face_mod, only: face_t
   implicit none
   private
@@ -55,15 +55,15 @@ contains
   end function cut_master
 
   !> The parts of the master that a part of a slave face sees, and the integrals over that.
-  pure subroutine find_parts(master, x, face, plane, screen, parts, trapped, u)
+  pure subroutine find_parts(master, x, face, plane, screen, slave, parts, trapped)
     type(master_t), intent(in) :: master
     real(wp), intent(in) :: x(:, :)       !! (3,n_nodes) [length]
-    type(face_t), intent(in) :: face      !! the whole of it
+    type(face_t), intent(in) :: face      !! the whole of it, and which part
     type(plane_t), intent(in) :: plane    !! of the part
     type(screen_t), intent(in) :: screen
+    type(slave_t), intent(in) :: slave    !! how it has moved
     type(part_t), allocatable, intent(out) :: parts(:)
     real(wp), intent(inout) :: trapped    !! as of mortar_t [length]
-    real(wp), intent(in), optional :: u(:, :) !! (3,n_nodes) as of slave_t [length]
     integer, allocatable :: near(:)
     type(cover_t), allocatable :: covers(:)
     type(polygon_t), allocatable :: common(:)
@@ -92,6 +92,12 @@ contains
       end do
       associate (height => place(3, :k), flat => place(:2, :k))
         if (minval(height) > screen%reach(1) .or. maxval(height)*cosine > screen%reach(2)) cycle
+        associate (mine => face%part(:corners_in(face%part)), other => master%part(:k, near(i)))
+          if (maxval(height) < -rounding .and. screen%piece(mine(1)) > 0 .and. &
+            screen%piece(mine(1)) == screen%piece(other(1))) then
+            if (is_own_back(slave, mine, other, sum(height)/real(k, wp))) cycle
+          end if
+        end associate
         common(n + 1) = find_common(plane, flat)
         if (common(n + 1)%n == 0) cycle
         n = n + 1
@@ -124,8 +130,25 @@ contains
       end associate
     end do
     if (n < size(parts)) parts = parts(:n)
-    call add_integrals(x, face, parts, u)
+    call add_integrals(x, face, parts, slave%moved)
   end subroutine find_parts
+
+  !> Whether a face behind another one of its body is its back, the other side of a wall: it was
+  !> behind it in the mesh, where no body is in itself, and has come no nearer than half of that.
+  pure logical function is_own_back(slave, mine, other, height) result(is)
+    type(slave_t), intent(in) :: slave
+    integer, intent(in) :: mine(:), other(:) !! corners
+    real(wp), intent(in) :: height           !! of the other face now, below 0 [length]
+    real(wp) :: at_rest                      !! in the mesh [length]
+
+    is = .false.
+    if (.not. allocated(slave%mesh)) return
+    associate (x => slave%mesh)
+      at_rest = dot_product(outward_normal(x(:, mine)), sum(x(:, other), 2)/size(other) - &
+        sum(x(:, mine), 2)/size(mine))
+    end associate
+    is = at_rest < -slave%overlap .and. height < 0.5_wp*at_rest
+  end function is_own_back
 
   !> The area of what is seen.
   pure real(wp) function seen_area(seen) result(area)

@@ -99,8 +99,8 @@ contains
           associate (mine => corners(:corners_in(corners(:, s)), s))
             plane = plane_of_face(x(:, mine))
             face%area = face%area + plane%area
-            call find_parts(in_parts, x, face, plane, screen, more, &
-              mortar%trapped, slave%moved)
+            face%part = corners(:, s)
+            call find_parts(in_parts, x, face, plane, screen, slave, more, mortar%trapped)
             if (allocated(slave%asks)) call look_opposite(slave%asks(number(mine)), plane, x, &
               in_parts, more, number(mine), mortar%opposite)
           end associate

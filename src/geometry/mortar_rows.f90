@@ -99,6 +99,9 @@ module mortar_rows_mod
     !! [length]
     real(wp) :: rounding = 0.0_wp
     !! of places: what is no further apart along the normal before anything moves touches [length]
+    real(wp) :: overlap = 0.0_wp
+    !! how deep the two sides are in each other in the mesh: within one body what is deeper there is
+    !! its own back [length]
   end type slave_t
 
   ! Less of a node's area than that is no contact: its row is nearly that of its neighbours. Dual

@@ -19,6 +19,7 @@ module slave_face_mod
     integer :: n = 0                               !! nodes
     integer :: node(face_nodes) = 0
     integer :: row(face_nodes) = 0                 !! of the nodes
+    integer :: part(face_corners) = 0              !! corners of the part that is looked at
     real(wp) :: x(3, face_nodes) = 0.0_wp          !! where they are [length]
     real(wp) :: alpha(face_nodes) = 0.0_wp
     !! of a node in the middle of an edge the part of the ends in its point, (9.11); else 0 [-]

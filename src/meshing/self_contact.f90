@@ -9,11 +9,13 @@ module self_contact_mod
   use mesh_draft_mod, only: mesh_draft_t
   use small_matrix_mod, only: cross
   use sorting_mod, only: order_of
-  use surface_reach_mod, only: against
+  use surface_reach_mod, only: against, largest_face
   implicit none
   private
 
   public :: divide_surface
+
+  real(wp), parameter :: flat = 0.5_wp !! cosine between faces that continue each other, at least
 
 contains
 
@@ -21,9 +23,10 @@ contains
   !>
   !> From the middle of a face, and from near its corners, rays along its normal meet the first face
   !> that is turned towards it and shares no node with it. From the nearest two on, faces get the
-  !> other side than what they see; what begins anew gets the side of a face beside it that has one.
-  !> Faces that see nothing get the side of neighbours that they continue; around an edge they get
-  !> none, and touch nothing.
+  !> other side than what they see, and that of their own back: a wall between two gaps would be
+  !> taken for an overlap of its sides. What begins anew gets the side of a face beside it that has
+  !> one. Faces that see nothing get the side of neighbours that they continue; around an edge they
+  !> get none, and touch nothing.
   subroutine divide_surface(mesh, faces, side, kind, may_touch)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: faces(:, :)            !! (2,n) element, face
@@ -33,6 +36,9 @@ contains
     integer :: corner(face_corners, size(faces, 2)), f, k
     real(wp) :: normal(3, size(faces, 2))
     integer, allocatable :: seen(:, :), order(:)  !! (2,n_seen) faces that see each other
+    integer :: back(size(faces, 2))               !! what is behind each through the body; 0: none
+    real(wp) :: thickness(size(faces, 2))         !! how far [length]
+    integer, allocatable :: thinnest(:)           !! faces in its order
     real(wp), allocatable :: distance(:)          !! (n_seen) [length]
     logical, allocatable :: counts(:)
 
@@ -42,7 +48,7 @@ contains
         corner(:corners_in(corner(:, f)), f))), 2)
       normal(:, f) = normal(:, f)/max(norm2(normal(:, f)), tiny(1.0_wp))
     end do
-    call look_along_normals(mesh, corner, normal, seen, distance)
+    call look_along_normals(mesh, corner, normal, seen, distance, back, thickness)
     if (present(kind) .and. present(may_touch)) then
       counts = [(may_touch(kind(seen(1, k)), kind(seen(2, k))), k=1, size(distance))]
       seen = seen(:, pack([(k, k=1, size(counts))], counts))
@@ -52,16 +58,22 @@ contains
     if (size(distance) == 0) return
     ! Alike but for a millionth are in the order of the faces.
     call order_of(nint(distance*(1.0e6_wp/max(maxval(distance), tiny(1.0_wp)))), order)
-    call colour(mesh%n_nodes, corner, normal, seen(:, order), side)
+    thickness = min(thickness, largest_face(corner, mesh%coordinates)*size(side))
+    call order_of(nint(thickness*(1.0e6_wp/max(maxval(thickness), tiny(1.0_wp)))), thinnest)
+    call colour(mesh%n_nodes, corner, normal, seen(:, order), distance(order), thinnest, &
+      back(thinnest), side)
   end subroutine divide_surface
 
-  !> Which faces see each other, and how far apart.
-  subroutine look_along_normals(mesh, corner, normal, seen, distance)
+  !> Which faces see each other, and how far apart, and the back of each.
+  subroutine look_along_normals(mesh, corner, normal, seen, distance, back, &
+    thickness)
     type(mesh_draft_t), intent(in) :: mesh
     integer, intent(in) :: corner(:, :)       !! (4,n) the fourth is 0 in a triangle
     real(wp), intent(in) :: normal(:, :)      !! (3,n)
     integer, allocatable, intent(out) :: seen(:, :)    !! (2,n_seen)
     real(wp), allocatable, intent(out) :: distance(:)  !! (n_seen) [length]
+    integer, intent(out) :: back(:)           !! (n) 0: none
+    real(wp), intent(out) :: thickness(:)     !! (n) as far as that is [length]
     real(wp), parameter :: inwards = 0.1_wp   !! of a ray near a corner, towards the middle [-]
     type(face_grid_t) :: grid
     real(wp) :: from(3, face_corners + 1), middle(3), low(3), high(3), way
@@ -82,23 +94,26 @@ contains
         from(:, k) = middle + (1.0_wp - inwards)*(mesh%coordinates(:, corner(k, f)) - middle)
       end do
       do k = 1, n + 1
-        call find_first(from(:, k), normal(:, f), first, way)
+        call find_first(from(:, k), normal(:, f), 1, first, way)
         if (first == 0) cycle
         if (share_a_node(corner(:, f), corner(:, first))) cycle
         n_seen = n_seen + 1
         seen(:, n_seen) = [f, first]
         distance(n_seen) = max(0.0_wp, way)
       end do
+      call find_first(middle, -normal(:, f), -1, back(f), thickness(f))
     end do
     seen = seen(:, :n_seen)
     distance = distance(:n_seen)
 
   contains
 
-    !> The first face that is turned towards a place before it: parts of the way twice as long as
-    !> the one before are looked at until one has a face, or the way has left the surface's box.
-    subroutine find_first(place, along, first, way)
+    !> The first face that is turned towards a place before it (1), or away from it (-1): parts of
+    !> the way twice as long as the one before are looked at until one has a face, or the way has
+    !> left the surface's box.
+    subroutine find_first(place, along, turned, first, way)
       real(wp), intent(in) :: place(3), along(3) !! [length], [-]
+      integer, intent(in) :: turned
       integer, intent(out) :: first              !! 0: none
       real(wp), intent(out) :: way               !! how far away it is [length]
       integer, allocatable :: near(:)
@@ -115,8 +130,11 @@ contains
           end*along), near)
         do i = 1, size(near)
           g = near(i)
-          if (dot_product(along, normal(:, g)) > against) cycle
-          t = way_to(mesh%coordinates(:, corner(:corners_in(corner(:, g)), g)), place, along)
+          if (turned*dot_product(along, normal(:, g)) > against) cycle
+          associate (node => corner(:corners_in(corner(:, g)), g))
+            t = way_to(mesh%coordinates(:, merge(node, node(size(node):1:-1), turned > 0)), place, &
+              along)
+          end associate
           if (t >= way) cycle
           way = t
           first = g
@@ -180,49 +198,65 @@ contains
     if (way < -touching*sqrt(norm2(normal))) way = huge(1.0_wp)
   end function way_to
 
-  !> Give faces their sides, from the nearest two that see each other on.
-  subroutine colour(n_nodes, corner, normal, seen, side)
+  !> Give faces their sides, from the nearest two that see each other on: first what sees another
+  !> nearer than twice the least distance, then twice as far, and so on.
+  subroutine colour(n_nodes, corner, normal, seen, distance, thinnest, back, side)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: corner(:, :)   !! (4,n)
     real(wp), intent(in) :: normal(:, :)  !! (3,n)
     integer, intent(in) :: seen(:, :)     !! (2,n_seen) the nearest first
+    real(wp), intent(in) :: distance(:)   !! (n_seen) [length]
+    integer, intent(in) :: thinnest(:)    !! (n) faces, the one that is nearest to its back first
+    integer, intent(in) :: back(:)        !! (n) of these; 0: none
     integer, intent(inout) :: side(:)     !! (n)
-    type(lists_t) :: sight                !! of each face those that it sees or is seen by
     type(lists_t) :: about                !! of each node the faces that have it
-    logical :: sees(size(side))
+    type(lists_t) :: sight                !! of each face those that it sees or is seen by
     integer :: queue(size(side))          !! faces that have a side, in the order of getting it
-    integer :: n_queued, n_looked, n_beside, k
+    logical :: counts(size(side))         !! faces that may get one now
     logical :: gave
+    real(wp) :: far                       !! [length]
+    integer :: n_queued, n_across, n_beside, k, first
 
-    associate (one => [seen(1, :), seen(2, :)], other => [seen(2, :), seen(1, :)])
-      sight = lists_by_key(one, size(side))
-      sight%item = other(sight%item)
-    end associate
     about = columns_with(corner, n_nodes)
-    sees = .false.
-    sees([seen]) = .true.
     n_queued = 0
-    n_looked = 0
-    n_beside = 0
-    do k = 1, size(seen, 2)
-      if (side(seen(1, k)) > 0) cycle
-      call give(seen(1, k), 1)
-      do
-        ! What is seen from a side, then what lies beside one.
-        if (n_looked < n_queued) then
-          n_looked = n_looked + 1
-          call go_across(queue(n_looked))
-        else if (n_beside < n_queued) then
-          call go_on(queue(n_beside + 1), of_sight=.true., gave=gave)
-          if (.not. gave) n_beside = n_beside + 1
-        else
-          exit
-        end if
+    first = 1
+    do while (first <= size(seen, 2))
+      far = 2.0_wp*distance(first)
+      do k = first, size(seen, 2)
+        if (distance(k) > far) exit
+      end do
+      first = k
+      associate (one => [seen(1, :first - 1), seen(2, :first - 1)], &
+                 other => [seen(2, :first - 1), seen(1, :first - 1)])
+        sight = lists_by_key(one, size(side))
+        sight%item = other(sight%item)
+        counts = .false.
+        counts(one) = .true.
+      end associate
+      n_across = 0
+      n_beside = 0
+      do k = 1, first
+        do
+          ! What is seen from a side, then what lies beside one, then what is behind one.
+          if (n_across < n_queued) then
+            n_across = n_across + 1
+            call go_across(queue(n_across))
+          else if (n_beside < n_queued) then
+            call go_on(queue(n_beside + 1), -1.0_wp, gave)
+            if (.not. gave) n_beside = n_beside + 1
+          else
+            call go_behind(gave)
+            if (.not. gave) exit
+          end if
+        end do
+        if (k == first) exit
+        if (side(seen(1, k)) == 0) call give(seen(1, k), 1)
       end do
     end do
+    counts = .true.
     n_beside = 0
     do while (n_beside < n_queued)
-      call go_on(queue(n_beside + 1), of_sight=.false., gave=gave)
+      call go_on(queue(n_beside + 1), flat, gave)
       if (.not. gave) n_beside = n_beside + 1
     end do
 
@@ -246,21 +280,34 @@ contains
       end do
     end subroutine go_across
 
-    !> A neighbour of a face gets its side: one that sees something, or one that sees nothing and
-    !> continues it within 60 degrees.
-    subroutine go_on(face, of_sight, gave)
-      integer, intent(in) :: face
-      logical, intent(in) :: of_sight
+    !> The back of a face gets its side, the nearest first.
+    subroutine go_behind(gave)
       logical, intent(out) :: gave     !! false: there is none without a side
-      real(wp), parameter :: flat = 0.5_wp !! cosine of the normals, at least
+      integer :: i
+
+      gave = .false.
+      do i = 1, size(thinnest)
+        if (side(thinnest(i)) == 0 .or. back(i) == 0) cycle
+        if (side(back(i)) > 0 .or. .not. counts(back(i))) cycle
+        call give(back(i), side(thinnest(i)))
+        gave = .true.
+        return
+      end do
+    end subroutine go_behind
+
+    !> A neighbour of a face gets its side, if it continues it so far.
+    subroutine go_on(face, cosine, gave)
+      integer, intent(in) :: face
+      real(wp), intent(in) :: cosine   !! of the normals, at least
+      logical, intent(out) :: gave     !! false: there is none without a side
       integer :: c, i
 
       gave = .false.
       do c = 1, corners_in(corner(:, face))
         do i = about%first(corner(c, face)), about%first(corner(c, face) + 1) - 1
           associate (other => about%item(i))
-            if (side(other) > 0 .or. (sees(other) .neqv. of_sight)) cycle
-            if (.not. of_sight .and. dot_product(normal(:, face), normal(:, other)) < flat) cycle
+            if (side(other) > 0 .or. .not. counts(other)) cycle
+            if (dot_product(normal(:, face), normal(:, other)) < cosine) cycle
             call give(other, side(face))
           end associate
           gave = .true.

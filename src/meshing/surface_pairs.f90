@@ -117,6 +117,7 @@ contains
     may_overlap = .false.
     associate (slave => surfaces%list(pair%surface), mesh => model%mesh)
       if (pair%master_surface > 0) then
+        if (is_self(slave, surfaces%list(pair%master_surface))) return
         call find_overlap(model, slave, surfaces%list(pair%master_surface), pair%overlap, &
           mortar%trapped)
         may_overlap = pair%overlap > 0.0_wp
@@ -449,7 +450,7 @@ contains
         return
       end if
       ! A surface before itself may go around an element.
-      ok = slave%name == master%name .or. .not. any(has_slave(master%faces(1, :)))
+      ok = is_self(slave, master) .or. .not. any(has_slave(master%faces(1, :)))
       if (.not. ok) then
         call report(reader, position, quoted(slave%name)//' and '//quoted(master%name)// &
           ' are two sides of the same elements: they cannot touch')
@@ -458,8 +459,9 @@ contains
       far = reach_of_all(s, m, x) + reach_of_faces(slaves, masters, x)
       call make_mortar(slave_t(slaves, s, skin=model%mesh%skin, piece=model%mesh%piece, &
         asks_way_out=.true.), masters, x, far, mortar)
-      pair%overlap = max(0.0_wp, -minval(mortar%least_gap))
-      ok = pair%overlap > 0.0_wp .or. .not. mortar%trapped < huge(1.0_wp)
+      if (.not. is_self(slave, master)) pair%overlap = max(0.0_wp, -minval(mortar%least_gap))
+      ok = pair%overlap > 0.0_wp .or. is_self(slave, master) .or. .not. mortar%trapped < &
+        huge(1.0_wp)
       if (.not. ok) then
         call report(reader, position, quoted(slave%name)//' is inside '//quoted(master%name)// &
           ' without a way out: no face there is opposite one of the other surface by which '// &
@@ -484,6 +486,14 @@ contains
         quoted(slave%name)//': the surfaces of a contact pair must be turned towards each other')
     end if
   end subroutine check_sides
+
+  !> Whether two surfaces are the sides of one: a body is not in itself in its mesh, and a place
+  !> that looks to be in its own other side sees its back.
+  pure logical function is_self(slave, master)
+    type(surface_t), intent(in) :: slave, master
+
+    is_self = slave%name == master%name
+  end function is_self
 
   !> Note where the slave's faces are larger than those of the master that they lie opposite.
   subroutine note_coarse_slave(reader, slave, master, slaves, masters, x, mortar)

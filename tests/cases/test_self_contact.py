@@ -70,6 +70,39 @@ def pair(surfaces):
 GENERAL = "*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n*CONTACT PROPERTY ASSIGNMENT\n, , I\n"
 
 
+def accordion(contact, step):
+    """Return the deck of five layers, 0.2 thick and 0.1 apart, joined left and right in turn.
+
+    LOWk and UPk are what lies below and above the gap k. The bottom is held, the top pressed down.
+    """
+    n, layers = 8, 5
+    ids, elements = {}, ""
+    rows = 3 * layers - 1
+    for j in range(rows):
+        for i in range(n):
+            if j % 3 == 2 and i != (0 if j // 3 % 2 else n - 1):
+                continue
+            corners = [ids.setdefault((a, b), len(ids) + 1)
+                       for a, b in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))]
+            elements += f"{len(elements.splitlines()) + 1}, {', '.join(map(str, corners))}\n"
+    nodes = "".join(f"{k}, {0.5 * i}, {0.1 * j}\n" for (i, j), k in ids.items())
+    sets = ""
+    for gap in range(layers - 1):
+        for name, row in (("LOW", 3 * gap + 2), ("UP", 3 * gap + 3)):
+            sets += f"*NSET, NSET={name}{gap}\n" + "".join(
+                f"{k}\n" for (i, j), k in ids.items()
+                if j == row and i != (0 if gap % 2 else n))
+    return (
+        f"*NODE\n{nodes}*ELEMENT, TYPE=CPE4, ELSET=W\n{elements}{sets}"
+        "*NSET, NSET=BOTTOM\n" + "".join(f"{k}\n" for (_, j), k in ids.items() if j == 0)
+        + "*NSET, NSET=TOP\n" + "".join(f"{k}\n" for (_, j), k in ids.items() if j == rows)
+        + "*MATERIAL, NAME=M\n*HYPERELASTIC, NEO HOOKE\n192.3, 0.0024\n"
+        "*SOLID SECTION, ELSET=W, MATERIAL=M\n*SURFACE INTERACTION, NAME=I\n*FRICTION\n0.1\n"
+        f"{contact}*BOUNDARY\nBOTTOM, 1, 2\nTOP, 1, 1\n{step}\n*STATIC\n0.2, 1.\n*BOUNDARY\n"
+        "TOP, 2, 2, -0.3\n*END STEP\n"
+    )
+
+
 class Self(unittest.TestCase):
     def solve(self, deck):
         run = Run(deck, name="deck")
@@ -96,6 +129,18 @@ class Self(unittest.TestCase):
                         self.assertEqual(list(itself.pairs), [name])
                         u, v = (of.field("displacement") for of in (itself, named))
                         self.assertLess(abs(u - v).max(), 1e-8 * abs(v).max())
+
+    def test_walls_between_gaps(self):
+        """Both sides of a wall have one side, and its back is no overlap, however far all moves."""
+        roles = "LOW0, UP0\nUP1, LOW1\nLOW2, UP2\nUP3, LOW3\n"
+        named, _ = self.solve(accordion(pair(roles.rstrip()), "*STEP, NLGEOM"))
+        itself, run = self.solve(accordion(GENERAL, "*STEP, NLGEOM"))
+        self.assertNotIn("removes the overlap", run.output)
+        forces = sum(of.normal_sum[-1] for of in named.pairs.values())
+        self.assertGreater(forces, 10)
+        self.assertAlmostEqual(itself.pairs["W:W"].normal_sum[-1], forces, delta=1e-6 * forces)
+        u, v = (of.field("displacement") for of in (itself, named))
+        self.assertLess(abs(u - v).max(), 1e-6 * abs(v).max())
 
     def test_one_name_is_the_surface_with_itself(self):
         itself, _ = self.solve(clip(pair("SKIN")))

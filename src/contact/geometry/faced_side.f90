@@ -78,6 +78,7 @@ contains
       end if
       reach = reach_of_faces(slave%faces, master, x) + of%overlap
       behind = deep_in(of%overlap, reach)
+      slave%overlap = behind
       if (of%small_sliding) then
         slave%moved = u
       else
