@@ -97,6 +97,7 @@ contains
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
       tolerance, slips_of_turns(scene, points, forces%middles, contact, old, new))
+    certificate%strain = forces%of_elements%energy
     if (present(own)) then
       certificate%equilibrium = max(certificate%equilibrium, wrong_motion)
       certificate%certified = certificate%certified .and. wrong_motion <= 10.0_wp*tolerance

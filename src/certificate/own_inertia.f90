@@ -19,7 +19,13 @@ module own_inertia_mod
   implicit none
   private
 
-  public :: add_inertia, balance_in_time
+  public :: add_inertia, balance_in_time, balance_bodies, keep_strains
+
+  !> Rows of the energies of a body: of its strains; what contact and scheme have given it, and the
+  !> least of that; work of loads, supports and damping; work of contact; the largest that was there
+  !> or was turned over.
+  integer, parameter :: of_strain = 1, of_gifts = 2, least_gift = 3, of_loads = 4, of_contact = 5, &
+    largest_of_body = 6
 
 contains
 
@@ -202,7 +208,7 @@ contains
         new%contact_work = new%contact_work + mean(1)*dot_product(contact%frame(:, 1, i), way)
       end associate
     end do
-    call follow_turning(scene, own, old, new)
+    if (scene%finite_strain) call follow_turning(scene, own, old, new)
     rounding = nothing*sum(nodal_masses(scene%mesh, own))*(maxval(abs(new%displacement))/ &
       time_between(scene%steps(own%step), old, new))**2
     gain = new%kinetic_energy + energy%strain + new%dissipation + new%damped - &
@@ -218,6 +224,100 @@ contains
       rounding)*mean_inertia(own, i))), i=1, scene%mesh%n_pieces)]))
   end subroutine balance_in_time
 
+  !> What contact and scheme give each body by itself, beside what it has: the energy of a large one
+  !> hides what a small one gets. Of bodies that press on each other the larger counts for both.
+  !>
+  !> Not where strains are finite or springs join bodies, nor where points act on several nodes of a
+  !> slave face: energies of these are not known by body.
+  pure subroutine balance_bodies(scene, points, own, contact, strain, old, new, energy)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(own_mass_t), intent(in) :: own
+    type(contact_fields_t), intent(in) :: contact
+    real(wp), intent(in) :: strain(0:)              !! (0:n_bodies) [energy]
+    type(state_t), intent(in) :: old
+    type(state_t), intent(inout) :: new             !! gets the energies of its bodies
+    type(energy_t), intent(inout) :: energy         !! gets the body that was given most
+    real(wp), parameter :: counts = 1.0e-6_wp
+    !! of the largest energy of all: what is less does not matter [-]
+    real(wp), dimension(0:scene%mesh%n_bodies) :: kinetic, loads, pressed, along_gaps, largest
+    real(wp), dimension(3, scene%mesh%n_nodes) :: u, momentum, before
+    type(edge_middles_t) :: middles
+    real(wp) :: force(3), normal
+    integer :: i, k, node, b
+
+    call find_edge_middles(scene, points, contact%weights, middles)
+    if (scene%finite_strain .or. scene%mesh%springs%n > 0 .or. middles%is_any) return
+    if (allocated(scene%foundations)) return
+    u = new%displacement - old%displacement
+    momentum = weigh(scene%mesh, own, new%velocity)
+    before = weigh(scene%mesh, own, old%velocity)
+    kinetic = 0.0_wp
+    loads = 0.0_wp
+    pressed = 0.0_wp
+    along_gaps = 0.0_wp
+    largest = 0.0_wp
+    if (.not. allocated(new%by_body)) allocate (new%by_body(6, scene%mesh%n_bodies), source=0.0_wp)
+    associate (body => scene%mesh%body, bodies => new%by_body)
+      do node = 1, scene%mesh%n_nodes
+        b = body(node)
+        kinetic(b) = kinetic(b) + 0.5_wp*(dot_product(new%velocity(:, node), momentum(:, node)) - &
+          dot_product(old%velocity(:, node), before(:, node)))
+        largest(b) = largest(b) + 0.5_wp*dot_product(new%velocity(:, node), momentum(:, node))
+        loads(b) = loads(b) + 0.5_wp*dot_product(u(:, node), old%external_force(:, node) + &
+          old%support_force(:, node) + new%external_force(:, node) + new%support_force(:, node) - &
+          old%damping_force(:, node) - new%damping_force(:, node))
+      end do
+      largest = largest + strain
+      do i = 1, points%n
+        force = 0.5_wp*(old%reaction(:, i) + new%reaction(:, i))
+        if (.not. maxval(abs(force)) > 0.0_wp) cycle
+        normal = dot_product(force, contact%frame(:, 1, i))
+        b = body(points%node(i))
+        pressed(b) = pressed(b) + dot_product(force, u(:, points%node(i)))
+        along_gaps(b) = along_gaps(b) + normal*dot_product(contact%frame(:, 1, i), &
+          u(:, points%node(i)))
+        do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
+          associate (other => contact%weights%node(k), weight => contact%weights%weight(k))
+            pressed(body(other)) = pressed(body(other)) - weight*dot_product(force, u(:, other))
+            along_gaps(b) = along_gaps(b) - weight*normal*dot_product(contact%frame(:, 1, i), &
+              u(:, other))
+            if (body(other) > 0 .and. b > 0) largest([b, body(other)]) = max(largest(b), &
+              largest(body(other)), bodies(largest_of_body, b), bodies(largest_of_body, &
+              body(other)))
+          end associate
+        end do
+      end do
+      do b = 1, scene%mesh%n_bodies
+        associate (of => bodies(:, b))
+          of(of_gifts) = of(of_gifts) + kinetic(b) + strain(b) - of(of_strain) - loads(b) - &
+            pressed(b) + along_gaps(b)
+          of(of_strain) = strain(b)
+          of(least_gift) = min(of(least_gift), of(of_gifts))
+          of(of_loads) = of(of_loads) + loads(b)
+          of(of_contact) = of(of_contact) + pressed(b)
+          of(largest_of_body) = max(of(largest_of_body), largest(b), abs(of(of_loads)) + &
+            abs(of(of_contact)))
+          if (.not. of(largest_of_body) > counts*new%largest_energy) cycle
+          associate (risen => (of(of_gifts) - of(least_gift))/of(largest_of_body))
+            if (risen > energy%risen_of_one) energy%risen_body = b
+            energy%risen_of_one = max(energy%risen_of_one, risen)
+          end associate
+        end associate
+      end do
+    end associate
+  end subroutine balance_bodies
+
+  !> What the strains of bodies have as static increments end.
+  pure subroutine keep_strains(strain, state)
+    real(wp), intent(in) :: strain(0:)        !! (0:n_bodies) [energy]
+    type(state_t), intent(inout) :: state
+
+    if (.not. allocated(state%by_body)) allocate (state%by_body(6, ubound(strain, 1)), &
+      source=0.0_wp)
+    state%by_body(of_strain, :) = strain(1:)
+  end subroutine keep_strains
+
   !> Add the angular momentum that pieces get in an increment, and no torque explains.
   pure subroutine follow_turning(scene, own, old, new)
     type(scene_t), intent(in) :: scene
@@ -227,12 +327,8 @@ contains
     real(wp), dimension(3, scene%mesh%n_nodes) :: first, last
 
     associate (mesh => scene%mesh, alpha => scene%steps(own%step)%alpha)
-      first = mesh%coordinates(:, :mesh%n_nodes)
-      last = first
-      if (scene%finite_strain) then
-        first = first + old%displacement
-        last = last + new%displacement
-      end if
+      first = mesh%coordinates + old%displacement
+      last = mesh%coordinates + new%displacement
       new%twist = old%twist + momentum_about_centres(mesh, own, last, weigh(mesh, own, &
         new%velocity)) - momentum_about_centres(mesh, own, first, weigh(mesh, own, old%velocity)) &
         + time_between(scene%steps(own%step), old, new)*((0.5_wp + alpha)*momentum_about_centres( &

@@ -26,7 +26,7 @@ module advance_mod
     ended_unbalanced, ended_moving, ended_out_of_reach, ended_stalled, ended_passed, &
     ended_inverted, ended_out_of_balance, ended_indefinite
   use certificate_mod, only: energy_balance
-  use own_inertia_mod, only: balance_in_time
+  use own_inertia_mod, only: balance_in_time, balance_bodies, keep_strains
   use certify_increment_mod, only: certify_increment
   use bodies_mod, only: is_linear, strain_energy, find_heat
   use turned_slips_mod, only: work_of_torques
@@ -353,6 +353,8 @@ contains
       report%energy%strain = strain_energy(scene, trial%free, new, trial%forces%internal - &
         inertia_at(scene, solver, new%displacement))
       call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
+      call balance_bodies(scene, points, solver%own_mass, report%contact, &
+        report%certificate%strain, old, new, report%energy)
       report%in_time = error_in_time(solver, old, new)
       call watch_inertia(solver, trial%forces%internal - inertia_at(scene, solver, &
         new%displacement), new)
@@ -360,6 +362,7 @@ contains
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
       trial%forces%internal), report%energy, of_others, surplus)
+    if (any(scene%steps%is_dynamic)) call keep_strains(report%certificate%strain, new)
     call come_to_rest(new)
   end subroutine finish
 

@@ -53,6 +53,7 @@ module increment_report_mod
     integer  :: torn_point = 0
     !! it presses, or is inside, where its mean is over both faces of a step or a concave edge; 0:
     !! none
+    real(wp), allocatable :: strain(:) !! (0:n_bodies) of each, at small strain [energy]
   end type certificate_t
 
   !> How wrong the contact resultants are, by source, each a part of the largest; negative where it
@@ -94,6 +95,8 @@ module increment_report_mod
     real(wp) :: begun = 0.0_wp       !! kinetic, that the run began with
     real(wp) :: risen = 0.0_wp
     !! what contact and scheme have given since the least that they had, of the largest energy [-]
+    real(wp) :: risen_of_one = 0.0_wp !! the same of a body by itself, where that is most [-]
+    integer :: risen_body = 0         !! which; 0: not known, or none
     real(wp) :: turned = 0.0_wp
     !! angular momentum of a body that no torque explains, of what the largest energy would give [-]
   end type energy_t

@@ -74,6 +74,7 @@ module state_mod
     real(wp) :: begun_energy = 0.0_wp             !! kinetic, that the run began with [energy]
     real(wp) :: least_gain = 0.0_wp
     !! of the energy that contact and scheme have given, the least so far [energy]
+    real(wp), allocatable :: by_body(:, :) !! (6, n_bodies) as of own_inertia [energy]
     real(wp), allocatable :: twist(:, :)
     !! (3, n_pieces) angular momentum that no torque explains [mass length^2/time]
     real(wp) :: largest_energy = 0.0_wp !! that has been there, or was turned over [energy]
@@ -152,6 +153,7 @@ contains
     call archive(list, state%kinetic_energy)
     call archive(list, state%contact_work)
     call archive(list, state%begun_energy)
+    call archive(list, state%by_body)
     call archive(list, state%twist)
     call archive(list, state%least_gain)
     call archive(list, state%largest_energy)
@@ -191,7 +193,7 @@ contains
 
     most_numbers = 15_i8*n_nodes + 12_i8*n_points + 90_i8*n_modes
     if (.not. present(moves)) return
-    if (moves) most_numbers = most_numbers + 9_i8*n_nodes
+    if (moves) most_numbers = most_numbers + 15_i8*n_nodes
   end function most_numbers
 
   !> What it takes to go on from an increment: its state, that in coarser increments, prescribed

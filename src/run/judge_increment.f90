@@ -133,7 +133,7 @@ contains
       if (allocated(error)) return
       call judge_overlap(scene, plan, solver%choices%tolerance, solved, notes, error)
       if (allocated(error)) return
-      if (is_dynamic) call refuse_gained_energy(increment, report, error)
+      if (is_dynamic) call refuse_gained_energy(scene%mesh, increment, report, error)
       if (allocated(error)) return
       call estimate_errors(scene, plan, solver, solved%state, progress, entries, &
         increment%last_of_step, report)

@@ -584,17 +584,26 @@ contains
   end subroutine refuse_lost_energy
 
   !> Bodies must not gain energy that nothing has given them.
-  subroutine refuse_gained_energy(increment, report, error)
+  subroutine refuse_gained_energy(mesh, increment, report, error)
+    type(mesh_t), intent(in) :: mesh
     type(increment_t), intent(in) :: increment
     type(increment_report_t), intent(in) :: report
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: most = 0.03_wp !! of the largest energy so far [-]
 
-    if (report%energy%risen <= most) return
-    call raise_at(increment, error, 'contact and the scheme in time have given the bodies '// &
-      percent(report%energy%risen)//' of their largest energy, and in nature they give none: '// &
-      'increments no longer than an element over the speed of sound give less, and an ALPHA of '// &
-      '*DYNAMIC below 0 takes some')
+    character(:), allocatable :: whom, given
+
+    if (max(report%energy%risen, report%energy%risen_of_one) <= most) return
+    whom = 'the bodies'
+    given = percent(report%energy%risen)//' of their'
+    if (report%energy%risen <= most) then
+      whom = 'the body of node '//to_text(mesh%node_id(findloc(mesh%body, &
+        report%energy%risen_body, dim=1)))
+      given = percent(report%energy%risen_of_one)//' of its'
+    end if
+    call raise_at(increment, error, 'contact and the scheme in time have given '//whom//' '//given &
+      //' largest energy, and in nature they give none: increments no longer than an element '// &
+      'over the speed of sound give less, and an ALPHA of *DYNAMIC below 0 takes some')
   end subroutine refuse_gained_energy
 
   !> An equilibrium that the least disturbance leaves is not what a body does.

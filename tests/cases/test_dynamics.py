@@ -548,6 +548,12 @@ class Energies(DynamicCase):
         run = Run(deck, name="d")
         self.assertEqual(run.status, 2)
         self.assertIn("have given the bodies", run.errors)
+        # Nor beside a body that flies by with a thousand times its energy.
+        other = block("C", (5, 0, 0), (1, 1, 1), (1, 1, 1))
+        deck = deck.replace("*MATERIAL", other + "*MATERIAL", 1)
+        run = Run(deck.replace("*STEP\n", thrown(C=(1600.0, 0, 0)) + "*STEP\n"), name="d")
+        self.assertEqual(run.status, 2)
+        self.assertIn("have given the body of node 1 ", run.errors)
 
 
 class Steps(DynamicCase):
