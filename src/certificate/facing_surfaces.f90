@@ -10,6 +10,7 @@ module facing_surfaces_mod
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_covered, &
     is_across, n_sides
   use sectors_mod, only: without_turn
+  use surfaces_mod, only: all_nodes_of
   use state_mod, only: state_t
   use increment_report_mod, only: contact_fields_t
   use obstacle_gaps_mod, only: frame_of
@@ -46,6 +47,7 @@ contains
       if (points%first(pair + 1) == points%first(pair) .or. is_pair_removed(points, pair)) cycle
       if (.not. points%on_surface(points%first(pair))) cycle
       if (size(scene%surfaces(scene%pairs(pair)%surface)%faces, 2) == 0) cycle
+      if (is_out_of_reach(scene, points, pair, new)) cycle
       do side = 1, n_sides(points, pair)
         call put_together(scene, points, pair, side, new, sides)
         call integrate(sides, rows)
@@ -60,6 +62,47 @@ contains
       end do
     end do
   end subroutine face_surfaces
+
+  !> Whether two surfaces of bodies are so far apart that nothing of their rows matters: boxes about
+  !> their nodes leave more than the diagonal of the larger one between them, and no point has a
+  !> reaction.
+  pure logical function is_out_of_reach(scene, points, pair, new)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair
+    type(state_t), intent(in) :: new
+    real(wp) :: box(3, 2, 2)     !! low and high, of slave and master [length]
+    integer, allocatable :: of_faces(:, :), nodes(:)
+    integer :: k
+
+    is_out_of_reach = .false.
+    associate (of => scene%pairs(pair), first => points%first(pair), &
+               last => points%first(pair + 1) - 1)
+      if (of%master /= 0 .or. of%small_sliding) return
+      if (any(abs(new%reaction(:, first:last)) > 0.0_wp)) return
+      of_faces = all_nodes_of(scene%surfaces(of%master_surface)%faces, scene%mesh%connectivity)
+      nodes = pack(of_faces, of_faces > 0)
+      box(:, :, 1) = box_of(points%node(first:last))
+      box(:, :, 2) = box_of(nodes)
+    end associate
+    associate (apart => max(box(:, 1, 1) - box(:, 2, 2), box(:, 1, 2) - box(:, 2, 1)))
+      is_out_of_reach = maxval(apart) > maxval([(norm2(box(:, 2, k) - box(:, 1, k)), k=1, 2)])
+    end associate
+
+  contains
+
+    !> Low and high of some nodes, where they are.
+    pure function box_of(nodes) result(box)
+      integer, intent(in) :: nodes(:)
+      real(wp) :: box(3, 2)
+
+      associate (x => scene%mesh%coordinates(:, nodes) + new%displacement(:, nodes))
+        box(:, 1) = minval(x, dim=2)
+        box(:, 2) = maxval(x, dim=2)
+      end associate
+    end function box_of
+
+  end function is_out_of_reach
 
   !> The gaps of points before surfaces and facets in a state, where they differ from what was said
   !> by more than rules of quadrature do. Others stay as they are, and so do those of rows that are
