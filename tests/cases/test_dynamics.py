@@ -321,6 +321,27 @@ class ClosedForms(DynamicCase):
             self.assertLess(second, 0.4 * first)
             self.assertGreater(second, 0.1 * first)
 
+    def test_a_pendulum_swings_through(self):
+        """A bar that hangs on an edge falls from level to the other side, as if it were rigid."""
+        deck = finite(
+            block("B", (0, 0, 0), (1, 0.1, 0.1), (8, 1, 1)) + MATERIAL.format(1e5, 0.3)
+            + "*BOUNDARY\n1, 1, 3\n10, 1, 3\n"
+            + step(0.01, 1.2, weight((0, 0, -10.0)) + "*NODE FILE, FREQUENCY=1\nU\n")
+        )  # fmt: skip
+        with self.solve(deck) as result:
+            end = int(np.argmax(result.points[:, 0] - result.points[:, 2]))
+            at = [result.points[end] + result.field("displacement", i)[end] for i in range(120)]
+            found = np.unwrap([math.atan2(-z, x) for x, _, z in at])
+        angle, rate, right = 0.0, 0.0, []
+        for i in range(12000):
+            # Its inertia about the edge, and where its centre is.
+            rate += 1e-4 * 10 * (0.5 * math.cos(angle) + 0.05 * math.sin(angle)) * 3 / 1.01
+            angle += 1e-4 * rate
+            if i % 100 == 99:
+                right.append(angle)
+        self.assertGreater(max(right), 3.0)
+        self.assertLess(abs(found - right).max(), 0.01)
+
     def test_a_cube_tumbles(self):
         """It lands on a corner, slides and turns, on faces all of which may touch."""
         faces = ", ".join(f"B-{side}" for side in ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX"))
