@@ -40,6 +40,7 @@ module bodies_inside_mod
     integer,  allocatable :: skipped(:, :) !! (2,n) pieces that may be in each other
     logical :: is_first_enough = .false. !! any place will do
     logical :: skips_found = .false.     !! pieces found in each other are skipped, and no place is
+    type(inside_t) :: of_no_pair         !! the first place that is found so where no pair has faces
     real(wp) :: allowed = 0.0_wp         !! depth that is none [length]
     logical :: ends_step = .true.
   end type look_t
@@ -56,7 +57,7 @@ contains
   !> press they are allowed what is between nodes. Bodies that constraints join do not count, nor
   !> those that overlap in the mesh of the deck or may by *CONTACT EXCLUSIONS, nor those whose pair
   !> a *STEP has removed.
-  pure subroutine find_inside(scene, points, contact, u, least, ends_step, deepest)
+  pure subroutine find_inside(scene, points, contact, u, least, ends_step, deepest, in_mesh)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(contact_fields_t), intent(in) :: contact !! at the end of the increment
@@ -64,6 +65,7 @@ contains
     real(wp), intent(in) :: least          !! depth that rounding and tolerance leave [length]
     logical, intent(in) :: ends_step
     type(inside_t), intent(out) :: deepest
+    type(inside_t), intent(out) :: in_mesh !! a place of what the mesh has in each other, of no pair
     type(inside_t) :: none
     type(look_t) :: now, rest
     integer :: i
@@ -100,6 +102,7 @@ contains
     rest%skips_found = .true.
     if (allocated(rest%rise)) deallocate (rest%rise)
     call find_deepest(scene, rest, none)
+    in_mesh = rest%of_no_pair
     now%skipped = rest%skipped
     call find_deepest(scene, now, deepest)
   end subroutine find_inside
@@ -359,6 +362,7 @@ contains
     type(inside_t), intent(inout) :: deepest
 
     if (look%skips_found) then
+      if (look%of_no_pair%node == 0 .and. found%pair == 0) look%of_no_pair = found
       look%skipped = reshape([look%skipped, piece, found%piece], [2, size(look%skipped, 2) + 1])
     else
       deepest = found

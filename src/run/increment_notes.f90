@@ -180,13 +180,17 @@ contains
   end subroutine note_node_behind
 
   !> A body is inside another that it has no contact with.
-  pure subroutine note_inside(scene, increment, inside, notes)
+  pure subroutine note_inside(scene, increment, inside, notes, since)
     type(scene_t), intent(in) :: scene
     type(increment_t), intent(in) :: increment
     type(inside_t), intent(in) :: inside
     type(note_t), allocatable, intent(inout) :: notes(:)
+    character(*), intent(in), optional :: since !! when; left out: this increment
+    character(:), allocatable :: words
 
-    call add_note(notes, increment, .false., ': '//inside_in_words(scene, inside))
+    words = inside_in_words(scene, inside)
+    if (present(since)) words = words//since
+    call add_note(notes, increment, .false., ': '//words)
   end subroutine note_inside
 
   !> An increment is cut in which an obstacle would pass a point, or a face.

@@ -255,7 +255,7 @@ contains
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(face_entry_t) :: unfelt
-    type(inside_t) :: inside
+    type(inside_t) :: inside, in_mesh
     real(wp), allocatable :: places(:, :) !! (3,n_nodes) of faces [length]
     real(wp) :: allowed(size(scene%pairs)) !! [length]
     real(wp) :: least                      !! [length]
@@ -283,7 +283,9 @@ contains
       ! Where everything may touch none is on its way: what is inside has passed a surface.
       if (.not. (allocated(scene%may_overlap) .or. increment%last_of_step)) return
       call find_inside(scene, plan%points, solved%report%contact, u, least, &
-        increment%last_of_step, inside)
+        increment%last_of_step, inside, in_mesh)
+      if (increment%step == 1 .and. increment%last_of_step .and. in_mesh%node > 0) call &
+        note_inside(scene, increment, in_mesh, notes, ', in the mesh of the deck already')
       if (inside%node == 0) return
       if (allocated(scene%may_overlap) .or. inside%pair > 0) then
         call refuse_inside(scene, increment, inside, error)

@@ -235,6 +235,17 @@ class General(unittest.TestCase):
                 else:
                     self.assertNotIn("inside LOW", run.errors + run.output)
 
+    def test_what_the_mesh_has_in_each_other_is_told(self):
+        """Once, where nothing keeps it out; bodies that touch overlap by nothing."""
+        for height, n in (("0.9", 1), ("1.", 0)):
+            deck = BLOCKS.format(cards="", height=height, pressure=0)
+            deck = re.sub(r"\*DSLOAD\n.*\n", "*BOUNDARY\nUP-ZMAX, 3, 3, -0.\n", deck)
+            run = Run(deck, name="deck")
+            self.assertEqual(run.status, 0, run.errors)
+            self.assertEqual(len(re.findall("inside (LOW|UP), where no contact pair keeps it out, "
+                                            "in the mesh of the deck already", run.output)), n,
+                             run.output)
+
     def test_edges_that_cross_without_a_node_inside(self):
         """Two ridges of one element each, across each other: supports move one into the other.
 
