@@ -17,6 +17,7 @@ module settle_points_mod
 
   integer, parameter :: most_rounds = 5 !! in which the step passes points
   integer, parameter :: most_sets = 30  !! of what the points do
+  real(wp), parameter :: least_part = 1.0_wp/32.0_wp !! of a step [-]
 
 contains
 
@@ -75,7 +76,8 @@ contains
     end associate
   end subroutine settle_points
 
-  !> The law of points with what bodies and motions give way by: Newton's method for it.
+  !> The law of points with what bodies and motions give way by: Newton's method for it. After the
+  !> first step motions are in balance, and of each further one goes what takes the law nearer.
   subroutine solve_law(points, task, now, kept, moved, set, both, ok)
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
@@ -85,9 +87,10 @@ contains
     type(set_t), intent(inout) :: set        !! where to begin; the end
     real(wp), allocatable, intent(out) :: both(:) !! changes of reactions; motions
     logical, intent(out) :: ok
-    real(wp), allocatable :: s(:, :), q(:)
-    real(wp) :: free(3, points%n)
-    logical :: presses(points%n), slides(points%n), sticks, acts(size(kept%schur, 1))
+    real(wp), allocatable :: s(:, :), q(:), way(:), q_way(:)
+    real(wp) :: free(3, points%n), off, off_next, part
+    type(set_t) :: next
+    logical :: sticks, acts(size(kept%schur, 1))
     integer :: i, a, n, m, attempt
 
     associate (system => kept%maker%system)
@@ -105,40 +108,82 @@ contains
           set%y(a, i) = now%reaction(a, i) - system%b(system%row(a, i))
         end do
       end do
+      q = 0.0_wp*q
+      allocate (both(size(kept%schur, 1)), source=0.0_wp)
       sticks = set%sticks
       do attempt = 1, most_sets
-        both = [q, matmul(system%b(:n), kept%maker%motion)]
-        call write_law(points, now, kept, set, free, s, both)
+        way = [q, matmul(system%b(:n), kept%maker%motion)]
+        call write_law(points, now, kept, set, free, s, way)
         acts = .true.
         do i = 1, points%n
           do a = 1, 3
             if (system%row(a, i) > 0) acts(system%row(a, i) - n) = set%presses(i)
           end do
         end do
-        call solve_acting(s, acts, both, ok)
+        call solve_acting(s, acts, way, ok)
         if (.not. ok) return
-        q = matmul(kept%schur(:m, :), both) + (1.0_wp + set%on_reactions)*both(:m)
-        presses = .false.
-        slides = .false.
-        do i = 1, points%n
-          if (.not. any(system%row(:, i) > 0)) cycle
-          do a = 1, 3
-            if (system%row(a, i) > 0) set%y(a, i) = free(a, i) + q(system%row(a, i) - n)
-          end do
-          associate (y => set%y(:, i))
-            presses(i) = is_closed(task, now, i, y(1))
-            slides(i) = presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i), now, i, y))
-          end associate
-          if (sticks) slides(i) = slides(i) .and. (now%is_driven(i) .or. .not. points%mu(i) > &
-            0.0_wp)
+        way = way - both
+        q_way = matmul(kept%schur(:m, :), way) + (1.0_wp + set%on_reactions)*way(:m)
+        part = 1.0_wp
+        do
+          call find_set(q + part*q_way, both + part*way, next, off_next)
+          if (attempt == 1 .or. off_next < off .or. part <= least_part) exit
+          if (all(next%presses .eqv. set%presses) .and. all(next%slides .eqv. set%slides)) exit
+          part = 0.5_wp*part
         end do
-        ok = all(presses .eqv. set%presses) .and. all(slides .eqv. set%slides)
+        q = q + part*q_way
+        both = both + part*way
+        ok = .not. part < 1.0_wp .and. all(next%presses .eqv. set%presses) .and. &
+          all(next%slides .eqv. set%slides)
+        set = next
+        off = off_next
         if (ok .and. .not. sticks) exit
-        sticks = sticks .and. .not. ok
-        set%presses = presses
-        set%slides = slides
+        if (sticks .and. (ok .or. part < 1.0_wp)) then
+          ! It is known well enough what presses.
+          sticks = .false.
+          call find_set(q, both, next, off)
+          set = next
+        end if
       end do
     end associate
+
+  contains
+
+    !> What points do at a place, and how far that is from their law.
+    subroutine find_set(q, both, at, off)
+      real(wp), intent(in) :: q(:), both(:)
+      type(set_t), intent(out) :: at
+      real(wp), intent(out) :: off         !! [force^2]
+      real(wp) :: by_r(3, 3), by_x(3, 3), rest(3), dr(3), dq(3)
+      integer :: i, a
+
+      at = set
+      at%presses = .false.
+      at%slides = .false.
+      off = 0.0_wp
+      associate (row => kept%maker%system%row, n => kept%maker%system%n_free)
+        do i = 1, points%n
+          if (.not. any(row(:, i) > 0)) cycle
+          dr = 0.0_wp
+          dq = 0.0_wp
+          do a = 1, 3
+            if (row(a, i) == 0) cycle
+            dr(a) = both(row(a, i) - n)
+            dq(a) = q(row(a, i) - n)
+          end do
+          at%y(:, i) = free(:, i) + dq
+          at%presses(i) = is_closed(task, now, i, at%y(1, i))
+          at%slides(i) = at%presses(i) .and. (now%is_driven(i) .or. is_beyond(points%mu(i), now, &
+            i, at%y(:, i)))
+          if (sticks) at%slides(i) = at%slides(i) .and. (now%is_driven(i) .or. .not. &
+            points%mu(i) > 0.0_wp)
+          call find_branch(points%mu(i), now, at, free(:, i), i, by_r, by_x, rest)
+          rest = matmul(by_x, dq - dr) - matmul(by_r, dr) - set%on_reactions*dr - rest
+          off = off + sum(rest**2, mask=row(:, i) > 0)
+        end do
+      end associate
+    end subroutine find_set
+
   end subroutine solve_law
 
   !> Solve where some rows have their diagonal alone: what does not press loses its reaction,
