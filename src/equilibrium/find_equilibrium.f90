@@ -35,12 +35,16 @@ module find_equilibrium_mod
   real(wp), parameter :: least_on_reactions = 1.0e-8_wp !! where all is in balance [-]
   real(wp), parameter :: most_caution = 1.0e4_wp !! times that [-]
   real(wp), parameter :: slides_on = 1.0e-3_wp !! of the limit of friction [-]
+  integer, parameter :: most_stalled = 5
+  !! iterations that do not halve the error: points go round in what they do [-]
   integer, parameter :: most_idle = 5      !! of the least steps, one after the other
 
   !> What the iterations leave to each other.
   type :: search_t
     real(wp) :: caution = 1.0_wp            !! how much more than usual is held back [-]
     integer :: sticking = 0                 !! iterations left in which all sticks
+    real(wp) :: least = huge(1.0_wp)        !! error so far [-]
+    integer :: stalled = 0                  !! iterations that have not halved it
     integer :: idle = 0                     !! steps in a row that were the least
     logical :: has_turned = .false.         !! a point sticks as it has turned back
     logical, allocatable :: pressed(:)      !! (n_points) in the one before
@@ -83,6 +87,7 @@ contains
       way = how_far(task, now)
       error_now = max(now%imbalance, worst_of_law(scene, points, task, set%rho, now))
       if (i == 1) error_now = 1.0_wp
+      call watch_error(error_now, search)
       report%residual = error_now
       if (i > 1 .and. .not. way > 0.0_wp .and. max(now%imbalance, worst_of_law(scene, points, &
         task, set%rho/of_stiffness, now)) <= task%tolerance) then
@@ -139,7 +144,8 @@ contains
           part*step%r, next)
         report%force_evaluations = report%force_evaluations + 1
         if (next%inverted == 0) then
-          if (arrives .or. part <= least_part .or. is_same(points, task, now, next, set)) exit
+          if (arrives .or. part <= least_part) exit
+          if (.not. maker%led .and. is_same(points, task, now, next, set)) exit
           if (merit(scene, points, task, now%scale, set%rho, next) < merit(scene, points, task, &
             now%scale, set%rho, now)) exit
         else if (part < 0.01_wp) then
@@ -148,14 +154,15 @@ contains
           exit iterations
         end if
         if (maker%led) then
-          ! What is not taken whole the matrix of now may make better.
+          ! What is not taken whole the matrix of now may make better; so it will the next ones.
           maker%leads = .false.
           cycle iterations
         end if
         part = 0.5_wp*part
       end do
       if (part <= 0.25_wp) search%caution = min(most_caution, 10.0_wp*search%caution)
-      if (part >= 1.0_wp) search%caution = max(1.0_wp, 0.1_wp*search%caution)
+      if (part >= 1.0_wp .and. search%stalled < most_stalled) search%caution = max(1.0_wp, &
+        0.1_wp*search%caution)
       now = next
       search%idle = merge(search%idle + 1, 0, part <= least_part .and. .not. arrives)
       if (search%idle == most_idle) exit iterations
@@ -209,6 +216,20 @@ contains
     allocate (search%friction(2, points%n), source=0.0_wp)
     if (.not. any(abs(now%reaction) > 0.0_wp)) search%sticking = most_sticking
   end function begin_search
+
+  !> More is held back where the error does not fall: steps that points limit may come round.
+  pure subroutine watch_error(error_now, search)
+    real(wp), intent(in) :: error_now        !! [-]
+    type(search_t), intent(inout) :: search
+
+    search%stalled = search%stalled + 1
+    if (error_now < 0.5_wp*search%least) then
+      search%least = error_now
+      search%stalled = 0
+    else if (mod(search%stalled, most_stalled) == 0) then
+      search%caution = min(most_caution, 10.0_wp*search%caution)
+    end if
+  end subroutine watch_error
 
   !> How far what is prescribed is from its end.
   pure real(wp) function how_far(task, now)

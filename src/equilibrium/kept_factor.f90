@@ -46,7 +46,7 @@ module kept_factor_mod
     real(wp), allocatable :: motion(:, :)  !! (n_free,n_motions) that pins stand for [-]
     real(wp), allocatable :: sag(:, :)
     !! (n,n_motions) of the factor's unknowns by forces of `holding` times each motion [-]
-    logical :: leads = .true.              !! that factor alone may make the next step
+    logical :: leads = .true.              !! that factor alone may make steps
     logical :: led = .false.               !! to the last step
     real(wp) :: error = 1.0_wp             !! before the last step [-]
     logical, allocatable :: presses(:), slides(:) !! (n_points) in the last step

@@ -218,14 +218,15 @@ contains
   end subroutine linearise
 
   !> What holds back each unknown of bodies that nothing holds, where all of it does: the mean
-  !> diagonal of each body, of all for what has no elements.
+  !> diagonal of each body over the number of its nodes, so that all of them together hold it as one
+  !> does and a slender body bends freely; of all bodies, for what has no elements.
   pure function holding(scene, task, map, diagonal) result(held)
     type(scene_t), intent(in) :: scene
     type(task_t), intent(in) :: task
     type(dof_map_t), intent(in) :: map
     real(wp), intent(in) :: diagonal(:, :) !! (3,n_nodes) of the stiffness [force/length]
     real(wp) :: held(map%n_free)           !! [force/length]
-    real(wp) :: total(0:scene%mesh%n_bodies)
+    real(wp) :: total(0:scene%mesh%n_bodies), share(0:scene%mesh%n_bodies)
     integer :: body, number(0:scene%mesh%n_bodies), node
 
     total = 0.0_wp
@@ -235,10 +236,12 @@ contains
       total(body) = total(body) + sum(diagonal(:, node))
       number(body) = number(body) + count(diagonal(:, node) > 0.0_wp)
     end do
+    share = 3.0_wp/max(3, number)
+    share(0) = 1.0_wp
     total(0) = sum(total)
     number(0) = sum(number)
     associate (its => scene%mesh%body(map%node))
-      held = merge(total(its)/max(1, number(its)), 0.0_wp, task%is_free(its))
+      held = merge(total(its)/max(1, number(its))*share(its), 0.0_wp, task%is_free(its))
     end associate
   end function holding
 

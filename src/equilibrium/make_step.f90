@@ -72,7 +72,6 @@ contains
     maker%led = maker%has_factor .and. maker%leads .and. .not. set%lands .and. &
       maker%last_products <= few_products .and. set%error <= merge(fast, 1.0_wp, repeats(maker, &
       set))*maker%error
-    maker%leads = .true.
     maker%error = set%error
     maker%on_bodies = set%on_bodies
     maker%held = set%on_bodies*holding(scene, task, maker%unknowns%map, maker%diagonal)
