@@ -282,7 +282,7 @@ def swing_table(runs):
             off = abs(result.history("energy/damped")[-1] - gone) * 6
         rows.append([f"{dt:g}", f"{errors[-1]:.2g}", f"{off:.0e}"])
     words = claim(errors[3] < 0.3 * errors[2], "The error falls as `dt^2`.")
-    return table(["dt", "error of the place, of v/w", "energy that is gone, not told"], rows), words
+    return table(["dt", "error of the place, of v/w", "energy lost and not reported"], rows), words
 
 
 def wrapped(sentence):
@@ -300,21 +300,22 @@ def page(program):
         swings, damps = swing_table(runs)
     return f"""# Dynamic steps
 
-What [`*DYNAMIC`](../deck/steps.md#dynamic) makes of scenes whose motion is known, and what it tells
-of its losses. `studies/run dynamics -o docs/studies/dynamics.md` makes this page.
+Scenes of [`*DYNAMIC`](../deck/steps.md#dynamic) whose motion is known, beside this motion and
+CalculiX. `studies/run dynamics -o docs/studies/dynamics.md` makes this page.
 
 ## A bar strikes a wall
 
-A bar of length 10 and side 1 (`E = 900`, `nu = 0`, density 1: sound runs at 30) strikes a wall at
-10. The force is 300 for the time 2/3 in which a wave runs to the far end and back; then the bar
-leaves at 10. Mean error: of the force over time, beside that impulse. Largest: the largest force,
-of 300. Impulse: of 200.
+A bar of length 10 and side 1 (`E = 900`, `nu = 0`, density 1, speed of sound 30) strikes a wall
+with the velocity 10. The force is 300 for the time 2/3 in which a wave runs to the far end and
+back; then the bar leaves with 10. Mean error: the integral of the error of the force over time,
+relative to the impulse 200. Largest: the largest force, relative to 300. Impulse: relative to 200.
 
 {strikes}
 
 {wrapped(falls)}
-Slave nodes have no mass here; with mass a program of its own has 59 to 150 % in place of 5
-([theory](../theory/inertia.md)). With increments by their error, 20 elements and `alpha = -0.05`:
+Slave nodes have no mass here. A separate program in which they have mass makes a mean error of 59
+to 150 % instead of 5 % ([theory](../theory/inertia.md)). With increments by their error in time, 20
+elements and `alpha = -0.05`:
 
 {chosen}
 
@@ -323,8 +324,8 @@ hard contact. Nodes at contact have mass there:
 
 {others}
 
-A soft wall gives as good a force, and is entered by a tenth of the bar's side; a harder one, or
-shorter increments, makes nodes at contact hammer on it, and the hardest ends the run.
+A low penalty gives as good a force, but the bar penetrates the wall by a tenth of its side. With a
+higher penalty or shorter increments nodes at contact oscillate, and the highest ends the run.
 
 ## A cube bounces
 
@@ -337,7 +338,8 @@ elements, h/c = 1/300). In nature all energy stays.
 
 ## A soft cube turns freely
 
-At finite strain, one turn and a half at 4 rad (`E = 100`, 8 elements).
+At finite strain (`E = 100`, 8 elements). The angular velocity is 4 at first, and the run has the
+time of three turns.
 
 {turns}
 
@@ -345,7 +347,7 @@ At finite strain, one turn and a half at 4 rad (`E = 100`, 8 elements).
 
 ## A damped brick swings
 
-With `ALPHA = 2` and `BETA = 0.003`, frequency 30 rad, damping ratio 0.078, `alpha = 0`.
+With `ALPHA = 2` and `BETA = 0.003`, circular frequency 30, damping ratio 0.078, `alpha = 0`.
 
 {swings}
 

@@ -340,15 +340,18 @@ def page(rows):
              for row in rows]
     return "\n".join([
         "# Scenes of users at their price", "",
-        "By `studies/run user_scenes`: decks that users wrote or would write. Seconds of the",
-        f"processor with one thread, {machine()}, one run each. `iterations`: of an increment, on",
-        "bodies and contact together. `estimate` and `certificate`: percent of the time. `plan`:",
-        "the seconds that the plan foretells. `CalculiX`: with the lowest of its penalties, by",
-        "powers of ten, beyond which ten times more changes its forces by less than 1 %; stopped",
-        f"at {SLOWER:g} times our time it counts as that. Public decks it runs as they stand.",
-        "`Gflop` and `GB` are the floor: the operations of all factorisations, and the bytes of",
-        "the factor that solutions read, one by one. `ended` says where a run was stopped. The",
-        "folder of finds is not in the repository; accuracies are asked of 10 %.", "",
+        "By `studies/run user_scenes`: decks that users wrote or would write. CPU time in",
+        f"seconds, with one thread, {machine()}, one run each. `from`: `finds` are decks of our "
+        "own",
+        "that are not in the repository, `requires` is [that study](requires.md). `ended` says",
+        "where a run was stopped. `iterations`: of an increment, on bodies and contact together.",
+        "`estimate` and `certificate`: percent of the time. `plan`: the seconds that the plan",
+        "predicts. `CalculiX`: its time with the lowest penalty, by powers of ten, from which a",
+        "tenfold one changes its forces by less than 1 %; stopped at "
+        f"{SLOWER:g} times our time it counts",
+        "as that. It runs public decks as they stand. `Gflop` and `GB` are lower bounds: the",
+        "operations of all factorisations, and the bytes of the factor that all solutions read.",
+        "An accuracy, where one is asked for, is 10 %.", "",
         *findings(rows), "",
         *table(["scene", "from", "ended", "equations", "points", "increments", "iterations", "s",
                 "estimate, %", "certificate, %", "plan, s", "CalculiX, s", "over ours", "Gflop",
