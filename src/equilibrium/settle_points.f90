@@ -77,7 +77,8 @@ contains
   end subroutine settle_points
 
   !> The law of points with what bodies and motions give way by: Newton's method for it. After the
-  !> first step motions are in balance, and of each further one goes what takes the law nearer.
+  !> first step motions are in balance, and of each further step that part is taken
+  !> which brings the points nearer to the law.
   subroutine solve_law(points, task, now, kept, moved, set, both, ok)
     type(contact_points_t), intent(in) :: points
     type(task_t), intent(in) :: task
@@ -87,15 +88,16 @@ contains
     type(set_t), intent(inout) :: set        !! where to begin; the end
     real(wp), allocatable, intent(out) :: both(:) !! changes of reactions; motions
     logical, intent(out) :: ok
-    real(wp), allocatable :: s(:, :), q(:), way(:), q_way(:)
-    real(wp) :: free(3, points%n), off, off_next, part
+    real(wp), allocatable :: s(:, :)
+    real(wp), dimension(size(kept%maker%system%b) - kept%maker%system%n_free) :: q, q_way
+    real(wp) :: way(size(kept%schur, 1)), free(3, points%n), off, off_next, part
     type(set_t) :: next
     logical :: sticks, acts(size(kept%schur, 1))
     integer :: i, a, n, m, attempt
 
     associate (system => kept%maker%system)
       n = system%n_free
-      m = size(system%b) - n
+      m = size(q)
       ! r - rho x with what all but points move: y = free + dr - rho X du.
       q = system%b(n + 1:)
       call subtract_law(kept, moved, q)
@@ -108,7 +110,7 @@ contains
           set%y(a, i) = now%reaction(a, i) - system%b(system%row(a, i))
         end do
       end do
-      q = 0.0_wp*q
+      q = 0.0_wp
       allocate (both(size(kept%schur, 1)), source=0.0_wp)
       sticks = set%sticks
       do attempt = 1, most_sets
