@@ -443,11 +443,12 @@ contains
     rounding = 10.0_wp*(m + n)*epsilon(1.0_wp)*abs(r(1, 1))
     rank = count(abs([(r(i, i), i=1, min(m, n))]) > rounding)
     if (rank == 0) return
-    if (norm2(r(rank + 1:, :)) > min(rounding, threshold*abs(r(1, 1)))) return
+    ! What is no number proves nothing.
+    if (.not. norm2(r(rank + 1:, :)) <= min(rounding, threshold*abs(r(1, 1)))) return
     inverse = r(:rank, :rank)
     call dtrtri('U', 'N', rank, inverse, rank, info)
     if (info /= 0) return
-    if (threshold*norm2(inverse)*norm2(r) >= 1.0_wp) return
+    if (.not. threshold*norm2(inverse)*norm2(r) < 1.0_wp) return
     allocate (basis(n, n - rank), source=0.0_wp)
     do i = 1, n - rank
       basis(rank + i, i) = 1.0_wp

@@ -64,14 +64,15 @@ contains
   end subroutine face_surfaces
 
   !> Whether two surfaces of bodies are so far apart that nothing of their rows matters: boxes about
-  !> their nodes leave more than the diagonal of the larger one between them, and no point has a
-  !> reaction.
+  !> their nodes leave more than the diagonal of the larger one between them, beside what is added
+  !> to gaps, and no point has a reaction.
   pure logical function is_out_of_reach(scene, points, pair, new)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     integer, intent(in) :: pair
     type(state_t), intent(in) :: new
     real(wp) :: box(3, 2, 2)     !! low and high, of slave and master [length]
+    real(wp) :: least            !! of what is added to gaps, if below 0 [length]
     integer, allocatable :: of_faces(:, :), nodes(:)
     integer :: k
 
@@ -82,11 +83,14 @@ contains
       if (any(abs(new%reaction(:, first:last)) > 0.0_wp)) return
       of_faces = all_nodes_of(scene%surfaces(of%master_surface)%faces, scene%mesh%connectivity)
       nodes = pack(of_faces, of_faces > 0)
+      least = 0.0_wp
+      if (allocated(points%extra_gap)) least = min(0.0_wp, minval(points%extra_gap(first:last)))
       box(:, :, 1) = box_of(points%node(first:last))
       box(:, :, 2) = box_of(nodes)
     end associate
     associate (apart => max(box(:, 1, 1) - box(:, 2, 2), box(:, 1, 2) - box(:, 2, 1)))
-      is_out_of_reach = maxval(apart) > maxval([(norm2(box(:, 2, k) - box(:, 1, k)), k=1, 2)])
+      is_out_of_reach = maxval(apart) + least > maxval([(norm2(box(:, 2, k) - box(:, 1, k)), k=1, &
+        2)])
     end associate
 
   contains

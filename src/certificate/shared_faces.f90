@@ -523,25 +523,34 @@ contains
     end do
   end subroutine find_parts
 
-  !> Whether what is behind a piece of a face is the other side of a wall of one body: it was there
-  !> in the mesh, deeper than the two sides are in each other, and is no less than half as deep now.
+  !> Whether what is behind a piece of a face is the other side of a wall of one body: it was right
+  !> there in the mesh, deeper than the two sides are in each other, and is no less than half as
+  !> deep now.
   pure logical function is_its_back(sides, mine, f, height) result(is)
     type(two_sides_t), intent(in) :: sides
     integer, intent(in) :: mine(:), f    !! rows of the piece's corners; the master's piece
     real(wp), intent(in) :: height       !! of that above the piece [length]
-    real(wp) :: way(3), outward(3), before
+    real(wp) :: way(3), outward(3), middle(3), before, room
+    integer :: k
 
     is = .false.
     if (sides%stays .or. .not. allocated(sides%node)) return
     associate (corner => sides%piece(:count(sides%piece(:, f) > 0), f))
       if (sides%body(sides%corner_of_row(mine(1))) /= sides%body(sides%corner_of_place( &
         corner(1)))) return
-      way = sum(sides%at_rest(:, corner), 2)/size(corner) - sum(sides%rows_at_rest(:, mine), 2)/ &
-        size(mine)
+      middle = sum(sides%rows_at_rest(:, mine), 2)/size(mine)
+      way = sum(sides%at_rest(:, corner), 2)/size(corner) - middle
+      room = 0.0_wp
+      do k = 1, size(corner)
+        room = max(room, norm2(sides%at_rest(:, corner(k)) - middle - way))
+      end do
     end associate
+    room = room + maxval(norm2(sides%rows_at_rest(:, mine) - spread(middle, 2, size(mine)), dim=1))
     outward = area_vector(sides%rows_at_rest(:, mine))
-    before = dot_product(way, outward)/max(tiny(1.0_wp), norm2(outward))
-    is = before < -sides%at_most .and. height < 0.5_wp*before
+    outward = outward/max(tiny(1.0_wp), norm2(outward))
+    before = dot_product(way, outward)
+    is = before < -sides%at_most .and. height < 0.5_wp*before .and. norm2(way - before*outward) <= &
+      room - before
   end function is_its_back
 
   !> A piece of the master in a plane, and above it.

@@ -134,20 +134,28 @@ contains
   end subroutine find_parts
 
   !> Whether a face behind another one of its body is its back, the other side of a wall: it was
-  !> behind it in the mesh, where no body is in itself, and has come no nearer than half of that.
+  !> right behind it in the mesh, where no body is in itself, and has come no nearer than half of
+  !> that.
   pure logical function is_own_back(slave, mine, other, height) result(is)
     type(slave_t), intent(in) :: slave
     integer, intent(in) :: mine(:), other(:) !! corners
     real(wp), intent(in) :: height           !! of the other face now, below 0 [length]
-    real(wp) :: at_rest                      !! in the mesh [length]
+    real(wp) :: at_rest, aside               !! in the mesh [length]
+    real(wp) :: centre(3), way(3), normal(3)
+    integer :: k
 
     is = .false.
     if (.not. allocated(slave%mesh)) return
     associate (x => slave%mesh)
-      at_rest = dot_product(outward_normal(x(:, mine)), sum(x(:, other), 2)/size(other) - &
-        sum(x(:, mine), 2)/size(mine))
+      centre = sum(x(:, mine), 2)/size(mine)
+      way = sum(x(:, other), 2)/size(other) - centre
+      normal = outward_normal(x(:, mine))
+      at_rest = dot_product(normal, way)
+      ! As far as both faces reach, and a wall may be sheared.
+      aside = norm2(way - at_rest*normal) + at_rest - maxval([(norm2(x(:, mine(k)) - centre), k=1, &
+        size(mine))]) - maxval([(norm2(x(:, other(k)) - centre - way), k=1, size(other))])
     end associate
-    is = at_rest < -slave%overlap .and. height < 0.5_wp*at_rest
+    is = at_rest < -slave%overlap .and. aside <= 0.0_wp .and. height < 0.5_wp*at_rest
   end function is_own_back
 
   !> The area of what is seen.

@@ -57,9 +57,9 @@ contains
     allocate (side(size(faces, 2)), source=0)
     if (size(distance) == 0) return
     ! Alike but for a millionth are in the order of the faces.
-    call order_of(nint(distance*(1.0e6_wp/max(maxval(distance), tiny(1.0_wp)))), order)
+    call order_of(nint(distance*(1.0e6_wp/max(maxval(distance), 1.0e-300_wp))), order)
     thickness = min(thickness, largest_face(corner, mesh%coordinates)*size(side))
-    call order_of(nint(thickness*(1.0e6_wp/max(maxval(thickness), tiny(1.0_wp)))), thinnest)
+    call order_of(nint(thickness*(1.0e6_wp/max(maxval(thickness), 1.0e-300_wp))), thinnest)
     call colour(mesh%n_nodes, corner, normal, seen(:, order), distance(order), thinnest, &
       back(thinnest), side)
   end subroutine divide_surface

@@ -576,6 +576,22 @@ class Energies(DynamicCase):
         self.assertEqual(run.status, 2)
         self.assertIn("have given the body of node 1 ", run.errors)
 
+    def test_what_a_paddle_does_is_no_gift(self):
+        """A plane that turns strikes a block: the block has the work of the torque, 0.124."""
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 1), (2, 2, 2))
+            + MATERIAL.format(1000.0, 0.3)
+            + before_plane(0.0, 0.0).replace("TYPE=PLANE", "TYPE=PLANE, REF NODE=900")
+            + step(0.005, 0.1, "*BOUNDARY\n900, 1, 6\n*BOUNDARY\n900, 5, 5, -0.01\n").replace(
+                ", DIRECT", "")
+        )
+        deck = "*NODE\n900, -2., 0.5, 0.\n" + deck
+        with self.solve(deck) as result:
+            had = result.history("energy/kinetic")[-1] + result.history("energy/strain")[-1]
+            work = result.history("energy/external_work")[-1]
+            np.testing.assert_allclose(had, work, rtol=0.01)
+            self.assertGreater(work, 0.1)
+
 
 class Steps(DynamicCase):
     def test_a_body_at_rest_stays_there(self):
