@@ -113,7 +113,7 @@ def all_scenes(finds, examples):
         return lambda _: path
 
     found = []
-    for name in FINDS:
+    for name in FINDS if finds else ():
         path = finds / f"{name}.inp"
         options = ("--accuracy", "0.1") if name.startswith("accuracy") else ()
         if path.is_file():
@@ -121,7 +121,7 @@ def all_scenes(finds, examples):
     found += [Scene(of.name, "requires", of.deck, of.settings) for of in ASKING]
     found += [Scene(name, "tutorial", one(ROOT / "docs" / "tutorial" / f"{name}.inp"), {})
               for name in TUTORIAL]
-    for name in EXAMPLES:
+    for name in EXAMPLES if examples else ():
         path = examples / f"{name}.inp"
         if path.is_file():
             found.append(Scene(name, "calculix/examples", one(path), {}, is_public=True))
@@ -363,8 +363,8 @@ def main():
     """Run what is asked for and is here, and write data and page."""
     options = program_options(__doc__)
     options.add_argument("-o", dest="page", type=Path, default=PAGE, help="write the page here")
-    options.add_argument("--finds", type=Path, default=ROOT.parent / "shared/reference/finds4")
-    options.add_argument("--examples", type=Path, default=ROOT.parent / "examples")
+    options.add_argument("--finds", type=Path, help="a folder of decks of our own")
+    options.add_argument("--examples", type=Path, help="a clone of calculix/examples")
     options.add_argument("--only", default="", help="scenes, by parts of their names")
     options.add_argument("--limit", type=float, default=60.0, help="seconds of a run")
     options.add_argument("--beside", type=float, default=600.0, help="the same of CalculiX")

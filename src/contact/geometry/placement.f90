@@ -439,7 +439,7 @@ contains
     call replace_rows(placement%weights, first, rows%first, rows%node(:k), rows%weight(:k))
   end subroutine place_before_facets
 
-  !> Add nodes with weights behind the entries of rows, and take their motion off that of the row.
+  !> Append nodes with their weights to a row, and subtract their motion from the motion of the row.
   pure subroutine add_to_row(node, weight, u, rows, n, motion)
     integer, intent(in) :: node(:)
     real(wp), intent(in) :: weight(:)      !! [-]

@@ -59,8 +59,9 @@ contains
     end do
   end subroutine find_unfelt_overlap
 
-  !> How far flat faces stand out of hollows where faces of a pair have overlaps: of the slave at
-  !> their nodes, and of the master at those that these face; where they face nothing of all of it.
+  !> How far flat faces stand out of hollows where faces of a pair overlap: at the slave nodes of
+  !> these faces and at the master nodes that these face, or anywhere on the master if they face
+  !> none.
   pure function hollows_at(scene, points, contact, places, side, dents) result(hollow)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
