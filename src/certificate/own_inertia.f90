@@ -122,6 +122,7 @@ contains
     type(material_t) :: softer(size(scene%materials))
     type(increment_forces_t) :: viscous
     real(wp) :: v(3, scene%mesh%n_nodes), least
+    real(wp) :: alpha(0:scene%mesh%n_pieces) !! of each piece [1/time]
     integer :: e, m
 
     force = 0.0_wp
@@ -143,13 +144,14 @@ contains
     end if
     if (.not. any(scene%materials%mass_damping > 0.0_wp)) return
     v = weigh(scene%mesh, own, v)
-    do e = 1, scene%mesh%n_nodes
-      associate (element => findloc(scene%mesh%piece(scene%mesh%connectivity%node( &
-          scene%mesh%connectivity%first(:scene%mesh%n_elements))), scene%mesh%piece(e), dim=1))
-        if (element > 0 .and. scene%mesh%piece(e) > 0) force(:, e) = force(:, e) + &
-          scene%materials(scene%mesh%material(element))%mass_damping*v(:, e)
-      end associate
-    end do
+    alpha = 0.0_wp
+    associate (mesh => scene%mesh)
+      do e = 1, mesh%n_elements
+        alpha(mesh%piece(mesh%connectivity%node(mesh%connectivity%first(e)))) = &
+          scene%materials(mesh%material(e))%mass_damping
+      end do
+      force = force + spread(alpha(mesh%piece), 1, 3)*v
+    end associate
   end subroutine find_damping
 
   !> The time from one state to the next, of a *STEP.

@@ -30,16 +30,17 @@ contains
   pure type(damping_t) function new_damping(mesh, materials) result(damping)
     type(mesh_t), intent(in) :: mesh
     type(material_t), intent(in) :: materials(:)
+    real(wp) :: of_piece(0:mesh%n_pieces)
     integer :: e
 
     if (any(materials%mass_damping > 0.0_wp)) then
-      allocate (damping%rate(mesh%n_nodes), source=0.0_wp)
+      of_piece = 0.0_wp
       do e = 1, mesh%n_elements
         associate (first => mesh%connectivity%node(mesh%connectivity%first(e)))
-          where (mesh%piece == mesh%piece(first)) damping%rate = &
-            materials(mesh%material(e))%mass_damping
+          of_piece(mesh%piece(first)) = materials(mesh%material(e))%mass_damping
         end associate
       end do
+      damping%rate = of_piece(mesh%piece)
     end if
     if (any(materials%stiffness_damping > 0.0_wp)) then
       damping%beta = max(materials%stiffness_damping, &

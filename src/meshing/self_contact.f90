@@ -236,6 +236,9 @@ contains
       n_across = 0
       n_beside = 0
       do k = 1, first
+        if (k > 1 .and. k < first) then
+          if (side(seen(1, k)) > 0) cycle
+        end if
         do
           ! What is seen from a side, then what lies beside one, then what is behind one.
           if (n_across < n_queued) then
