@@ -27,8 +27,6 @@ module increment_forces_mod
     type(following_t) :: following            !! the others
     logical,  allocatable :: prescribed(:, :) !! degrees of freedom held by supports
     real(wp), allocatable :: displacement(:, :) !! that is prescribed, 0 elsewhere [length]
-    real(wp), allocatable :: speed(:, :)
-    !! of a dynamic *STEP: of what is prescribed, at the end [length/time]
     type(constraints_t) :: constraints        !! those of the scene, whatever supports hold
     type(rigid_patterns_t) :: patterns        !! couplings that turn, whose constraints are no lines
     type(turning_means_t) :: means            !! over surfaces that turn, likewise

@@ -15,6 +15,8 @@ module own_inertia_mod
   use edge_middles_mod, only: edge_middles_t, find_edge_middles
   use constrained_forces_mod, only: hand_over, hand_down, mark_masters
   use error_measures_mod, only: ratio, rounded
+  use support_speeds_mod, only: speeds_of_supports
+  use turned_slips_mod, only: ways_of_turns
   use own_mass_mod, only: own_mass_t, nodal_masses, weigh, momentum_about_centres
   implicit none
   private
@@ -39,7 +41,7 @@ contains
     type(state_t), intent(in) :: old, new             !! before and after the increment
     type(increment_forces_t), intent(inout) :: forces !! internal ones are known
     real(wp), intent(out) :: wrong                    !! [-]
-    real(wp), dimension(3, scene%mesh%n_nodes) :: a, v, f, handed, damping, u
+    real(wp), dimension(3, scene%mesh%n_nodes) :: a, v, f, handed, damping, u, speed
     real(wp), dimension(scene%mesh%n_nodes) :: mass, rounding, none
     real(wp) :: alpha, beta, gamma, dt, scale(0:scene%mesh%n_bodies), of_places
     real(wp) :: added_up
@@ -55,8 +57,9 @@ contains
       mass = nodal_masses(scene%mesh, own)
       has_mass = spread(mass > 0.0_wp, 1, 3)
       call mark_masters(forces%constraints, forces%prescribed, has_mass)
+      speed = speeds_of_supports(scene, dt, old, new)
       where (forces%prescribed)
-        v = forces%speed
+        v = speed
         a = (v - old%velocity)/dt
       else where (has_mass)
         a = ((u/dt - old%velocity)/dt - (0.5_wp - beta)*old%acceleration)/beta
@@ -181,15 +184,17 @@ contains
     type(edge_middles_t) :: middles
     real(wp), parameter :: nothing = 1.0e-12_wp
     !! of the energy of bodies that went all their way in an increment: rounding of places [-]
-    real(wp) :: u(3, scene%mesh%n_nodes), way(3), before(3), gain, rounding
+    real(wp) :: u(3, scene%mesh%n_nodes), turned(3, points%n), way(3), before(3), gain, rounding
     integer :: i, k
 
     call find_edge_middles(scene, points, contact%weights, middles)
+    turned = ways_of_turns(scene, points, middles, contact%weights, old, new)
     u = new%displacement - old%displacement
     new%external_work = old%external_work + energy%external_work + 0.5_wp*sum(u* &
       (old%external_force + old%support_force + new%external_force + new%support_force))
     new%strain_energy = energy%strain
-    new%kinetic_energy = 0.5_wp*sum(new%velocity*weigh(scene%mesh, own, new%velocity))
+    new%momentum = weigh(scene%mesh, own, new%velocity)
+    new%kinetic_energy = 0.5_wp*sum(new%velocity*new%momentum)
     new%dissipation = old%dissipation
     new%contact_work = old%contact_work
     new%damped = old%damped + 0.5_wp*sum(u*(old%damping_force + new%damping_force))
@@ -204,6 +209,7 @@ contains
       do k = contact%weights%first(i), contact%weights%first(i + 1) - 1
         way = way - contact%weights%weight(k)*u(:, contact%weights%node(k))
       end do
+      way = way - turned(:, i)
       before = matmul(old%reaction(:, i), contact%frame(:, :, i))
       associate (mean => 0.5_wp*(before + contact%reaction(:, i)))
         new%dissipation = new%dissipation - dot_product(mean(2:), contact%slip_increment(:, i))
@@ -243,7 +249,7 @@ contains
     real(wp), parameter :: counts = 1.0e-6_wp
     !! of the largest energy of all: what is less does not matter [-]
     real(wp), dimension(0:scene%mesh%n_bodies) :: kinetic, loads, pressed, along_gaps, largest
-    real(wp), dimension(3, scene%mesh%n_nodes) :: u, momentum, before
+    real(wp), dimension(3, scene%mesh%n_nodes) :: u, before
     type(edge_middles_t) :: middles
     real(wp) :: force(3), normal
     integer :: i, k, node, b
@@ -252,8 +258,7 @@ contains
     if (scene%finite_strain .or. scene%mesh%springs%n > 0 .or. middles%is_any) return
     if (allocated(scene%foundations)) return
     u = new%displacement - old%displacement
-    momentum = weigh(scene%mesh, own, new%velocity)
-    before = weigh(scene%mesh, own, old%velocity)
+    before = momentum_of(scene, own, old)
     kinetic = 0.0_wp
     loads = 0.0_wp
     pressed = 0.0_wp
@@ -263,9 +268,12 @@ contains
     associate (body => scene%mesh%body, bodies => new%by_body)
       do node = 1, scene%mesh%n_nodes
         b = body(node)
-        kinetic(b) = kinetic(b) + 0.5_wp*(dot_product(new%velocity(:, node), momentum(:, node)) - &
-          dot_product(old%velocity(:, node), before(:, node)))
-        largest(b) = largest(b) + 0.5_wp*dot_product(new%velocity(:, node), momentum(:, node))
+        associate (has => 0.5_wp*dot_product(new%velocity(:, node), new%momentum(:, &
+            node)))
+          kinetic(b) = kinetic(b) + has - 0.5_wp*dot_product(old%velocity(:, node), &
+            before(:, node))
+          largest(b) = largest(b) + has
+        end associate
         loads(b) = loads(b) + 0.5_wp*dot_product(u(:, node), old%external_force(:, node) + &
           old%support_force(:, node) + new%external_force(:, node) + new%support_force(:, node) - &
           old%damping_force(:, node) - new%damping_force(:, node))
@@ -310,6 +318,20 @@ contains
     end associate
   end subroutine balance_bodies
 
+  !> The momentum that a state has kept, or that of its velocities.
+  pure function momentum_of(scene, own, state) result(momentum)
+    type(scene_t), intent(in) :: scene
+    type(own_mass_t), intent(in) :: own
+    type(state_t), intent(in) :: state
+    real(wp) :: momentum(3, scene%mesh%n_nodes) !! [mass length/time]
+
+    if (allocated(state%momentum)) then
+      momentum = state%momentum
+    else
+      momentum = weigh(scene%mesh, own, state%velocity)
+    end if
+  end function momentum_of
+
   !> What the strains of bodies have as static increments end.
   pure subroutine keep_strains(strain, state)
     real(wp), intent(in) :: strain(0:)        !! (0:n_bodies) [energy]
@@ -331,9 +353,9 @@ contains
     associate (mesh => scene%mesh, alpha => scene%steps(own%step)%alpha)
       first = mesh%coordinates + old%displacement
       last = mesh%coordinates + new%displacement
-      new%twist = old%twist + momentum_about_centres(mesh, own, last, weigh(mesh, own, &
-        new%velocity)) - momentum_about_centres(mesh, own, first, weigh(mesh, own, old%velocity)) &
-        + time_between(scene%steps(own%step), old, new)*((0.5_wp + alpha)*momentum_about_centres( &
+      new%twist = old%twist + momentum_about_centres(mesh, own, last, new%momentum) - &
+        momentum_about_centres(mesh, own, first, momentum_of(scene, own, old)) + &
+        time_between(scene%steps(own%step), old, new)*((0.5_wp + alpha)*momentum_about_centres( &
         mesh, own, first, old%unopposed) + (0.5_wp - alpha)*momentum_about_centres(mesh, own, &
         last, new%unopposed))
     end associate

@@ -22,6 +22,8 @@ module own_mass_mod
     real(wp), allocatable :: at_node(:) !! (n_nodes) [mass]
     real(wp), allocatable :: inertia(:, :, :)  !! (6,6,n_pieces) by integrals [mass]
     real(wp), allocatable :: of_sum(:, :, :)   !! (6,6,n_pieces) of the two above [mass]
+    real(wp), allocatable :: carried(:, :, :)
+    !! (3,6,n_nodes) momentum of these sums along rigid motions of each piece [mass]
     logical,  allocatable :: counts(:, :)      !! (6,n_pieces) motions that are put right
     real(wp), allocatable :: centre(:, :)      !! (3,n_pieces) about which motions turn [length]
     real(wp), allocatable :: reach(:)          !! (n_pieces) that turns are divided by [length]
@@ -48,7 +50,7 @@ contains
       allocate (own%first(mesh%n_elements + 1), source=1)
       allocate (own%at_node(mesh%n_nodes), own%centre(3, mesh%n_pieces), &
         own%reach(mesh%n_pieces), own%inertia(6, 6, mesh%n_pieces), &
-        own%of_sum(6, 6, mesh%n_pieces), source=0.0_wp)
+        own%of_sum(6, 6, mesh%n_pieces), own%carried(3, 6, mesh%n_nodes), source=0.0_wp)
       do e = 1, mesh%n_elements
         n = size(nodes_of_element(mesh%connectivity, e))
         own%first(e + 1) = own%first(e)
@@ -296,6 +298,7 @@ contains
     end do
     do k = 1, 6
       call add_sums(mesh, own, field(:, :, k), answer)
+      own%carried(:, k, :) = answer
       do node = 1, mesh%n_nodes
         if (mesh%piece(node) == 0) cycle
         do l = 1, 6
@@ -399,17 +402,20 @@ contains
     type(own_mass_t), intent(in) :: own
     real(wp), intent(in) :: a(:, :)      !! (3,n_nodes)
     real(wp) :: f(3, size(a, 2))
-    real(wp) :: momentum(6, mesh%n_pieces), lacks(6, mesh%n_pieces), rigid(3, size(a, 2))
+    real(wp) :: momentum(6, mesh%n_pieces), lacks(6, mesh%n_pieces)
     real(wp) :: system(6, 6), rate(6), rest(6)
     integer :: node, p, k, i
     logical :: is_regular
 
     call add_sums(mesh, own, a, f)
+    if (.not. any(own%counts)) return
     momentum = 0.0_wp
     do node = 1, mesh%n_nodes
       p = mesh%piece(node)
-      if (p > 0) momentum(:, p) = momentum(:, p) + matmul(f(:, node), motions_of(own, p, &
-        mesh%coordinates(:, node)))
+      if (p == 0) cycle
+      do k = 1, 6
+        momentum(k, p) = momentum(k, p) + dot_product(own%carried(:, k, node), a(:, node))
+      end do
     end do
     lacks = 0.0_wp
     do p = 1, mesh%n_pieces
@@ -426,29 +432,10 @@ contains
       where (.not. own%counts(:, p)) rest = 0.0_wp
       call solve_small(system, rest, lacks(:, p), is_regular)
     end do
-    rigid = 0.0_wp
     do node = 1, mesh%n_nodes
       p = mesh%piece(node)
-      if (p == 0) cycle
-      associate (motion => motions_of(own, p, mesh%coordinates(:, node)))
-        do k = 1, 6
-          rigid(:, node) = rigid(:, node) + lacks(k, p)*motion(:, k)
-        end do
-      end associate
+      if (p > 0) f(:, node) = f(:, node) + matmul(own%carried(:, :, node), lacks(:, p))
     end do
-    call add_to(rigid, f)
-
-  contains
-
-    pure subroutine add_to(field, total)
-      real(wp), intent(in) :: field(:, :)
-      real(wp), intent(inout) :: total(:, :)
-      real(wp) :: part(3, size(field, 2))
-
-      call add_sums(mesh, own, field, part)
-      total = total + part
-    end subroutine add_to
-
   end function weigh
 
 end module own_mass_mod

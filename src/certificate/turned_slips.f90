@@ -12,7 +12,7 @@ module turned_slips_mod
   implicit none
   private
 
-  public :: turned_slips_t, slips_of_turns, work_of_torques, orientation
+  public :: turned_slips_t, slips_of_turns, ways_of_turns, work_of_torques, orientation
 
   !> Slips past obstacles that turn.
   type :: turned_slips_t
@@ -52,6 +52,26 @@ contains
       end associate
     end do
   end function slips_of_turns
+
+  !> How far obstacles that turn take along what is at the points, in an increment.
+  pure function ways_of_turns(scene, points, middles, weights, old, new) result(way)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(edge_middles_t), intent(in) :: middles
+    type(weights_t), intent(in) :: weights
+    type(state_t), intent(in) :: old, new
+    real(wp) :: way(3, points%n) !! 0 of other points [length]
+    integer :: i
+
+    way = 0.0_wp
+    if (.not. any(scene%obstacles%turns)) return
+    do i = 1, points%n
+      if (.not. pair_turns(scene, points%pair(i))) cycle
+      way(:, i) = 0.5_wp*cross(turn_between(old, new, scene%pairs(points%pair(i))%master), &
+        arm_of(scene, points, middles, weights, i, old) + arm_of(scene, points, middles, &
+        weights, i, new))
+    end do
+  end function ways_of_turns
 
   !> Where a point is, from the reference node of its obstacle.
   pure function arm_of(scene, points, middles, weights, i, state) result(arm)
@@ -95,14 +115,23 @@ contains
     do i = 1, points%n
       if (.not. pair_turns(scene, points%pair(i))) cycle
       associate (obstacle => scene%pairs(points%pair(i))%master)
-        turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), &
-          transpose(orientation(old%rotation(:, obstacle)))))
+        turn = turn_between(old, new, obstacle)
         work = work + 0.5_wp*dot_product(turn, &
           cross(arm_of(scene, points, middles, before, i, old), old%reaction(:, i)) + &
           cross(arm_of(scene, points, middles, after, i, new), new%reaction(:, i)))
       end associate
     end do
   end function work_of_torques
+
+  !> The turn of an obstacle in an increment.
+  pure function turn_between(old, new, obstacle) result(turn)
+    type(state_t), intent(in) :: old, new
+    integer, intent(in) :: obstacle
+    real(wp) :: turn(3) !! [rad]
+
+    turn = turn_of(matmul(orientation(new%rotation(:, obstacle)), transpose(orientation( &
+      old%rotation(:, obstacle)))))
+  end function turn_between
 
   !> The axes of a frame turned by a rotation vector, each on its circle about it.
   pure function orientation(vector) result(axes)

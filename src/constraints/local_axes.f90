@@ -24,7 +24,7 @@ module local_axes_mod
   implicit none
   private
 
-  public :: transform_t, transforms_t, gives_directions, take_transforms
+  public :: transform_t, transforms_t, gives_directions, take_transforms, along_directions
 
   real(wp), parameter :: apart = 1.0e-8_wp    !! sine of the least angle between two points [-]
   real(wp), parameter :: nothing = 1.0e-14_wp !! of a direction: rounding [-]
@@ -82,6 +82,26 @@ contains
       end if
     end associate
   end function gives_directions
+
+  !> Vectors at nodes, given along x, y, z: along the local directions of each node.
+  pure subroutine along_directions(transforms, coordinates, vectors)
+    type(transforms_t), intent(in) :: transforms
+    real(wp), intent(in) :: coordinates(:, :) !! (3,n_nodes) [length]
+    real(wp), intent(inout) :: vectors(:, :)  !! (3,n_nodes)
+    real(wp) :: axes(3, 3)
+    integer :: node
+    logical :: ok
+
+    if (.not. allocated(transforms%of_node)) return
+    do node = 1, min(size(vectors, 2), size(transforms%of_node))
+      if (transforms%of_node(node) == 0) cycle
+      associate (transform => transforms%list(transforms%of_node(node)))
+        if (.not. gives_directions(transform)) cycle
+        call find_axes(transform, coordinates(:, node), axes, ok)
+      end associate
+      if (ok) vectors(:, node) = matmul(axes, vectors(:, node))
+    end do
+  end subroutine along_directions
 
   !> Say along x, y, z what equations and steps say along local directions. Nodes that stand in for
   !> these are added to the mesh, behind all others.

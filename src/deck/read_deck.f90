@@ -25,7 +25,7 @@ module read_deck_mod
   use mesh_size_mod, only: blocks_t, mesh_size_t
   use local_origin_mod, only: move_origin
   use matching_faces_mod, only: check_matching, find_skin, strengthen_reduced
-  use local_axes_mod, only: take_transforms, transforms_t
+  use local_axes_mod, only: along_directions, take_transforms, transforms_t
   use name_table_mod, only: name_table_t
   use named_sets_mod, only: keep_named_sets
   use obstacles_mod, only: obstacle_t
@@ -388,6 +388,7 @@ contains
     type(draft_t), intent(inout) :: draft
     type(scene_t), intent(inout) :: scene
     type(amplitude_list_t) :: amplitudes
+    real(wp), allocatable :: along_local(:, :) !! (3,n_nodes) first velocities [length/time]
 
     associate (model => draft%model, equations => draft%equations)
       call read_amplitudes(reader, amplitudes)
@@ -396,7 +397,11 @@ contains
       call read_first_velocities(reader, model, scene%first_velocity)
       call read_steps(reader, model, amplitudes, scene%pairs, draft%surfaces, scene%steps, &
         scene%regions, scene%finite_strain)
-      call follow_velocities(reader, model, scene%first_velocity, amplitudes%list, scene%steps)
+      if (allocated(scene%first_velocity)) then
+        along_local = scene%first_velocity
+        call along_directions(draft%transforms, model%mesh%coordinates, along_local)
+      end if
+      call follow_velocities(reader, model, along_local, amplitudes%list, scene%steps)
       call move_alloc(amplitudes%list, scene%amplitudes)
       scene%accuracy%chooses_theory = reader%chooses_theory
       scene%accuracy%keeps_small_strain = reader%keeps_small_strain

@@ -6,7 +6,7 @@
 !> no solution for x_free.
 module step_loads_mod
   use kinds_mod, only: wp, i8
-  use loads_mod, only: following_t, amplitude_value, start_of_step
+  use loads_mod, only: following_t, amplitude_value, amplitude_rate, start_of_step
   use kinks_mod, only: find_kinks, find_jumps, followed_amplitudes
   use grips_mod, only: gripped_nodes
   use turns_mod, only: turns_t, turns_of_step
@@ -23,8 +23,8 @@ module step_loads_mod
   implicit none
   private
 
-  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors, following_at, &
-    any_follows, ramps
+  public :: step_loads_t, resolve_loads, prescribed_dofs, pattern_factors, pattern_rates, &
+    following_at, any_follows, ramps
 
   integer, parameter :: pattern_hold = -1, pattern_ramp = 0 !! > 0: index of an amplitude
 
@@ -209,6 +209,27 @@ contains
       end select
     end do
   end function pattern_factors
+
+  !> A derivative of these factors over time, of the piece of an amplitude that another time is in.
+  pure function pattern_rates(scene, loads, order, period, step_time, inside) result(rate)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    integer, intent(in) :: order              !! 1 or 2
+    real(wp), intent(in) :: period            !! of the step [time]
+    real(wp), intent(in) :: step_time, inside !! from the start of the step; the other time
+    real(wp) :: rate(loads%n_patterns)
+    integer :: g
+
+    rate = 0.0_wp
+    do g = 1, loads%n_patterns
+      if (loads%kind(g) > 0) then
+        rate(g) = amplitude_rate(scene%amplitudes(loads%kind(g)), order, step_time, inside, &
+          loads%start)
+      else if (loads%kind(g) == pattern_ramp .and. order == 1) then
+        rate(g) = 1.0_wp/period
+      end if
+    end do
+  end function pattern_rates
 
   !> Whether something grows with the time of the step, by more than rounding.
   pure logical function ramps(loads)

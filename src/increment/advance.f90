@@ -43,7 +43,7 @@ module advance_mod
   use linearisation_mod, only: seconds_of
   use step_solver_mod, only: step_solver_t, take_duration
   use newmark_mod, only: begins_anew, begin_motion, begin_inertia, end_inertia, error_in_time, &
-    watch_inertia, inertia_at, come_to_rest
+    watch_inertia, come_to_rest
   use trial_mod, only: trial_t, set_gaps, begin_trial, begin_from, begin_extrapolated, &
     expected_reactions, trend_of
   use renew_tangent_mod, only: begin_with_tangent, begin_in_motion
@@ -81,8 +81,8 @@ contains
 
     type(state_t) :: begun
 
-    if (allocated(solver%body%inertia)) call take_duration(scene, points, duration_of( &
-      scene%steps(increment%step), increment%position - increment%start), solver, error)
+    if (allocated(solver%body%inertia)) call take_duration(scene, points, old, &
+      duration_of(scene%steps(increment%step), increment%position - increment%start), solver, error)
     if (allocated(error)) return
     begun = old
     if (begins_anew(scene, solver, old, increment)) call begin_motion(scene, points, solver, &
@@ -253,7 +253,7 @@ contains
         new%reaction)
       call describe_contact(scene, points, solver%contact, solver%undeformed, trial%placement, &
         old, new, report%contact)
-      if (allocated(solver%body%inertia)) call end_inertia(scene, solver, old, &
+      if (allocated(solver%body%inertia)) call end_inertia(scene, solver, old, trial%of_inertia, &
         trial%forces%internal, nodal_forces(points, trial%placement%weights, new%reaction, &
         size(new%displacement, 2)), trial%forces%external, new)
       if (is_together(scene, solver)) report%x_free = x_free_of(solver%contact, report%contact)
@@ -352,7 +352,7 @@ contains
     if (allocated(solver%own_mass)) then
       report%energy%external_work = of_others
       report%energy%strain = strain_energy(scene, trial%free, new, trial%forces%internal - &
-        inertia_at(scene, solver, new%displacement))
+        trial%of_inertia)
       call balance_in_time(scene, points, solver%own_mass, report%contact, old, new, report%energy)
       ! What obstacles that turn and overlaps that are pressed out do is not known by body.
       if (.not. (any(scene%obstacles%turns) .or. has_interference(scene) .or. any( &
@@ -360,8 +360,7 @@ contains
         scene, points, solver%own_mass, report%contact, report%certificate%strain, old, new, &
         report%energy)
       report%in_time = error_in_time(solver, old, new)
-      call watch_inertia(solver, trial%forces%internal - inertia_at(scene, solver, &
-        new%displacement), new)
+      call watch_inertia(solver, trial%forces%internal - trial%of_inertia, trial%of_inertia, new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &

@@ -46,8 +46,10 @@ contains
     end if
     call find_internal_force(scene, trial%free, new%displacement, new%modes, &
       trial%forces%internal, report%worst_element)
-    if (allocated(solver%body%inertia)) trial%forces%internal = trial%forces%internal + &
-      inertia_at(scene, solver, new%displacement)
+    if (allocated(solver%body%inertia)) then
+      trial%of_inertia = inertia_at(scene, solver, new%displacement)
+      trial%forces%internal = trial%forces%internal + trial%of_inertia
+    end if
     call let_loads_follow(scene, new%displacement, trial%forces%imposed_t)
   end subroutine update_forces
 

@@ -18,13 +18,13 @@ module load_response_mod
   use constraints_mod, only: give_to_masters
   use dof_map_mod, only: is_unknown
   use stiffness_inverse_mod, only: stiffness_inverse_t, apply_inverse
-  use step_loads_mod, only: step_loads_t, pattern_factors, following_at
+  use step_loads_mod, only: step_loads_t, pattern_factors, pattern_rates, following_at
   use linearisation_mod, only: linearisation_t, solver_work_t, lap
   implicit none
   private
 
   public :: load_response_t, respond_to_loads, sum_patterns, prescribed_displacement, &
-    impose_loads
+    prescribed_rate, impose_loads
 
   real(wp), parameter :: tolerable = 1.0e-6_wp  !! out of balance in a response, of the largest load
   integer,  parameter :: max_refinements = 30   !! of a response to loads
@@ -182,5 +182,18 @@ contains
       loads%displacement)
     call move_grips(scene, u)
   end function prescribed_displacement
+
+  !> A derivative of that over time, of the pieces of amplitudes that another time is in.
+  pure function prescribed_rate(scene, loads, order, period, step_time, inside) result(rate)
+    type(scene_t), intent(in) :: scene
+    type(step_loads_t), intent(in) :: loads
+    integer, intent(in) :: order              !! 1 or 2
+    real(wp), intent(in) :: period            !! of the *STEP [time]
+    real(wp), intent(in) :: step_time, inside !! from the start of the *STEP; the other time
+    real(wp) :: rate(3, scene%mesh%n_nodes)   !! [length/time] or [length/time^2]
+
+    rate = weighted_sum(pattern_rates(scene, loads, order, period, step_time, inside), &
+      loads%displacement)
+  end function prescribed_rate
 
 end module load_response_mod

@@ -6,7 +6,7 @@ module newmark_mod
   use constraints_mod, only: follow_masters, give_to_masters
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
-  use increments_mod, only: increment_t, smallest_increment
+  use increments_mod, only: increment_t, smallest_increment, duration_of
   use state_mod, only: state_t
   use bodies_mod, only: find_internal_force, is_linear
   use expansion_mod, only: find_free_strain
@@ -17,7 +17,7 @@ module newmark_mod
   use transfer_mod, only: nodal_forces
   use stiffness_inverse_mod, only: apply_inverse
   use increment_forces_mod, only: imposed_t
-  use load_response_mod, only: sum_patterns, impose_loads, prescribed_displacement
+  use load_response_mod, only: sum_patterns, impose_loads, prescribed_displacement, prescribed_rate
   use dynamic_step_mod, only: goes_on
   use step_solver_mod, only: step_solver_t
   implicit none
@@ -99,37 +99,43 @@ contains
   end function beginning_of
 
   !> The velocities of supports where an increment begins and ends, and their acceleration at its
-  !> beginning: by a cubic through their places behind a jump there, at two between and at the end.
+  !> beginning: those within the increment, of amplitudes that have a kink there.
   pure subroutine find_speeds(scene, solver, increment, first, last, acceleration)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(increment_t), intent(in) :: increment
     real(wp), dimension(3, scene%mesh%n_nodes), intent(out) :: first, last !! [length/time]
     real(wp), intent(out), optional :: acceleration(3, scene%mesh%n_nodes) !! [length/time^2]
-    real(wp) :: place(3, scene%mesh%n_nodes, 0:3)
-    type(increment_t) :: beginning, at
-    integer :: i
+    type(increment_t) :: beginning
 
     beginning = beginning_of(scene, solver, increment)
-    associate (dt => increment%step_time - beginning%step_time)
-      do i = 0, 3
-        at = increment
-        if (i == 0) at = beginning
-        if (i == 1 .or. i == 2) then
-          at%step_time = beginning%step_time + i*dt/3.0_wp
-          at%fraction = at%step_time/scene%steps(increment%step)%period
-        end if
-        place(:, :, i) = merge(prescribed_displacement(scene, solver%response%loads, at), 0.0_wp, &
-          solver%body%prescribed)
-      end do
-      first = (9.0_wp*place(:, :, 1) - 4.5_wp*place(:, :, 2) + place(:, :, 3) - &
-        5.5_wp*place(:, :, 0))/dt
-      last = (5.5_wp*place(:, :, 3) - 9.0_wp*place(:, :, 2) + 4.5_wp*place(:, :, 1) - &
-        place(:, :, 0))/dt
-      if (present(acceleration)) acceleration = 9.0_wp*(2.0_wp*place(:, :, 0) - &
-        5.0_wp*place(:, :, 1) + 4.0_wp*place(:, :, 2) - place(:, :, 3))/dt**2
+    associate (start => beginning%step_time, stop => increment%step_time)
+      first = rate_at(1, start, start + margin_of(scene, increment%step))
+      last = rate_at(1, stop, stop - margin_of(scene, increment%step))
+      if (present(acceleration)) acceleration = rate_at(2, start, start + margin_of(scene, &
+        increment%step))
     end associate
+
+  contains
+
+    pure function rate_at(order, time, inside) result(rate)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: time, inside
+      real(wp) :: rate(3, scene%mesh%n_nodes)
+
+      rate = merge(prescribed_rate(scene, solver%response%loads, order, &
+        scene%steps(increment%step)%period, time, inside), 0.0_wp, solver%body%prescribed)
+    end function rate_at
+
   end subroutine find_speeds
+
+  !> How far ends of increments may be from the kinks of amplitudes that they are meant to meet.
+  pure real(wp) function margin_of(scene, step) result(margin)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+
+    margin = duration_of(scene%steps(step), smallest_increment)
+  end function margin_of
 
   !> The kinetic energy that bodies have when the fastest of their supports takes them along, of the
   !> whole *STEP: a motion that begins at rest has little beside which errors count.
@@ -138,26 +144,20 @@ contains
     type(step_solver_t), intent(in) :: solver
     integer, intent(in) :: step
     integer, parameter :: n = 128 !! places of the *STEP that are looked at
-    real(wp), dimension(3, scene%mesh%n_nodes) :: here, before
-    real(wp) :: speed(0:scene%mesh%n_pieces)
-    type(increment_t) :: at
+    real(wp) :: rate(3, scene%mesh%n_nodes), speed(0:scene%mesh%n_pieces), time
     integer :: i, node
 
     speed = 0.0_wp
-    do i = 0, n
-      at%fraction = real(i, wp)/n
-      at%step_time = at%fraction*scene%steps(step)%period
-      here = prescribed_displacement(scene, solver%response%loads, at)
-      if (i > 0) then
-        do node = 1, scene%mesh%n_nodes
-          associate (of_piece => speed(scene%mesh%piece(node)))
-            of_piece = max(of_piece, norm2(here(:, node) - before(:, node)))
-          end associate
-        end do
-      end if
-      before = here
+    do i = 1, n
+      time = real(i, wp)/n*scene%steps(step)%period
+      rate = prescribed_rate(scene, solver%response%loads, 1, scene%steps(step)%period, time, &
+        time - margin_of(scene, step))
+      do node = 1, scene%mesh%n_nodes
+        associate (of_piece => speed(scene%mesh%piece(node)))
+          of_piece = max(of_piece, norm2(rate(:, node)))
+        end associate
+      end do
     end do
-    speed = speed*n/scene%steps(step)%period
     energy = 0.0_wp
     do i = 1, scene%mesh%n_pieces
       energy = energy + 0.5_wp*solver%body%inertia%mass%whole(1, 1, i)*speed(i)**2
@@ -183,6 +183,7 @@ contains
     beginning = beginning_of(scene, solver, increment)
     if (.not. allocated(state%velocity)) allocate (state%velocity(3, scene%mesh%n_nodes), &
       source=0.0_wp)
+    if (allocated(state%momentum)) deallocate (state%momentum)
     if (was_at_rest) allocate (state%acceleration, state%unopposed, &
       mold=state%velocity)
     if (.not. allocated(state%twist)) allocate (state%twist(3, scene%mesh%n_pieces), source=0.0_wp)
@@ -400,14 +401,14 @@ contains
   end function rounding_of_inertia
 
   !> Velocities and accelerations at the end of the increment, and the forces that they answer.
-  subroutine end_inertia(scene, solver, old, internal, pressed, external, new)
+  subroutine end_inertia(scene, solver, old, of_inertia, internal, pressed, external, new)
     type(scene_t), intent(in) :: scene
     type(step_solver_t), intent(in) :: solver
     type(state_t), intent(in) :: old
-    real(wp), dimension(:, :), intent(in) :: internal, pressed, external
-    !! (3,n_nodes) of the end, inertia among the internal forces [force]
+    real(wp), dimension(:, :), intent(in) :: of_inertia, internal, pressed, external
+    !! (3,n_nodes) of the end, what inertia_at says among the internal forces [force]
     type(state_t), intent(inout) :: new    !! its displacement in
-    real(wp), dimension(3, size(internal, 2)) :: of_inertia
+    real(wp), dimension(3, size(internal, 2)) :: momentum_rate
     logical :: has_inertia(3, size(internal, 2))
 
     associate (inertia => solver%body%inertia, u => new%displacement)
@@ -420,18 +421,27 @@ contains
       where (.not. has_inertia) new%velocity = (u - old%displacement)/inertia%dt
       where (solver%body%prescribed) new%velocity = solver%speed
       call follow_masters(solver%body%constraints, new%velocity)
-      of_inertia = times_mass(inertia%mass, new%acceleration)
       new%mean_velocity = (u - old%displacement)/inertia%dt
       new%damping_force = damping_by(scene, solver, inertia%slope*u - solver%earlier)
-      new%unopposed = internal - inertia_at(scene, solver, u) + new%damping_force - external - &
-        pressed
+      new%unopposed = internal - of_inertia + new%damping_force - external - pressed
       call give_to_masters(solver%body%constraints, new%unopposed)
       call clear_dependent(solver, new%unopposed)
-      call give_to_masters(solver%body%constraints, of_inertia)
-      where (solver%body%prescribed) new%unopposed = (inertia%alpha*old%unopposed - of_inertia)/ &
-        (1.0_wp + inertia%alpha)
+      momentum_rate = accelerating(solver, of_inertia, new)
+      call give_to_masters(solver%body%constraints, momentum_rate)
+      where (solver%body%prescribed) new%unopposed = (inertia%alpha*old%unopposed - &
+        momentum_rate)/(1.0_wp + inertia%alpha)
     end associate
   end subroutine end_inertia
+
+  !> Of what inertia_at says the mass times the accelerations at the end of the increment.
+  pure function accelerating(solver, of_inertia, new) result(f)
+    type(step_solver_t), intent(in) :: solver
+    real(wp), intent(in) :: of_inertia(:, :)  !! (3,n_nodes) [force]
+    type(state_t), intent(in) :: new          !! its damping force
+    real(wp) :: f(3, size(of_inertia, 2))     !! [force]
+
+    f = (1.0_wp + solver%body%inertia%alpha)*(of_inertia + solver%left_over - new%damping_force)
+  end function accelerating
 
   !> How far an increment is from the motion between its ends, beside the energy of the bodies: with
   !> the third derivative of places, (beta - 1/6) dt^2 (a_1 - a_0); where contact begins or ends
@@ -463,17 +473,18 @@ contains
   end function given
 
   !> Keep how large the forces of inertia get in a *STEP, beside the others.
-  pure subroutine watch_inertia(solver, internal, new)
+  pure subroutine watch_inertia(solver, internal, of_inertia, new)
     type(step_solver_t), intent(in) :: solver
-    real(wp), intent(in) :: internal(:, :) !! (3,n_nodes) of strains [force]
+    real(wp), intent(in) :: internal(:, :)   !! (3,n_nodes) of strains [force]
+    real(wp), intent(in) :: of_inertia(:, :) !! (3,n_nodes) as of inertia_at [force]
     type(state_t), intent(inout) :: new
 
     if (new%increment == 1) then
       new%most_inertia = 0.0_wp
       new%most_force = 0.0_wp
     end if
-    new%most_inertia = max(new%most_inertia, maxval(abs(times_mass(solver%body%inertia%mass, &
-      new%acceleration))))
+    new%most_inertia = max(new%most_inertia, maxval(abs(accelerating(solver, of_inertia, &
+      new))))
     new%most_force = max(new%most_force, maxval(abs(internal)), maxval(abs(new%external_force)), &
       maxval(abs(new%support_force)))
   end subroutine watch_inertia
@@ -483,6 +494,7 @@ contains
     type(state_t), intent(inout) :: state
 
     if (allocated(state%velocity)) deallocate (state%velocity)
+    if (allocated(state%momentum)) deallocate (state%momentum)
     if (allocated(state%acceleration)) deallocate (state%acceleration, state%unopposed, &
       state%mean_velocity, state%damping_force)
     state%begun_energy = state%begun_energy - state%kinetic_energy

@@ -172,66 +172,96 @@ contains
     type(step_solver_t), intent(inout) :: solver
     logical, intent(out) :: is_taken
     type(error_t), allocatable, intent(out) :: error !! as of set_supports
-    real(wp), parameter :: more = 0.5_wp !! that is left out at a time [-]
     type(tangent_t), allocatable :: tangent, before
     integer :: before_of
 
     if (allocated(solver%body%tangent)) before = solver%body%tangent
     before_of = solver%body%made_after
-    if (allocated(state%tangent_at)) tangent = tangent_at(scene, state%tangent_at, &
-      state%tangent_step, state%tangent_position, state%tangent_projection)
-    is_taken = .true.
-    do
-      call linearise_at(scene, points, tangent, solver, error)
-      if (.not. allocated(error)) exit
-      if (error%exit_status /= exit_not_solved) return
-      if (.not. (is_taken .and. allocated(tangent))) return
-      if (tangent%projection < 1.0_wp) then
-        tangent%projection = tangent%projection + more
-        state%tangent_projection = tangent%projection
-        cycle
-      end if
-      is_taken = .false.
+    call find_tangent(scene, state, tangent)
+    call linearise_definite(scene, points, tangent, solver, is_taken, error)
+    if (allocated(tangent)) state%tangent_projection = tangent%projection
+    if (allocated(error)) return
+    if (.not. is_taken) then
       state%tangent_of = before_of
-      deallocate (tangent, state%tangent_at)
-      if (.not. allocated(before)) cycle
-      state%tangent_at = before%at
-      tangent = before
-    end do
+      deallocate (state%tangent_at)
+      if (allocated(before)) then
+        state%tangent_at = before%at
+        state%tangent_projection = before%projection
+      end if
+      call linearise_at(scene, points, before, solver, error)
+      if (allocated(error)) return
+    end if
     solver%body%made_after = state%tangent_of
     call respond_to_loads(scene, solver%choices%tolerance, solver%body, solver%response, &
       solver%on_tangents, error)
   end subroutine take_tangent
 
-  !> In a dynamic *STEP: the factor for increments of a length, and what loads do by it.
-  subroutine take_duration(scene, points, dt, solver, error)
+  !> The tangent that a state says; none of undeformed bodies.
+  pure subroutine find_tangent(scene, state, tangent)
+    type(scene_t), intent(in) :: scene
+    type(state_t), intent(in) :: state
+    type(tangent_t), allocatable, intent(out) :: tangent
+
+    if (allocated(state%tangent_at)) tangent = tangent_at(scene, state%tangent_at, &
+      state%tangent_step, state%tangent_position, state%tangent_projection)
+  end subroutine find_tangent
+
+  !> The linearisation at a tangent, with so much left out of what is negative in the elements' that
+  !> the whole is positive definite; where nothing helps there is none.
+  subroutine linearise_definite(scene, points, tangent, solver, is_definite, error)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
+    type(tangent_t), allocatable, intent(inout) :: tangent
+    !! of undeformed bodies where there is none
+    type(step_solver_t), intent(inout) :: solver
+    logical, intent(out) :: is_definite
+    type(error_t), allocatable, intent(out) :: error !! as of set_supports
+    real(wp), parameter :: more = 0.5_wp !! that is left out at a time [-]
+
+    do
+      call linearise_at(scene, points, tangent, solver, error)
+      is_definite = .not. allocated(error)
+      if (is_definite) return
+      if (error%exit_status /= exit_not_solved .or. .not. allocated(tangent)) return
+      if (.not. tangent%projection < 1.0_wp) exit
+      tangent%projection = tangent%projection + more
+    end do
+    deallocate (error)
+  end subroutine linearise_definite
+
+  !> In a dynamic *STEP: the factor for increments of a length, and what loads do by it. A tangent
+  !> that is not positive definite with the inertia of these is treated as take_tangent does, and
+  !> where nothing helps the factor is that of undeformed bodies.
+  subroutine take_duration(scene, points, state, dt, solver, error)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(state_t), intent(in) :: state               !! its tangent is the solver's
     real(wp), intent(in) :: dt                       !! [time]
     type(step_solver_t), intent(inout) :: solver     !! prepared for the step
     type(error_t), allocatable, intent(out) :: error !! as of set_supports and prepare_step
     type(solver_work_t) :: work
     type(tangent_t), allocatable :: tangent
     integer :: after
-    logical :: prescribed(3, scene%mesh%n_nodes)
+    logical :: prescribed(3, scene%mesh%n_nodes), is_definite
 
     associate (inertia => solver%body%inertia)
       if (.not. abs(inertia%dt - dt) > 0.0_wp) return
       inertia = new_inertia(inertia%mass, inertia%damping, inertia%alpha, dt)
     end associate
     prescribed = solver%body%prescribed
+    after = solver%body%made_after
+    call find_tangent(scene, state, tangent)
+    is_definite = allocated(tangent)
+    if (is_definite) call linearise_definite(scene, points, tangent, solver, is_definite, error)
     work = solver%on_tangents
-    if (allocated(solver%body%tangent)) then
-      tangent = solver%body%tangent
-      after = solver%body%made_after
-      call linearise_at(scene, points, tangent, solver, error)
-      solver%body%made_after = after
-    else
-      call make_all(scene, points, prescribed, solver, work, error)
-    end if
+    if (.not. (is_definite .or. allocated(error))) call make_all(scene, points, prescribed, &
+      solver, work, error)
     if (.not. allocated(error)) call respond_to_loads(scene, solver%choices%tolerance, &
       solver%body, solver%response, work, error)
+    solver%body%made_after = after
     solver%on_tangents = work
+    ! No length has a factor now.
+    if (allocated(error) .and. allocated(solver%body%inertia)) solver%body%inertia%dt = 0.0_wp
   end subroutine take_duration
 
   !> Take the whole of the slave surfaces into the interface, in the middle of a *STEP.

@@ -39,6 +39,8 @@ module trial_mod
     logical :: has_begun = .false. !! a placement has been solved
     logical :: is_foreseen = .false. !! its first reactions and what they cause are there
     type(increment_forces_t) :: forces
+    real(wp), allocatable :: of_inertia(:, :)
+    !! (3,n_nodes) what inertia_at adds to the internal forces; not allocated in statics [force]
     real(wp), allocatable :: free(:)
     !! (n_elements) strain by free expansion [-]
     real(wp), allocatable :: summed_loads(:, :)
@@ -116,7 +118,6 @@ contains
     trial%forces%constraints = scene%constraints
     if (has_turning(scene)) trial%turned_from = old%displacement(:, scene%rotations%rotation_node)
     trial%forces%displacement = prescribed_displacement(scene, solver%response%loads, increment)
-    if (allocated(solver%body%inertia)) trial%forces%speed = solver%speed
     trial%rotation = rotation_at(scene, solver%response%loads%turns, increment%fraction, &
       increment%step_time)
     allocate (trial%forces%internal, mold=old%displacement)

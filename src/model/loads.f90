@@ -151,22 +151,37 @@ contains
     end if
   end function amplitude_value
 
-  !> How fast an amplitude that is an integral grows at a time of the run.
-  pure real(wp) function amplitude_rate(amplitude, time) result(rate)
+  !> A derivative of `amplitude` over time, of the piece that another time is in: at a point of a
+  !> table there are two.
+  pure real(wp) function amplitude_rate(amplitude, order, step_time, inside, step_start) &
+    result(rate)
     type(amplitude_t), intent(in) :: amplitude
-    real(wp), intent(in) :: time
+    integer, intent(in) :: order                 !! 1 or 2
+    real(wp), intent(in) :: step_time, inside    !! from the start of the step; the other time
+    real(wp), intent(in), optional :: step_start !! where the step begins; 0 if left out
+    real(wp) :: start, time
 
-    if (amplitude%integrals == 2) then
-      rate = amplitude%drift + integral(amplitude, 1, time)
-    else
-      rate = given_value(amplitude, min(time, amplitude%end))
-    end if
+    start = 0.0_wp
+    if (present(step_start) .and. amplitude%total) start = step_start
+    time = start + step_time
+    rate = 0.0_wp
+    associate (left => order - amplitude%integrals, piece => start + inside)
+      if (amplitude%integrals > 0 .and. piece < amplitude%begin) return
+      if (left < 0) then
+        rate = amplitude%drift + integral(amplitude, 1, time)
+      else if (left == 0) then
+        rate = given_value(amplitude, min(time, amplitude%end), min(piece, amplitude%end))
+      else if (piece <= amplitude%end) then
+        rate = given_rate(amplitude, left, time, piece)
+      end if
+    end associate
   end function amplitude_rate
 
-  !> What the deck gives at a time.
-  pure real(wp) function given_value(amplitude, time) result(value)
+  !> What the deck gives at a time, by the piece of a table that another time is in, or this.
+  pure real(wp) function given_value(amplitude, time, inside) result(value)
     type(amplitude_t), intent(in) :: amplitude
     real(wp), intent(in) :: time
+    real(wp), intent(in), optional :: inside
     real(wp) :: angle
     integer :: i
 
@@ -179,11 +194,75 @@ contains
       end do
       return
     end if
-    do i = 1, size(amplitude%time)
-      if (time < amplitude%time(i) .or. (i == 1 .and. time <= amplitude%time(1))) exit
-    end do
-    value = value_between(amplitude, i - 1, time)
+    if (present(inside)) then
+      value = value_between(amplitude, piece_of(amplitude, inside), time)
+    else
+      value = value_between(amplitude, piece_of(amplitude, time), time)
+    end if
   end function given_value
+
+  !> The first or the second derivative of that.
+  pure real(wp) function given_rate(amplitude, order, time, inside) result(rate)
+    type(amplitude_t), intent(in) :: amplitude
+    integer, intent(in) :: order
+    real(wp), intent(in) :: time, inside
+    real(wp) :: part, length
+    integer :: i
+
+    rate = 0.0_wp
+    if (allocated(amplitude%cosine)) then
+      if (inside < amplitude%time(1)) return
+      do i = 1, size(amplitude%cosine)
+        associate (w => i*amplitude%frequency, c => amplitude%cosine(i), s => amplitude%sine(i))
+          associate (angle => w*(time - amplitude%time(1)))
+            rate = rate + merge(w*(s*cos(angle) - c*sin(angle)), -w**2*(c*cos(angle) + &
+              s*sin(angle)), order == 1)
+          end associate
+        end associate
+      end do
+      return
+    end if
+    i = piece_of(amplitude, inside)
+    if (i == 0 .or. i == size(amplitude%time)) return
+    length = amplitude%time(i + 1) - amplitude%time(i)
+    associate (rise => amplitude%value(i + 1) - amplitude%value(i))
+      if (amplitude%is_smooth) then
+        part = (time - amplitude%time(i))/length
+        rate = merge(30.0_wp*(part*(1.0_wp - part))**2*rise/length, 60.0_wp*part*(1.0_wp - part)* &
+          (1.0_wp - 2.0_wp*part)*rise/length**2, order == 1)
+      else if (order == 1) then
+        rate = rise/length
+      end if
+    end associate
+    call add_corner(i, 1.0_wp)
+    call add_corner(i + 1, -1.0_wp)
+
+  contains
+
+    !> What the parabola at point `k` adds, of the piece behind it, 1, or before it, -1.
+    pure subroutine add_corner(k, side)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: side
+      real(wp) :: reach, bend
+
+      reach = reach_of_corner(amplitude, k)
+      if (.not. reach > 0.0_wp .or. abs(inside - amplitude%time(k)) >= reach) return
+      bend = bend_of_corner(amplitude, k)
+      rate = rate + merge(0.5_wp*bend*(time - amplitude%time(k) - side*reach), 0.5_wp*bend, &
+        order == 1)/reach
+    end subroutine add_corner
+
+  end function given_rate
+
+  !> The last point of a table that is not behind a time, and before it of the first; 0: none.
+  pure integer function piece_of(amplitude, time) result(piece)
+    type(amplitude_t), intent(in) :: amplitude
+    real(wp), intent(in) :: time
+
+    do piece = 0, size(amplitude%time) - 1
+      if (time < amplitude%time(piece + 1) .or. (piece == 0 .and. time <= amplitude%time(1))) return
+    end do
+  end function piece_of
 
   !> The value of a table between two of its points, or outside of all.
   pure real(wp) function value_between(amplitude, i, time) result(value)
@@ -207,15 +286,13 @@ contains
     !> What the parabola at point `k` adds to the straight lines beside it.
     pure real(wp) function rounded(k)
       integer, intent(in) :: k
-      real(wp) :: reach, bend
+      real(wp) :: reach
 
       rounded = 0.0_wp
       reach = reach_of_corner(amplitude, k)
       if (.not. reach > 0.0_wp .or. abs(time - amplitude%time(k)) >= reach) return
-      associate (t => amplitude%time(k - 1:k + 1), v => amplitude%value(k - 1:k + 1))
-        bend = (v(3) - v(2))/(t(3) - t(2)) - (v(2) - v(1))/(t(2) - t(1))
-        rounded = bend*(reach - abs(time - t(2)))**2/(4.0_wp*reach)
-      end associate
+      rounded = bend_of_corner(amplitude, k)*(reach - abs(time - amplitude%time(k)))**2/ &
+        (4.0_wp*reach)
     end function rounded
 
   end function value_between
@@ -229,6 +306,16 @@ contains
     if (k > 1 .and. k < size(amplitude%time)) reach = amplitude%rounding*min(amplitude%time(k) - &
       amplitude%time(k - 1), amplitude%time(k + 1) - amplitude%time(k))
   end function reach_of_corner
+
+  !> How much steeper a table is behind a point than before it [1/time].
+  pure real(wp) function bend_of_corner(amplitude, k) result(bend)
+    type(amplitude_t), intent(in) :: amplitude
+    integer, intent(in) :: k !! not the first or the last
+
+    associate (t => amplitude%time(k - 1:k + 1), v => amplitude%value(k - 1:k + 1))
+      bend = (v(3) - v(2))/(t(3) - t(2)) - (v(2) - v(1))/(t(2) - t(1))
+    end associate
+  end function bend_of_corner
 
   !> What the deck gives, integrated `n` times from where that begins: int (time - s)^(n-1) ds of
   !> the value at s. Exact, of tables too: these are polynomials of degree 5 at most.

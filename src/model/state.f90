@@ -61,6 +61,8 @@ module state_mod
     !! (3, n_nodes) of the supports on the body, 0 where none is [force]
     ! In a dynamic *STEP; not allocated: bodies are at rest.
     real(wp), allocatable :: velocity(:, :)       !! (3, n_nodes) [length/time]
+    real(wp), allocatable :: momentum(:, :)
+    !! (3, n_nodes) of them, by the mass of the certificate; may be left out [mass length/time]
     real(wp), allocatable :: acceleration(:, :)   !! (3, n_nodes) 0 without mass [length/time^2]
     real(wp), allocatable :: unopposed(:, :)
     !! (3, n_nodes) internal forces less loads, contact and supports: what inertia answers [force]

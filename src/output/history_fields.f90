@@ -125,10 +125,9 @@ contains
         call real_number('energy/contact', 'work of normal forces along gaps that change: none '// &
           'in nature', 'energy', parts*e%contact)
         call real_number('energy/damped', 'work lost to *DAMPING', 'energy', parts*e%damped)
-        call real_number('energy/balance', 'kinetic energy of the beginning, work and work of '// &
-          'contact, less kinetic energy, strain, dissipation and damped: what the scheme has '// &
-          'taken', &
-          'energy', parts*e%balance)
+        call real_number('energy/balance', 'energy that the scheme in time has taken: kinetic '// &
+          'energy at the beginning, work of loads, supports and contact, minus kinetic and '// &
+          'elastic energy and what friction and damping have taken', 'energy', parts*e%balance)
         call ratio('error/in_time', 'error of the increment by its length, beside the energy; '// &
           '-1: no dynamic increment', report%in_time)
         call ratio('error/angular_momentum', 'angular momentum of a body that no torque '// &

@@ -693,12 +693,12 @@ contains
     real(wp), parameter :: little = 0.01_wp
 
     if (inertia_off(own) > little) call add_note(notes, increment, .false., ': slave nodes '// &
-      'carry no mass, by which centres and moments of inertia of bodies are up to '//percent( &
-      inertia_off(own))//' off; smaller elements at contact, or slave surfaces that name less, '// &
-      'make that less')
+      'carry no mass, so centres of mass and moments of inertia of bodies are wrong by up to '// &
+      percent(inertia_off(own))//'; smaller elements at contact, or slave surfaces with fewer '// &
+      'faces, reduce this error')
     if (turned > little) call add_note(notes, increment, .false., ': the scheme in time '// &
       'changed the angular momentum of a body by '//percent(turned)//'; shorter increments '// &
-      'make that less')
+      'reduce this error')
   end subroutine note_turning
 
   !> An increment that is as short as increments get, and too long for its error in time.
@@ -733,7 +733,7 @@ contains
     call add_note(notes, increment, .false., ': the scheme in time '//scheme//' '// &
       percent(abs(energy%balance)/largest)//' of the energy, and contact, which does no work '// &
       'in nature, '//contact//' '//percent(abs(energy%contact)/largest)//'; shorter increments '// &
-      'make both less')
+      'reduce both')
   end subroutine note_energy
 
 end module increment_notes_mod

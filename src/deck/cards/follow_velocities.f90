@@ -41,7 +41,7 @@ contains
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     real(wp), allocatable, intent(in) :: first_velocity(:, :)
-    !! (3,n_nodes) not allocated: 0 [length/time]
+    !! (3,n_nodes) along the directions that cards name; not allocated: 0 [length/time]
     type(amplitude_t), allocatable, intent(inout) :: amplitudes(:) !! gets their integrals
     type(load_step_t), intent(inout) :: steps(:)
     type(places_t) :: displacements, turns
@@ -267,7 +267,7 @@ contains
       value = from + factor*amplitude_value(amplitudes(total), steps(s)%period, start)
       knows_speed = amplitudes(total)%integrals > 0 .or. .not. steps(s)%is_dynamic
       if (amplitudes(total)%integrals > 0 .and. steps(s)%is_dynamic) speed = factor* &
-        amplitude_rate(amplitudes(total), start + steps(s)%period)
+        amplitude_rate(amplitudes(total), 1, steps(s)%period, steps(s)%period, start)
       if (.not. amplitudes(total)%total) total = 0
     end subroutine end_with
 

@@ -202,6 +202,9 @@ contains
           'CONTACT PRINT CSTR', 'CONTACT PRINT CDIS', 'CONTACT PRINT CSTRESS', &
           'CONTACT PRINT CDISP')
           continue ! the table has all columns, whatever is named
+        case ('NODE FILE V', 'NODE FILE A')
+          if (.not. any(reader%cards(:reader%n_cards)%keyword == 'DYNAMIC')) call note(reader, &
+            '*NODE FILE: '//quoted(name)//' is not written, for no step is a *DYNAMIC')
         case default
           call note(reader, '*'//card%keyword//': '//quoted(name)//' is not written')
         end select

@@ -161,7 +161,8 @@ contains
           if (.not. abs(apart) > 0.0_wp) cycle
         end associate
         call report(reader, card%position, 'materials '//all(first(piece))%name//' and '// &
-          all(material(e))%name//' of a body have unlike ALPHA of *DAMPING: a body has one')
+          all(material(e))%name//' of one body have different values of ALPHA (*DAMPING)', &
+          'give them the same')
         exit
       end associate
     end do

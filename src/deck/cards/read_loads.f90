@@ -177,7 +177,7 @@ contains
       call report(reader, option_position(card, 'TYPE'), name//' does not go with FIXED', hint)
     else if (.not. is_below) then
       call report(reader, option_position(card, 'TYPE'), &
-        name//' belongs into a step, below its *STATIC or *DYNAMIC', hint)
+        name//' must follow the *STATIC or *DYNAMIC of a step', hint)
     else if (rate == 2 .and. .not. inertia_counts) then
       call report(reader, option_position(card, 'TYPE'), name//' takes a *DYNAMIC step', hint)
     else if (has_option(card, 'AMPLITUDE') .and. .not. inertia_counts) then
