@@ -10,8 +10,8 @@ module face_shapes_mod
   implicit none
   private
 
-  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle, evaluate_face, &
-    places_of_nodes
+  public :: face_rule_t, rule_of, face_functions, face_gradients, is_triangle, &
+    places_of_nodes, terms_of_functions, find_monomials, find_values, slopes_of
 
   integer, parameter :: most_points = 9
 
@@ -156,5 +156,82 @@ contains
       gradient(:, next) = gradient(:, next) - 0.5_wp*gradient(:, corners + k)
     end do
   end subroutine evaluate_face
+
+  !> The shape functions of a face as polynomials: what `find_monomials` are multiplied by.
+  pure function terms_of_functions(n_nodes) result(terms)
+    integer, intent(in) :: n_nodes     !! 3, 4, 6 or 8
+    real(wp) :: terms(face_nodes, face_nodes) !! (a,k) of function a, monomial k; 0 behind n_nodes
+    real(wp), parameter :: slope(3, 3) = reshape([real(wp) :: 1, -1, -1, 0, 1, 0, 0, 0, 1], [3, 3])
+    integer :: corners, k, next
+
+    terms = 0.0_wp
+    corners = merge(3, 4, is_triangle(n_nodes))
+    if (corners == 3) then
+      terms(:3, :3) = transpose(slope)
+    else
+      terms(:4, 1) = 0.25_wp
+      terms(:4, 2:3) = 0.25_wp*transpose(corner)
+      terms(:4, 5) = 0.25_wp*corner(1, :)*corner(2, :)
+    end if
+    if (n_nodes == corners) return
+    do k = 1, corners
+      next = 1 + modulo(k, corners)
+      associate (middle => terms(corners + k, :))
+        if (corners == 3) then
+          associate (l => slope(:, k), m => slope(:, next))
+            middle(:6) = 4.0_wp*[l(1)*m(1), l(1)*m(2) + l(2)*m(1), l(1)*m(3) + l(3)*m(1), &
+              l(2)*m(2), l(2)*m(3) + l(3)*m(2), l(3)*m(3)]
+          end associate
+        else if (modulo(k, 2) == 1) then
+          middle([1, 3]) = 0.5_wp*[1.0_wp, corner(2, k)]
+          middle([4, 7]) = -middle([1, 3])
+        else
+          middle([1, 2]) = 0.5_wp*[1.0_wp, corner(1, k)]
+          middle([6, 8]) = -middle([1, 2])
+        end if
+        terms(k, :) = terms(k, :) - 0.5_wp*middle
+        terms(next, :) = terms(next, :) - 0.5_wp*middle
+      end associate
+    end do
+  end function terms_of_functions
+
+  !> The monomials that shape functions of a face consist of, at places: those of a triangle of
+  !> second order first.
+  pure subroutine find_monomials(n, xi, p)
+    integer, intent(in) :: n                  !! places
+    real(wp), intent(in) :: xi(n, 2)          !! natural coordinates [-]
+    real(wp), intent(out) :: p(n, face_nodes) !! [-]
+
+    p(:, 1) = 1.0_wp
+    p(:, 2:3) = xi
+    p(:, 4) = xi(:, 1)**2
+    p(:, 5) = xi(:, 1)*xi(:, 2)
+    p(:, 6) = xi(:, 2)**2
+    p(:, 7) = p(:, 4)*xi(:, 2)
+    p(:, 8) = p(:, 6)*xi(:, 1)
+  end subroutine find_monomials
+
+  !> The values of a polynomial.
+  pure subroutine find_values(n, f, p, value)
+    integer, intent(in) :: n                 !! places
+    real(wp), intent(in) :: f(face_nodes)    !! what monomials are multiplied by
+    real(wp), intent(in) :: p(n, face_nodes) !! as of `find_monomials` [-]
+    real(wp), intent(out) :: value(n)
+
+    value = ((f(1) + f(2)*p(:, 2)) + (f(3)*p(:, 3) + f(4)*p(:, 4))) + ((f(5)*p(:, 5) + &
+      f(6)*p(:, 6)) + (f(7)*p(:, 7) + f(8)*p(:, 8)))
+  end subroutine find_values
+
+  !> What polynomials grow by along the natural coordinates, as polynomials.
+  pure function slopes_of(terms) result(slope)
+    real(wp), intent(in) :: terms(:, :)                 !! (8,n) as of `find_monomials`
+    real(wp) :: slope(face_nodes, 2, size(terms, 2))
+
+    slope = 0.0_wp
+    slope([1, 2, 3, 5, 6], 1, :) = terms([2, 4, 5, 7, 8], :)
+    slope([2, 5], 1, :) = 2.0_wp*slope([2, 5], 1, :)
+    slope([1, 2, 3, 4, 5], 2, :) = terms([3, 5, 6, 7, 8], :)
+    slope([3, 5], 2, :) = 2.0_wp*slope([3, 5], 2, :)
+  end function slopes_of
 
 end module face_shapes_mod

@@ -30,9 +30,14 @@ module face_integrals_mod
   !! of a face: a triangle that is not cut any more, but where cutting ends by itself [-]
   integer, parameter :: most_halvings = 60 !! of a triangle: then it is a speck, however large
   real(wp), parameter :: rounding = 1.0e-12_wp !! of the size of a face [-]
-  ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions.
+  ! Gauss points on the unit interval: 3 for what is a polynomial, of degree 4; 6 for fractions, 4
+  ! where a Jacobian hardly changes.
   real(wp), parameter :: point_3(3) = 0.5_wp + 0.5_wp*sqrt(0.6_wp)*[-1, 0, 1]
   real(wp), parameter :: weight_3(3) = [5, 8, 5]/18.0_wp
+  real(wp), parameter :: half_4(2) = 0.5_wp*[0.3399810435848563_wp, 0.8611363115940526_wp]
+  real(wp), parameter :: weights_4(2) = 0.5_wp*[0.6521451548625461_wp, 0.3478548451374538_wp]
+  real(wp), parameter :: point_4(4) = [0.5_wp - half_4, 0.5_wp + half_4]
+  real(wp), parameter :: weight_4(4) = [weights_4, weights_4]
   real(wp), parameter :: half_6(3) = 0.5_wp*[0.2386191860831969_wp, 0.6612093864662645_wp, &
     0.9324695142031521_wp]
   real(wp), parameter :: weights_6(3) = 0.5_wp*[0.4679139345726910_wp, 0.3607615730481386_wp, &
@@ -199,10 +204,16 @@ contains
     real(wp), intent(in) :: least             !! area that is not halved [length^2]
     integer, intent(in) :: left               !! so often it may be
     type(shared_t), intent(inout) :: shared
+    real(wp), parameter :: hardly = 1.1_wp !! then four points leave less than 1e-9 of an integral
+    real(wp) :: change
 
-    if (left == 0 .or. area_of(a, b, c) < least .or. .not. (changes(slave) .or. &
-      changes(master))) then
-      call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
+    change = max(change_of(slave), change_of(master))
+    if (left == 0 .or. area_of(a, b, c) < least .or. change <= 1.6_wp) then
+      if (change <= hardly) then
+        call add_triangle(slave, master, a, b, c, point_4, weight_4, shared)
+      else
+        call add_triangle(slave, master, a, b, c, point_6, weight_6, shared)
+      end if
       return
     end if
     select case (maxloc([norm2(c - b), norm2(a - c), norm2(b - a)], 1))
@@ -219,7 +230,8 @@ contains
 
   contains
 
-    pure logical function changes(face)
+    !> The largest over the least Jacobian at the corners.
+    pure real(wp) function change_of(face)
       real(wp), intent(in) :: face(:, :)
       real(wp) :: corner(2, 3), n(size(face, 2)), normal(3), size_of(3)
       logical :: is_affine
@@ -231,8 +243,8 @@ contains
         call find_place(face, is_affine, corner(:, i), n, normal)
         size_of(i) = norm2(normal)
       end do
-      changes = maxval(size_of) > 1.6_wp*minval(size_of)
-    end function changes
+      change_of = maxval(size_of)/max(minval(size_of), tiny(1.0_wp))
+    end function change_of
   end subroutine add_parts
 
   !> Add the integrals over a triangle of the plane.

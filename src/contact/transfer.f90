@@ -12,6 +12,7 @@
 module transfer_mod
   use kinds_mod, only: wp
   use block_diagonal_mod, only: block_diagonal_t, add_column, entry_of, order_of
+  use dense_mod, only: mirror_lower
   use huge_pages_mod, only: prefer_huge_pages
   use constraints_mod, only: active_constraints, constraints_t
   use node_freedom_mod, only: can_move, can_move_along, freedom_of
@@ -368,7 +369,7 @@ contains
     type(block_diagonal_t), intent(in) :: c !! compliance of the interface [length/force]
     real(wp), allocatable, intent(out) :: w(:, :) !! (n_rows,n_rows) [length/force]
     real(wp) :: of_point(order_of(c), 3) !! C B^T of one point [length/force]
-    real(wp) :: across(3, order_of(c))   !! the same, the three of an equation side by side
+    real(wp) :: across(3, order_of(c))   !! C B^T R of it, the three of an equation side by side
     real(wp) :: block(3, 3)
     integer :: i, j, a, b
 
@@ -377,20 +378,20 @@ contains
     do j = 1, size(row, 2)
       if (row(1, j) == 0) cycle
       call press_point(transfer, c, j, of_point)
-      across = transpose(of_point)
+      across = matmul(transpose(frame(:, :, j)), transpose(of_point))
       do i = j, size(row, 2)
         if (row(1, i) == 0) cycle
-        block = matmul(transpose(frame(:, :, i)), matmul(at_point(transfer, across, i), &
-          frame(:, :, j)))
+        block = at_point(transfer, across, i)
         do b = 1, 3
           do a = 1, 3
             if (row(a, i) == 0 .or. row(b, j) == 0) cycle
-            w(row(a, i), row(b, j)) = block(a, b)
-            w(row(b, j), row(a, i)) = block(a, b)
+            w(max(row(a, i), row(b, j)), min(row(a, i), row(b, j))) = &
+              dot_product(frame(:, a, i), block(:, b))
           end do
         end do
       end do
     end do
+    call mirror_lower(w)
   end subroutine compliance_of_rows
 
   !> C B^T of one point: what unit reactions along x, y, z do to the interface.

@@ -5,12 +5,13 @@
 !> docs/theory.md section 11.
 module curved_overlap_mod
   use kinds_mod, only: wp
-  use cells_mod, only: face_nodes
-  use face_shapes_mod, only: evaluate_face, places_of_nodes, is_triangle
+  use cells_mod, only: face_corners, face_nodes
+  use face_shapes_mod, only: terms_of_functions, find_monomials, find_values, &
+    slopes_of, places_of_nodes, is_triangle
   use small_matrix_mod, only: cross
-  use face_overlap_mod, only: overlap_t, plane_t, polygon_t, in_plane, area_of, few_points, &
-    few_weights, some_points, some_weights, many_points, many_weights, evenness, &
-    even_enough, speck, halves_of, most_halvings
+  use face_overlap_mod, only: overlap_t, plane_t, polygon_t, in_plane, area_of, outward_normal, &
+    few_points, few_weights, some_points, some_weights, more_points, more_weights, many_points, &
+    many_weights, evenness, even_enough, speck, halves_of, most_halvings
   implicit none
   private
 
@@ -20,11 +21,17 @@ module curved_overlap_mod
   type :: whole_face_t
     integer :: n = 0                            !! nodes
     real(wp) :: x(3, face_nodes) = 0.0_wp       !! where they are [length]
-    real(wp) :: moved(3, face_nodes) = 0.0_wp   !! how far from there they are, for gaps [length]
-    real(wp) :: flat(2, face_nodes) = 0.0_wp    !! the same in a plane [length]
-    logical :: is_affine = .false.
+    real(wp) :: functions(face_nodes, face_nodes) = 0.0_wp !! as of `terms_of_functions`
+    real(wp) :: place(face_nodes, 3) = 0.0_wp   !! where its points are, as polynomials [length]
+    real(wp) :: for_gaps(face_nodes, 3) = 0.0_wp !! the same, moved, for gaps [length]
+    real(wp) :: slope(face_nodes, 2, 3) = 0.0_wp      !! of `place` along natural coordinates
+    real(wp) :: flat(face_nodes, 2) = 0.0_wp          !! `place` in a plane [length]
+    real(wp) :: flat_slope(face_nodes, 2, 2) = 0.0_wp !! the same of that
+    logical :: is_affine = .true.
     !! shape functions are nearly polynomials in the plane: edges are nearly straight, and opposite
     !! ones of four nearly parallel
+    logical :: is_gentle = .true.
+    !! they are so seen from before the face, which may bow
   end type whole_face_t
 
   !> What is covered of a face, in coordinates of its own: with its middle at 0, about as long as
@@ -40,23 +47,42 @@ contains
   pure type(whole_face_t) function whole_face(x, moved) result(face)
     real(wp), intent(in) :: x(:, :) !! (3,n) corners, then the middles of edges [length]
     real(wp), intent(in), optional :: moved(:, :) !! (3,n) of the face; left out: 0 [length]
-    ! Of an edge. Rules for polynomials then give weights to 1e-6 [-]
-    real(wp), parameter :: straight = 1.0e-2_wp
+    real(wp) :: normal(3)
     integer :: k, next, corners
 
     face%n = size(x, 2)
     face%x(:, :face%n) = x
-    if (present(moved)) face%moved(:, :face%n) = moved
-    face%is_affine = is_triangle(face%n)
-    if (.not. face%is_affine) face%is_affine = norm2(x(:, 1) - x(:, 2) + x(:, 3) - x(:, 4)) <= &
-      straight*min(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2)))
-    if (face%n <= 4) return
-    corners = face%n/2
+    face%functions = terms_of_functions(face%n)
+    face%place = matmul(transpose(face%functions), transpose(face%x))
+    face%slope = slopes_of(face%place)
+    face%for_gaps = face%place
+    if (present(moved)) face%for_gaps = face%place + matmul(transpose(face%functions(:face%n, :)), &
+      transpose(moved))
+    corners = merge(3, face_corners, is_triangle(face%n))
+    normal = outward_normal(x(:, :corners))
+    if (corners == face_corners) call judge(x(:, 1) - x(:, 2) + x(:, 3) - x(:, 4), &
+      min(norm2(x(:, 2) - x(:, 1)), norm2(x(:, 3) - x(:, 2))))
+    if (face%n == corners) return
     do k = 1, corners
       next = 1 + modulo(k, corners)
-      face%is_affine = face%is_affine .and. norm2(x(:, corners + k) - 0.5_wp*(x(:, k) + &
-        x(:, next))) <= straight*norm2(x(:, next) - x(:, k))
+      call judge(x(:, corners + k) - 0.5_wp*(x(:, k) + x(:, next)), norm2(x(:, next) - x(:, k)))
     end do
+
+  contains
+
+    !> What an arm that a parallelogram with straight edges has not makes of the face.
+    pure subroutine judge(arm, edge)
+      real(wp), intent(in) :: arm(3), edge !! [length]
+      ! Of an edge [-]. Rules for polynomials then give weights to 1e-6; that of degree 8 to 1e-11,
+      ! where what is across the face alone bows, by an arc of 30 degrees.
+      real(wp), parameter :: straight = 1.0e-2_wp, arc = 7.0e-2_wp
+      real(wp) :: height
+
+      height = dot_product(normal, arm)
+      face%is_affine = face%is_affine .and. norm2(arm) <= straight*edge
+      face%is_gentle = face%is_gentle .and. abs(height) <= arc*edge .and. &
+        norm2(arm - height*normal) <= straight*edge
+    end subroutine judge
   end function whole_face
 
   !> The patch with the moments of an overlap, as of `overlap_t`.
@@ -84,10 +110,9 @@ contains
     integer, intent(in) :: n             !! nodes of the face, 6 or 8
     type(patch_t), intent(in) :: patch
     real(wp), intent(in) :: xi(2)        !! natural coordinates [-]
-    real(wp) :: p(n), all_of_them(face_nodes), t(2)
+    real(wp) :: p(n), all_of_them(face_nodes)
 
-    t = matmul(patch%scale, xi - patch%middle)
-    all_of_them = [1.0_wp, t(1), t(2), t(1)**2, t(1)*t(2), t(2)**2, t(1)**2*t(2), t(1)*t(2)**2]
+    call find_monomials(1, matmul(patch%scale, xi - patch%middle), all_of_them)
     p = all_of_them(:n)
   end function polynomials
 
@@ -118,29 +143,32 @@ contains
     type(overlap_t) :: overlap
     real(wp) :: from(2), corner(2, 3), whole
     type(whole_face_t) :: slave, master
-    logical :: is_affine
+    logical :: is_affine, is_gentle
     integer :: i, k, left
 
     slave = of_slave
-    slave%flat(:, :slave%n) = in_plane(plane, slave%x(:, :slave%n))
+    call lay_in_plane(plane, slave)
     master = of_master
-    master%flat(:, :master%n) = in_plane(plane, master%x(:, :master%n))
-    whole = abs(area_of(slave%flat(:, :merge(slave%n, slave%n/2, slave%n <= 4))))
+    call lay_in_plane(plane, master)
+    whole = abs(area_of(in_plane(plane, slave%x(:, :merge(slave%n, slave%n/2, slave%n <= 4)))))
     left = merge(0, most_halvings, .not. whole > 0.0_wp .or. is_folded(slave) .or. &
       is_folded(master))
     ! What no rule is exact for is cut into smaller triangles.
     is_affine = slave%is_affine .and. master%is_affine
     if (present(roughly)) is_affine = is_affine .or. roughly
+    is_gentle = slave%is_gentle .and. master%is_gentle
     do k = 1, size(seen)
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         overlap%area = overlap%area + area_of(polygon)
         overlap%nearest = min(overlap%nearest, least_at(slave, master, polygon))
-        from = merge(polygon(:, 1), sum(polygon, 2)/real(n, wp), is_affine)
+        from = merge(polygon(:, 1), sum(polygon, 2)/real(n, wp), is_affine .or. is_gentle)
         do i = 1, n
           corner = reshape([from, polygon(:, i), polygon(:, merge(1, i + 1, i == n))], [2, 3])
           if (.not. area_of(corner) > 0.0_wp) cycle
-          if (.not. is_affine) then
+          if (.not. (is_affine .or. is_gentle)) then
             call add_halved(plane, slave, master, corner, speck*whole, left, patch, overlap)
+          else if (.not. is_affine) then
+            call add_points(plane, slave, master, corner, more_points, more_weights, patch, overlap)
           else if (is_triangle(slave%n) .and. is_triangle(master%n)) then
             call add_points(plane, slave, master, corner, few_points, few_weights, patch, overlap)
           else
@@ -152,45 +180,54 @@ contains
     overlap%least_gap = min(overlap%least_gap, overlap%nearest)
   end function find_curved_overlap
 
+  !> Find the places of a face in a plane.
+  pure subroutine lay_in_plane(plane, face)
+    type(plane_t), intent(in) :: plane
+    type(whole_face_t), intent(inout) :: face
+
+    face%flat = matmul(face%place, plane%axis(:, :2))
+    face%flat(1, :) = face%flat(1, :) - matmul(plane%origin, plane%axis(:, :2))
+    face%flat_slope = slopes_of(face%flat)
+  end subroutine lay_in_plane
+
   !> The least gap at some places of the plane.
   pure real(wp) function least_at(slave, master, x) result(least)
-    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
+    type(whole_face_t), intent(in) :: slave, master !! with their places in the plane
     real(wp), intent(in) :: x(:, :)                 !! (2,n) [length]
-    real(wp) :: n(slave%n), m(master%n), normal(3), xi(2), unused(2, 2)
-    integer :: i
+    real(wp), dimension(size(x, 2), face_nodes) :: p, q
+    real(wp), dimension(size(x, 2), 2) :: xi, eta
+    real(wp) :: normal(size(x, 2), 3)
 
-    least = huge(least)
-    do i = 1, size(x, 2)
-      xi = middle_of(slave)
-      call locate(slave, x(:, i), xi, n, normal, unused)
-      xi = middle_of(master)
-      call locate(master, x(:, i), xi, m, normal, unused)
-      least = min(least, gap_between(slave, master, n, m, normal/norm2(normal)))
-    end do
+    xi = spread(middle_of(slave), 1, size(x, 2))
+    call locate(size(x, 2), slave, transpose(x), xi, p)
+    eta = spread(middle_of(master), 1, size(x, 2))
+    call locate(size(x, 2), master, transpose(x), eta, q)
+    normal = normals_at(size(x, 2), master, q)
+    normal = normal/spread(norm2(normal, 2), 2, 3)
+    least = minval(gaps_between(size(x, 2), slave, master, p, q, normal))
   end function least_at
 
-  !> How far a place of a slave face is before one of a master face, along a normal.
-  pure real(wp) function gap_between(slave, master, n, m, normal) result(gap)
+  !> How far places of a slave face are before those of a master face, along normals.
+  pure function gaps_between(n, slave, master, p, q, normal) result(gap)
+    integer, intent(in) :: n
     type(whole_face_t), intent(in) :: slave, master
-    real(wp), intent(in) :: n(:), m(:)  !! shape functions there [-]
-    real(wp), intent(in) :: normal(3)
-    real(wp) :: arm(3)
-    integer :: k
+    real(wp), dimension(n, face_nodes), intent(in) :: p, q !! monomials of the slave's, master's [-]
+    real(wp), intent(in) :: normal(n, 3)
+    real(wp), dimension(n) :: gap, before, behind
+    integer :: i
 
-    arm = 0.0_wp
-    do k = 1, slave%n
-      arm = arm + n(k)*(slave%x(:, k) + slave%moved(:, k))
+    gap = 0.0_wp
+    do i = 1, 3
+      call find_values(n, slave%for_gaps(:, i), p, before)
+      call find_values(n, master%for_gaps(:, i), q, behind)
+      gap = gap + normal(:, i)*(before - behind)
     end do
-    do k = 1, master%n
-      arm = arm - m(k)*(master%x(:, k) + master%moved(:, k))
-    end do
-    gap = dot_product(normal, arm)
-  end function gap_between
+  end function gaps_between
 
   !> Add the integrals over one triangle of an overlap, halved where the Jacobians change much.
   pure recursive subroutine add_halved(plane, slave, master, corner, least, left, patch, overlap)
     type(plane_t), intent(in) :: plane
-    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
+    type(whole_face_t), intent(in) :: slave, master !! with their places in the plane
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: least         !! area that is not halved [length^2]
     integer, intent(in) :: left           !! so often it may be
@@ -214,15 +251,11 @@ contains
     !> That of the Jacobians of a face at the corners.
     pure real(wp) function evenness_of(face)
       type(whole_face_t), intent(in) :: face
-      real(wp) :: n(face%n), normal(3), slope(2, 2), xi(2), jacobian(3)
-      integer :: i
+      real(wp) :: xi(3, 2), p(3, face_nodes)
 
-      do i = 1, 3
-        xi = middle_of(face)
-        call locate(face, corner(:, i), xi, n, normal, slope)
-        jacobian(i) = norm2(normal)
-      end do
-      evenness_of = evenness(jacobian)
+      xi = spread(middle_of(face), 1, 3)
+      call locate(3, face, transpose(corner), xi, p)
+      evenness_of = evenness(norm2(normals_at(3, face, p), 2))
     end function evenness_of
   end subroutine add_halved
 
@@ -230,49 +263,51 @@ contains
   !> above it.
   pure subroutine add_points(plane, slave, master, corner, point, weight, patch, overlap)
     type(plane_t), intent(in) :: plane
-    type(whole_face_t), intent(in) :: slave, master !! with their nodes in the plane
+    type(whole_face_t), intent(in) :: slave, master !! with their places in the plane
     real(wp), intent(in) :: corner(2, 3)  !! of the triangle [length]
     real(wp), intent(in) :: point(:, :), weight(:) !! (2,n), (n) of the rule [-]
     type(patch_t), intent(in), optional :: patch
     type(overlap_t), intent(inout) :: overlap
-    real(wp), dimension(slave%n) :: n, part, f
-    real(wp) :: x(2), m(master%n), normal(3), gap, area, here, xi(2), eta(2)
-    real(wp), dimension(2) :: middle, xi_there, eta_there
-    real(wp), dimension(2, 2) :: slope, master_slope, unused
-    integer :: i, b
+    real(wp), dimension(size(weight)) :: here, gap
+    real(wp), dimension(size(weight), 2) :: x, xi, eta
+    real(wp), dimension(size(weight), 3) :: normal
+    real(wp), dimension(size(weight), face_nodes) :: p, q
+    real(wp), dimension(face_nodes) :: n, m, f, part
+    integer :: i, b, k
 
-    area = area_of(corner)
-    middle = sum(corner, 2)/3.0_wp
-    xi_there = middle_of(slave)
-    eta_there = middle_of(master)
-    call locate(slave, middle, xi_there, n, normal, slope)
-    call locate(master, middle, eta_there, m, normal, master_slope)
+    do i = 1, 2
+      x(:, i) = corner(i, 1) + point(1, :)*(corner(i, 2) - corner(i, 1)) + &
+        point(2, :)*(corner(i, 3) - corner(i, 1))
+    end do
+    xi = places_near(slave, sum(corner, 2)/3.0_wp, x)
+    call locate(size(weight), slave, x, xi, p)
+    normal = normals_at(size(weight), slave, p)
+    here = area_of(corner)*weight*norm2(normal, 2)/abs(matmul(normal, plane%axis(:, 3)))
+    eta = places_near(master, sum(corner, 2)/3.0_wp, x)
+    call locate(size(weight), master, x, eta, q)
+    normal = normals_at(size(weight), master, q)
+    normal = normal/spread(norm2(normal, 2), 2, 3)
+    gap = gaps_between(size(weight), slave, master, p, q, normal)
+    overlap%least_gap = min(overlap%least_gap, minval(gap))
     do i = 1, size(weight)
-      x = corner(:, 1) + point(1, i)*(corner(:, 2) - corner(:, 1)) + &
-        point(2, i)*(corner(:, 3) - corner(:, 1))
-      xi = xi_there + matmul(slope, x - middle)
-      eta = eta_there + matmul(master_slope, x - middle)
-      call locate(slave, x, xi, n, normal, unused)
-      here = area*weight(i)*norm2(normal)/abs(dot_product(normal, plane%axis(:, 3)))
-      part = here*n
+      n = 0.0_wp
+      m = 0.0_wp
+      do k = 1, face_nodes
+        n = n + slave%functions(:, k)*p(i, k)
+        m = m + master%functions(:, k)*q(i, k)
+      end do
+      part = here(i)*n
       f = n
-      if (present(patch)) f = polynomials(slave%n, patch, xi)
-      overlap%moments = overlap%moments + here*[1.0_wp, xi, xi(1)*xi, xi(2)**2]
-      call locate(master, x, eta, m, normal, unused)
-      normal = normal/norm2(normal)
-      gap = gap_between(slave, master, n, m, normal)
-      overlap%least_gap = min(overlap%least_gap, gap)
-      associate (s => slave%n)
-        overlap%lumped(:s) = overlap%lumped(:s) + part
-        if (gap < 0.0_wp) overlap%entered(:s) = overlap%entered(:s) + part*gap
-        do b = 1, s
-          overlap%mass(:s, b) = overlap%mass(:s, b) + here*f(b)*f
-          overlap%facing(:, b) = overlap%facing(:, b) + part(b)*normal
-        end do
-        do b = 1, master%n
-          overlap%mixed(:s, b) = overlap%mixed(:s, b) + here*m(b)*f
-        end do
-      end associate
+      if (present(patch)) f(:slave%n) = polynomials(slave%n, patch, xi(i, :))
+      overlap%moments = overlap%moments + here(i)*[1.0_wp, xi(i, 1), xi(i, 2), xi(i, 1)*xi(i, 1), &
+        xi(i, 1)*xi(i, 2), xi(i, 2)**2]
+      overlap%lumped = overlap%lumped + part
+      if (gap(i) < 0.0_wp) overlap%entered = overlap%entered + part*gap(i)
+      do b = 1, face_nodes
+        overlap%mass(:, b) = overlap%mass(:, b) + here(i)*f(b)*f
+        overlap%mixed(:, b) = overlap%mixed(:, b) + here(i)*m(b)*f
+        overlap%facing(:, b) = overlap%facing(:, b) + part(b)*normal(i, :)
+      end do
     end do
   end subroutine add_points
 
@@ -280,16 +315,14 @@ contains
   !> point there. Places between are of several parts of it, and no parts of it are even. No
   !> increment ends with such a face before or on a slave.
   pure logical function is_folded(face)
-    type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
+    type(whole_face_t), intent(in) :: face  !! with its places in the plane
     real(wp), parameter :: rounding = 1.0e-3_wp !! of the largest Jacobian [-]
-    real(wp) :: place(2, face%n), n(face_nodes), gradient(2, face_nodes), slope(2, 2)
-    real(wp) :: jacobian(face%n)
+    real(wp) :: place(2, face%n), slope(2, 2), jacobian(face%n)
     integer :: a
 
     place = places_of_nodes(face%n)
     do a = 1, face%n
-      call evaluate_face(face%n, place(:, a), n, gradient)
-      slope = matmul(face%flat(:, :face%n), transpose(gradient(:, :face%n)))
+      slope = slope_at(face, place(:, a))
       jacobian(a) = slope(1, 1)*slope(2, 2) - slope(1, 2)*slope(2, 1)
     end do
     is_folded = minval(jacobian) < -rounding*maxval(abs(jacobian)) .and. &
@@ -304,51 +337,94 @@ contains
     xi = merge(1.0_wp/3.0_wp, 0.0_wp, is_triangle(face%n))
   end function middle_of
 
-  !> The place of a face that is seen at a point of the plane, by Newton's method: its shape
-  !> functions and the normal there.
-  pure subroutine locate(face, x, xi, n, normal, slope)
-    type(whole_face_t), intent(in) :: face  !! with its nodes in the plane
-    real(wp), intent(in) :: x(2)            !! [length]
-    real(wp), intent(inout) :: xi(2)        !! natural coordinates, first where to begin [-]
-    real(wp), intent(out) :: n(:)           !! [-]
-    real(wp), intent(out) :: normal(3)      !! not of unit length
-    real(wp), intent(out) :: slope(2, 2)    !! of xi along x, close to there [1/length]
-    ! Newton's method squares what is left: behind a step of this nothing is but rounding, and a
-    ! step below that is none.
-    real(wp), parameter :: settled = 1.0e-8_wp, rounding = 4.0_wp*epsilon(1.0_wp)
+  !> About where a face is seen at points of the plane that are close to one of them: where it would
+  !> be seen were it flat and even.
+  pure function places_near(face, middle, x) result(xi)
+    type(whole_face_t), intent(in) :: face  !! with its places in the plane
+    real(wp), intent(in) :: middle(2)       !! of the points [length]
+    real(wp), intent(in) :: x(:, :)         !! (n,2) [length]
+    real(wp) :: xi(size(x, 1), 2)           !! natural coordinates [-]
+    real(wp) :: there(1, 2), unused(1, face_nodes), slope(2, 2), det, left(size(x, 1), 2)
+
+    there(1, :) = middle_of(face)
+    call locate(1, face, reshape(middle, [1, 2]), there, unused)
+    slope = slope_at(face, there(1, :))
+    det = slope(1, 1)*slope(2, 2) - slope(1, 2)*slope(2, 1)
+    xi = spread(there(1, :), 1, size(x, 1))
+    if (.not. abs(det) > 0.0_wp) return
+    left = x - spread(middle, 1, size(x, 1))
+    xi(:, 1) = xi(:, 1) + (left(:, 1)*slope(2, 2) - left(:, 2)*slope(1, 2))/det
+    xi(:, 2) = xi(:, 2) + (left(:, 2)*slope(1, 1) - left(:, 1)*slope(2, 1))/det
+  end function places_near
+
+  !> The places of a face that are seen at points of the plane, by Newton's method, of all points at
+  !> once.
+  pure subroutine locate(n, face, x, xi, p)
+    integer, intent(in) :: n
+    type(whole_face_t), intent(in) :: face    !! with its places in the plane
+    real(wp), intent(in) :: x(n, 2)           !! [length]
+    real(wp), intent(inout) :: xi(n, 2)       !! natural coordinates, first where to begin [-]
+    real(wp), intent(out) :: p(n, face_nodes) !! monomials there [-]
+    ! Newton's method squares what is left: behind a step of this nothing is but rounding. No part
+    ! of a face is as far from it as the last.
+    real(wp), parameter :: settled = 1.0e-8_wp, far = 1.0e3_wp
     integer,  parameter :: max_newton = 30
-    real(wp), dimension(face_nodes) :: functions
-    real(wp) :: step(2), left(2), a(2), b(2), gradient(2, face_nodes), tangent(3, 2), det
+    real(wp), dimension(n, 2) :: place, a, b, step
+    real(wp) :: det
     integer :: i, k
 
-    slope = 0.0_wp
-    step = 1.0_wp
-    do i = 1, max_newton
-      call evaluate_face(face%n, xi, functions, gradient)
-      if (maxval(abs(step)) < settled) exit
-      left = x
-      a = 0.0_wp
-      b = 0.0_wp
-      do k = 1, face%n
-        left = left - functions(k)*face%flat(:, k)
-        a = a + gradient(1, k)*face%flat(:, k)
-        b = b + gradient(2, k)*face%flat(:, k)
+    do i = 1, max_newton + 1
+      call find_monomials(n, xi, p)
+      if (i > max_newton) exit
+      if (i > 1) then
+        if (maxval(abs(step)) < settled) exit
+      end if
+      do k = 1, 2
+        call find_values(n, face%flat(:, k), p, place(:, k))
+        call find_values(n, face%flat_slope(:, 1, k), p, a(:, k))
+        call find_values(n, face%flat_slope(:, 2, k), p, b(:, k))
       end do
-      det = a(1)*b(2) - a(2)*b(1)
-      if (.not. abs(det) > 0.0_wp) exit
-      slope(:, 1) = [b(2), -a(2)]/det
-      slope(:, 2) = [-b(1), a(1)]/det
-      step = matmul(slope, left)
-      if (maxval(abs(step)) < rounding) exit
+      do k = 1, n
+        det = a(k, 1)*b(k, 2) - a(k, 2)*b(k, 1)
+        det = merge(1.0_wp/merge(det, 1.0_wp, abs(det) > 0.0_wp), 0.0_wp, abs(det) > 0.0_wp)
+        step(k, 1) = ((x(k, 1) - place(k, 1))*b(k, 2) - (x(k, 2) - place(k, 2))*b(k, 1))*det
+        step(k, 2) = (a(k, 1)*(x(k, 2) - place(k, 2)) - a(k, 2)*(x(k, 1) - place(k, 1)))*det
+      end do
       xi = xi + step
+      if (any(abs(xi) > far)) xi = max(-far, min(far, xi))
     end do
-    n = functions(:face%n)
-    tangent = 0.0_wp
-    do k = 1, face%n
-      tangent(:, 1) = tangent(:, 1) + gradient(1, k)*face%x(:, k)
-      tangent(:, 2) = tangent(:, 2) + gradient(2, k)*face%x(:, k)
-    end do
-    normal = cross(tangent(:, 1), tangent(:, 2))
   end subroutine locate
+
+  !> The normals of a face at places, not of unit length.
+  pure function normals_at(n, face, p) result(normal)
+    integer, intent(in) :: n
+    type(whole_face_t), intent(in) :: face
+    real(wp), intent(in) :: p(n, face_nodes)  !! monomials there [-]
+    real(wp) :: normal(n, 3), tangent(n, 3, 2)
+    integer :: i, k
+
+    do i = 1, 3
+      do k = 1, 2
+        call find_values(n, face%slope(:, k, i), p, tangent(:, i, k))
+      end do
+    end do
+    do i = 1, n
+      normal(i, :) = cross(tangent(i, :, 1), tangent(i, :, 2))
+    end do
+  end function normals_at
+
+  !> How the places of a face in the plane change along its natural coordinates.
+  pure function slope_at(face, xi) result(slope)
+    type(whole_face_t), intent(in) :: face  !! with its places in the plane
+    real(wp), intent(in) :: xi(2)           !! natural coordinates [-]
+    real(wp) :: p(face_nodes)
+    real(wp) :: slope(2, 2)                 !! (i,k) of place i along coordinate k [length]
+    integer :: k
+
+    call find_monomials(1, xi, p)
+    do k = 1, 2
+      slope(:, k) = matmul(p, face%flat_slope(:, k, :))
+    end do
+  end function slope_at
 
 end module curved_overlap_mod

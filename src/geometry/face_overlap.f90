@@ -11,7 +11,8 @@ module face_overlap_mod
   public :: overlap_t, plane_t, polygon_t, plane_of_face, outward_normal, doubled_area, &
     find_overlap, opposite_weights
   public :: areas_of_nodes, in_plane, seen_from, find_common, keep_positive, area_of
-  public :: few_points, few_weights, some_points, some_weights, many_points, many_weights
+  public :: few_points, few_weights, some_points, some_weights, more_points, more_weights, &
+    many_points, many_weights
   public :: max_corners, smallest, evenness, even_enough, speck, halves_of, most_halvings
 
   !> The plane of a slave face, in which overlaps are found.
@@ -102,6 +103,19 @@ module face_overlap_mod
     1.0_wp - 2.0_wp*q, q, s, t, t, s, s, u, u, s, t, u, u, t], [2, n_some])
   real(wp), parameter :: some_weights(n_some) = [spread(0.11678627572637938_wp, 1, 3), &
     spread(0.05084490637020682_wp, 1, 3), spread(0.08285107561837357_wp, 1, 6)]
+
+  ! Sixteen points, exact to degree 8 (Dunavant): what faces that bow need.
+  integer,  parameter :: n_more = 16
+  real(wp), parameter :: c = 0.081414823414554_wp, d = 0.459292588292723_wp, &
+    e = 0.658861384496480_wp, f = 0.170569307751760_wp, g = 0.898905543365938_wp, &
+    h = 0.050547228317031_wp, k = 0.008394777409958_wp, l = 0.263112829634638_wp, &
+    m = 1.0_wp - k - l
+  real(wp), parameter :: more_points(2, n_more) = reshape([1.0_wp/3.0_wp, 1.0_wp/3.0_wp, &
+    c, d, d, c, d, d, e, f, f, e, f, f, g, h, h, g, h, h, k, l, l, k, k, m, m, k, l, m, m, l], &
+    [2, n_more])
+  real(wp), parameter :: more_weights(n_more) = [0.144315607677787_wp, &
+    spread(0.095091634267285_wp, 1, 3), spread(0.103217370534718_wp, 1, 3), &
+    spread(0.032458497623198_wp, 1, 3), spread(0.027230314174435_wp, 1, 6)]
 
   ! Gauss and Jacobi, five points each, on the unit interval: their product on a triangle is exact
   ! to degree 9.
