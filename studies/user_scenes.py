@@ -168,6 +168,9 @@ def read_log(text, row):
     planned = re.search(r"^time +(?:about|at most) +(.*?) of CPU time", text, re.MULTILINE)
     if planned:
         row.planned = seconds_in(planned[1])
+    corrected = re.search(r"the run takes about (.*?) of CPU time, not the plan", text)
+    if corrected:
+        row.planned = seconds_in(corrected[1])
     each = re.search(r"([\d.e+]+) (G|M|T)flop per factorisation", text)
     if each:
         row.gflop = float(each[1]) * {"M": 1e-3, "G": 1.0, "T": 1e3}[each[2]]
@@ -346,7 +349,8 @@ def page(rows):
         "that are not in the repository, `requires` is [that study](requires.md). `ended` says",
         "where a run was stopped. `iterations`: of an increment, on bodies and contact together.",
         "`estimate` and `certificate`: percent of the time. `plan`: the seconds that the plan",
-        "predicts. `CalculiX`: its time with the lowest penalty, by powers of ten, from which a",
+        "predicts, or its first increments where they correct it. `CalculiX`: its time with the",
+        "lowest penalty, by powers of ten, from which a",
         "tenfold one changes its forces by less than 1 %; stopped at "
         f"{SLOWER:g} times our time it counts",
         "as that. It runs public decks as they stand. `Gflop` and `GB` are lower bounds: the",

@@ -7,7 +7,7 @@ module console_mod
   use idle_processors_mod, only: processor_time_t, processor_time
   use standard_streams_mod, only: write_to, standard_output
   use progress_line_mod, only: wipe_line
-  use system_mod, only: output_is_terminal, wall_seconds
+  use system_mod, only: output_is_terminal, wall_seconds, cpu_seconds
   use parallel_mod, only: has_launcher
   use increments_mod, only: increment_t
   use controls_mod, only: solver_sweeps, solver_global_newton
@@ -19,7 +19,7 @@ module console_mod
 
   public :: console_t, open_console, count_from, say, print_lines, print_increment, &
     print_warning, clear_bar, seconds_in_words, solver_name, theory_in_words, &
-    theory_worth_naming, theory_part
+    theory_worth_naming, theory_part, corrected_plan
 
   !> Where and how to print.
   type :: console_t
@@ -34,9 +34,12 @@ module console_mod
     integer  :: total = 0              !! increments of the deck, over the run
     real(wp) :: counted = 0.0_wp       !! of them done where the time left is counted from
     real(wp) :: counted_at = 0.0_wp    !! on the clock [s]
+    real(wp) :: processor_at = 0.0_wp  !! time of the processor then [s]
+    real(wp) :: planned = 0.0_wp       !! the same at the end by the plan, 0: not known [s]
   end type console_t
 
   integer, parameter :: bar_width = 30
+  real(wp), parameter :: enough = 2.0_wp !! increments behind the first that tell how long all take
 
 contains
 
@@ -63,6 +66,7 @@ contains
     console%total = total
     console%counted = done
     console%counted_at = wall_seconds()
+    console%processor_at = cpu_seconds()
   end subroutine count_from
 
   !> Print one line, even when quiet.
@@ -106,7 +110,7 @@ contains
     real(wp), intent(in) :: done  !! increments of the deck, over the run
     type(increment_report_t), intent(in) :: report
     character(160) :: line
-    character(:), allocatable :: progress
+    character(:), allocatable :: progress, words
 
     if (console%quiet) return
     call clear_bar(console)
@@ -132,8 +136,33 @@ contains
     if (report%errors%mesh >= 0.0_wp .and. .not. console%is_one_of) call say( &
       '      estimated error of the '//trim(merge('energy       ', 'contact force', &
       console%of_energy))//': '//errors_in_words(report%errors))
+    if (done >= console%counted + enough) then
+      words = corrected_plan(console, done, cpu_seconds())
+      if (words /= '') call say(words)
+      console%planned = 0.0_wp
+    end if
     if (console%terminal .and. done < console%total) call draw_bar(done/console%total, progress)
   end subroutine print_increment
+
+  !> How long the run will take by its first increments, where the plan is off by more than a factor
+  !> 2; '' where it is not.
+  pure function corrected_plan(console, done, now) result(words)
+    type(console_t), intent(in) :: console
+    real(wp), intent(in) :: done !! increments of the deck, over the run
+    real(wp), intent(in) :: now  !! time of the processor [s]
+    character(:), allocatable :: words
+    real(wp), parameter :: off = 2.0_wp    !! [-]
+    real(wp), parameter :: brief = 2.0_wp  !! of no account [s]
+    real(wp) :: foreseen
+
+    words = ''
+    if (.not. console%planned > 0.0_wp .or. done >= console%total) return
+    foreseen = now + (now - console%processor_at)*(console%total - done)/(done - console%counted)
+    if (max(foreseen, console%planned) <= brief .or. max(foreseen/console%planned, &
+      console%planned/foreseen) <= off) return
+    words = 'note: by the first increments the run takes about '//seconds_in_words(foreseen)// &
+      ' of CPU time, not the plan''s '//seconds_in_words(console%planned)
+  end function corrected_plan
 
   !> The residual of contact, and the solver that reached it.
   function solver_in_words(report) result(words)

@@ -14,7 +14,7 @@ module count_sizes_mod
   private
 
   public :: sizes_t, count_sizes, iterations_of_increment, &
-    solutions_of_increment, products_of_increment, solutions, &
+    solutions_of_increment, products_of_increment, newton_of_increment, solutions, &
     solutions_of_product, flops_of_run
 
   ! Typical counts of an increment (docs/studies/solvers.md).
@@ -29,6 +29,9 @@ module count_sizes_mod
   !! of them, in which forces are to balance too where W is formed: points settle before that
   real(wp), parameter :: equilibria_finite = 16.0_wp
   !! of an increment at finite strain, those among them by which its errors are estimated
+  real(wp), parameter :: newton_of_curved = 25.0_wp
+  !! of an increment with friction before what is curved, with its estimate of errors: Jacobians of
+  !! contact that are factorised
   real(wp), parameter :: newton_raphson_refined = 2.0_wp
   !! times as many where the factor is not exact
   real(wp), parameter :: roughest_unrefined = 1.0e-4_wp
@@ -60,6 +63,7 @@ module count_sizes_mod
     real(wp) :: tolerance = 0.0_wp !! of contact [-]
     real(wp) :: ordering = 0.0_wp  !! time that the plan took to order the equations [s]
     logical :: has_friction = .false., is_finite = .false. !! strain
+    logical :: has_middles = .false. !! of faces: of second order
     logical :: is_curved = .false., follows_faces = .false. !! there are points that turn, so before
     logical :: by_sweeps = .false.
     logical :: is_exact = .true., by_iteration = .false. !! as of precision_controls_t
@@ -109,6 +113,7 @@ contains
       sizes%most_columns = 0.0_wp
       if (is_before_faces(scene%pairs(i), scene%obstacles)) sizes%follows_faces = .true.
     end do
+    sizes%has_middles = any(has_middles(scene%mesh%connectivity%cell))
     sizes%has_friction = any(most_friction(scene) > 0.0_wp)
     sizes%by_sweeps = scene%contact%solver == solver_sweeps
     sizes%factorisations = plan%n_factorisations + plan%n_tangents
@@ -186,6 +191,16 @@ contains
     n = n*iterations_of_increment(sizes)
     if (sizes%rows <= 0.0_wp) n = 0.0_wp
   end function products_of_increment
+
+  !> Operations on Jacobians of contact in an increment: before what is curved each iteration has
+  !> another matrix W, and products do not pay.
+  pure real(wp) function newton_of_increment(sizes) result(flops)
+    type(sizes_t), intent(in) :: sizes
+
+    flops = 0.0_wp
+    if (sizes%is_dense .and. sizes%is_curved .and. sizes%has_friction) flops = &
+      newton_of_curved*2.0_wp/3.0_wp*sizes%rows**3
+  end function newton_of_increment
 
   !> Solutions with the factor in the whole run: two load patterns a step, and those of increments.
   pure real(wp) function solutions(sizes) result(n)

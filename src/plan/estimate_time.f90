@@ -14,7 +14,8 @@ module estimate_time_mod
   use bodies_mod, only: find_internal_force
   use state_mod, only: modes_t
   use count_sizes_mod, only: sizes_t, iterations_of_increment, &
-    solutions_of_increment, products_of_increment, solutions, solutions_of_product
+    solutions_of_increment, products_of_increment, newton_of_increment, solutions, &
+    solutions_of_product
   use estimate_file_mod, only: file_size_t
   implicit none
   private
@@ -57,6 +58,7 @@ module estimate_time_mod
   real(wp), parameter :: placements = 14.0_wp    !! of the points, and of W those of rows:
   real(wp), parameter :: rebuilds = 6.5_wp
   real(wp), parameter :: place_of_point = 25.0_wp !! in internal forces of an element
+  real(wp), parameter :: place_of_middles = 100.0_wp !! the same where faces are of second order
   real(wp), parameter :: entry_of_rows = 0.02_wp  !! of W, the same
 
   ! Increments of a shadow run in a *STEP, and iterations of one (docs/theory-error.md).
@@ -104,6 +106,7 @@ contains
       seconds%prepare = start_of_run*plain + (sizes%factorisations - 1.0_wp)*sizes%ordering + &
         sizes%factorisations*(sizes%element_work*1.5_wp*stiffness_time + body_time)
       call time_solver(sizes, speed, force_time, scratch_time, seconds)
+      seconds%contact = seconds%contact + sizes%increments*newton_of_increment(sizes)/speed%flops
       seconds%recover = seconds%recover + sizes%increments*(start_of_increment*plain + &
         2.0_wp*solutions_of_increment(sizes)*body_time + seconds_to_follow(sizes, force_time))
       seconds%shadow = seconds_of_shadows(sizes, speed, force_time, stiffness_time)
@@ -136,7 +139,8 @@ contains
 
     seconds = 0.0_wp
     if (.not. sizes%follows_faces) return
-    seconds = force_time*placements*place_of_point*sizes%points
+    seconds = force_time*placements*sizes%points*merge(place_of_middles, place_of_point, &
+      sizes%has_middles)
     if (sizes%is_dense) seconds = seconds + force_time*rebuilds*entry_of_rows*sizes%rows**2
   end function seconds_to_follow
 

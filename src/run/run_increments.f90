@@ -6,7 +6,7 @@ module run_increments_mod
   use resource_limits_mod, only: check_library_room
   use controls_mod, only: take_double, accuracy_of_resultants
   use scene_mod, only: scene_t
-  use plan_mod, only: plan_t
+  use plan_mod, only: plan_t, figure_of
   use increments_mod, only: done_of_deck, asked_number
   use step_fields_mod, only: fields_due
   use output_field_mod, only: field_t, block_bytes
@@ -53,6 +53,8 @@ contains
     call begin_watch(scene, watch)
     call count_from(console, done_of_deck(scene%steps, progress%state%step, &
       progress%state%position), plan%n_increments)
+    if (.not. (console%counted > 0.0_wp .or. console%is_one_of)) console%planned = &
+      figure_of(plan, 'cpu_seconds')
     if (progress%in_double > 0) call take_double(solver%choices%precision)
     increments: do
       solver%choices%tolerance = progress%tolerance
