@@ -8,7 +8,8 @@ module facing_surfaces_mod
   use scene_mod, only: scene_t
   use local_refinement_mod, only: parents_of
   use contact_points_mod, only: contact_points_t, is_pair_removed, weights_t, is_covered, &
-    is_across, n_sides
+    is_across, n_sides, find_side_points
+  use pair_faces_mod, only: master_faces, slave_faces, touches_itself
   use sectors_mod, only: without_turn
   use surfaces_mod, only: all_nodes_of
   use state_mod, only: state_t
@@ -49,6 +50,10 @@ contains
       if (size(scene%surfaces(scene%pairs(pair)%surface)%faces, 2) == 0) cycle
       if (is_out_of_reach(scene, points, pair, new)) cycle
       do side = 1, n_sides(points, pair)
+        if (.not. has_both(scene, points, pair, side)) then
+          call open_points(points, pair, side, new, contact)
+          cycle
+        end if
         call put_together(scene, points, pair, side, new, sides)
         call integrate(sides, rows)
         if (folded_point == 0 .and. any(rows%folds)) folded_point = sides%first - 1 + &
@@ -62,6 +67,32 @@ contains
       end do
     end do
   end subroutine face_surfaces
+
+  !> Whether a pair has slave faces, and a side of its master faces: all but those of surfaces that
+  !> touch themselves do.
+  pure logical function has_both(scene, points, pair, side)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+
+    has_both = .not. touches_itself(points, pair)
+    if (.not. has_both) has_both = size(slave_faces(scene, points, pair)) > 0 .and. &
+      size(master_faces(scene, points, pair, side)) > 0
+  end function has_both
+
+  !> What presses there faces nothing.
+  pure subroutine open_points(points, pair, side, new, contact)
+    type(contact_points_t), intent(in) :: points
+    integer, intent(in) :: pair, side
+    type(state_t), intent(in) :: new
+    type(contact_fields_t), intent(inout) :: contact
+    integer :: first, last, i
+
+    call find_side_points(points, pair, side, first, last)
+    do i = first, last
+      if (any(abs(new%reaction(:, i)) > 0.0_wp)) contact%gap(i) = uncovered
+    end do
+  end subroutine open_points
 
   !> Whether two surfaces of bodies are so far apart that nothing of their rows matters: boxes about
   !> their nodes leave more than the diagonal of the larger one between them, beside what is added
@@ -130,6 +161,7 @@ contains
       if (.not. points%on_surface(points%first(pair))) cycle
       if (size(scene%surfaces(scene%pairs(pair)%surface)%faces, 2) == 0) cycle
       do side = 1, n_sides(points, pair)
+        if (.not. has_both(scene, points, pair, side)) cycle
         call put_together(scene, points, pair, side, state, sides)
         call integrate(sides, rows)
         left = is_left(scene, points, sides, contact)
@@ -252,8 +284,12 @@ contains
       associate (here => i - first + 1, whole => rows%whole(i - first + 1))
         found%first(here) = n + 1
         area = rows%area(here)
-        if (.not. whole > 0.0_wp) cycle
         presses = any(abs(new%reaction(:, i)) > 0.0_wp)
+        if (.not. whole > 0.0_wp) then
+          ! Of a surface that touches itself it is no slave now.
+          if (presses .and. touches_itself(points, sides%pair)) contact%gap(i) = uncovered
+          cycle
+        end if
         if (left(here)) then
           ! Across a step no mean is one of contact, whichever row makes it.
           if (.not. rows%is_torn(here) .or. area <= counts*whole .or. .not. is_covered(points, &

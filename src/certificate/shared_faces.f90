@@ -9,6 +9,7 @@ module shared_faces_mod
   use mesh_mod, only: plane_strain, plane_stress
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t, faces_of_side, find_side_points
+  use pair_faces_mod, only: master_faces, slave_faces
   use state_mod, only: state_t
   use turned_slips_mod, only: orientation
   use veils_mod, only: veil_t
@@ -119,23 +120,23 @@ contains
 
     sides%pair = pair
     call find_side_points(points, pair, side, sides%first, sides%last)
-    call faces_of_side(points, pair, side, faces)
     associate (mesh => scene%mesh, of => scene%pairs(pair), &
                node => points%node(sides%first:sides%last))
       row_of(0) = 0
       row_of(node) = [(i, i=1, size(node))]
-      sides%slave = all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity)
+      sides%slave = all_nodes_of(slave_faces(scene, points, pair), mesh%connectivity)
       do i = 1, size(sides%slave, 2)
         sides%slave(:, i) = row_of(sides%slave(:, i))
       end do
       sides%x = mesh%coordinates(:, node)
       call find_ends(sides)
       if (of%master == 0) then
-        sides%master = all_nodes_of(scene%surfaces(of%master_surface)%faces, mesh%connectivity)
+        sides%master = all_nodes_of(master_faces(scene, points, pair, side), mesh%connectivity)
       else
+        call faces_of_side(points, pair, side, faces)
         sides%master = scene%obstacles(of%master)%facet
+        if (allocated(faces)) sides%master = sides%master(:, faces)
       end if
-      if (allocated(faces)) sides%master = sides%master(:, faces)
       ! Places are what these faces have, each once.
       allocate (place_of(0:maxval(sides%master)), source=0)
       do i = 1, size(sides%master, 2)

@@ -6,7 +6,8 @@ module contact_interface_mod
   use loads_mod, only: interference_t, amplitude_range
   use obstacles_mod, only: ref_nodes
   use connectivity_mod, only: corners_in
-  use surfaces_mod, only: all_nodes_of
+  use pair_faces_mod, only: touches_itself
+  use surfaces_mod, only: all_nodes_of, nodes_of
   use obstacle_shapes_mod, only: least_gap, normal_along, turns_in_place, has_meshed_master
   use scene_mod, only: scene_t
   use step_contact_mod, only: most_friction
@@ -14,6 +15,7 @@ module contact_interface_mod
   use contact_points_mod, only: contact_points_t, master_nodes, contact_nodes, n_sides, &
     faces_of_side, find_side_points, face_one
   use rigid_modes_mod, only: free_motions_t, find_free_motions
+  use face_directions_mod, only: are_before, directions_of, directions_t, looks_at
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
   use surface_reach_mod, only: reach_of_faces
@@ -291,7 +293,11 @@ contains
       if (scene%pairs(pair)%master == 0) then
         associate (first => points%first(pair), last => points%first(pair + 1) - 1)
           points%in_reach(first:last) = .true.
-          if (any(loose_body(scene%mesh%body([points%node(first:last), masters])))) cycle
+          if (any(loose_body(scene%mesh%body([points%node(first:last), masters])))) then
+            if (touches_itself(points, pair)) call find_own_near(scene, points, pair, faced(:, &
+              pair))
+            cycle
+          end if
         end associate
         call find_near(scene, points, pair, all_nodes_of(scene%surfaces(scene%pairs( &
           pair)%master_surface)%faces, scene%mesh%connectivity), scene%mesh%coordinates, travel, &
@@ -322,6 +328,31 @@ contains
     if (allocated(points%alpha)) call reach_along_edges(scene, travel, points)
     call list_master_nodes(scene, points, faced)
   end subroutine points_in_reach
+
+  !> Which points of a surface that touches itself can reach it, however far they go: those of faces
+  !> that have others before them, turned towards them. That is a guess, too: faces may turn.
+  pure subroutine find_own_near(scene, points, pair, faced)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points !! gets in_reach of the pair
+    integer, intent(in) :: pair
+    logical, intent(out) :: faced(:)                !! (n_nodes) of these faces
+    type(directions_t) :: by_direction
+    integer, allocatable :: faces(:, :), corner(:, :)
+    integer :: f
+
+    faced = .false.
+    associate (mesh => scene%mesh, its => scene%surfaces(scene%pairs(pair)%surface)%faces, &
+               first => points%first(pair), last => points%first(pair + 1) - 1)
+      faces = all_nodes_of(its, mesh%connectivity)
+      corner = nodes_of(its, mesh%connectivity)
+      by_direction = directions_of(corner, mesh%coordinates)
+      do f = 1, size(faces, 2)
+        if (looks_at(mesh%coordinates(:, corner(:corners_in(corner(:, f)), f)), by_direction, &
+          0.0_wp)) faced(faces(:count(faces(:, f) > 0), f)) = .true.
+      end do
+      points%in_reach(first:last) = faced(points%node(first:last))
+    end associate
+  end subroutine find_own_near
 
   !> The point in the middle of an edge moves with the ends too: it is in reach where these are, or
   !> its own gap is, and the ends are where it is.
@@ -369,8 +400,12 @@ contains
     integer, allocatable :: slave(:, :), found(:), faces(:), of_side(:, :)
     integer :: point(scene%mesh%n_nodes), first, last, side, f, i, k
     real(wp) :: way, reach, along(3)
+    real(wp) :: sides !! of the pair that move as the slave's body does
+    logical :: is_own
 
     if (present(faced)) faced = .false.
+    is_own = touches_itself(points, pair)
+    sides = merge(2.0_wp, 1.0_wp, is_own)
     associate (mesh => scene%mesh, of => scene%pairs(pair))
       allocate (slave, source=all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity))
       do side = 1, n_sides(points, pair)
@@ -384,9 +419,10 @@ contains
         do f = 1, size(slave, 2)
           associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
                      i => point(slave(:count(slave(:, f) > 0), f)))
-            way = travel(mesh%body(slave(1, f))) + of%overlap + max(0.0_wp, &
+            way = sides*travel(mesh%body(slave(1, f))) + of%overlap + max(0.0_wp, &
               -minval(points%extra_gap(i)))
             call faces_near(grid, minval(x, 2) - way, maxval(x, 2) + way, found)
+            if (is_own) found = pack(found, [(faces_it(f, found(k)), k=1, size(found))])
             if (size(found) > 0) near(i) = .true.
           end associate
         end do
@@ -396,10 +432,11 @@ contains
           associate (x => mesh%coordinates(:, slave(:count(slave(:, f) > 0), f)), &
                      i => point(slave(:count(slave(:, f) > 0), f)))
             if (.not. any(near(i))) cycle
-            way = travel(mesh%body(slave(1, f))) + of%overlap + max(0.0_wp, &
+            way = sides*travel(mesh%body(slave(1, f))) + of%overlap + max(0.0_wp, &
               -minval(points%extra_gap(i)))
             along = (reach + way)*abs(outward_normal(x(:, :corners_in(slave(:, f)))))
             call faces_near(grid, minval(x, 2) - way - along, maxval(x, 2) + way + along, found)
+            if (is_own) found = pack(found, [(faces_it(f, found(k)), k=1, size(found))])
             do k = 1, size(found)
               faced(of_side(:count(of_side(:, found(k)) > 0), found(k))) = .true.
             end do
@@ -407,6 +444,20 @@ contains
         end do
       end do
     end associate
+
+  contains
+
+    !> Whether two faces of a surface that touches itself face each other: not those about a face,
+    !> nor its back.
+    pure logical function faces_it(slave_face, master_face)
+      integer, intent(in) :: slave_face, master_face
+
+      associate (one => slave(:, slave_face), other => of_side(:, master_face))
+        faces_it = are_before(places(:, one(:corners_in(one))), places(:, &
+          other(:corners_in(other))), 0.0_wp)
+      end associate
+    end function faces_it
+
   end subroutine find_near
 
   !> The least and the largest displacement that any step prescribes, 0 included.

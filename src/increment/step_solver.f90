@@ -36,8 +36,8 @@ module step_solver_mod
   implicit none
   private
 
-  public :: step_solver_t, set_supports, prepare_step, widen_interface, linearise_at, &
-    take_tangent, take_duration
+  public :: step_solver_t, set_supports, prepare_step, place_first, widen_interface, &
+    linearise_at, take_tangent, take_duration
 
   type :: step_solver_t
     type(choices_t) :: choices
@@ -338,20 +338,29 @@ contains
       'not hold; SOLVER=AUTO does')
   end subroutine make_body
 
+  !> Where points are in the undeformed mesh.
+  subroutine place_first(scene, points, solver)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(in) :: points
+    type(step_solver_t), intent(inout) :: solver
+    type(contact_points_t) :: first
+
+    first = points
+    call set_extra_gap(scene, 1, 0_i8, first)
+    call place_undeformed(scene, first, solver%undeformed)
+    solver%first_gap = solver%undeformed%gap
+  end subroutine place_first
+
   !> The contact problem of the undeformed mesh.
   subroutine make_contact(scene, points, solver, work)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
     type(step_solver_t), intent(inout) :: solver
     type(solver_work_t), intent(inout) :: work
-    type(contact_points_t) :: first
     real(wp) :: clock
 
     clock = wall_seconds()
-    first = points
-    call set_extra_gap(scene, 1, 0_i8, first)
-    call place_undeformed(scene, first, solver%undeformed)
-    solver%first_gap = solver%undeformed%gap
+    call place_first(scene, points, solver)
     call find_groups(scene, points, solver%body%motions, solver%choices%precision%iterative, &
       solver%contact)
     call condense_contact(scene, solver%choices, points, solver%body, solver%undeformed, &

@@ -2,8 +2,10 @@
 !> their outer faces, and which of two is the slave. docs/theory.md section 11.
 module general_pairs_mod
   use cells_mod, only: face_corners
+  use surfaces_mod, only: nodes_of
   use connectivity_mod, only: corners_in, nodes_of_element, nodes_of_face
   use faces_mod, only: face_area_vectors
+  use face_directions_mod, only: may_touch_itself
   use kinds_mod, only: wp
   use matching_faces_mod, only: skin_faces
   use mesh_draft_mod, only: mesh_draft_t, solids
@@ -131,8 +133,10 @@ contains
       end do
     end subroutine pair_bodies
 
-    !> The pairs of a body with itself: faces of it that see each other in the mesh. There is none
-    !> where no face sees another.
+    !> The pairs of a body with itself. Where all faces may touch by one rule it is of one surface,
+    !> whose sides are found where nodes are in the run; there is none where no two faces are turned
+    !> towards each other. Else it is of the sides that it has in the mesh, and there is none where
+    !> no face sees another there.
     subroutine pair_itself(body)
       integer, intent(in) :: body
       integer, allocatable :: kinds(:), verdict(:, :), side(:), faces(:, :), index(:)
@@ -148,9 +152,18 @@ contains
         allocate (faces, source=sides%face(:, first:last))
         number = number(sides%kind(first:last))
       end associate
+      if (all(verdict == verdict(1, 1))) then
+        if (.not. may_touch_itself(nodes_of(faces, model%mesh%connectivity), &
+          model%mesh%coordinates)) return
+        of = surface_of(body, kinds)
+        pairs = [pairs, general_pair_t(of(1), 0, of(2), verdict(1, 1))]
+        return
+      end if
       do v = 0, maxval(verdict)
         if (.not. any(verdict == v)) cycle
-        call divide_surface(model%mesh, faces, side, number, verdict == v)
+        if (allocated(side)) deallocate (side)
+        call divide_surface(nodes_of(faces, model%mesh%connectivity), model%mesh%coordinates, &
+          side, number, verdict == v)
         if (.not. any(side > 0)) cycle
         do k = 1, 2
           index = pack([(f, f=1, size(side))], side == k)

@@ -10,9 +10,9 @@ module surface_pairs_mod
   use mortar_mod, only: make_mortar
   use facet_mortar_mod, only: face_facets, facet_pair_t, facets_face, join_facets, &
     reach_of_all_facets, reach_of_facets
+  use face_directions_mod, only: may_touch_itself
   use faces_mod, only: face_area_vectors
   use find_faces_mod, only: find_outer_faces
-  use self_contact_mod, only: divide_surface
   use obstacle_shapes_mod, only: holds_turned_away, how_to_turn_round, is_meshed
   use obstacles_mod, only: obstacle_t
   use scene_mod, only: contact_pair_t
@@ -24,7 +24,7 @@ module surface_pairs_mod
   implicit none
   private
 
-  public :: check_surface_pair, check_obstacle_pair, check_general_pair, divide_self
+  public :: check_surface_pair, check_obstacle_pair, check_general_pair, check_self_pair
 
   real(wp), parameter :: much_coarser = 1.5_wp !! edges of slave faces over those of the master [-]
 
@@ -63,39 +63,39 @@ contains
     if (.not. ok) pair%master_surface = 0
   end subroutine check_surface_pair
 
-  !> Give a pair of a surface with itself two surfaces of faces that see each other: it loses its
-  !> master where no face sees another, which is reported.
-  subroutine divide_self(reader, model, surfaces, position, pair)
+  !> Check a pair of a surface with itself, whose sides are found where nodes are in the run: it
+  !> loses its master where no two faces are turned towards each other, which is reported; where it
+  !> may fold this is but noted.
+  subroutine check_self_pair(reader, model, surfaces, position, may_fold, pair)
     type(reader_t), intent(inout) :: reader
     type(model_t), intent(in) :: model
     type(surface_list_t), intent(inout) :: surfaces
     integer, intent(in) :: position      !! of the name in the deck
+    logical, intent(in) :: may_fold      !! the deck asks for finite strain
     type(contact_pair_t), intent(inout) :: pair
-    integer, allocatable :: side(:), faces(:, :), number(:)
-    character(:), allocatable :: name
-    integer :: f, of(2)
+    logical :: ok
 
+    call leave_out_bare_nodes(reader, model, surfaces, pair%surface, &
+      surfaces%list(pair%surface)%name)
     pair%master_surface = 0
-    if (surfaces%flawed(pair%surface)) return
-    name = surfaces%list(pair%surface)%name
-    allocate (faces, source=surfaces%list(pair%surface)%faces)
-    call divide_surface(model%mesh, faces, side)
-    if (.not. any(side > 0)) then
-      call report(reader, position, 'no face of '//quoted(name)//' sees another in the mesh: '// &
-        'which parts of it may touch each other is not known', 'give the two parts names of '// &
-        'their own (*SURFACE), and the pair these two')
-      return
-    end if
-    number = pack([(f, f=1, size(side))], side == 1)
-    call add_faces(model%mesh, name, faces(:, number), surfaces, of(1))
-    number = pack([(f, f=1, size(side))], side == 2)
-    call add_faces(model%mesh, name, faces(:, number), surfaces, of(2))
-    pair%surface = of(1)
-    pair%master_surface = of(2)
-    call note(reader, 'contact of '//name//' with itself: '//counted(count(side == 1), 'face')// &
-      ' of it before '//counted(count(side == 2), 'other')//', by what sees each other in the '// &
-      'mesh; parts that come to face each other later may need names of their own')
-  end subroutine divide_self
+    associate (surface => surfaces%list(pair%surface))
+      ok = .not. surfaces%flawed(pair%surface)
+      if (ok) call check_faces(reader, model, surface, position, 'the surface '// &
+        quoted(surface%name)//' of a pair with itself', ok)
+      if (.not. ok) return
+      ok = may_touch_itself(nodes_of(surface%faces, model%mesh%connectivity), &
+        model%mesh%coordinates)
+      if (ok .or. may_fold) pair%master_surface = pair%surface
+      if (ok) return
+      if (may_fold) then
+        call note(reader, 'contact of '//surface%name//' with itself: no two faces are turned '// &
+          'towards each other in the mesh')
+      else
+        call report(reader, position, 'no two faces of '//quoted(surface%name)// &
+          ' are turned towards each other: it cannot touch itself')
+      end if
+    end associate
+  end subroutine check_self_pair
 
   !> How deep the surfaces of a pair of general contact are in each other in the mesh. Report where
   !> there is no way out: `pair` loses its master then. Surfaces that never get to each other are no

@@ -1,8 +1,10 @@
 !> What of the pairs of general contact can touch nothing, by what the steps hold and move: it is
 !> left out, and costs nothing. docs/theory.md section 11.
 module trim_pairs_mod
+  use cells_mod, only: face_corners
   use connectivity_mod, only: corners_in, nodes_of_face
   use faces_mod, only: face_area_vectors
+  use face_directions_mod, only: directions_of, directions_t, looks_at
   use kinds_mod, only: wp
   use loads_mod, only: amplitude_range, amplitude_t, load_step_t, nodal_value_t
   use matching_faces_mod, only: held_throughout
@@ -12,19 +14,11 @@ module trim_pairs_mod
   use scene_mod, only: contact_pair_t
   use sets_mod, only: model_t
   use surface_list_mod, only: add_faces, surface_list_t
-  use surface_reach_mod, only: against
+  use surfaces_mod, only: nodes_of
   implicit none
   private
 
   public :: trim_pairs
-
-  integer, parameter :: cells = 4 !! of directions along each edge of a cube
-
-  !> The faces of a side of a pair by the direction of their normals: the box of those of each cell.
-  type :: directions_t
-    real(wp) :: low(3, 6*cells**2), high(3, 6*cells**2) !! empty where low > high [length]
-    real(wp) :: least(3, 6*cells**2), most(3, 6*cells**2) !! of the components of their normals [-]
-  end type directions_t
 
 contains
 
@@ -45,6 +39,7 @@ contains
     type(load_step_t), intent(inout) :: steps(:)
     logical :: has_faces(size(pairs))
     logical, allocatable :: held(:, :)
+    type(directions_t) :: of_slave, of_master
     real(wp) :: close_by, way
     integer :: p
 
@@ -66,15 +61,26 @@ contains
           end associate
           cycle
         end if
+        if (slave == master) then
+          associate (box => box_of(slave))
+            call leave_out(slave, stays_off_planes(slave, box(:, 1), box(:, 2)), has_faces(p))
+          end associate
+          if (.not. is_finite .and. has_faces(p)) then
+            of_slave = its_directions(slave)
+            call leave_out(slave, looking(slave, of_slave, way + pairs(p)%overlap), has_faces(p))
+          end if
+          master = slave
+          cycle
+        end if
         associate (s => box_of(slave), m => box_of(master))
           call leave_out(slave, stays_off_planes(slave, m(:, 1), m(:, 2)), has_faces(p))
           call leave_out(master, stays_off_planes(master, s(:, 1), s(:, 2)), has_faces(p))
         end associate
         if (is_finite .or. .not. has_faces(p)) cycle
-        associate (of_slave => directions_of(slave), of_master => directions_of(master))
-          call leave_out(slave, looks_at(slave, of_master, way + pairs(p)%overlap), has_faces(p))
-          call leave_out(master, looks_at(master, of_slave, way + pairs(p)%overlap), has_faces(p))
-        end associate
+        of_slave = its_directions(slave)
+        of_master = its_directions(master)
+        call leave_out(slave, looking(slave, of_master, way + pairs(p)%overlap), has_faces(p))
+        call leave_out(master, looking(master, of_slave, way + pairs(p)%overlap), has_faces(p))
       end associate
     end do
     call drop_pairs(has_faces, pairs, steps)
@@ -148,73 +154,31 @@ contains
     end function is_on_plane
 
     !> The faces of a surface by their directions.
-    pure type(directions_t) function directions_of(surface) result(of)
+    pure type(directions_t) function its_directions(surface) result(of)
       integer, intent(in) :: surface
-      integer :: f, k, node(4)
-      real(wp) :: normal(3)
 
-      of%low = huge(1.0_wp)
-      of%high = -huge(1.0_wp)
-      of%least = 1.0_wp
-      of%most = -1.0_wp
-      associate (faces => surfaces%list(surface)%faces)
-        do f = 1, size(faces, 2)
-          node = nodes_of_face(model%mesh%connectivity, faces(1, f), faces(2, f))
-          associate (x => model%mesh%coordinates(:, node(:corners_in(node))))
-            normal = sum(face_area_vectors(x), 2)
-            normal = normal/max(norm2(normal), tiny(1.0_wp))
-            k = cell_of(normal)
-            of%low(:, k) = min(of%low(:, k), minval(x, 2))
-            of%high(:, k) = max(of%high(:, k), maxval(x, 2))
-            of%least(:, k) = min(of%least(:, k), normal)
-            of%most(:, k) = max(of%most(:, k), normal)
-          end associate
-        end do
-      end associate
-    end function directions_of
+      of = directions_of(nodes_of(surfaces%list(surface)%faces, model%mesh%connectivity), &
+        model%mesh%coordinates)
+    end function its_directions
 
-    !> Which faces have something before them that may be turned towards them.
-    pure function looks_at(surface, other, depth) result(looks)
+    !> Which faces of a surface have something before them that may be turned towards them.
+    pure function looking(surface, other, depth) result(looks)
       integer, intent(in) :: surface
       type(directions_t), intent(in) :: other
       real(wp), intent(in) :: depth !! that counts as before a face, too [length]
       logical :: looks(size(surfaces%list(surface)%faces, 2))
-      real(wp) :: n(3)
-      integer :: f, k, node(4)
+      integer :: f, node(face_corners)
 
       associate (faces => surfaces%list(surface)%faces)
         do f = 1, size(looks)
           node = nodes_of_face(model%mesh%connectivity, faces(1, f), faces(2, f))
-          associate (x => model%mesh%coordinates(:, node(:corners_in(node))))
-            n = sum(face_area_vectors(x), 2)
-            n = n/max(norm2(n), tiny(1.0_wp))
-            looks(f) = .false.
-            do k = 1, size(other%low, 2)
-              if (other%low(1, k) > other%high(1, k)) cycle
-              if (sum(min(n*other%least(:, k), n*other%most(:, k))) > against) cycle
-              looks(f) = sum(max(n*other%low(:, k), n*other%high(:, k))) + depth + close_by > &
-                minval(matmul(n, x))
-              if (looks(f)) exit
-            end do
-          end associate
+          looks(f) = looks_at(model%mesh%coordinates(:, node(:corners_in(node))), other, depth + &
+            close_by)
         end do
       end associate
-    end function looks_at
+    end function looking
 
   end subroutine trim_pairs
-
-  !> The cell of a direction on the faces of a cube.
-  pure integer function cell_of(normal) result(cell)
-    real(wp), intent(in) :: normal(3)
-    integer :: axis, place(2)
-
-    axis = maxloc(abs(normal), dim=1)
-    associate (others => pack(normal, [1, 2, 3] /= axis)/max(abs(normal(axis)), tiny(1.0_wp)))
-      place = min(cells - 1, int(0.5_wp*cells*(others + 1.0_wp)))
-    end associate
-    cell = 1 + place(1) + cells*(place(2) + cells*(2*(axis - 1) + merge(1, 0, normal(axis) > &
-      0.0_wp)))
-  end function cell_of
 
   !> How far supports move anything at most: by displacements, and by rotations across the mesh.
   pure real(wp) function largest_motion(steps, amplitudes, length) result(largest)

@@ -7,9 +7,9 @@ module contact_points_mod
   implicit none
   private
 
-  public :: contact_points_t, is_pair_removed, weights_t, master_sides_t, master_nodes, &
-    contact_nodes, is_covered, is_across, is_still, n_sides, faces_of_side, find_side_points, &
-    face_one
+  public :: contact_points_t, is_pair_removed, weights_t, master_sides_t, own_sides_t, &
+    master_nodes, contact_nodes, is_covered, is_across, is_still, n_sides, faces_of_side, &
+    find_side_points, face_one
   public :: laws_of_points, law_at, is_in_middle, is_before_faces, list_slave, of_slave, of_row, &
     add_to_slave
 
@@ -19,6 +19,12 @@ module contact_points_mod
     integer :: n = 1
     integer, allocatable :: of_face(:) !! the side of each face; not allocated where there is one
   end type master_sides_t
+
+  !> Of a surface that touches itself: the sides that its faces have now.
+  type :: own_sides_t
+    integer, allocatable :: of_face(:)
+    !! (n_faces) 1: slaves, 2: masters, 0: neither; not allocated: the pair has two surfaces
+  end type own_sides_t
 
   !> All points of all pairs, one pair after the other, side after side of its master, the nodes of
   !> the slave surface ascending: what holds before anything is placed.
@@ -73,6 +79,8 @@ module contact_points_mod
     integer,  allocatable :: first(:) !! (n_pairs+1) first point of each pair
     type(master_sides_t), allocatable :: sides(:)
     !! (n_pairs) of the masters; not allocated: all have one
+    type(own_sides_t), allocatable :: own_sides(:)
+    !! (n_pairs) found anew where increments begin; not allocated: no surface touches itself
     integer,  allocatable :: first_master(:) !! (n_pairs+1) first in `master_node` of each pair
     integer,  allocatable :: master_node(:)
     !! nodes of each pair's master that a placement may give weights to: of an obstacle its

@@ -18,7 +18,7 @@ module scene_mod
   private
 
   public :: scene_t, material_t, contact_pair_t, contact_gap_t, region_t, coupled_rotation_t, &
-    local_axes_t, named_set_t, elements_with_modes, master_name, pair_turns, is_of_slave, &
+    local_axes_t, named_set_t, elements_with_modes, master_name, pair_turns, &
     reference_nodes, has_rotations, turn_local
 
   !> A law, and what warmth and gravity need beside it.
@@ -206,19 +206,6 @@ contains
       if (master > 0) pair_turns = scene%obstacles(master)%turns
     end associate
   end function pair_turns
-
-  !> Which nodes are of the slave surface of a pair, and not of its master.
-  pure function is_of_slave(scene, pair) result(is_of)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: pair
-    logical :: is_of(scene%mesh%n_nodes)
-
-    is_of = .false.
-    associate (of => scene%pairs(pair))
-      is_of(scene%surfaces(of%surface)%nodes) = .true.
-      if (of%master == 0) is_of(scene%surfaces(of%master_surface)%nodes) = .false.
-    end associate
-  end function is_of_slave
 
   !> Put what nodes have along local directions into x, y, z: in their place, or what stands at the
   !> nodes that stand in for them beside it.

@@ -5,7 +5,8 @@ module nodal_fields_mod
   use small_matrix_mod, only: cross
   use contact_points_mod, only: of_row
   use sectors_mod, only: turn_into_plane
-  use scene_mod, only: scene_t, pair_turns, is_of_slave, turn_local
+  use pair_faces_mod, only: is_of_slave
+  use scene_mod, only: scene_t, pair_turns, turn_local
   use grip_motion_mod, only: held_by_references
   use output_field_mod, only: field_source_t
   implicit none
@@ -113,7 +114,7 @@ contains
                  x => source%scene%mesh%coordinates)
         associate (ref_node => obstacle%ref_node, weights => source%report%contact%weights)
           place = of_row(source%points, weights, i, is_of_slave(source%scene, &
-            source%points%pair(i)), x + u)
+            source%points, source%points%pair(i)), x + u)
           values(:, ref_node) = values(:, ref_node) + cross(place - x(:, ref_node) - &
             u(:, ref_node), source%state%reaction(:, i))
         end associate

@@ -7,7 +7,8 @@ module pair_fields_mod
   use small_matrix_mod, only: cross
   use obstacles_mod, only: on_axis
   use obstacle_shapes_mod, only: has_fixed_normals, is_before_faces
-  use scene_mod, only: scene_t, is_of_slave
+  use pair_faces_mod, only: is_of_slave
+  use scene_mod, only: scene_t
   use step_contact_mod, only: changes_friction, changes_pairs, friction_in
   use sectors_mod, only: turn_sum_into_plane
   use contact_points_mod, only: is_pair_removed, n_sides, find_side_points, of_row
@@ -239,7 +240,7 @@ contains
     integer :: i
 
     if (source%last < source%first) return
-    is_own = is_of_slave(source%scene, source%points%pair(source%first))
+    is_own = is_of_slave(source%scene, source%points, source%points%pair(source%first))
     do i = source%first, source%last
       values(1, :) = values(1, :) + cross(of_row(source%points, source%report%contact%weights, i, &
         is_own, source%scene%mesh%coordinates), source%state%reaction(:, i))
@@ -302,7 +303,7 @@ contains
     associate (x => source%scene%mesh%coordinates, u => source%state%displacement, &
                weights => source%report%contact%weights)
       if (ref_node > 0) centre = x(:, ref_node) + u(:, ref_node)
-      is_own = is_of_slave(source%scene, source%points%pair(source%first))
+      is_own = is_of_slave(source%scene, source%points, source%points%pair(source%first))
       do i = source%first, source%last
         place = of_row(source%points, weights, i, is_own, x + u)
         values(1, :) = values(1, :) - cross(place - centre, source%state%reaction(:, i))

@@ -12,6 +12,7 @@ module checkpoint_mod
   use step_contact_mod, only: set_contact_of_step
   use scene_mod, only: scene_t
   use contact_points_mod, only: contact_points_t
+  use own_sides_mod, only: list_own_sides, take_own_sides
   use plan_mod, only: plan_t
   use state_mod, only: state_t, initial_state, archive_state
   use increments_mod, only: increment_t
@@ -73,6 +74,7 @@ module checkpoint_mod
     real(wp), allocatable :: touched(:, :) !! (1,n_nodes) as of mark_touched, likewise
     real(wp), allocatable :: seen(:, :)
     !! (1,n_obstacles) 1 where nodes have touched it since it got into the faces that it is in
+    real(wp), allocatable :: own_sides(:, :) !! (1,n) as of list_own_sides
     real(wp) :: worst_errors(3) = 0.0_wp
     !! of the run, as estimated in it: by load steps, by contact and arithmetic, by the mesh [-]
     real(wp), allocatable :: begun(:, :)
@@ -98,6 +100,7 @@ contains
     call start_shadows(scene, plan%points%n, i, progress)
     progress%tolerance = plan%choices%tolerance
     allocate (progress%seen(1, size(scene%obstacles)), source=0.0_wp)
+    allocate (progress%own_sides, source=list_own_sides(plan%points))
   end subroutine start_run
 
   !> Shadow runs, where the run begins.
@@ -141,6 +144,7 @@ contains
     end if
     file%n_outputs = progress%tally%outputs
     progress%entered = 0 ! by this session
+    call take_own_sides(progress%own_sides, plan%points)
     if (progress%in_double > 0) call revise_plan(scene, plan, error)
     if (allocated(error) .or. progress%widened_in == 0) return
     call reach_everything(scene, plan%points)
@@ -206,6 +210,7 @@ contains
     call archive(list, progress%alone)
     call archive(list, progress%begun)
     call archive(list, progress%seen)
+    call archive(list, progress%own_sides)
     call carry_tally(list, progress%tally)
     if (.not. allocated(progress%sequence)) return
     call carry_sequence(list, progress%sequence)

@@ -15,7 +15,7 @@ module solve_next_mod
   use make_plan_mod, only: revise_plan
   use load_response_mod, only: sum_patterns
   use linearisation_mod, only: invalidate
-  use step_solver_mod, only: step_solver_t, widen_interface, take_tangent
+  use step_solver_mod, only: step_solver_t, place_first, widen_interface, take_tangent
   use balance_together_mod, only: is_together, keeps_tangent
   use advance_mod, only: advance, advance_from, advance_along
   use contact_points_mod, only: contact_points_t
@@ -26,7 +26,10 @@ module solve_next_mod
   use unfelt_overlaps_mod, only: find_entered_faces
   use passed_faces_mod, only: find_passed_faces
   use follow_points_mod, only: rounding_of_places
+  use own_sides_mod, only: list_own_sides, renew_own_sides
+  use step_loads_mod, only: prescribed_dofs
   use tally_mod, only: note_sizes
+  use transfer_mod, only: note_freedom
   use settled_cycles_mod, only: follow_cycle
   use interference_mod, only: has_interference, set_extra_gap
   use checkpoint_mod, only: progress_t, enter_step
@@ -76,6 +79,7 @@ contains
         if (allocated(error)) return
         if (increment%first_of_step) call note_turn(scene, increment, notes)
       end if
+      call follow_own_sides(scene, plan%points, increment%step, solver, progress)
       if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, &
         plan%points, progress%state, solver, is_taken, error)
       if (allocated(error)) return
@@ -139,6 +143,25 @@ contains
       end do sizes
     end associate
   end subroutine solve_next
+
+  !> The sides that surfaces which touch themselves have where the increment begins.
+  subroutine follow_own_sides(scene, points, step, solver, progress)
+    type(scene_t), intent(in) :: scene
+    type(contact_points_t), intent(inout) :: points
+    integer, intent(in) :: step
+    type(step_solver_t), intent(inout) :: solver !! gets the points in the undeformed mesh
+    type(progress_t), intent(inout) :: progress
+    logical :: are_others
+
+    if (.not. allocated(points%own_sides)) return
+    call renew_own_sides(scene, points, progress%state%displacement, progress%state%reaction, &
+      are_others)
+    if (.not. are_others) return
+    call note_freedom(scene, prescribed_dofs(scene, step), points)
+    call place_first(scene, points, solver)
+    call forget(progress%ahead)
+    progress%own_sides = list_own_sides(points)
+  end subroutine follow_own_sides
 
   !> In a dynamic *STEP: cut an increment that is solved, but too long; else say how long the next
   !> is to be.
@@ -431,6 +454,7 @@ contains
     type(solved_t), intent(inout) :: solved
     type(note_t), allocatable, intent(inout) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
+    logical :: is_taken
 
     call advance_once()
     if (allocated(error) .or. solved%report%ending /= ended_out_of_reach) return
@@ -442,6 +466,9 @@ contains
     if (allocated(error)) return
     progress%tally%plan_revisions = progress%tally%plan_revisions + 1
     progress%widened_in = solved%increment%step
+    if (solver%body%made_after /= progress%state%tangent_of) call take_tangent(scene, plan%points, &
+      progress%state, solver, is_taken, error)
+    if (allocated(error)) return
     call advance_once()
 
   contains

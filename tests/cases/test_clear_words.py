@@ -31,7 +31,7 @@ class Checked(unittest.TestCase):
         for line in ("A-ZMIN", "A-ZMIN, A-ZMIN"):
             deck = BLOCK + f"*CONTACT PAIR, INTERACTION=I\n{line}\n" + STEP.format("A-ZMAX, 1, 3")
             (error,) = self.errors(deck)
-            self.assertRegex(error, "^no face of 'A-ZMIN' sees another in the mesh")
+            self.assertRegex(error, "^no two faces of 'A-ZMIN' are turned towards each other")
 
     def test_lines_below_what_is_not_understood(self):
         """One mistake is one message."""

@@ -18,6 +18,7 @@ module candidate_points_mod
   use local_refinement_mod, only: fold_to_parents, hanging_of
   use mesh_forces_mod, only: add_nodal_areas
   use master_sides_mod, only: find_sides, area_of_face
+  use own_sides_mod, only: find_own_sides
   use sorting_mod, only: sort_unique
   use surfaces_mod, only: surface_t, all_nodes_of, find_middles, nodes_of, split_faces
   use placement_mod, only: placement_t, place_undeformed
@@ -44,6 +45,7 @@ contains
     logical :: is_bent
 
     allocate (points%first(size(scene%pairs) + 1))
+    call find_own_sides(scene, points)
     call list_master_nodes(scene, points)
     call divide_masters(scene, points)
     call find_new(scene, is_new)

@@ -2,7 +2,8 @@
 module drag_points_mod
   use kinds_mod, only: wp
   use rotations_mod, only: rotation_matrix, turn_between
-  use scene_mod, only: scene_t, pair_turns, is_of_slave
+  use pair_faces_mod, only: is_of_slave
+  use scene_mod, only: scene_t, pair_turns
   use contact_points_mod, only: contact_points_t, of_row
   use state_mod, only: state_t
   use placement_mod, only: placement_t
@@ -35,7 +36,7 @@ contains
       associate (obstacle => scene%obstacles(scene%pairs(pair)%master), &
                  before_turn => old%rotation(:, scene%pairs(pair)%master), &
                  after_turn => rotation(:, scene%pairs(pair)%master))
-        is_own = is_of_slave(scene, pair)
+        is_own = is_of_slave(scene, points, pair)
         half = rotation_matrix(0.5_wp*turn_between(before_turn, after_turn))
         do i = points%first(pair), points%first(pair + 1) - 1
           associate (ref_node => obstacle%ref_node)

@@ -10,9 +10,10 @@ module faced_side_mod
   use mesh_mod, only: plane_strain, plane_stress
   use scene_mod, only: scene_t
   use local_refinement_mod, only: hanging_of
+  use pair_faces_mod, only: master_faces, slave_faces, touches_itself
   use surfaces_mod, only: all_nodes_of
   use contact_points_mod, only: contact_points_t, weights_t, is_across, faces_of_side, &
-    find_side_points, face_one
+    find_side_points, face_one, n_sides
   use local_frame_mod, only: local_frame, straight
   use surface_reach_mod, only: reach_of_faces, reach_of_all, deep_in
   use mortar_rows_mod, only: mortar_t, slave_t, lifted_gap, without_rounding
@@ -53,21 +54,23 @@ contains
     logical, intent(in), optional :: asks_changes !! of its mortar, as of slave_t
     real(wp) :: x(3, scene%mesh%n_nodes), reach, far, behind
     type(slave_t) :: slave
-    integer, allocatable :: master(:, :), faces(:), m(:)
+    integer, allocatable :: master(:, :), s(:), m(:) !! s, m: nodes of both sides
     integer :: first, last, i
 
     call find_side_points(points, pair, side, first, last)
-    call faces_of_side(points, pair, side, faces)
     associate (of => scene%pairs(pair), mesh => scene%mesh, &
-               slave_nodes => points%node(first:last), &
-               s => scene%surfaces(scene%pairs(pair)%surface)%nodes)
-      slave = slave_t(all_nodes_of(scene%surfaces(of%surface)%faces, mesh%connectivity), &
+               slave_nodes => points%node(first:last))
+      slave = slave_t(all_nodes_of(slave_faces(scene, points, pair), mesh%connectivity), &
         slave_nodes, hanging_of(mesh%hangs, mesh%between, mesh%n_given, slave_nodes))
-      allocate (master, source=all_nodes_of(scene%surfaces(of%master_surface)%faces, &
+      allocate (master, source=all_nodes_of(master_faces(scene, points, pair, side), &
         mesh%connectivity))
+      s = scene%surfaces(of%surface)%nodes
       m = scene%surfaces(of%master_surface)%nodes
-      if (allocated(faces)) then
-        master = master(:, faces)
+      if (touches_itself(points, pair)) then
+        ! One of both may be empty.
+        if (size(slave%faces) > 0) s = corners_of(slave%faces)
+        if (size(master) > 0) m = corners_of(master)
+      else if (n_sides(points, pair) > 1) then
         m = corners_of(master)
       end if
       slave%rounding = rounding_at_rest(scene)

@@ -484,7 +484,8 @@ contains
     logical, intent(in) :: stay             !! as of `place`
     type(mortar_t), intent(inout) :: mortar !! of these points; normals turn into planes
     type(placement_t), intent(inout) :: placement
-    real(wp) :: around(3)
+    real(wp), parameter :: along_x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
+    real(wp) :: around(3), normal(3)
     integer :: i
     logical :: counts
 
@@ -510,7 +511,10 @@ contains
           placement%covered_area(i) = mortar%area(here)
           placement%faced_area(i) = mortar%faced_area(here)
         else
-          placement%frame(:, :, i) = local_frame(-mortar%outward(:, here), around)
+          normal = -mortar%outward(:, here)
+          ! No slave face has the node now.
+          if (.not. norm2(normal) > 0.0_wp) normal = along_x
+          placement%frame(:, :, i) = local_frame(normal, around)
           placement%gap(i) = no_gap
           placement%least_gap(i) = no_gap
           placement%covered_area(i) = 0.0_wp

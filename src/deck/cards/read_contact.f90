@@ -14,14 +14,14 @@ module read_contact_mod
   use friction_laws_mod, only: friction_law_t
   use kinds_mod, only: wp
   use lookup_mod, only: find_name, make_name_lookup, name_lookup_t
-  use options_mod, only: allow_options, card_t, flag_option, has_option, name_option, open_card, &
-    option_position
+  use options_mod, only: allow_options, card_t, flag_option, has_option, look_for_finite_strain, &
+    name_option, open_card, option_position
   use obstacles_mod, only: obstacle_t
   use read_interactions_mod, only: interactions_t, take_interaction
   use read_surface_behavior_mod, only: is_tied
   use surface_list_mod, only: find_faces_of_nodes, find_surface, find_surface_or_set, has_facets, &
     surface_list_t
-  use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair, divide_self
+  use surface_pairs_mod, only: check_obstacle_pair, check_surface_pair, check_self_pair
   use scene_mod, only: contact_pair_t
   use sets_mod, only: find_set, model_t
   use text_mod, only: counted, string_t, to_text
@@ -102,16 +102,18 @@ contains
     !> The pair of a data line, with the options of its card.
     subroutine read_pair()
       integer :: other
+      logical :: may_fold
 
       if (allocated(pair%left_open)) deallocate (pair%left_open)
       call find_slave(reader, model, fields, surfaces, obstacles, pair)
       call find_master(reader, model, fields, surfaces, obstacles, pair)
       if (pair%surface > 0 .and. pair%surface == pair%master_surface) then
-        pair%master_surface = 0
-        if (is_sound) call divide_self(reader, model, surfaces, fields%start, pair)
+        call look_for_finite_strain(reader, may_fold)
+        if (is_sound) call check_self_pair(reader, model, surfaces, fields%start, may_fold, pair)
+      else if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) then
+        call check_surface_pair(reader, model, surfaces, fields%start, field_position(reader, &
+          fields, 2), pair)
       end if
-      if (is_sound .and. pair%surface > 0 .and. pair%master_surface > 0) call check_surface_pair( &
-        reader, model, surfaces, fields%start, field_position(reader, fields, 2), pair)
       if (is_sound .and. pair%surface > 0 .and. pair%master > 0) call check_obstacle_pair(reader, &
         model, surfaces, shapes(pair%master), fields%start, field_position(reader, fields, 2), pair)
       if (pair%surface == 0 .or. pair%master + pair%master_surface == 0) return
@@ -143,6 +145,11 @@ contains
       found_pairs(n) = pair
       found_adjusts(n) = adjust
       found_adjusts(n)%pair = n
+      if (adjust%wanted .and. pair%surface == pair%master_surface) then
+        found_adjusts(n)%wanted = .false.
+        call note(reader, 'ADJUST moves no node of the contact pair '//quoted(pair%name)// &
+          ', of a surface with itself')
+      end if
       position(n) = fields%start
     end subroutine read_pair
 

@@ -14,7 +14,7 @@ module options_mod
 
   public :: card_t, open_card, open_only_card, allow_options, has_option, option_position
   public :: flag_option, name_option, text_option, integer_option, real_option, choice_option
-  public :: signed_option
+  public :: signed_option, look_for_finite_strain
   public :: allow_no_data, unquote, as_name, checked_name, max_name
 
   integer, parameter :: max_name = 80 !! longest name of a set, a surface, a material [byte]
@@ -72,6 +72,22 @@ contains
       end do
     end do
   end subroutine open_card
+
+  !> Whether a *STEP of the deck, or the command line, asks for finite strain.
+  subroutine look_for_finite_strain(reader, is_asked)
+    type(reader_t), intent(inout) :: reader
+    logical, intent(out) :: is_asked
+    type(card_t) :: card
+    integer :: k
+
+    is_asked = reader%reading%nlgeom == 'YES' .or. reader%reading%nlgeom == 'AUTO'
+    if (reader%reading%nlgeom /= '') return
+    do k = 1, reader%n_cards
+      if (reader%cards(k)%keyword /= 'STEP') cycle
+      call open_card(reader, k, card)
+      is_asked = is_asked .or. has_option(card, 'NLGEOM')
+    end do
+  end subroutine look_for_finite_strain
 
   !> Open the only card of a keyword; every further one is a mistake.
   subroutine open_only_card(reader, keyword, card, found)

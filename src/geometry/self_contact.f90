@@ -1,12 +1,11 @@
 !> Surfaces that touch themselves: the two sides that their faces take. docs/theory.md section 11.
 module self_contact_mod
   use cells_mod, only: face_corners
-  use connectivity_mod, only: corners_in, nodes_of_face
-  use faces_mod, only: face_area_vectors
+  use connectivity_mod, only: corners_in
   use face_grid_mod, only: face_grid_t, faces_near, make_face_grid
+  use face_overlap_mod, only: outward_normal
   use kinds_mod, only: wp
   use lists_mod, only: columns_with, lists_by_key, lists_t
-  use mesh_draft_mod, only: mesh_draft_t
   use small_matrix_mod, only: cross
   use sorting_mod, only: order_of
   use surface_reach_mod, only: against, largest_face
@@ -27,47 +26,83 @@ contains
   !> taken for an overlap of its sides. What begins anew gets the side of a face beside it that has
   !> one. Faces that see nothing get the side of neighbours that they continue; around an edge they
   !> get none, and touch nothing.
-  subroutine divide_surface(mesh, faces, side, kind, may_touch)
-    type(mesh_draft_t), intent(in) :: mesh
-    integer, intent(in) :: faces(:, :)            !! (2,n) element, face
-    integer, allocatable, intent(out) :: side(:)  !! (n) 0: no face sees another
+  !>
+  !> Sides that were found before stay as they are where no two faces of one side see each other.
+  !> Else those of faces that touch stay, with what these see, and all others are found anew.
+  subroutine divide_surface(corner, x, side, kind, may_touch, touches)
+    integer, intent(in) :: corner(:, :)           !! (4,n) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)               !! (3,n_nodes) [length]
+    integer, allocatable, intent(inout) :: side(:)
+    !! (n) 0: no face sees another; not allocated before: none is known yet
     integer, intent(in), optional :: kind(:)      !! (n) of each face; left out: all are alike
     logical, intent(in), optional :: may_touch(:, :) !! (n_kinds,n_kinds) whether kinds touch
-    integer :: corner(face_corners, size(faces, 2)), f, k
-    real(wp) :: normal(3, size(faces, 2))
+    logical, intent(in), optional :: touches(:)   !! (n_nodes) left out: none does
+    integer :: f, k
+    real(wp) :: normal(3, size(corner, 2))
     integer, allocatable :: seen(:, :), order(:)  !! (2,n_seen) faces that see each other
-    integer :: back(size(faces, 2))               !! what is behind each through the body; 0: none
-    real(wp) :: thickness(size(faces, 2))         !! how far [length]
+    integer :: back(size(corner, 2))              !! what is behind each through the body; 0: none
+    real(wp) :: thickness(size(corner, 2))        !! how far [length]
     integer, allocatable :: thinnest(:)           !! faces in its order
     real(wp), allocatable :: distance(:)          !! (n_seen) [length]
     logical, allocatable :: counts(:)
 
-    do f = 1, size(faces, 2)
-      corner(:, f) = nodes_of_face(mesh%connectivity, faces(1, f), faces(2, f))
-      normal(:, f) = sum(face_area_vectors(mesh%coordinates(:, &
-        corner(:corners_in(corner(:, f)), f))), 2)
-      normal(:, f) = normal(:, f)/max(norm2(normal(:, f)), tiny(1.0_wp))
+    do f = 1, size(corner, 2)
+      normal(:, f) = outward_normal(x(:, corner(:corners_in(corner(:, f)), f)))
     end do
-    call look_along_normals(mesh, corner, normal, seen, distance, back, thickness)
+    call look_along_normals(x, corner, normal, seen, distance, back, thickness)
     if (present(kind) .and. present(may_touch)) then
       counts = [(may_touch(kind(seen(1, k)), kind(seen(2, k))), k=1, size(distance))]
       seen = seen(:, pack([(k, k=1, size(counts))], counts))
       distance = pack(distance, counts)
     end if
-    allocate (side(size(faces, 2)), source=0)
+    if (allocated(side)) then
+      if (are_two(side, seen)) return
+      call keep_touching(corner, seen, touches, side)
+    else
+      allocate (side(size(corner, 2)), source=0)
+    end if
     if (size(distance) == 0) return
     ! Alike but for a millionth are in the order of the faces.
     call order_of(nint(distance*(1.0e6_wp/max(maxval(distance), 1.0e-300_wp))), order)
-    thickness = min(thickness, largest_face(corner, mesh%coordinates)*size(side))
+    thickness = min(thickness, largest_face(corner, x)*size(side))
     call order_of(nint(thickness*(1.0e6_wp/max(maxval(thickness), 1.0e-300_wp))), thinnest)
-    call colour(mesh%n_nodes, corner, normal, seen(:, order), distance(order), thinnest, &
+    call colour(size(x, 2), corner, normal, seen(:, order), distance(order), thinnest, &
       back(thinnest), side)
   end subroutine divide_surface
 
+  !> Whether all faces that see each other have two sides.
+  pure logical function are_two(side, seen)
+    integer, intent(in) :: side(:), seen(:, :)
+    integer :: k
+
+    are_two = .false.
+    do k = 1, size(seen, 2)
+      if (side(seen(1, k)) + side(seen(2, k)) /= 3) return
+    end do
+    are_two = .true.
+  end function are_two
+
+  !> Leave those faces their sides that have a node that touches, and what these see.
+  pure subroutine keep_touching(corner, seen, touches, side)
+    integer, intent(in) :: corner(:, :), seen(:, :)
+    logical, intent(in), optional :: touches(:)
+    integer, intent(inout) :: side(:)
+    logical :: presses(size(side)), stays(size(side))
+    integer :: f, k
+
+    presses = .false.
+    if (present(touches)) presses = [(any(touches(corner(:corners_in(corner(:, f)), f))), f=1, &
+      size(side))]
+    stays = presses
+    do k = 1, size(seen, 2)
+      if (any(presses(seen(:, k)))) stays(seen(:, k)) = .true.
+    end do
+    where (.not. stays) side = 0
+  end subroutine keep_touching
+
   !> Which faces see each other, and how far apart, and the back of each.
-  subroutine look_along_normals(mesh, corner, normal, seen, distance, back, &
-    thickness)
-    type(mesh_draft_t), intent(in) :: mesh
+  subroutine look_along_normals(x, corner, normal, seen, distance, back, thickness)
+    real(wp), intent(in) :: x(:, :)           !! (3,n_nodes) [length]
     integer, intent(in) :: corner(:, :)       !! (4,n) the fourth is 0 in a triangle
     real(wp), intent(in) :: normal(:, :)      !! (3,n)
     integer, allocatable, intent(out) :: seen(:, :)    !! (2,n_seen)
@@ -82,16 +117,16 @@ contains
     allocate (seen(2, 5*size(corner, 2)), distance(5*size(corner, 2)))
     n_seen = 0
     if (size(corner, 2) > 0) then
-      grid = make_face_grid(corner, mesh%coordinates)
+      grid = make_face_grid(corner, x)
       low = minval(grid%box(:, 1, :), 2)
       high = maxval(grid%box(:, 2, :), 2)
     end if
     do f = 1, size(corner, 2)
       n = corners_in(corner(:, f))
-      middle = sum(mesh%coordinates(:, corner(:n, f)), 2)/n
+      middle = sum(x(:, corner(:n, f)), 2)/n
       from(:, n + 1) = middle
       do k = 1, n
-        from(:, k) = middle + (1.0_wp - inwards)*(mesh%coordinates(:, corner(k, f)) - middle)
+        from(:, k) = middle + (1.0_wp - inwards)*(x(:, corner(k, f)) - middle)
       end do
       do k = 1, n + 1
         call find_first(from(:, k), normal(:, f), 1, first, way)
@@ -132,7 +167,7 @@ contains
           g = near(i)
           if (turned*dot_product(along, normal(:, g)) > against) cycle
           associate (node => corner(:corners_in(corner(:, g)), g))
-            t = way_to(mesh%coordinates(:, merge(node, node(size(node):1:-1), turned > 0)), place, &
+            t = way_to(x(:, merge(node, node(size(node):1:-1), turned > 0)), place, &
               along)
           end associate
           if (t >= way) cycle
@@ -182,7 +217,7 @@ contains
 
     n = size(corner, 2)
     middle = sum(corner, 2)/n
-    normal = sum(face_area_vectors(corner), 2)
+    normal = outward_normal(corner)
     slope = dot_product(normal, along)
     way = huge(1.0_wp)
     if (.not. slope < 0.0_wp) return
@@ -195,7 +230,7 @@ contains
     end do
     if (.not. is_in) return
     way = dot_product(normal, middle - from)/slope
-    if (way < -touching*sqrt(norm2(normal))) way = huge(1.0_wp)
+    if (way < -touching*norm2(corner(:, 2) - corner(:, 1))) way = huge(1.0_wp)
   end function way_to
 
   !> Give faces their sides, from the nearest two that see each other on: first what sees another
@@ -208,17 +243,24 @@ contains
     real(wp), intent(in) :: distance(:)   !! (n_seen) [length]
     integer, intent(in) :: thinnest(:)    !! (n) faces, the one that is nearest to its back first
     integer, intent(in) :: back(:)        !! (n) of these; 0: none
-    integer, intent(inout) :: side(:)     !! (n)
+    integer, intent(inout) :: side(:)     !! (n) those that some have stay
     type(lists_t) :: about                !! of each node the faces that have it
     type(lists_t) :: sight                !! of each face those that it sees or is seen by
     integer :: queue(size(side))          !! faces that have a side, in the order of getting it
     logical :: counts(size(side))         !! faces that may get one now
     logical :: gave
     real(wp) :: far                       !! [length]
+    integer :: place(size(side))          !! of each face in `thinnest`
+    integer :: next                       !! of them: none before it can give a side to its back
     integer :: n_queued, n_across, n_beside, k, first
 
     about = columns_with(corner, n_nodes)
+    place(thinnest) = [(k, k=1, size(side))]
+    next = 1
     n_queued = 0
+    do k = 1, size(side)
+      if (side(k) > 0) call give(k, side(k))
+    end do
     first = 1
     do while (first <= size(seen, 2))
       far = 2.0_wp*distance(first)
@@ -235,6 +277,7 @@ contains
       end associate
       n_across = 0
       n_beside = 0
+      next = 1
       do k = 1, first
         if (k > 1 .and. k < first) then
           if (side(seen(1, k)) > 0) cycle
@@ -271,6 +314,7 @@ contains
       side(face) = its
       n_queued = n_queued + 1
       queue(n_queued) = face
+      next = min(next, place(face))
     end subroutine give
 
     !> What a face sees gets the other side.
@@ -289,7 +333,8 @@ contains
       integer :: i
 
       gave = .false.
-      do i = 1, size(thinnest)
+      do i = next, size(thinnest)
+        next = i
         if (side(thinnest(i)) == 0 .or. back(i) == 0) cycle
         if (side(back(i)) > 0 .or. .not. counts(back(i))) cycle
         call give(back(i), side(thinnest(i)))
