@@ -13,7 +13,7 @@ module find_equilibrium_mod
   use placement_mod, only: join_ends
   use follow_points_mod, only: rounding_of_places
   use iterate_mod, only: task_t, iterate_t, look_at, world_reactions, local_reactions, &
-    set_reactions, is_closed, is_beyond, law_error
+    set_reactions, is_closed, is_beyond, law_error, outside_of_cone
   use linearise_mod, only: find_scales, set_t, step_t
   use kept_factor_mod, only: step_maker_t, begin_steps
   use make_step_mod, only: prepare_step, make_step
@@ -190,7 +190,8 @@ contains
 
   end subroutine find_equilibrium
 
-  !> The place that an increment is sought from.
+  !> The place that an increment is sought from: that of `new`, or where the increment begins if an
+  !> element would be inside out there.
   subroutine look_from(scene, points, task, new, now)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -204,6 +205,7 @@ contains
     start%placement = task%began
     none = 0.0_wp
     call look_at(scene, points, task, start, new%displacement, none, now)
+    if (now%inverted > 0) call look_at(scene, points, task, start, task%old%displacement, none, now)
     call set_reactions(scene, points, task, local_reactions(now, new%reaction), now)
   end subroutine look_from
 
@@ -283,8 +285,9 @@ contains
     z = law_errors(points, task, rho, now)
     rounding = rounding_of_places(scene, now%u)
     do i = 1, points%n
-      worst = max(worst, (norm2(z(:, i)) - rho(i)*rounding)/ &
-        now%scale(scene%mesh%body(points%node(i))))
+      ! Places are rounded, reactions are not.
+      worst = max(worst, max(norm2(z(:, i)) - rho(i)*rounding, outside_of_cone(points%mu(i), &
+        task%stays(i), now, i))/now%scale(scene%mesh%body(points%node(i))))
     end do
   end function worst_of_law
 

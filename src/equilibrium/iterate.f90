@@ -24,7 +24,7 @@ module iterate_mod
   private
 
   public :: task_t, iterate_t, look_at, world_reactions, local_reactions, set_reactions, &
-    is_closed, is_beyond, law_error
+    is_closed, is_beyond, law_error, outside_of_cone
 
   !> What an increment's equilibrium is sought for; nothing changes it.
   type :: task_t
@@ -236,5 +236,20 @@ contains
       z = merge(r - y, 0.0_wp, has)
     end associate
   end function law_error
+
+  !> What a reaction is outside of its cone, wherever the point is.
+  pure real(wp) function outside_of_cone(mu, stays, now, i) result(outside)
+    real(wp), intent(in) :: mu         !! [-]
+    logical, intent(in) :: stays       !! closed: it may be pulled
+    type(iterate_t), intent(in) :: now
+    integer, intent(in) :: i           !! point
+    real(wp) :: radius, slope
+
+    associate (r => now%reaction(:, i))
+      call largest_friction(mu, now%law, i, r(1), radius, slope)
+      outside = max(0.0_wp, norm2(r(2:)) - radius)
+      if (.not. stays) outside = max(outside, -r(1))
+    end associate
+  end function outside_of_cone
 
 end module iterate_mod

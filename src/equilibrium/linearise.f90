@@ -236,10 +236,9 @@ contains
       total(body) = total(body) + sum(diagonal(:, node))
       number(body) = number(body) + count(diagonal(:, node) > 0.0_wp)
     end do
-    share = 3.0_wp/max(3, number)
-    share(0) = 1.0_wp
     total(0) = sum(total)
     number(0) = sum(number)
+    share = 3.0_wp/max(3, number)
     associate (its => scene%mesh%body(map%node))
       held = merge(total(its)/max(1, number(its))*share(its), 0.0_wp, task%is_free(its))
     end associate

@@ -1,4 +1,4 @@
-"""Displacements and reactions together (*BODY SOLVER, TANGENT=NEWTON, the solver left to AUTO)."""
+"""Displacements and reactions together, beside one after the other (*BODY SOLVER, TANGENT=KEPT)."""
 
 import unittest
 
@@ -448,7 +448,7 @@ class Surfaces(TogetherCase):
             "*PARAMETER\n", "*PARAMETER\ntangent = KEPT\n", 1)
         short = {"n": 2, "draw": 0.3, "tolerance": 1e-10}
         newton = self.solved(text, "ironing", tangent="NEWTON", **short)
-        kept = Run(text, name="ironing", **short)
+        kept = Run(text, name="ironing", tangent="KEPT", **short)
         self.assertEqual(kept.status, 0, kept.errors)
         with kept.result() as result:
             np.testing.assert_allclose(newton, result.pairs[0].resultant, rtol=0,

@@ -281,9 +281,6 @@ class EveryDeck(Folder):
         self.assertLess(changes[1], 0.5 * changes[0])
         self.check(fast, kills=[k / 24 for k in range(10, 24)])
 
-    def test_the_tangent_of_every_iteration(self):
-        self.check(Case(INPUT / "rubber.inp", n=2, steps=4, press=1, tangent="NEWTON"))
-
     def test_modes_at_finite_strain(self):
         """They are sought from where they were: a part of the state."""
         self.check(Case(INPUT / "rubber.inp", n=2, steps=4, element="C3D8I"))
