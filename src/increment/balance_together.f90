@@ -107,10 +107,6 @@ contains
     if (allocated(trial%placement%weights%alone)) new%alone = trial%placement%weights%alone
     call find_equilibrium(scene, points, task, solver%body, new, found, report, error)
     if (allocated(error)) return
-    if (allocated(found%falls)) then
-      call name_motion(scene, points, solver%body%motions, task, found, report)
-      return
-    end if
     trial%forces = found%forces
     trial%placement = found%placement
     ! What the points did is described by the contact problem there.
@@ -122,6 +118,10 @@ contains
         call laws_of_points(points, group%active, trial%placement%covered_area, group%problem%law)
       end associate
     end do
+    if (allocated(found%falls)) then
+      call name_motion(scene, points, solver%body%motions, task, found, report)
+      return
+    end if
     call keep_closed(scene, points, solver%undeformed, trial%placement%weights, old, new)
     if (report%converged) call refuse_passed(scene, points, trial%placement, old, new, report)
     if (report%converged .and. solver%body%motions%n > 0) call name_unheld(scene, solver, &

@@ -156,6 +156,29 @@ def ring(n, kind, turned):
     return RING.format(kind=kind, nodes="\n".join(nodes), elements="\n".join(elements))
 
 
+SMOOTH_BLOCKS = """\
+*BLOCK, NAME=LOW, ELSET=BOTH, TYPE=C3D8, NX=3, NY=1, NZ=1
+0., 0., 0., 1., 1., 0.5782
+*BLOCK, NAME=UP, ELSET=BOTH, TYPE=C3D8, NX=3, NY=2, NZ=1
+0.2833, 0.3769, 0.5782,  0.9874, 0.9210, 1.0244
+*MATERIAL, NAME=A
+*HYPERELASTIC, NEO HOOKE
+2.06, 0.728
+*SOLID SECTION, ELSET=BOTH, MATERIAL=A
+*SURFACE INTERACTION, NAME=I
+*CONTACT PAIR, INTERACTION=I
+LOW-ZMAX, UP-ZMIN
+*STEP, NLGEOM
+*STATIC
+0.25, 1.
+*BOUNDARY
+LOW-ZMIN, 1, 3
+*DSLOAD
+UP-ZMAX, P, 0.37327
+*END STEP
+"""
+
+
 class TogetherCase(unittest.TestCase):
     """Runs that are to end well."""
 
@@ -288,6 +311,12 @@ class FreeBodies(TogetherCase):
                 self.assertEqual([run.status for run in runs], [2, 2])
                 self.assertIn("nothing balances the loads along body 1", runs[0].errors)
                 self.assertEqual(*(run.errors for run in runs))
+
+    def test_a_block_slides_off_another(self):
+        """A smooth block stands off the middle of a soft one, which tilts below it: it is named."""
+        run = Run(SMOOTH_BLOCKS, name="deck")
+        self.assertEqual(run.status, 2, run.errors)
+        self.assertIn("nothing balances the loads along body 2", run.errors)
 
     def test_a_ball_that_touches_nothing_yet(self):
         """A force presses a ball into a block; the nearest node is not below it, so that no point
