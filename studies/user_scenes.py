@@ -44,6 +44,7 @@ from bipot.peers.runs import (
 from bipot.program import ROOT, built_program, program_options, run_words
 from bipot.report import machine, table
 from bipot.result import Result, ResultError
+from bipot.tradeoff_settings import PLANNED, seconds_in
 from studies.pages import DATA, PAGES, put_page
 from studies.requires import SCENES as ASKING
 
@@ -165,7 +166,7 @@ def ended_in_words(taken, limit, text):
 
 def read_log(text, row):
     """Take from what a run says what its result does not have: the plan's time."""
-    planned = re.search(r"^time +(?:about|at most) +(.*?) of CPU time", text, re.MULTILINE)
+    planned = PLANNED.search(text)
     if planned:
         row.planned = seconds_in(planned[1])
     corrected = re.search(r"the run takes about (.*?) of CPU time, not the plan", text)
@@ -178,13 +179,6 @@ def read_log(text, row):
         found = re.search(pattern, text, re.MULTILINE)
         if found:
             setattr(row, name, float(found[1]))
-
-
-def seconds_in(words):
-    """Return the seconds of words such as "1 min 20 s" or "0.12 s"."""
-    unit = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
-    return sum(float(value) * unit.get(name, math.nan)
-               for value, name in re.findall(r"([\d.]+(?:e[+-]?\d+)?) (\w+)", words))
 
 
 def read_counters(result, row):

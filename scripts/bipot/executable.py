@@ -44,13 +44,14 @@ def built_program(path: str | os.PathLike[str] | None = None) -> Path:
 def set_words(settings: Mapping[str, Any]) -> list[str]:
     """Return the words of a command line that give a deck's parameters these values.
 
-    The name "--refine" is the program's option: how often every element is cut into eight.
+    Names that begin with "--" are the program's options, such as "--refine": how often every
+    element is cut into eight.
     """
     words = []
     for name, value in settings.items():
-        if name != "--refine":
+        if not name.startswith("--"):
             words += ["--set", f"{name}={value}"]
-        elif str(value) != "0":
+        elif (name, str(value)) != ("--refine", "0"):
             words += [name, str(value)]
     return words
 

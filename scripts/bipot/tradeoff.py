@@ -1,5 +1,12 @@
 """Measure what accuracy costs: runs of a deck under many settings, held against a reference.
 
+    scripts/tradeoff DECK
+
+runs the deck on finer meshes, with more increments, with other types of the same elements, at small
+and at finite strain, and with --accuracy, each if its plan is within --seconds; the reference is
+the finest of all at finite strain that is, else at the deck's own, and its own error is what a
+coarser mesh and longer increments change of it. Or settings and reference are given:
+
     scripts/tradeoff input/block.inp --reference n=24,steps=100,solver=AUTO,local=AUTO \\
         --vary n=2,4,8,16 --vary tolerance=1e-2,1e-4,1e-8 --also solver=AUTO,local=AUTO
 
@@ -42,6 +49,14 @@ from bipot.parameter_study import deck_lines
 from bipot.program import ROOT, RunError, block_words, built_program, run_block, script_options
 from bipot.report import Bar
 from bipot.result import Result, ResultError
+from bipot.tradeoff_settings import (
+    INCREMENTS,
+    TYPE,
+    candidates,
+    changed_deck,
+    planned_seconds,
+    references,
+)
 
 NOT_SOLVED = 2  # exit status of bipot: an increment found no solution
 ENDED = (0, NOT_SOLVED)  # what a second run would only repeat; other failures are tried again
@@ -191,13 +206,72 @@ class Study:
         """Tell whether no run of a setting ended without a solution."""
         return all(row["status"] == "0" for row in self.runs_of(setting))
 
+    def words_of(self, setting):
+        """Return the deck of a setting, and the settings that are the program's."""
+        changes = {name: value for name, value in setting.items() if name in (INCREMENTS, TYPE)}
+        others = {name: value for name, value in setting.items() if name not in changes}
+        if not changes:
+            return self.deck, others
+        name = setting_name(changes).replace("--", "").replace("=", "-").replace(",", "-")
+        path = self.folder / f"{self.deck.stem}-{name}.inp"
+        path.write_text(changed_deck(self.flat_deck(), changes), encoding="utf-8")
+        return path.resolve(), others
+
+    def flat_deck(self):
+        """Return the deck as one text, without parameters."""
+        done = subprocess.run([self.program, self.deck, "--flat"], stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise TradeoffError(done.stderr.strip().splitlines()[0])
+        return done.stdout
+
+    def within(self, settings, limit):
+        """Return those settings whose plan is within so many seconds; say why others are not."""
+        found = []
+        for setting in settings:
+            if self.runs_of(setting):
+                found.append(setting)
+                continue
+            deck, others = self.words_of(setting)
+            seconds, refused = planned_seconds(self.program, block_words(deck, others))
+            if refused or (seconds is not None and seconds > limit):
+                print(f"left out: {setting_name(setting)}: "
+                      f"{refused or f'{seconds:.0f} s by its plan'}", file=sys.stderr)
+            else:
+                found.append(setting)
+        return found
+
+    def own_reference(self, quantity, limit):
+        """Return the finest reference within a limit, as `reference` does, and its own error in its
+        words: what a coarser mesh and longer increments change."""
+        said = {}
+        for three in references(self.flat_deck()):
+            if any(setting_name(one) in said for one in three):
+                continue
+            deck, others = self.words_of(three[0])
+            seconds, refused = planned_seconds(self.program, block_words(deck, others))
+            if refused or seconds is None or seconds > limit:
+                continue
+            try:
+                found = [self.one_reference(one, quantity) for one in three]
+            except TradeoffError as error:
+                said[setting_name(three[0])] = error
+                continue
+            (values, words), (coarser, _), (longer, _) = found
+            mesh = relative_error(coarser, values)
+            steps = relative_error(longer, coarser)
+            return values, (f"{words} (its own error: mesh {percent(mesh)}, load steps "
+                            f"{percent(steps)})")
+        more = f": {next(iter(said.values()))}" if said else ""
+        raise TradeoffError(f"no reference within {limit:g} s{more}")
+
     def check(self, settings):
         """Have the program check the deck with these settings; TradeoffError with its words."""
         for setting in settings:
             if self.runs_of(setting):
                 continue
             done = subprocess.run(
-                [self.program, *block_words(self.deck, setting), "--plan", "--quiet"],
+                [self.program, *block_words(*self.words_of(setting)), "--plan", "--quiet"],
                 stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
             )
             if done.returncode == 1:
@@ -213,8 +287,9 @@ class Study:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "run.vtkhdf"
             before = processor_seconds()
+            deck, others = self.words_of(setting)
             done = run_block(
-                self.program, path, setting, self.deck, capture_output=True, text=True,
+                self.program, path, others, deck, capture_output=True, text=True,
                 env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             )
             spent = processor_seconds() - before
@@ -292,6 +367,11 @@ class Study:
         if not np.abs(values).max() > 0:
             raise TradeoffError(f"{quantity} is 0 in the reference {words}; choose another")
         return values, words
+
+
+def percent(part):
+    """Return a part in per cent, with two digits."""
+    return f"{100 * part:.2g} %"
 
 
 def processor_seconds():
@@ -581,6 +661,9 @@ def report(study, points, words, quantity):
     base = study.folder / f"{study.deck.stem}-tradeoff"
     print(f"error of {quantity} at the ends of the steps, against {words}")
     print_table(points)
+    for point in points:
+        if point.message:
+            print(f"{setting_name(point.setting)}: {point.message}")
     print(sentence(points))
     head, rows = table_rows(points)
     path = base.with_name(f"{base.name}-table.csv")
@@ -609,7 +692,7 @@ def command_line(words=None):
         help="all combinations once more, with these set",
     )
     parser.add_argument(
-        "--reference", action="append", type=read_reference, required=True,
+        "--reference", action="append", type=read_reference, default=[],
         metavar="NAME=V,...|FILE",
         help="what errors are measured from: the deck with these set, or a result (.vtkhdf);"
         " three times: extrapolated",
@@ -620,11 +703,21 @@ def command_line(words=None):
         " magnitudes of the points' friction forces; slip: its mean over each pair's surface,"
         " open points too; energies of the whole model",
     )
-    parser.add_argument("--repeat", type=int, default=3, help="runs of each setting (3)")
+    parser.add_argument("--repeat", type=int, default=None,
+                        help="runs of each setting (3; of those that the program chooses 1)")
+    parser.add_argument(
+        "--seconds", type=float, default=60.0,
+        help="of each run that the program chooses, by its plan (60)",
+    )
     options = parser.parse_args(words)
+    chooses = not (options.vary or options.also or options.reference)
+    if options.repeat is None:
+        options.repeat = 1 if chooses else 3
     if options.repeat < 1:
         parser.error("--repeat must be 1 or more")
-    if len(options.reference) not in (1, 3):
+    if not options.seconds > 0:
+        parser.error("--seconds must be above 0")
+    if not chooses and len(options.reference) not in (1, 3):
         parser.error(f"--reference is given once or three times, not {len(options.reference)}")
     return options
 
@@ -633,10 +726,17 @@ def main():
     """Run what is missing and report."""
     options = command_line()
     try:
-        settings = combinations(options.vary, options.also)
         study = Study(options.bipot, options.deck, options.folder)
-        study.check(settings)
-        reference, words = study.reference(options.reference, options.quantity)
+        if options.reference:
+            settings = combinations(options.vary, options.also)
+            study.check(settings)
+            reference, words = study.reference(options.reference, options.quantity)
+        else:
+            settings = study.within(candidates(study.flat_deck()), options.seconds)
+            reference, words = study.own_reference(options.quantity, options.seconds)
+            if "--nlgeom" not in words:
+                # Small strain is no judge of finite strain.
+                settings = [setting for setting in settings if setting.get("--nlgeom") != "yes"]
         study.complete(settings, options.repeat)
         points = measure(study, settings, reference, options.quantity)
         report(study, points, words, options.quantity)

@@ -32,12 +32,48 @@ from bipot import tradeoff  # noqa: E402
 from bipot.parameter_study import deck_lines  # noqa: E402
 from bipot.program import run_block  # noqa: E402
 from bipot.result import Result  # noqa: E402
+from bipot.tradeoff_settings import changed_deck  # noqa: E402
 
 REFERENCE = "n=4,steps=10,solver=AUTO,local=AUTO"
 SMALL = [
     "--vary", "steps=10", "--vary", "n=1,2", "--vary", "tolerance=1e-2,1e-8",
     "--also", "local=UZAWA,rho=3", "--reference", REFERENCE, "--repeat", "2",
 ]
+# A cube on a plane, pressed from above.
+PRESSED = """*NODE
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+5, 0, 0, 1
+6, 1, 0, 1
+7, 1, 1, 1
+8, 0, 1, 1
+*ELEMENT, TYPE=C3D8, ELSET=BODY
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*SURFACE, NAME=FOOT
+BODY, S1
+*NSET, NSET=TOP
+5, 6, 7, 8
+*MATERIAL, NAME=SOFT
+*ELASTIC
+100, 0.3
+*SOLID SECTION, ELSET=BODY, MATERIAL=SOFT
+*OBSTACLE, NAME=GROUND, TYPE=PLANE
+0, 0, 0, 0, 0, 1
+*SURFACE INTERACTION, NAME=DRY
+*FRICTION
+0.3
+*CONTACT PAIR, INTERACTION=DRY
+FOOT, GROUND
+*STEP
+*STATIC, DIRECT
+0.5, 1
+*BOUNDARY
+TOP, 1, 2
+TOP, 3, 3, -0.005
+*END STEP
+"""
 # Four settings twice; Uzawa beyond the range of rho once each; the reference.
 RUNS = 4 * 2 + 4 + 1
 
@@ -135,6 +171,42 @@ class Small(unittest.TestCase):
         errors = {row["n"]: float(row["error"]) for row in table}
         self.assertLess(errors["2"], 1e-7)
         self.assertGreater(errors["1"], 1e-2)
+
+    def test_a_deck_alone_is_studied_by_itself(self):
+        """A block that is pressed: all kinds of settings, a reference that tells its error."""
+        folder = self.folder / "alone"
+        folder.mkdir()
+        deck = folder / "pressed.inp"
+        deck.write_text(PRESSED, encoding="utf-8")
+        done = subprocess.run(
+            [sys.executable, "-B", SCRIPTS / "tradeoff", deck, "-o", folder, "--bipot", PROGRAM],
+            capture_output=True, text=True, check=False,
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"--nlgeom=yes,--refine=3,--type=C3D8I \(its own error: "
+                                      r"mesh [\d.e-]+ %, load steps [\d.e-]+ %\)")
+        table = rows(folder, "pressed-tradeoff-table.csv")
+        found = {tuple((name, row[name]) for name in row if name.startswith("--") and row[name]):
+                 float(row["error"]) for row in table if row["outcome"] == "solved"}
+        plain, refined = found[()], found[("--refine", "1"),]
+        self.assertLess(refined, 0.8 * plain)
+        for setting in (("--increments", "4"), ("--nlgeom", "yes"), ("--type", "C3D8I"),
+                        ("--accuracy", "0.1")):
+            self.assertIn((setting,), found)
+        self.assertLess(found[("--accuracy", "0.03"),], 0.06)
+
+    def test_increments_are_cut_whatever_their_card_says(self):
+        """Numbers that are there are cut, those that are not are 1."""
+        for card, expected in (
+            ("*STATIC, DIRECT\n0.5, 2.", "*STATIC, DIRECT\n0.25, 2."),
+            ("*STATIC\n0.1, 1., 1e-5, 0.2", "*STATIC, DIRECT\n0.05, 1."),
+            ("*STATIC\n\n*BOUNDARY", "*STATIC, DIRECT\n0.5, 1.\n*BOUNDARY"),
+        ):
+            self.assertEqual(changed_deck(card, {"--increments": "2"}), expected)
+        self.assertEqual(changed_deck("*ELEMENT, TYPE=C3D8, ELSET=A", {"--type": "C3D8I"}),
+                         "*ELEMENT, TYPE=C3D8I, ELSET=A")
+        self.assertEqual(changed_deck("*ELEMENT, TYPE=C3D8R", {"--type": "C3D8I"}),
+                         "*ELEMENT, TYPE=C3D8R")
 
     def test_meshes_are_refined_from_any_deck(self):
         """The error falls with each refinement; it is that of the block with as many elements."""
