@@ -93,6 +93,7 @@ contains
     call turn_inner_sides(scene, known, new%displacement, contact)
     call face_surfaces(scene, known, old, new, contact, folded_point, torn_point)
     call face_nothing(known, contact)
+    if (present(own)) call let_arrive(forces%rounding_of_gaps, old, new, contact%gap)
     call weigh_friction(scene, old, new, contact, known)
     forces%touches = find_touching(scene, known, forces%middles, new, contact)
     certificate = certify(scene%mesh, known, contact, old, new, forces, &
@@ -105,5 +106,19 @@ contains
     certificate%folded_point = folded_point
     certificate%torn_point = torn_point
   end function certify_increment
+
+  !> Points that have had no reaction, and have none, may be where a body in flight arrives: their
+  !> gaps are known as well as its velocities, which carry the rounding of each increment before.
+  pure subroutine let_arrive(rounding, old, new, gap)
+    real(wp), intent(in) :: rounding     !! of a gap in an increment [length]
+    type(state_t), intent(in) :: old, new
+    real(wp), intent(inout) :: gap(:)    !! (n_points) [length]
+    integer :: i
+
+    do i = 1, size(gap)
+      if (any(abs(old%reaction(:, i)) > 0.0_wp) .or. any(abs(new%reaction(:, i)) > 0.0_wp)) cycle
+      if (abs(gap(i)) <= rounding*max(1, new%increments_done - 1)) gap(i) = 0.0_wp
+    end do
+  end subroutine let_arrive
 
 end module certify_increment_mod

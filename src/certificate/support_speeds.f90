@@ -24,7 +24,8 @@ contains
     integer :: k, card
 
     associate (now => scene%steps(new%step))
-      short = real(smallest_increment, wp)/real(whole_increment, wp)*now%period/now%n_increments
+      short = 0.5_wp*real(smallest_increment, wp)/real(whole_increment, wp)*now%period/ &
+        now%n_increments
       time = real(new%position, wp)/real(whole_increment, wp)*now%period/now%n_increments
     end associate
     speed = 0.0_wp

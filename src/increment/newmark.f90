@@ -129,12 +129,13 @@ contains
 
   end subroutine find_speeds
 
-  !> How far ends of increments may be from the kinks of amplitudes that they are meant to meet.
+  !> How far ends of increments may be from kinks of amplitudes that they are meant to meet: half of
+  !> the shortest increment, so that its middle is inside.
   pure real(wp) function margin_of(scene, step) result(margin)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
 
-    margin = duration_of(scene%steps(step), smallest_increment)
+    margin = 0.5_wp*duration_of(scene%steps(step), smallest_increment)
   end function margin_of
 
   !> The kinetic energy that bodies have when the fastest of their supports takes them along, of the

@@ -19,6 +19,7 @@ module solve_reactions_mod
   use describe_motions_mod, only: free_in_words, motion_in_words, unresisted_part
   use placement_mod, only: placement_t
   use pull_off_mod, only: pulls_off
+  use follow_points_mod, only: rounding_of_places
   use transfer_mod, only: relative_motion, nodal_forces, gap_at
   use condensed_contact_mod, only: contact_group_t, count_points, count_rows
   use formed_compliance_mod, only: form_compliance, form_floating
@@ -110,6 +111,8 @@ contains
       type(drift_t) :: drift
 
       call gaps_without_contact(points, trial, old, group, start, x, r)
+      if (allocated(solver%body%inertia)) call touch_without_force(scene, &
+        trial, old, group%active, x(1, :))
       x_free = pack_rows(group%problem, x)
       group%problem%stays = stays(group%active)
       group%problem%began = norm2(old%reaction(:, group%active))
@@ -386,6 +389,20 @@ contains
       end associate
     end do
   end subroutine gaps_without_contact
+
+  !> A body in flight may end an increment just at an obstacle: gaps of points without a reaction so
+  !> far that are the rounding of as many increments as there were are closed, and no force, which
+  !> would be of rounding alone, answers them.
+  pure subroutine touch_without_force(scene, trial, old, points, gap)
+    type(scene_t), intent(in) :: scene
+    type(trial_t), intent(in) :: trial
+    type(state_t), intent(in) :: old
+    integer, intent(in) :: points(:)  !! (n)
+    real(wp), intent(inout) :: gap(:) !! (n) without contact [length]
+
+    where (abs(gap) <= max(1, old%increments_done)*rounding_of_places(scene, trial%u_free) .and. &
+      .not. maxval(abs(old%reaction(:, points)), dim=1) > 0.0_wp) gap = 0.0_wp
+  end subroutine touch_without_force
 
   !> The reactions of a group among those of all points.
   pure subroutine add_reactions(placement, group, r, reaction)

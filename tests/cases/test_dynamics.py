@@ -309,6 +309,19 @@ class ClosedForms(DynamicCase):
                     result.field("velocity", row)[base, 0], speed, rtol=1e-6, err_msg=str(row)
                 )
 
+    def test_the_shortest_increments_know_the_speed_of_supports(self):
+        """They are 1/4096 of the deck's: so short are those behind a stroke by a support."""
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 1), (2, 2, 2)) + MATERIAL.format(1e7, 0.3)
+            + "*AMPLITUDE, NAME=A\n0., 0., 1., 1.\n"
+            + "*STEP\n*DYNAMIC\n0.32, 0.32, 1e-9\n*BOUNDARY, AMPLITUDE=A\nB-ZMIN, 1, 1, 1.\n"
+            "*BOUNDARY\nB-ZMIN, 2, 3\n*NODE FILE, FREQUENCY=1\nV\n*END STEP\n"
+        )  # fmt: skip
+        with self.solve(deck) as result:
+            base = result.points[:, 2] < 0.1
+            self.assertAlmostEqual(result.history("time")[0], 0.32 / 4096)
+            np.testing.assert_allclose(result.field("velocity", 0)[base, 0], 1.0, rtol=1e-9)
+
     def test_prescribed_accelerations_go_on(self):
         """By the speed that the step before ends with, as a stone that is thrown; then evenly."""
         held = "*BOUNDARY\nB-ZMIN, 2, 3\n"
@@ -577,6 +590,20 @@ class Energies(DynamicCase):
             )
             run = Run(deck, name="d")
             self.assertEqual("*STATIC would do" in run.output, is_slow, run.output + run.errors)
+
+    def test_a_body_may_arrive_as_an_increment_ends(self):
+        """Its gaps are rounding then, and so would be the forces that answer these."""
+        deck = (
+            block("B", (0, 0, 0), (1, 1, 0.5), (4, 4, 2))
+            + MATERIAL.format(1e4, 0.3)
+            + before_plane(-0.1, 0.3)
+            + thrown(B=(1.0, 0, -0.5))
+            + step(0.002, 0.21)
+        )
+        with self.solve(deck) as result:
+            force = result.pairs[0].resultant[:, 2]
+            self.assertLess(abs(force[:100]).max(), 1e-12)
+            self.assertGreater(force[101], 1.0)
 
     def test_what_the_scheme_took_is_told(self):
         run = Run(bounce(alpha=-0.05), name="d")
