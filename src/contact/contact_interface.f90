@@ -19,7 +19,7 @@ module contact_interface_mod
   use face_grid_mod, only: face_grid_t, make_face_grid, faces_near
   use face_overlap_mod, only: outward_normal
   use surface_reach_mod, only: reach_of_faces
-  use candidate_points_mod, only: find_curved, list_master_nodes
+  use candidate_points_mod, only: faces_towards, find_curved, list_master_nodes, may_turn_to
   use symmetry_planes_mod, only: find_symmetry_planes
   use local_frame_mod, only: straight
   use step_loads_mod, only: prescribed_dofs
@@ -275,7 +275,7 @@ contains
     real(wp) :: lowest(3, scene%mesh%n_nodes), highest(3, scene%mesh%n_nodes)
     real(wp) :: travel(size(loose_body)), gap, box(3, 2)
     integer, allocatable :: masters(:)
-    logical :: is_loose, faced(scene%mesh%n_nodes, size(scene%pairs))
+    logical :: is_turned(scene%mesh%n_nodes), is_loose, faced(scene%mesh%n_nodes, size(scene%pairs))
     integer :: i, node, pair, body
 
     call extremes_of_supports(scene, lowest, highest)
@@ -316,9 +316,19 @@ contains
       end if
       box(:, 1) = min(0.0_wp, minval(lowest(:, masters), dim=2))
       box(:, 2) = max(0.0_wp, maxval(highest(:, masters), dim=2))
+      is_turned = .true.
+      if (may_turn_to(scene, pair)) then
+        is_turned = .false.
+        associate (faces => all_nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces(:, &
+                   faces_towards(scene, pair)), scene%mesh%connectivity))
+          is_turned(pack(faces, faces > 0)) = .true.
+        end associate
+      end if
       do i = points%first(pair), points%first(pair + 1) - 1
         body = scene%mesh%body(points%node(i))
         points%in_reach(i) = loose_body(body) .or. is_loose
+        ! Whether what looks away comes to turn is watched.
+        points%in_reach(i) = points%in_reach(i) .and. is_turned(points%node(i))
         if (points%in_reach(i)) cycle
         gap = least_gap(scene%obstacles(scene%pairs(pair)%master), box, &
           scene%mesh%coordinates(:, points%node(i))) + points%extra_gap(i)

@@ -4,12 +4,13 @@ module face_directions_mod
   use connectivity_mod, only: corners_in
   use face_overlap_mod, only: outward_normal
   use kinds_mod, only: wp
-  use lists_mod, only: lists_by_key, lists_t
+  use lists_mod, only: columns_with, lists_by_key, lists_t
   use surface_reach_mod, only: against
   implicit none
   private
 
-  public :: directions_t, directions_of, looks_at, are_before, may_touch_itself
+  public :: directions_t, directions_of, looks_at, are_before, may_touch_itself, &
+    add_what_continues
 
   integer, parameter :: cells = 4 !! of directions along each edge of a cube
   integer, parameter :: n_cells = 6*cells**2
@@ -118,6 +119,42 @@ contains
     end do
 
   end function may_touch_itself
+
+  !> Add to some faces those that continue them, and these, within 60 degrees from face to face.
+  pure subroutine add_what_continues(corner, x, is_one)
+    integer, intent(in) :: corner(:, :)    !! (4,n_faces) the fourth is 0 in a triangle
+    real(wp), intent(in) :: x(:, :)        !! (3,n_nodes) [length]
+    logical, intent(inout) :: is_one(:)    !! (n_faces)
+    real(wp), parameter :: flat = 0.5_wp   !! cosine of the normals, at least
+    type(lists_t) :: about                 !! of each node the faces that have it
+    real(wp) :: normal(3, size(is_one))
+    integer :: queue(size(is_one)), n, next, c, f, i
+
+    about = columns_with(corner, size(x, 2))
+    n = 0
+    do f = 1, size(is_one)
+      normal(:, f) = outward_normal(x(:, corner(:corners_in(corner(:, f)), f)))
+      if (.not. is_one(f)) cycle
+      n = n + 1
+      queue(n) = f
+    end do
+    next = 0
+    do while (next < n)
+      next = next + 1
+      do c = 1, corners_in(corner(:, queue(next)))
+        associate (node => corner(c, queue(next)))
+          do i = about%first(node), about%first(node + 1) - 1
+            f = about%item(i)
+            if (is_one(f)) cycle
+            if (dot_product(normal(:, f), normal(:, queue(next))) < flat) cycle
+            is_one(f) = .true.
+            n = n + 1
+            queue(n) = f
+          end do
+        end associate
+      end do
+    end do
+  end subroutine add_what_continues
 
   !> The cell of a direction on the faces of a cube.
   pure integer function cell_of(normal) result(cell)

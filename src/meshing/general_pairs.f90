@@ -41,6 +41,7 @@ module general_pairs_mod
     logical, allocatable :: is_rigid(:)  !! (n_pieces)
     integer, allocatable :: tied(:)      !! surfaces whose faces touch nothing
     integer, allocatable :: may_overlap(:, :) !! as of scene_t
+    logical :: may_turn = .false.        !! faces may: the deck asks for finite strain
   end type general_contact_t
 
   !> A pair that follows.
@@ -175,7 +176,7 @@ contains
     end subroutine pair_itself
 
     !> The pairs of a body and an obstacle. Before one that is no mesh they are of the faces that
-    !> are turned towards it: the others would be parts of the areas of their nodes.
+    !> are turned towards it, unless faces may turn.
     subroutine pair_obstacle(body, obstacle)
       integer, intent(in) :: body, obstacle
       integer, allocatable :: of_slave(:), verdict(:, :)
@@ -186,7 +187,8 @@ contains
       allocate (verdict, source=verdicts(sides, contact%rules, of_slave, [its]))
       do v = 0, maxval(verdict)
         if (.not. any(verdict == v)) cycle
-        if (is_meshed(obstacles(obstacle))) then
+        if (is_meshed(obstacles(obstacle)) .or. (contact%may_turn .and. .not. has_by_hand(sides, &
+          contact%rules, of_slave, its))) then
           index = surface_of(body, pack(of_slave, verdict(:, 1) == v))
         else
           ! Nodes that two pairs have before a shape would divide their forces: a pair by hand is of

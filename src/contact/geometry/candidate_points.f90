@@ -5,8 +5,10 @@
 module candidate_points_mod
   use kinds_mod, only: wp
   use connectivity_mod, only: corners_in
+  use face_directions_mod, only: add_what_continues
+  use face_overlap_mod, only: outward_normal
   use obstacle_shapes_mod, only: has_fixed_normals, has_meshed_master, is_before_faces, &
-    has_flat_facets
+    has_flat_facets, locate_point
   use refine_elements_mod, only: fill_between
   use mesh_mod, only: mesh_t
   use scene_mod, only: scene_t, contact_gap_t
@@ -20,13 +22,14 @@ module candidate_points_mod
   use master_sides_mod, only: find_sides, area_of_face
   use own_sides_mod, only: find_own_sides
   use sorting_mod, only: sort_unique
+  use surface_reach_mod, only: against
   use surfaces_mod, only: surface_t, all_nodes_of, find_middles, nodes_of, split_faces
   use placement_mod, only: placement_t, place_undeformed
   implicit none
   private
 
   public :: find_points, check_removed, check_areas, find_curved, list_master_nodes, areas_at
-  public :: take_deformed_areas, areas_apart
+  public :: take_deformed_areas, areas_apart, may_turn_to, faces_towards
 
 contains
 
@@ -63,7 +66,7 @@ contains
       points%first(pair) = k + 1
       associate (surface => scene%surfaces(scene%pairs(pair)%surface))
         call find_edges(scene, pair, ends, alpha)
-        call find_areas(scene%mesh, surface, ends, alpha, area)
+        call find_areas(scene, scene%mesh, pair, ends, alpha, area)
         is_bent = has_fixed_normals(scene, pair) .and. .not. is_before_faces(scene%pairs(pair), &
           scene%obstacles)
         if (is_bent) is_bent = any_bent(scene%mesh%coordinates, surface%nodes, ends, &
@@ -163,7 +166,7 @@ contains
     mesh%coordinates = mesh%coordinates + u
     do pair = 1, size(scene%pairs)
       call find_edges(scene, pair, ends, alpha)
-      call find_areas(mesh, scene%surfaces(scene%pairs(pair)%surface), ends, alpha, of_node)
+      call find_areas(scene, mesh, pair, ends, alpha, of_node)
       associate (first => points%first(pair), last => points%first(pair + 1) - 1)
         areas(first:last) = of_node(points%node(first:last))
       end associate
@@ -219,19 +222,71 @@ contains
     end do
   end subroutine check_areas
 
-  !> The areas of the points of a surface, at its nodes; 0 at all others.
-  pure subroutine find_areas(mesh, surface, ends, alpha, area)
-    type(mesh_t), intent(in) :: mesh
-    type(surface_t), intent(in) :: surface
+  !> The areas of the points of a pair, at the nodes of its slave; 0 at all others. Before a shape
+  !> of general contact faces count that are turned towards it, and what continues them, where a
+  !> node has any.
+  pure subroutine find_areas(scene, mesh, pair, ends, alpha, area)
+    type(scene_t), intent(in) :: scene
+    type(mesh_t), intent(in) :: mesh      !! its mesh, where nodes are
+    integer, intent(in) :: pair
     integer, intent(in) :: ends(:, :)     !! as of find_edges
     real(wp), intent(in) :: alpha(:)      !! the same
     real(wp), intent(out) :: area(:)      !! (n_nodes) [length^2]
+    real(wp) :: of_turned(size(area))
+    type(surface_t) :: surface
+    logical, allocatable :: counts(:)
+    integer :: f
 
+    surface = scene%surfaces(scene%pairs(pair)%surface)
     area = 0.0_wp
     call add_nodal_areas(mesh, surface, area)
+    if (may_turn_to(scene, pair)) then
+      allocate (counts(size(surface%faces, 2)), source=.false.)
+      counts(faces_towards(scene, pair)) = .true.
+      call add_what_continues(nodes_of(surface%faces, mesh%connectivity), &
+        scene%mesh%coordinates, counts)
+      surface%faces = surface%faces(:, pack([(f, f=1, size(counts))], counts))
+      of_turned = 0.0_wp
+      call add_nodal_areas(mesh, surface, of_turned)
+      where (of_turned > 0.0_wp) area = of_turned
+    end if
     call share_areas(surface%nodes, ends, alpha, area)
     if (allocated(mesh%hangs)) call fold_to_parents(mesh%hangs, mesh%between, mesh%n_given, area)
   end subroutine find_areas
+
+  !> Whether a pair is of all faces of a body before a plane, a sphere or a cylinder, towards which
+  !> they may yet turn.
+  pure logical function may_turn_to(scene, pair) result(may)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+
+    associate (of => scene%pairs(pair))
+      may = of%is_general .and. of%master > 0 .and. .not. has_meshed_master(scene, pair)
+    end associate
+  end function may_turn_to
+
+  !> The faces of a pair's slave that are turned towards its obstacle in the mesh.
+  pure function faces_towards(scene, pair) result(turned)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: pair
+    integer, allocatable :: turned(:)
+    real(wp), parameter :: at_rest(3) = 0.0_wp
+    real(wp) :: away(3), gap
+    integer, allocatable :: corner(:, :)
+    logical, allocatable :: is_turned(:)
+    integer :: f
+
+    corner = nodes_of(scene%surfaces(scene%pairs(pair)%surface)%faces, scene%mesh%connectivity)
+    allocate (is_turned(size(corner, 2)))
+    do f = 1, size(corner, 2)
+      associate (x => scene%mesh%coordinates(:, corner(:corners_in(corner(:, f)), f)))
+        call locate_point(scene%obstacles(scene%pairs(pair)%master), at_rest, &
+          sum(x, 2)/size(x, 2), gap, away)
+        is_turned(f) = dot_product(outward_normal(x), away) <= against
+      end associate
+    end do
+    turned = pack([(f, f=1, size(is_turned))], is_turned)
+  end function faces_towards
 
   !> The nodes in the middles of the edges of slave faces: the ends of the edge, alpha of (9.11).
   !> What is before faces has points of its own; slaves before other obstacles share theirs.

@@ -19,8 +19,8 @@ module read_general_contact_mod
     general_contact_t, general_pair_t, is_by_hand, may_touch, never_touch, touch_by, touch_rule_t
   use name_table_mod, only: find_named
   use obstacles_mod, only: obstacle_t
-  use options_mod, only: allow_no_data, allow_options, card_t, has_option, open_card, &
-    option_position
+  use options_mod, only: allow_no_data, allow_options, card_t, has_option, look_for_finite_strain, &
+    open_card, option_position
   use read_interactions_mod, only: interactions_t, take_interaction
   use read_rigid_bodies_mod, only: rigid_bodies_t
   use read_surface_behavior_mod, only: is_tied
@@ -78,6 +78,7 @@ contains
         contact%rules = [contact%rules, touch_rule_t(is_by_hand, [pairs(i)%surface, master])]
       end associate
     end do
+    call look_for_finite_strain(reader, contact%may_turn)
     call find_general_pairs(model, contact, shapes, surfaces, found)
     call add_pairs()
 
