@@ -17,6 +17,7 @@ sys.path[:0] = [str(HERE.parents[1] / "scripts"), str(HERE)]
 from bipot.drawing import rendering  # noqa: E402
 from bipot.drawing.bodies import Bodies, Look  # noqa: E402
 from bipot.drawing.curves import draw_pressures, draw_states  # noqa: E402
+from bipot.drawing.skin import crossings  # noqa: E402
 from bipot.pictures import pictures_of  # noqa: E402
 from package import WithFolder, bipot  # noqa: E402
 
@@ -96,12 +97,25 @@ class Plane(WithFolder):
                 np.testing.assert_allclose(shown.eye, [0, 0, 1], atol=1e-12)
                 scene = shown.scene(-1, "displacement")
                 self.assertGreater(len(scene.edges), 0)
+                self.assertFalse(scene.obstacles)
                 names = []
                 for picture in pictures_of(result):
                     names.append(picture.name)
                     mpl.pyplot.close(picture.figure)
                 self.assertEqual(names, ["deformed", "pressure", "contact", "forces", "errors"])
                 mpl.pyplot.close("all")
+
+    def test_obstacles_are_lines(self):
+        """A wall around the axis is seen where the plane crosses it, at its radius."""
+        angle = np.radians(np.arange(-95, 96, 10))
+        ring = np.stack([2 * np.cos(angle), np.zeros_like(angle), 2 * np.sin(angle)], axis=1)
+        up = ring + np.array([0, 3, 0])
+        wall = np.stack([ring[:-1], ring[1:], up[1:], up[:-1]], axis=1)
+        lines = crossings(wall, 2, 0.0)
+        self.assertEqual(lines.shape, (1, 2, 3))
+        np.testing.assert_allclose(lines[..., 0], 2, rtol=0.01)
+        np.testing.assert_allclose(np.sort(lines[0, :, 1]), [0, 3])
+        np.testing.assert_allclose(lines[..., 2], 0, atol=1e-12)
 
     def test_a_turned_section_encloses_its_body(self):
         result = self.result_of("CAX4", 3)

@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 
 from bipot.drawing import views
 from bipot.drawing.rendering import render, show_image
-from bipot.drawing.skin import cut_pieces, cut_skin, whole_skin
+from bipot.drawing.skin import crossings, cut_pieces, cut_skin, whole_skin
 from bipot.drawing.style import BOTH, COLD, RED, WARM, colour_bar, styled
 from bipot.drawing.turned import AXES, STEP, turn_section, upright, without_the_gap
 from bipot.element_faces import face_normals
@@ -401,7 +401,8 @@ class Bodies:
         edges = np.zeros((0, 2, 3))
         if self.result.is_plane and not self.look.turn:
             pieces = np.concatenate([np.zeros((0, 4, 3)), *obstacles])
-            edges = np.stack([pieces, np.roll(pieces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+            edges = crossings(pieces, 2, self.result.points[:, 2].mean())
+            obstacles = []
         return Scene(polygons, values, lines, outline, start, obstacles, edges)
 
     def scale_words(self):

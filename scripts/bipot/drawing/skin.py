@@ -200,6 +200,20 @@ def grid_of(result, distance):
     return as_vertices(list(found.values()), 2)
 
 
+def crossings(pieces, axis, place):
+    """Return the lines (S, 2, 3) in which a plane crosses quadrilaterals (F, 4, 3)."""
+    found = []
+    for piece, distance in zip(pieces, pieces[:, :, axis] - place, strict=True):
+        ends = []
+        for i in range(4):
+            j = (i + 1) % 4
+            if (distance[i] < 0) != (distance[j] < 0):
+                share = distance[i] / (distance[i] - distance[j])
+                ends.append(piece[i] + share * (piece[j] - piece[i]))
+        found += [ends[k:k + 2] for k in range(0, len(ends) - 1, 2)]
+    return np.reshape(found, (-1, 2, 3))
+
+
 def cut_pieces(pieces, axis, place, sign):
     """Return what a plane leaves of quadrilaterals (F, 4, 3) that are no part of the mesh."""
     distance = sign * (pieces[:, :, axis] - place)
