@@ -457,10 +457,12 @@ contains
     nearest = huge(nearest)
     do i = 1, size(met)
       f = met(i)
-      call look_at(sides, f, middle, axes, place, height, k)
       associate (cosine => dot_product(sides%normal(:, f), axes(:, 3)))
-        may_see(i) = .not. (cosine > against .or. minval(height(:k)) > sides%before .or. &
-          maxval(height(:k))*cosine > sides%behind)
+        may_see(i) = .not. cosine > against
+        if (.not. may_see(i)) cycle
+        call look_at(sides, f, middle, axes, place, height, k)
+        may_see(i) = .not. (minval(height(:k)) > sides%before .or. maxval(height(:k))*cosine > &
+          sides%behind)
       end associate
       may_see(i) = may_see(i) .and. .not. (any(maxval(place(:, :k), 2) < minval(flat, 2)) .or. &
         any(minval(place(:, :k), 2) > maxval(flat, 2)))
@@ -568,7 +570,8 @@ contains
     k = count(sides%piece(:, f) > 0)
     do a = 1, k
       associate (arm => sides%y(:, sides%piece(a, f)) - origin)
-        place(:, a) = matmul(arm, axes(:, :2))
+        place(1, a) = dot_product(arm, axes(:, 1))
+        place(2, a) = dot_product(arm, axes(:, 2))
         height(a) = dot_product(arm, axes(:, 3))
       end associate
     end do
