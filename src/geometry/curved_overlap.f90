@@ -158,6 +158,7 @@ contains
     if (present(roughly)) is_affine = is_affine .or. roughly
     is_gentle = slave%is_gentle .and. master%is_gentle
     do k = 1, size(seen)
+      if (seen(k)%n == 0) cycle
       associate (n => seen(k)%n, polygon => seen(k)%corner(:, :seen(k)%n))
         overlap%area = overlap%area + area_of(polygon)
         overlap%nearest = min(overlap%nearest, least_at(slave, master, polygon))

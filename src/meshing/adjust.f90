@@ -14,7 +14,7 @@ module adjust_mod
   use mirror_planes_mod, only: keep_on_ends
   use local_refinement_mod, only: hanging_of
   use surface_reach_mod, only: reach_of_faces, reach_of_all, deep_in
-  use mortar_rows_mod, only: mortar_t, slave_t
+  use mortar_rows_mod, only: lifted_gap, mortar_t, slave_t
   use mortar_mod, only: make_mortar
   use facet_mortar_mod, only: face_facets, facet_pair_t, join_facets, reach_of_all_facets, &
     reach_of_facets
@@ -217,7 +217,7 @@ contains
     end do
   end subroutine check_elements
 
-  !> Move nodes onto a surface: along their normals by their gaps, three times over, since what
+  !> Move nodes onto a surface: along their normals by their gaps, several times over, since what
   !> they face changes as they move. Where both surfaces end at a plane its nodes stay on it.
   subroutine place_on_surface(reader, model, surfaces, obstacles, pairs, adjust, nodes, mover)
     type(reader_t), intent(inout) :: reader
@@ -228,6 +228,7 @@ contains
     type(adjust_t), intent(in) :: adjust
     integer, allocatable, intent(out) :: nodes(:)     !! that it chose
     integer, intent(inout) :: mover(:)                !! (n_nodes) the last pair that moved the node
+    integer, parameter :: most_rounds = 10
     type(mortar_t) :: mortar
     logical :: in_set(model%mesh%n_nodes)
     logical, allocatable :: chosen(:)
@@ -243,7 +244,7 @@ contains
       in_set = .false.
       if (adjust%set > 0) in_set(model%node_sets%list(adjust%set)%members) = .true.
       allocate (before(3, size(slaves)), source=model%mesh%coordinates(:, slaves))
-      do round = 1, 3
+      do round = 1, most_rounds
         call find_gaps(model, surfaces, obstacles, pairs(p), adjust%distance, adjust%set > 0, &
           mortar, gap)
         if (round == 1) chosen = merge(in_set(slaves), gap <= adjust%distance, adjust%set > 0) &
@@ -263,6 +264,7 @@ contains
         end do
         model%mesh%coordinates(:, slaves) = model%mesh%coordinates(:, slaves) + way(:, slaves)
         call place_hanging(model%mesh)
+        if (maxval(abs(way(:, slaves))) <= rounding*maxval(abs(before))) exit
       end do
       nodes = pack(slaves, chosen)
       n = 0
@@ -326,7 +328,8 @@ contains
         if (allocated(pair%left_open)) then
           if (any(pair%left_open == s(i))) cycle
         end if
-        if (mortar%area(i) > 0.0_wp) gap(i) = dot_product(mortar%normal(:, i), mortar%apart(:, i))
+        if (mortar%area(i) > 0.0_wp) gap(i) = lifted_gap(mortar, i, dot_product(mortar%normal(:, &
+          i), mortar%apart(:, i)))
       end do
     end associate
   end subroutine find_gaps

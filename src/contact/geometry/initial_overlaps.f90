@@ -55,8 +55,10 @@ contains
         node = points%node(i)
       end do
       if (n == 0) cycle
-      remedy = 'the first increment presses them out; ADJUST=0 of *CONTACT PAIR removes them '// &
-        'without strain'
+      remedy = 'the first increment presses them out'
+      ! General contact has removed what it could.
+      if (.not. scene%pairs(pair)%is_general) remedy = remedy//'; ADJUST=0 of *CONTACT PAIR '// &
+        'removes them without strain'
       if (is_asked_for(pair)) remedy = 'the deck asks for it, and the first increment presses '// &
         'them out'
       if (allocated(points%overlap)) then
