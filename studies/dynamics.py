@@ -1,8 +1,9 @@
 """Dynamic steps: the force of an impact over mesh and increment, energy, turns, damping, CalculiX.
 
-    studies/run dynamics [-o docs/studies/dynamics.md]
+    studies/run dynamics FOLDER [-o docs/studies/dynamics.md]
 
-Needs CalculiX (ccx). Status 1 where the runs do not show what the page says.
+FOLDER: the collection calculix/examples. Needs CalculiX (ccx). Status 1 where the runs do not show
+what the page says.
 """
 
 import math
@@ -14,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.pages import StudyError, claim, fresh_runs, page_command, table
+from studies.dynamic_peers import PUBLIC, our_mean, ours, own_scenes, their_mean, theirs
+from studies.pages import StudyError, claim, fresh_runs, page_options, put_page, table
 
 LENGTH, YOUNG, SPEED, SIDE = 10.0, 900.0, 10.0, 1.0  # density 1: sound has the velocity 30
 SOUND = math.sqrt(YOUNG)
@@ -285,23 +287,55 @@ def swing_table(runs):
     return table(["dt", "error of the place, of v/w", "energy lost and not reported"], rows), words
 
 
+def peer_table(runs):
+    """The table of scenes that both programs read, and its sentence."""
+    rows, apart = [], []
+    for scene in own_scenes():
+        with runs.of_text("scene", scene.deck) as result:
+            mine, end = ours(scene, result)
+        other, stop = theirs(scene, runs.folder)
+        whole = stop > 0.999 * end
+        if scene.right is not None:
+            apart.append(abs(mine / scene.right - 1))
+        rows.append([scene.name, "" if scene.right is None else f"{scene.right:.4g}",
+                     f"{mine:.4g}", f"{other:.4g}" if whole else "ends early"])  # fmt: skip
+    words = claim(max(apart) < 0.1, "Where the motion is known, a rigid body's or that of waves, "
+                  f"these are at most {share(max(apart))} off.")  # fmt: skip
+    return table(["scene", "known", "bipot", "CalculiX"], rows), words
+
+
+def public_table(runs, collection):
+    """The table of public decks."""
+    rows = []
+    for public in PUBLIC:
+        deck = (collection / public.path).read_text(encoding="latin-1")
+        with runs.of_text("public", deck) as result:
+            mine, _ = our_mean(public, result)
+        other, _ = their_mean(public, deck, runs.folder)
+        rows.append([Path(public.path).name, f"{public.node}, {'xyz'[public.direction]}",
+                     f"{mine:.3g}", f"{other:.3g}"])  # fmt: skip
+    return table(["deck", "node, direction", "bipot", "CalculiX"], rows)
+
+
 def wrapped(sentence):
     """Return a sentence in lines of a page."""
     return "\n".join(textwrap.wrap(sentence, 100))
 
 
-def page(program):
+def page(program, collection):
     """Return the page."""
     with fresh_runs(program) as runs:
         turns, twists = spin_table(runs)
         strikes, falls, chosen = impact_tables(runs)
         others = table_of_others(Path(runs.folder))
+        peers, known = peer_table(runs)
+        public = public_table(runs, collection)
         bounces, shakes = bounce_table(runs)
         swings, damps = swing_table(runs)
     return f"""# Dynamic steps
 
 Scenes of [`*DYNAMIC`](../deck/steps.md#dynamic) whose motion is known, beside this motion and
-CalculiX. `studies/run dynamics -o docs/studies/dynamics.md` makes this page.
+CalculiX. `studies/run dynamics FOLDER -o docs/studies/dynamics.md` makes this page.
 
 ## A bar strikes a wall
 
@@ -326,6 +360,29 @@ hard contact. Nodes at contact have mass there:
 
 A low penalty gives as good a force, but the bar penetrates the wall by a tenth of its side. With a
 higher penalty or shorter increments nodes at contact oscillate, and the highest ends the run.
+
+## Scenes beside CalculiX
+
+One deck for both programs, with increments of one length here and of at most this in CalculiX,
+`alpha = -0.05`. The mean displacement of the body in question at the end, along the direction that
+matters. CalculiX's contact has a penalty of ten times `E` over the unit of length.
+
+{peers}
+
+{wrapped(known)}
+
+## Public decks
+
+Those of the collection [calculix/examples](https://github.com/calculix/examples) whose only
+obstacle was `*DYNAMIC`: the mean over time of a displacement that the deck prints.
+
+{public}
+
+The decks with one or two elements a body depend on what becomes of the mass at contact: bipot moves
+it to other nodes, CalculiX drops it (`TYPE=MASSLESS`, contact15 to contact17) or keeps it, and in
+contact12 lowers its penalty. `contact2e` is contact2i with `EXPLICIT`. `unstable` ends early in
+both programs. In `bwdyn2` supports move off at once, and by the waves of that increments get so
+short that neither program comes to the end.
 
 ## A cube bounces
 
@@ -355,5 +412,13 @@ With `ALPHA = 2` and `BETA = 0.003`, circular frequency 30, damping ratio 0.078,
 """
 
 
+def main():
+    """Make the page."""
+    options = page_options(__doc__)
+    options.add_argument("collection", type=Path, help="the collection calculix/examples")
+    options = options.parse_args()
+    put_page(page(options.bipot.resolve(), options.collection), options.page)
+
+
 if __name__ == "__main__":
-    sys.exit(page_command(__doc__, page))
+    sys.exit(main())

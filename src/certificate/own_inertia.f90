@@ -235,8 +235,8 @@ contains
   !> What contact and scheme give each body by itself, beside what it has: the energy of a large one
   !> hides what a small one gets. Of bodies that press on each other the larger counts for both.
   !>
-  !> Not where strains are finite or springs join bodies, nor where points act on several nodes of a
-  !> slave face: energies of these are not known by body.
+  !> Not where springs join bodies, nor where points act on several nodes of a slave face: energies
+  !> of these are not known by body.
   pure subroutine balance_bodies(scene, points, own, contact, strain, old, new, energy)
     type(scene_t), intent(in) :: scene
     type(contact_points_t), intent(in) :: points
@@ -255,7 +255,7 @@ contains
     integer :: i, k, node, b
 
     call find_edge_middles(scene, points, contact%weights, middles)
-    if (scene%finite_strain .or. scene%mesh%springs%n > 0 .or. middles%is_any) return
+    if (scene%mesh%springs%n > 0 .or. middles%is_any) return
     if (allocated(scene%foundations)) return
     u = new%displacement - old%displacement
     before = momentum_of(scene, own, old)

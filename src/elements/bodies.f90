@@ -11,13 +11,13 @@ module bodies_mod
   use state_mod, only: state_t, modes_t
   use mesh_forces_mod, only: internal_force
   use finite_forces_mod, only: tangent_t, finite_internal_force, finite_strain_energy, &
-    tangent_force, work_of_heat
+    finite_strain_energies, tangent_force, work_of_heat
   use expansion_mod, only: find_free_strain, thermal_force, thermal_energy, largest_thermal_forces
   implicit none
   private
 
   public :: is_linear, find_internal_force, tangent_at, find_tangent_force, strain_energy, &
-    find_heat, forces_of_heat
+    strain_energies, find_heat, forces_of_heat
 
 contains
 
@@ -94,6 +94,22 @@ contains
         state%modes)
     end if
   end function strain_energy
+
+  !> The strain energy of each body; of what is none first.
+  pure function strain_energies(scene, free, state, of_small_strain) result(energy)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: free(:)             !! (n_elements) strain by free expansion [-]
+    type(state_t), intent(in) :: state
+    real(wp), intent(in) :: of_small_strain(0:) !! (0:n_bodies) if the strain is small [energy]
+    real(wp) :: energy(0:scene%mesh%n_bodies)   !! [energy]
+
+    if (is_linear(scene)) then
+      energy = of_small_strain
+    else
+      energy = finite_strain_energies(scene%mesh, scene%materials, free, state%displacement, &
+        state%modes)
+    end if
+  end function strain_energies
 
   !> The part of heat in the energy of an increment.
   pure subroutine find_heat(scene, free, old, new, work, surplus)

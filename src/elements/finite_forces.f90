@@ -25,8 +25,8 @@ module finite_forces_mod
   private
 
   public :: tangent_t, element_tangent, tangent_force
-  public :: finite_internal_force, finite_strain_energy, elastic_gradients, finite_tensors, &
-    undeformed_tensors, logarithmic_stresses, work_of_heat
+  public :: finite_internal_force, finite_strain_energy, finite_strain_energies, &
+    elastic_gradients, finite_tensors, undeformed_tensors, logarithmic_stresses, work_of_heat
 
   !> Where a tangent is taken.
   type :: tangent_t
@@ -164,30 +164,43 @@ contains
     real(wp), intent(in) :: free(:)       !! (n_elements) strain by free expansion [-]
     real(wp), intent(in) :: u(:, :)       !! (3,n_nodes) displacement, det F > 0 [length]
     type(modes_t), intent(in) :: modes    !! of `u`
+
+    energy = sum(finite_strain_energies(mesh, materials, free, u, modes))
+  end function finite_strain_energy
+
+  !> The same of each body; of springs first.
+  pure function finite_strain_energies(mesh, materials, free, u, modes) result(energy)
+    type(mesh_t), intent(in) :: mesh
+    type(material_t), intent(in) :: materials(:)
+    real(wp), intent(in) :: free(:), u(:, :) !! as of finite_strain_energy
+    type(modes_t), intent(in) :: modes
+    real(wp) :: energy(0:mesh%n_bodies)      !! [energy]
     type(finite_element_t) :: element
     type(second_order_t) :: of_second_order
     real(wp), allocatable :: h(:, :, :)
     real(wp) :: x(3, 8), moved(3, 8), of_element(3, 3)
     integer :: e, nodes(8)
 
-    energy = spring_energy(mesh, u, .true.)
+    energy = 0.0_wp
+    energy(0) = spring_energy(mesh, u, .true.)
     of_element = 0.0_wp
     do e = 1, mesh%n_elements
-      if (has_middles(mesh%connectivity%cell(e))) then
-        call find_second_order(mesh, free(e), u, e, of_second_order, h)
-        energy = energy + energy_of_second_order(of_second_order, h, &
-          law_at(mesh, materials, e))
-        cycle
-      end if
-      nodes = nodes_of_hexahedron(mesh%connectivity, e)
-      x = mesh%coordinates(:, nodes)
-      moved = u(:, nodes)
-      call expand_freely(free(e), x, moved)
-      call finite_element(mesh%element_kind(e), x, moved, element)
-      if (allocated(modes%amplitude)) of_element = modes%amplitude(:, :, e)
-      energy = energy + energy_of(element, of_element, law_at(mesh, materials, e))
+      associate (here => energy(mesh%body(mesh%connectivity%node(mesh%connectivity%first(e)))))
+        if (has_middles(mesh%connectivity%cell(e))) then
+          call find_second_order(mesh, free(e), u, e, of_second_order, h)
+          here = here + energy_of_second_order(of_second_order, h, law_at(mesh, materials, e))
+          cycle
+        end if
+        nodes = nodes_of_hexahedron(mesh%connectivity, e)
+        x = mesh%coordinates(:, nodes)
+        moved = u(:, nodes)
+        call expand_freely(free(e), x, moved)
+        call finite_element(mesh%element_kind(e), x, moved, element)
+        if (allocated(modes%amplitude)) of_element = modes%amplitude(:, :, e)
+        here = here + energy_of(element, of_element, law_at(mesh, materials, e))
+      end associate
     end do
-  end function finite_strain_energy
+  end function finite_strain_energies
 
   !> What the strain energy changes by as elements expand further, (1 + free)^3 W(F/(1 + free)) at
   !> the same F: of an element W less a third of P : F, times the growth of its free volume.

@@ -28,7 +28,7 @@ module advance_mod
   use certificate_mod, only: energy_balance
   use own_inertia_mod, only: balance_in_time, balance_bodies, keep_strains
   use certify_increment_mod, only: certify_increment
-  use bodies_mod, only: is_linear, strain_energy, find_heat
+  use bodies_mod, only: is_linear, strain_energy, strain_energies, find_heat
   use turned_slips_mod, only: work_of_torques
   use candidate_points_mod, only: areas_at
   use edge_middles_mod, only: edge_middles_t, find_edge_middles
@@ -357,15 +357,16 @@ contains
       ! What obstacles that turn and overlaps that are pressed out do is not known by body.
       if (.not. (any(scene%obstacles%turns) .or. has_interference(scene) .or. any( &
         solver%first_gap < -rounding_of_places(scene, new%displacement)))) call balance_bodies( &
-        scene, points, solver%own_mass, report%contact, report%certificate%strain, old, new, &
-        report%energy)
+        scene, points, solver%own_mass, report%contact, strain_energies(scene, trial%free, new, &
+        report%certificate%strain), old, new, report%energy)
       report%in_time = error_in_time(solver, old, new)
       call watch_inertia(solver, trial%forces%internal - trial%of_inertia, trial%of_inertia, new)
       return
     end if
     call energy_balance(report%contact, old, new, strain_energy(scene, trial%free, new, &
       trial%forces%internal), report%energy, of_others, surplus)
-    if (any(scene%steps%is_dynamic)) call keep_strains(report%certificate%strain, new)
+    if (any(scene%steps%is_dynamic)) call keep_strains( &
+      strain_energies(scene, trial%free, new, report%certificate%strain), new)
     call come_to_rest(new)
   end subroutine finish
 

@@ -634,6 +634,12 @@ class Energies(DynamicCase):
         run = Run(deck.replace("*STEP\n", thrown(C=(1600.0, 0, 0)) + "*STEP\n"), name="d")
         self.assertEqual(run.status, 2)
         self.assertIn("have given the body of node 1 ", run.errors)
+        # At finite strain, too: a cube that falls.
+        deck = bounce(0.42, 0.0, 0.004).replace("*ELASTIC", "*ELASTIC, LAW=NEO HOOKE")
+        deck = deck.replace("*MATERIAL", other + "*MATERIAL", 1)
+        run = Run(finite(deck.replace("*STEP\n", thrown(C=(45.0, 0, 0)) + "*STEP\n")), name="d")
+        self.assertEqual(run.status, 2)
+        self.assertIn("have given the body of node 1 ", run.errors)
 
     def test_a_jump_of_a_support_hides_no_gain(self):
         """It is no speed, beside which a bar has little energy; a spring joins the bodies."""
