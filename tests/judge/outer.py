@@ -203,6 +203,8 @@ def run(scene, folder, name, options, *words):
         with h5py.File(deck.with_suffix(".vtkhdf")) as file:
             force = np.zeros(3)  # what can never touch makes no pair
             for pair in file.get("contact", {}):
+                if len({*pair.split(":")}) == 1:
+                    continue  # a body with itself
                 force = file["contact"][pair]["resultant"][-1]
                 scene.moved_is_slave = pair.startswith(("A", "SA"))
     return done.returncode, (done.stderr or done.stdout).strip()[-300:], force
