@@ -173,7 +173,9 @@ def run(program, scene, folder, parameters, *options, direct=True, of="", limit=
         if scene.own:
             text = written_down(text, parameters)
     if options or not direct:
-        text = text.replace("*STATIC, DIRECT", "*STATIC")
+        # They stay as long as the deck has them: the fourth number bounds what they grow to.
+        text = re.sub(r"\*STATIC, DIRECT\n([^,\n]+),([^,\n]+)$", r"*STATIC\n\1,\2, , \1", text,
+                      flags=re.MULTILINE)
     if of:
         text = text.replace("*END STEP", "*NODE FILE\nU\n*EL FILE\nS\n*END STEP")
     if of in LARGEST:
